@@ -1,0 +1,365 @@
+//! What is known of each number besides its value: name, symbol, unit, range, default, help.
+//!
+//! `#[derive(Fields)]` writes the tables from the struct. The file format, forms, C structs and recording channels
+//! follow from them by one of three walks: [`Fields::walk`] (visit, read, change), [`Fields::map`] (to another kind of
+//! number) and [`Fields::merge`] (two of a kind into one).
+
+use crate::scalar::Scalar;
+
+/// One field of a struct.
+#[derive(Debug)]
+pub struct Field {
+    /// As in the code and in files: `stribeck_velocity`.
+    pub name: &'static str,
+    /// As in an equation: `Ω_Strib`; empty for a group.
+    pub symbol: &'static str,
+    /// SI unit: `N m/rad`; `1` for a pure number; empty for a group.
+    pub unit: &'static str,
+    /// Smallest allowed value.
+    pub minimum: f64,
+    /// Largest allowed value.
+    pub maximum: f64,
+    /// Value unless given.
+    pub default: f64,
+    /// The doc comment.
+    pub help: &'static str,
+    /// What kind of number it is; [`Kind::Real`] for a group.
+    pub kind: Kind,
+    /// What lies below.
+    pub shape: Shape,
+}
+
+/// Which values make sense besides the range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Any.
+    Real,
+    /// Whole numbers.
+    Whole,
+    /// 0 or 1, `false` or `true` in files.
+    Flag,
+}
+
+/// What a field consists of.
+#[derive(Clone, Copy, Debug)]
+pub enum Shape {
+    /// One number.
+    Number,
+    /// So many of the same shape.
+    List(usize, &'static Shape),
+    /// A struct.
+    Group(&'static [Field]),
+    /// One of several, named in files by the key `tag`.
+    Choice {
+        /// The key that names the variant.
+        tag: &'static str,
+        /// What there is to choose from.
+        variants: &'static [Variant],
+    },
+}
+
+impl Shape {
+    /// The fields of a group; none for anything else.
+    pub const fn fields(self) -> &'static [Field] {
+        match self {
+            Shape::Group(fields) => fields,
+            _ => &[],
+        }
+    }
+
+    /// The variants of a choice; none for anything else.
+    pub const fn variants(self) -> &'static [Variant] {
+        match self {
+            Shape::Choice { variants, .. } => variants,
+            _ => &[],
+        }
+    }
+}
+
+/// One alternative of a choice.
+#[derive(Debug)]
+pub struct Variant {
+    /// As in files: `elasto-plastic`.
+    pub name: &'static str,
+    /// The doc comment.
+    pub help: &'static str,
+    /// Its fields; they stand in the same table as the tag.
+    pub shape: Shape,
+}
+
+/// A law between fields that does not hold. Names are relative to the struct that states the law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterError {
+    /// The field to change.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// How it should relate to the bound: "at most", "at least".
+    pub relation: &'static str,
+    /// The bound that the other fields give.
+    pub bound: f64,
+    /// Why, and what to do.
+    pub remedy: &'static str,
+}
+
+/// `Err` unless `value ≤ bound`; NaN is an error.
+pub fn at_most(field: &'static str, value: f64, bound: f64, remedy: &'static str) -> Result<(), ParameterError> {
+    if value <= bound { Ok(()) } else { Err(ParameterError { field, value, relation: "at most", bound, remedy }) }
+}
+
+/// `Err` unless `value ≥ bound`; NaN is an error.
+pub fn at_least(field: &'static str, value: f64, bound: f64, remedy: &'static str) -> Result<(), ParameterError> {
+    if value >= bound { Ok(()) } else { Err(ParameterError { field, value, relation: "at least", bound, remedy }) }
+}
+
+/// A visitor of all numbers of a struct, in the order of declaration.
+pub trait Walk<T> {
+    /// A number; within a list once an element.
+    fn number(&mut self, field: &'static Field, value: &mut T);
+
+    /// The variant that is chosen; the return value becomes the choice, with the variant's defaults if it is another.
+    fn choice(&mut self, tag: &'static str, variants: &'static [Variant], current: usize) -> usize {
+        let _ = (tag, variants);
+        current
+    }
+
+    /// What follows, up to [`leave`](Self::leave), lies within this field.
+    fn enter(&mut self, field: &'static Field) {
+        let _ = field;
+    }
+
+    /// The end of a field.
+    fn leave(&mut self) {}
+
+    /// The next number or group is this element of the list.
+    fn element(&mut self, index: usize) {
+        let _ = index;
+    }
+}
+
+/// A receiver of broken laws.
+pub trait Laws {
+    /// What follows lies within this field.
+    fn enter(&mut self, field: &'static Field);
+    /// The end of a field.
+    fn leave(&mut self);
+    /// A law of the current struct does not hold.
+    fn broken(&mut self, error: ParameterError);
+}
+
+/// A struct of numbers that knows about them. Derived, never written by hand.
+pub trait Fields<T: Scalar>: Copy {
+    /// The struct's name.
+    const NAME: &'static str;
+    /// What it consists of.
+    const SHAPE: Shape;
+    /// The same struct over another kind of number.
+    type With<U: Scalar>: Fields<U>;
+
+    /// Visits the contents.
+    fn contents(&mut self, walk: &mut impl Walk<T>);
+
+    /// Visits this as the field of a struct.
+    #[inline]
+    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
+        walk.enter(field);
+        self.contents(walk);
+        walk.leave();
+    }
+
+    /// Each number converted.
+    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U>;
+
+    /// Each number made from two. Where a choice differs, the one of `self` stays.
+    fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self;
+
+    /// Checks the laws between fields, here and below. Ranges are checked by whoever walks the numbers.
+    fn laws(values: &Self::With<f64>, laws: &mut dyn Laws);
+}
+
+impl<T: Scalar> Fields<T> for T {
+    const NAME: &'static str = "Number";
+    const SHAPE: Shape = Shape::Number;
+    type With<U: Scalar> = U;
+
+    #[inline(always)]
+    fn contents(&mut self, _walk: &mut impl Walk<T>) {}
+
+    #[inline(always)]
+    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
+        walk.number(field, self);
+    }
+
+    #[inline(always)]
+    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> U {
+        convert(*self)
+    }
+
+    #[inline(always)]
+    fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self {
+        join(*self, *other)
+    }
+
+    fn laws(_values: &f64, _laws: &mut dyn Laws) {}
+}
+
+impl<T: Scalar> Fields<T> for () {
+    const NAME: &'static str = "Nothing";
+    const SHAPE: Shape = Shape::Group(&[]);
+    type With<U: Scalar> = ();
+
+    #[inline(always)]
+    fn contents(&mut self, _walk: &mut impl Walk<T>) {}
+
+    #[inline(always)]
+    fn map<U: Scalar>(&self, _convert: &mut impl FnMut(T) -> U) {}
+
+    #[inline(always)]
+    fn merge(&self, _other: &Self, _join: &mut impl FnMut(T, T) -> T) {}
+
+    fn laws(_values: &(), _laws: &mut dyn Laws) {}
+}
+
+impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
+    const NAME: &'static str = V::NAME;
+    const SHAPE: Shape = Shape::List(N, &V::SHAPE);
+    type With<U: Scalar> = [V::With<U>; N];
+
+    fn contents(&mut self, walk: &mut impl Walk<T>) {
+        for (index, element) in self.iter_mut().enumerate() {
+            walk.element(index);
+            element.contents(walk);
+        }
+    }
+
+    #[inline]
+    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
+        for (index, element) in self.iter_mut().enumerate() {
+            walk.element(index);
+            element.walk(field, walk);
+        }
+    }
+
+    #[inline]
+    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
+        core::array::from_fn(|index| self[index].map(convert))
+    }
+
+    #[inline]
+    fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self {
+        core::array::from_fn(|index| self[index].merge(&other[index], join))
+    }
+
+    fn laws(values: &Self::With<f64>, laws: &mut dyn Laws) {
+        for value in values {
+            V::laws(value, laws);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Fields;
+    use std::string::String;
+    use std::vec::Vec;
+
+    /// Two springs.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    #[fields(check = Pair::check)]
+    struct Pair<T> {
+        /// The soft one.
+        #[field(symbol = "c₁", unit = "N m/rad", range = 0.0..=10.0, default = 2.0)]
+        soft: T,
+        /// The stiff one, thrice.
+        #[field(symbol = "c₂", unit = "N m/rad", range = 1.0..=100.0, default = 20.0)]
+        stiff: [T; 3],
+    }
+
+    impl Pair<f64> {
+        fn check(&self) -> Result<(), ParameterError> {
+            at_least("stiff", self.stiff[0], self.soft, "The stiff spring is the stiffer one.")
+        }
+    }
+
+    /// What holds the load.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    #[fields(tag = "kind")]
+    enum Holder<T> {
+        /// Nothing.
+        Nothing,
+        /// Two springs.
+        TwoSprings(Pair<T>),
+    }
+
+    /// The whole.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    struct Whole<T> {
+        /// The holder.
+        holder: Holder<T>,
+        /// On or off.
+        #[field(unit = "1", flag)]
+        on: T,
+    }
+
+    #[derive(Default)]
+    struct Names(Vec<String>, Vec<String>, bool);
+
+    impl Walk<f64> for Names {
+        fn number(&mut self, field: &'static Field, value: &mut f64) {
+            self.1.push(std::format!("{}.{}={value}", self.0.join("."), field.name));
+            *value += 1.0;
+        }
+        fn choice(&mut self, tag: &'static str, variants: &'static [Variant], current: usize) -> usize {
+            self.1.push(std::format!("{tag}: {}", variants[current].name));
+            if self.2 { 1 } else { current }
+        }
+        fn enter(&mut self, field: &'static Field) {
+            self.0.push(field.name.into());
+        }
+        fn leave(&mut self) {
+            self.0.pop();
+        }
+    }
+
+    #[test]
+    fn a_walk_meets_every_number_and_may_change_a_choice() {
+        let mut whole = Whole::<f64>::default();
+        assert_eq!(whole, Whole { holder: Holder::Nothing, on: 0.0 });
+        let mut walk = Names(Vec::new(), Vec::new(), true);
+        whole.contents(&mut walk);
+        assert_eq!(
+            walk.1,
+            ["kind: nothing", "holder.soft=2", "holder.stiff=20", "holder.stiff=20", "holder.stiff=20", ".on=0"]
+        );
+        assert_eq!(whole.holder, Holder::TwoSprings(Pair { soft: 3.0, stiff: [21.0; 3] }));
+    }
+
+    #[test]
+    fn map_and_merge_keep_the_structure() {
+        let a = Pair::<f64>::default();
+        let b = a.map(&mut |v| v as f32);
+        assert_eq!(b, Pair { soft: 2.0f32, stiff: [20.0; 3] });
+        assert_eq!(a.merge(&a, &mut |x, y| x - y), Pair { soft: 0.0, stiff: [0.0; 3] });
+    }
+
+    #[test]
+    fn a_broken_law_is_reported_with_its_place() {
+        struct Report(Vec<&'static str>, Vec<String>);
+        impl Laws for Report {
+            fn enter(&mut self, field: &'static Field) {
+                self.0.push(field.name);
+            }
+            fn leave(&mut self) {
+                self.0.pop();
+            }
+            fn broken(&mut self, error: ParameterError) {
+                self.1.push(std::format!("{}.{} {} {}", self.0.join("."), error.field, error.relation, error.bound));
+            }
+        }
+        let broken = Whole { holder: Holder::TwoSprings(Pair { soft: 30.0, stiff: [20.0; 3] }), on: 0.0 };
+        let mut report = Report(Vec::new(), Vec::new());
+        <Whole<f64> as Fields<f64>>::laws(&broken, &mut report);
+        assert_eq!(report.1, ["holder.stiff at least 30"]);
+    }
+}

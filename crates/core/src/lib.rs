@@ -1,0 +1,23 @@
+//! The mathematics of the friction bench, written once over any kind of number.
+//!
+//! Without `std`, without allocation, without `unsafe`, without I/O. A block is a plain struct of parameters, a plain
+//! struct of state and a `step`; numbers are [`Scalar`]s: `f64` and `f32` for simulation and real time, [`Lanes`] for
+//! studies, [`Dual`] for gradients, and the recorder of `stickslip-codegen` for C.
+//!
+//! [`Scalar`]: scalar::Scalar
+//! [`Lanes`]: scalar::Lanes
+//! [`Dual`]: scalar::Dual
+#![no_std]
+#![forbid(unsafe_code)]
+
+// The derive writes paths that begin with `::stickslip_core`, also within this crate.
+extern crate self as stickslip_core;
+
+#[cfg(test)]
+extern crate std;
+
+pub mod block;
+pub mod fields;
+pub mod scalar;
+
+pub use stickslip_derive::Fields;

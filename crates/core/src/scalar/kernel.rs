@@ -1,0 +1,107 @@
+//! The value kernels of the transcendental functions, in [`Scalar`] operations only.
+//!
+//! One text gives `f64`, `f32`, every lane and, recorded, the C functions: the bits agree because the operations do.
+//! Reductions after Cody and Waite; the polynomials of sine and cosine are those of fdlibm (Sun Microsystems, 1993).
+
+use super::{Mask, Scalar};
+
+/// e^x within 2 ulp. 0 below and +∞ above the range of the type; NaN stays NaN.
+#[inline(always)]
+pub fn exp<T: Scalar>(x: T) -> T {
+    // Beyond these the result is 0 or ∞ anyway, and the exponent arithmetic stays in range.
+    let x = x.clamp(T::by_precision(-746.0, -104.0), T::by_precision(710.0, 89.5));
+    let k = round(x * T::of(core::f64::consts::LOG2_E));
+    // ln 2 in two parts: k times the first is exact.
+    let r = x - k * T::by_precision(6.931_471_803_691_238_16e-1, 0.693_359_375);
+    let r = r - k * T::by_precision(1.908_214_929_270_587_70e-10, -2.121_944_400_546_905_8e-4);
+    // Taylor series up to r^13/13!, |r| ≤ ln 2/2: remainder 4e-18. Pairs keep the chain of latencies short.
+    let term = |n: f64| T::of(1.0 / n);
+    let r2 = r * r;
+    let r4 = r2 * r2;
+    let p0 = T::of(0.5) + r * term(6.0);
+    let p1 = term(24.0) + r * term(120.0);
+    let p2 = term(720.0) + r * term(5040.0);
+    let p3 = term(40_320.0) + r * term(362_880.0);
+    let p4 = term(3_628_800.0) + r * term(39_916_800.0);
+    let p5 = term(479_001_600.0) + r * term(6_227_020_800.0);
+    let low = p0 + r2 * p1;
+    let high = (p2 + r2 * p3) + r4 * (p4 + r2 * p5);
+    let e = T::of(1.0) + (r + r2 * (low + r4 * high));
+    // Two factors, so that results below the normal range round once, in the last product.
+    let half = floor(k * T::of(0.5));
+    e * half.power_of_two() * (k - half).power_of_two()
+}
+
+/// sin x; see [`Scalar::sin`].
+#[inline(always)]
+pub fn sin<T: Scalar>(x: T) -> T {
+    let (quadrant, r) = reduce(x);
+    turn(quadrant, r)
+}
+
+/// cos x; see [`Scalar::cos`].
+#[inline(always)]
+pub fn cos<T: Scalar>(x: T) -> T {
+    let (quadrant, r) = reduce(x);
+    turn(quadrant + T::of(1.0), r)
+}
+
+/// Nearest whole number; see [`Scalar::round`].
+#[inline(always)]
+pub fn round<T: Scalar>(x: T) -> T {
+    // Adding 2^(p−1) leaves no bits for a fraction; from there on every number is whole.
+    let shifter = T::by_precision(4_503_599_627_370_496.0, 8_388_608.0);
+    let size = x.abs();
+    let whole = (size + shifter) - shifter;
+    let signed = x.lt(T::of(0.0)).select(-whole, whole);
+    size.lt(shifter).select(signed, x)
+}
+
+/// Largest whole number not above; see [`Scalar::floor`].
+#[inline(always)]
+pub fn floor<T: Scalar>(x: T) -> T {
+    let nearest = round(x);
+    nearest.gt(x).select(nearest - T::of(1.0), nearest)
+}
+
+/// x = n·π/2 + r with |r| ≤ π/4: n and r.
+#[inline(always)]
+fn reduce<T: Scalar>(x: T) -> (T, T) {
+    let n = round(x * T::of(core::f64::consts::FRAC_2_PI));
+    let r = x - n * T::by_precision(1.570_796_326_734_125_614_17, 1.570_312_5);
+    let r = r - n * T::by_precision(6.077_100_506_303_965_976_60e-11, 4.837_512_969_970_703e-4);
+    let r = r - n * T::by_precision(2.022_266_248_795_950_631_54e-21, 7.549_789_954_891_882e-8);
+    (n, r)
+}
+
+/// sin(n·π/2 + r).
+#[inline(always)]
+fn turn<T: Scalar>(n: T, r: T) -> T {
+    let quadrant = n - T::of(4.0) * floor(n * T::of(0.25));
+    let odd = (quadrant - T::of(2.0) * floor(quadrant * T::of(0.5))).gt(T::of(0.5));
+    let value = odd.select(cosine(r), sine(r));
+    quadrant.gt(T::of(1.5)).select(-value, value)
+}
+
+#[inline(always)]
+fn sine<T: Scalar>(r: T) -> T {
+    let z = r * r;
+    let high = T::of(-1.984_126_982_985_794_931_34e-4)
+        + z * (T::of(2.755_731_370_707_006_767_89e-6)
+            + z * (T::of(-2.505_076_025_340_686_341_95e-8) + z * T::of(1.589_690_995_211_550_102_21e-10)));
+    let p = T::of(-1.666_666_666_666_663_243_48e-1) + z * (T::of(8.333_333_333_322_489_461_24e-3) + z * high);
+    r + r * z * p
+}
+
+#[inline(always)]
+fn cosine<T: Scalar>(r: T) -> T {
+    let z = r * r;
+    let high = T::of(2.480_158_728_947_672_941_78e-5)
+        + z * (T::of(-2.755_731_435_139_066_330_35e-7)
+            + z * (T::of(2.087_572_321_298_174_827_90e-9) + z * T::of(-1.135_964_755_778_819_482_65e-11)));
+    let p = T::of(4.166_666_666_666_660_190_37e-2) + z * (T::of(-1.388_888_888_887_410_957_49e-3) + z * high);
+    // 1 − z/2 rounds; what it loses is added back.
+    let half = T::of(0.5) * z;
+    let w = T::of(1.0) - half;
+    w + ((T::of(1.0) - w - half) + z * z * p)
+}

@@ -1,0 +1,166 @@
+//! N numbers side by side, for studies.
+//!
+//! Plain arrays with inlined operators: instantiated inside a function with `#[target_feature]`, the compiler turns
+//! them into vector instructions. Each lane has the bits of its scalar.
+
+use core::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+use super::{Mask, Scalar};
+
+/// N numbers of one type, all worked on by each operation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub struct Lanes<F, const N: usize>(
+    /// The numbers.
+    pub [F; N],
+);
+
+/// One truth value a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneMask<const N: usize>(
+    /// The truth values.
+    pub [bool; N],
+);
+
+impl<F: Copy, const N: usize> Lanes<F, N> {
+    /// Lane by lane through a function.
+    #[inline(always)]
+    fn each(self, f: impl Fn(F) -> F) -> Self {
+        let mut out = self;
+        for i in 0..N {
+            out.0[i] = f(self.0[i]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn pair(self, other: Self, f: impl Fn(F, F) -> F) -> Self {
+        let mut out = self;
+        for i in 0..N {
+            out.0[i] = f(self.0[i], other.0[i]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn test(self, other: Self, f: impl Fn(F, F) -> bool) -> LaneMask<N> {
+        let mut out = [false; N];
+        for i in 0..N {
+            out[i] = f(self.0[i], other.0[i]);
+        }
+        LaneMask(out)
+    }
+}
+
+impl<F: Copy, const N: usize> Mask<Lanes<F, N>> for LaneMask<N> {
+    #[inline(always)]
+    fn select(self, yes: Lanes<F, N>, no: Lanes<F, N>) -> Lanes<F, N> {
+        let mut out = no;
+        for i in 0..N {
+            out.0[i] = if self.0[i] { yes.0[i] } else { no.0[i] };
+        }
+        out
+    }
+}
+
+impl<const N: usize> BitAnd for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(mut self, other: Self) -> Self {
+        for i in 0..N {
+            self.0[i] &= other.0[i];
+        }
+        self
+    }
+}
+
+impl<const N: usize> BitOr for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(mut self, other: Self) -> Self {
+        for i in 0..N {
+            self.0[i] |= other.0[i];
+        }
+        self
+    }
+}
+
+impl<const N: usize> Not for LaneMask<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(mut self) -> Self {
+        for i in 0..N {
+            self.0[i] = !self.0[i];
+        }
+        self
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $assign_trait:ident, $assign:ident, $op:tt) => {
+        impl<F: Copy + $trait<Output = F>, const N: usize> $trait for Lanes<F, N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.pair(other, |a, b| a $op b)
+            }
+        }
+        operator!(assign $trait, $assign_trait, $assign, $op);
+    };
+    (assign $trait:ident, none, $assign:ident, $op:tt) => {};
+    (assign $trait:ident, $assign_trait:ident, $assign:ident, $op:tt) => {
+        impl<F: Copy + $trait<Output = F>, const N: usize> $assign_trait for Lanes<F, N> {
+            #[inline(always)]
+            fn $assign(&mut self, other: Self) {
+                *self = *self $op other;
+            }
+        }
+    };
+}
+
+operator!(Add, add, AddAssign, add_assign, +);
+operator!(Sub, sub, SubAssign, sub_assign, -);
+operator!(Mul, mul, MulAssign, mul_assign, *);
+operator!(Div, div, none, none, /);
+
+impl<F: Copy + Neg<Output = F>, const N: usize> Neg for Lanes<F, N> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.each(|a| -a)
+    }
+}
+
+impl<F: Scalar<Mask = bool>, const N: usize> Scalar for Lanes<F, N> {
+    type Mask = LaneMask<N>;
+
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Lanes([F::of(value); N])
+    }
+
+    #[inline(always)]
+    fn by_precision(double: f64, single: f64) -> Self {
+        Lanes([F::by_precision(double, single); N])
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask<N> {
+        self.test(other, F::lt)
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneMask<N> {
+        self.test(other, F::le)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.each(F::abs)
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        self.each(F::power_of_two)
+    }
+}

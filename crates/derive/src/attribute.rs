@@ -1,0 +1,126 @@
+//! What stands in `#[field(…)]`, `#[fields(…)]` and the doc comment.
+
+use syn::{
+    Attribute, Error, Expr, ExprLit, ExprPath, ExprUnary, Lit, LitStr, RangeLimits, Result, UnOp, spanned::Spanned,
+};
+
+use crate::unit;
+
+/// `#[field(…)]` of one number.
+pub(crate) struct Number {
+    pub(crate) symbol: String,
+    pub(crate) unit: Option<LitStr>,
+    pub(crate) range: (f64, f64),
+    pub(crate) default: f64,
+    pub(crate) kind: &'static str,
+}
+
+/// `#[fields(…)]` of a struct or enum.
+#[derive(Default)]
+pub(crate) struct Container {
+    pub(crate) check: Option<ExprPath>,
+    pub(crate) tag: Option<String>,
+}
+
+/// Reads `#[field(…)]`; `None` if there is none.
+pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
+    let Some(attribute) = attributes.iter().find(|a| a.path().is_ident("field")) else { return Ok(None) };
+    let mut out = Number {
+        symbol: String::new(),
+        unit: None,
+        range: (f64::NEG_INFINITY, f64::INFINITY),
+        default: 0.0,
+        kind: "Real",
+    };
+    let mut default_given_at = None;
+    attribute.parse_nested_meta(|meta| {
+        if meta.path.is_ident("symbol") {
+            out.symbol = meta.value()?.parse::<LitStr>()?.value();
+        } else if meta.path.is_ident("unit") {
+            let text: LitStr = meta.value()?.parse()?;
+            unit::check(&text.value()).map_err(|message| Error::new(text.span(), message))?;
+            out.unit = Some(text);
+        } else if meta.path.is_ident("range") {
+            let Expr::Range(range) = meta.value()?.parse()? else {
+                return Err(meta.error("a range is two numbers: range = 0.0..=1.0"));
+            };
+            let (Some(low), Some(high), RangeLimits::Closed(_)) = (&range.start, &range.end, range.limits) else {
+                return Err(Error::new(range.span(), "a range names both ends, inclusive: 0.0..=1.0"));
+            };
+            out.range = (literal(low)?, literal(high)?);
+            if out.range.0 > out.range.1 {
+                return Err(Error::new(range.span(), "the range is empty: its low end is above its high end"));
+            }
+        } else if meta.path.is_ident("default") {
+            let value: Expr = meta.value()?.parse()?;
+            out.default = literal(&value)?;
+            default_given_at = Some(value.span());
+        } else if meta.path.is_ident("whole") {
+            out.kind = "Whole";
+        } else if meta.path.is_ident("flag") {
+            out.kind = "Flag";
+            out.range = (0.0, 1.0);
+        } else {
+            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag"));
+        }
+        Ok(())
+    })?;
+    if !(out.range.0..=out.range.1).contains(&out.default) {
+        let message = match default_given_at {
+            Some(_) => format!("the default {} is outside the range {} … {}", out.default, out.range.0, out.range.1),
+            None => format!("0 is outside the range {} … {}: give a default", out.range.0, out.range.1),
+        };
+        return Err(Error::new(default_given_at.unwrap_or_else(|| attribute.span()), message));
+    }
+    Ok(Some(out))
+}
+
+/// Reads `#[fields(…)]`.
+pub(crate) fn container(attributes: &[Attribute]) -> Result<Container> {
+    let mut out = Container::default();
+    for attribute in attributes.iter().filter(|a| a.path().is_ident("fields")) {
+        attribute.parse_nested_meta(|meta| {
+            if meta.path.is_ident("check") {
+                out.check = Some(meta.value()?.parse()?);
+            } else if meta.path.is_ident("tag") {
+                out.tag = Some(meta.value()?.parse::<LitStr>()?.value());
+            } else {
+                return Err(meta.error("fields has: check (a struct's law), tag (an enum's key)"));
+            }
+            Ok(())
+        })?;
+    }
+    Ok(out)
+}
+
+/// The doc comment as one paragraph a paragraph.
+pub(crate) fn help(attributes: &[Attribute]) -> String {
+    let mut text = String::new();
+    for attribute in attributes.iter().filter(|a| a.path().is_ident("doc")) {
+        if let syn::Meta::NameValue(meta) = &attribute.meta
+            && let Expr::Lit(ExprLit { lit: Lit::Str(line), .. }) = &meta.value
+        {
+            let line = line.value();
+            let line = line.trim();
+            if line.is_empty() {
+                text.push_str("\n\n");
+            } else {
+                if !text.is_empty() && !text.ends_with('\n') {
+                    text.push(' ');
+                }
+                text.push_str(line);
+            }
+        }
+    }
+    text.trim().to_string()
+}
+
+/// A number literal, with or without a minus.
+fn literal(expression: &Expr) -> Result<f64> {
+    match expression {
+        Expr::Lit(ExprLit { lit: Lit::Float(value), .. }) => value.base10_parse(),
+        Expr::Lit(ExprLit { lit: Lit::Int(value), .. }) => value.base10_parse(),
+        Expr::Unary(ExprUnary { op: UnOp::Neg(_), expr, .. }) => Ok(-literal(expr)?),
+        other => Err(Error::new(other.span(), "say the number itself: it also goes into files and forms")),
+    }
+}

@@ -1,0 +1,288 @@
+//! The code that the derive writes: tables and walks, never logic.
+
+use proc_macro2::TokenStream;
+use quote::{format_ident, quote};
+use syn::{
+    Data, DataEnum, DataStruct, DeriveInput, Error, Field, Fields, GenericParam, Ident, Result, Type, spanned::Spanned,
+};
+
+use crate::attribute::{self, Container};
+
+/// The implementation for a struct or an enum.
+pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
+    let number = number_parameter(input)?;
+    let container = attribute::container(&input.attrs)?;
+    match &input.data {
+        Data::Struct(data) => expand_struct(input, data, &number, &container),
+        Data::Enum(data) => expand_enum(input, data, &number, &container),
+        Data::Union(_) => Err(Error::new(input.span(), "Fields is for structs and enums")),
+    }
+}
+
+/// The one type parameter that stands for the number.
+fn number_parameter(input: &DeriveInput) -> Result<Ident> {
+    let mut types = input.generics.params.iter();
+    match (types.next(), types.next()) {
+        (Some(GenericParam::Type(parameter)), None) => Ok(parameter.ident.clone()),
+        _ => Err(Error::new(input.ident.span(), "Fields is for types over one kind of number: struct Name<T>")),
+    }
+}
+
+/// The element of nested arrays, or the type itself.
+fn element(ty: &Type) -> &Type {
+    if let Type::Array(array) = ty { element(&array.elem) } else { ty }
+}
+
+fn is_number(ty: &Type, number: &Ident) -> bool {
+    matches!(element(ty), Type::Path(path) if path.path.is_ident(number))
+}
+
+/// The table row of a field.
+fn row(field: &Field, number: &Ident) -> Result<TokenStream> {
+    let ident =
+        field.ident.as_ref().ok_or_else(|| Error::new(field.span(), "fields need names: they go into files"))?;
+    let name = ident.to_string();
+    let help = attribute::help(&field.attrs);
+    if help.is_empty() {
+        return Err(Error::new(ident.span(), format!("say in a doc comment what `{name}` is: it is the help text")));
+    }
+    let ty = &field.ty;
+    let attribute = attribute::number(&field.attrs)?;
+    let shape = quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE);
+    if !is_number(ty, number) {
+        if attribute.is_some() {
+            return Err(Error::new(ty.span(), format!("`{name}` is a group: its numbers carry their own attributes")));
+        }
+        return Ok(quote!(::stickslip_core::fields::Field {
+            name: #name, symbol: "", unit: "", minimum: f64::NEG_INFINITY, maximum: f64::INFINITY, default: 0.0,
+            help: #help, kind: ::stickslip_core::fields::Kind::Real, shape: #shape,
+        }));
+    }
+    let unit_of = |a: &attribute::Number| a.unit.as_ref().map(syn::LitStr::value);
+    let Some((attribute, unit)) = attribute.and_then(|a| unit_of(&a).map(|unit| (a, unit))) else {
+        return Err(Error::new(
+            ident.span(),
+            format!("`{name}` is a number: say its unit, as in #[field(unit = \"N m\")]; \"1\" for a pure number"),
+        ));
+    };
+    let (minimum, maximum) = (bound(attribute.range.0), bound(attribute.range.1));
+    let (symbol, default, kind) = (&attribute.symbol, attribute.default, format_ident!("{}", attribute.kind));
+    Ok(quote!(::stickslip_core::fields::Field {
+        name: #name, symbol: #symbol, unit: #unit, minimum: #minimum, maximum: #maximum, default: #default,
+        help: #help, kind: ::stickslip_core::fields::Kind::#kind, shape: #shape,
+    }))
+}
+
+fn bound(value: f64) -> TokenStream {
+    if value == f64::INFINITY {
+        quote!(f64::INFINITY)
+    } else if value == f64::NEG_INFINITY {
+        quote!(f64::NEG_INFINITY)
+    } else {
+        quote!(#value)
+    }
+}
+
+/// The default of a field: the number everywhere, or that of the group.
+fn default_of(ty: &Type, field: &Field, number: &Ident) -> Result<TokenStream> {
+    if let Type::Array(array) = ty {
+        let inner = default_of(&array.elem, field, number)?;
+        let length = &array.len;
+        return Ok(quote!([#inner; #length]));
+    }
+    if is_number(ty, number) {
+        let value = attribute::number(&field.attrs)?.map_or(0.0, |a| a.default);
+        return Ok(quote!(<#number as ::stickslip_core::scalar::Scalar>::of(#value)));
+    }
+    Ok(quote!(<#ty as ::core::default::Default>::default()))
+}
+
+fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, container: &Container) -> Result<TokenStream> {
+    let Fields::Named(named) = &data.fields else {
+        return Err(Error::new(input.ident.span(), "fields need names: they go into files"));
+    };
+    let name = &input.ident;
+    let label = name.to_string();
+    let mut rows = Vec::new();
+    let mut defaults = Vec::new();
+    for field in &named.named {
+        rows.push(row(field, number)?);
+        defaults.push(default_of(&field.ty, field, number)?);
+    }
+    let idents: Vec<_> = named.named.iter().filter_map(|f| f.ident.as_ref()).collect();
+    let types: Vec<_> = named.named.iter().map(|f| &f.ty).collect();
+    let index = 0..idents.len();
+    let index_too = index.clone();
+    let check = container.check.as_ref().map(|path| quote!(if let Err(error) = #path(values) { laws.broken(error); }));
+    Ok(quote! {
+        #[automatically_derived]
+        impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
+            #[inline]
+            fn default() -> Self {
+                #name { #(#idents: #defaults,)* }
+            }
+        }
+
+        #[automatically_derived]
+        impl<#number: ::stickslip_core::scalar::Scalar> ::stickslip_core::fields::Fields<#number> for #name<#number> {
+            const NAME: &'static str = #label;
+            const SHAPE: ::stickslip_core::fields::Shape = ::stickslip_core::fields::Shape::Group(&[#(#rows,)*]);
+            type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
+
+            #[inline]
+            fn contents(&mut self, walk: &mut impl ::stickslip_core::fields::Walk<#number>) {
+                let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
+                #(<#types as ::stickslip_core::fields::Fields<#number>>::walk(&mut self.#idents, &fields[#index], walk);)*
+            }
+
+            #[inline]
+            fn map<Other: ::stickslip_core::scalar::Scalar>(
+                &self,
+                convert: &mut impl FnMut(#number) -> Other,
+            ) -> #name<Other> {
+                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)* }
+            }
+
+            #[inline]
+            fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
+                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)* }
+            }
+
+            fn laws(values: &#name<f64>, laws: &mut dyn ::stickslip_core::fields::Laws) {
+                let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
+                #(
+                    laws.enter(&fields[#index_too]);
+                    <#types as ::stickslip_core::fields::Fields<#number>>::laws(&values.#idents, laws);
+                    laws.leave();
+                )*
+                #check
+            }
+        }
+    })
+}
+
+fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: &Container) -> Result<TokenStream> {
+    let name = &input.ident;
+    let label = name.to_string();
+    let tag = container.tag.clone().unwrap_or_else(|| "model".into());
+    if let Some(check) = &container.check {
+        return Err(Error::new(check.span(), "a law belongs to a struct: state it at the variant's struct"));
+    }
+    let mut table = Vec::new();
+    let mut defaults = Vec::new();
+    let mut arms = Vec::new();
+    for (index, variant) in data.variants.iter().enumerate() {
+        let ident = &variant.ident;
+        let help = attribute::help(&variant.attrs);
+        if help.is_empty() {
+            return Err(Error::new(
+                ident.span(),
+                format!("say in a doc comment what `{ident}` is: it is the help text"),
+            ));
+        }
+        let file_name = kebab(&ident.to_string());
+        let inner = match &variant.fields {
+            Fields::Unit => None,
+            Fields::Unnamed(fields) if fields.unnamed.len() == 1 => Some(&fields.unnamed[0].ty),
+            _ => return Err(Error::new(ident.span(), "a variant holds nothing or one struct of numbers")),
+        };
+        let shape = match inner {
+            Some(ty) => quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE),
+            None => quote!(::stickslip_core::fields::Shape::Group(&[])),
+        };
+        table.push(quote!(::stickslip_core::fields::Variant { name: #file_name, help: #help, shape: #shape }));
+        defaults.push(match inner {
+            Some(_) => quote!(#name::#ident(::core::default::Default::default())),
+            None => quote!(#name::#ident),
+        });
+        arms.push((index, ident, inner));
+    }
+    let first = defaults.first().ok_or_else(|| Error::new(name.span(), "a choice needs variants"))?;
+    let numbers = 0..defaults.len();
+    let current = arms.iter().map(|(i, ident, inner)| match inner {
+        Some(_) => quote!(#name::#ident(_) => #i),
+        None => quote!(#name::#ident => #i),
+    });
+    let contents = arms.iter().map(|(_, ident, inner)| match inner {
+        Some(ty) => {
+            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::contents(inner, walk))
+        }
+        None => quote!(#name::#ident => {}),
+    });
+    let map = arms.iter().map(|(_, ident, inner)| match inner {
+        Some(_) => quote!(#name::#ident(inner) => #name::#ident(::stickslip_core::fields::Fields::<#number>::map(inner, convert))),
+        None => quote!(#name::#ident => #name::#ident),
+    });
+    let merge = arms.iter().filter_map(|(_, ident, inner)| {
+        inner.map(|_| quote!((#name::#ident(a), #name::#ident(b)) => #name::#ident(::stickslip_core::fields::Fields::<#number>::merge(a, b, join))))
+    });
+    let laws = arms.iter().map(|(_, ident, inner)| match inner {
+        Some(ty) => {
+            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::laws(inner, laws))
+        }
+        None => quote!(#name::#ident => {}),
+    });
+    Ok(quote! {
+        #[automatically_derived]
+        impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
+            fn default() -> Self {
+                #first
+            }
+        }
+
+        #[automatically_derived]
+        impl<#number: ::stickslip_core::scalar::Scalar> ::stickslip_core::fields::Fields<#number> for #name<#number> {
+            const NAME: &'static str = #label;
+            const SHAPE: ::stickslip_core::fields::Shape =
+                ::stickslip_core::fields::Shape::Choice { tag: #tag, variants: &[#(#table,)*] };
+            type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
+
+            fn contents(&mut self, walk: &mut impl ::stickslip_core::fields::Walk<#number>) {
+                let variants = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.variants() };
+                let current: usize = match self { #(#current,)* };
+                let wanted = walk.choice(#tag, variants, current);
+                if wanted != current {
+                    *self = match wanted { #(#numbers => #defaults,)* _ => *self };
+                }
+                match self { #(#contents,)* }
+            }
+
+            #[inline]
+            fn map<Other: ::stickslip_core::scalar::Scalar>(
+                &self,
+                convert: &mut impl FnMut(#number) -> Other,
+            ) -> #name<Other> {
+                match self { #(#map,)* }
+            }
+
+            #[inline]
+            fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
+                match (self, other) {
+                    #(#merge,)*
+                    #[allow(unreachable_patterns, reason = "an enum of one variant has no others")]
+                    _ => *self,
+                }
+            }
+
+            fn laws(values: &#name<f64>, laws: &mut dyn ::stickslip_core::fields::Laws) {
+                match values { #(#laws,)* }
+            }
+        }
+    })
+}
+
+/// `ElastoPlastic` → `elasto-plastic`. An acronym stays together: `LuGre` → `lugre`, `PI` → `pi`.
+fn kebab(ident: &str) -> String {
+    let mut out = String::new();
+    let mut run = 0;
+    for (index, c) in ident.char_indices() {
+        // A capital begins a word only after three or more letters of the one before.
+        if c.is_uppercase() && index > 0 && run > 2 {
+            out.push('-');
+            run = 0;
+        }
+        run += 1;
+        out.extend(c.to_lowercase());
+    }
+    out
+}

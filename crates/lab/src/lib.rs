@@ -1,0 +1,6 @@
+//! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
+#![forbid(unsafe_code)]
+
+mod error;
+
+pub use error::Error;
