@@ -20,5 +20,6 @@ pub mod block;
 pub mod control;
 pub mod fields;
 pub mod scalar;
+pub mod supervise;
 
 pub use stickslip_derive::Fields;
