@@ -69,7 +69,8 @@ pub enum Error {
     },
     /// A wanted pole outside the unit circle.
     #[error(
-        "the pole {real} + {imaginary}i has magnitude {magnitude}, at most {limit} is stable. Move it inwards: a pole at p 1/s is e^(-p T)."
+        "the pole {real} + {imaginary}i has magnitude {magnitude}, at most {limit} is stable. \
+         Move it inwards: a pole at p 1/s is e^(-p T)."
     )]
     UnstablePole {
         /// Real part.
