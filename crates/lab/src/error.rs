@@ -40,6 +40,16 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// A low-pass that the sampling rate does not allow.
+    #[error(
+        "a low-pass at {cutoff} Hz needs a sampling rate above twice that, and there are {rate} Hz. Lower the cut-off."
+    )]
+    Cutoff {
+        /// Asked for [Hz].
+        cutoff: f64,
+        /// Sampling rate [Hz].
+        rate: f64,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
