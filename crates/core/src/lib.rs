@@ -18,6 +18,7 @@ extern crate std;
 
 pub mod block;
 pub mod fields;
+pub mod friction;
 pub mod scalar;
 
 pub use stickslip_derive::Fields;
