@@ -4,6 +4,7 @@
 //! Three columns have seven subsets, so the best non-negative fit is found by trying all. What is left is a search in
 //! one dimension, which a grid makes global: no start values, hence none that could be wrong.
 
+use stickslip_core::friction::{Decay, Stribeck};
 use stickslip_core::scalar::Scalar;
 
 use super::stribeck::Sample;
@@ -11,15 +12,18 @@ use super::stribeck::Sample;
 /// M_S, M_K, Ω_Strib, b; torque in N m, speed in rad/s.
 pub(super) type Parameters<T> = [T; 4];
 
-/// Equation (1) at a speed ≥ 0: M_K + (M_S − M_K)·e^(−Ω/Ω_Strib) + b·Ω.
+/// Equation (1).
 #[inline(always)]
-pub(super) fn torque<T: Scalar>([breakaway, kinetic, stribeck_velocity, viscous]: Parameters<T>, speed: T) -> T {
-    kinetic + (breakaway - kinetic) * (-(speed / stribeck_velocity)).exp() + viscous * speed
+pub(super) fn curve<T: Scalar>(parameters: Parameters<T>) -> Stribeck<T> {
+    let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = parameters;
+    let decay = Decay::Exponential;
+    Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, decay }
 }
 
 /// Weighted sum of squares.
 pub(super) fn cost(parameters: Parameters<f64>, samples: &[Sample]) -> f64 {
-    samples.iter().map(|s| s.weight * (s.torque - torque(parameters, s.speed)).powi(2)).sum()
+    let curve = curve(parameters);
+    samples.iter().map(|s| s.weight * (s.torque - curve.magnitude(s.speed)).powi(2)).sum()
 }
 
 /// The best parameters over all Stribeck velocities within `range`.

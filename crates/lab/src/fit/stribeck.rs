@@ -4,11 +4,12 @@
 //! the curve itself over dual numbers. Whether a drop is in the data at all is judged apart: [`StribeckDrop`].
 
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
-use stickslip_core::scalar::Dual;
+use stickslip_core::friction::Stribeck;
+use stickslip_core::scalar::{Dual, Scalar};
 
 use super::drop;
 pub use super::drop::StribeckDrop;
-use super::projection::{Parameters, cost, search, torque};
+use super::projection::{Parameters, cost, curve, search};
 use super::student_t95;
 use crate::Error;
 
@@ -83,9 +84,9 @@ pub struct StribeckFit {
 }
 
 impl StribeckFit {
-    /// Friction at a velocity of either sign; 0 at 0 [N m].
-    pub fn torque(&self, velocity: f64) -> f64 {
-        if velocity == 0.0 { 0.0 } else { velocity.signum() * torque(self.parameters, velocity.abs()) }
+    /// The curve itself.
+    pub fn curve(&self) -> Stribeck<f64> {
+        curve(self.parameters)
     }
 
     /// Half-width of the 95 % band of the curve at a speed, first order [N m].
@@ -132,7 +133,7 @@ pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<Stribe
 }
 
 fn standardised(parameters: Parameters<f64>, s: &Sample) -> f64 {
-    (s.torque - torque(parameters, s.speed)) * s.weight.sqrt()
+    (s.torque - curve(parameters).magnitude(s.speed)) * s.weight.sqrt()
 }
 
 fn huber_weight(residual: f64, threshold: f64) -> f64 {
@@ -176,7 +177,7 @@ fn speed_range(samples: &[Sample]) -> [f64; 2] {
 /// Value and gradient with respect to M_S, M_K, Ω_Strib, b.
 fn gradient(parameters: Parameters<f64>, speed: f64) -> (f64, [f64; 4]) {
     let variables = std::array::from_fn(|i| Dual::<4>::variable(parameters[i], i));
-    let value = torque(variables, Dual { value: speed, gradient: [0.0; 4] });
+    let value = curve(variables).magnitude(Dual::of(speed));
     (value.value, value.gradient)
 }
 
@@ -248,7 +249,7 @@ fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, 
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
     let t = student_t95(degrees_of_freedom as f64);
     let ci95 = std::array::from_fn(|i| interval(parameters[i], t * standard_errors[i]));
-    let residuals: Vec<f64> = samples.iter().map(|s| s.torque - torque(parameters, s.speed)).collect();
+    let residuals: Vec<f64> = samples.iter().map(|s| s.torque - curve(parameters).magnitude(s.speed)).collect();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
     let drop = drop::judge(parameters, &covariance, samples);
     let at_bound = at_bound(parameters, bounds);
