@@ -2,5 +2,10 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod output;
+pub mod summary;
+pub mod watch;
 
 pub use error::Error;
+pub use summary::Summary;
+pub use watch::Watch;
