@@ -4,5 +4,10 @@
 mod error;
 pub mod filter;
 pub mod fit;
+pub mod output;
+pub mod summary;
+pub mod watch;
 
 pub use error::Error;
+pub use summary::Summary;
+pub use watch::Watch;
