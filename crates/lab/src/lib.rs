@@ -3,6 +3,7 @@
 
 mod error;
 pub mod output;
+pub mod parameters;
 pub mod summary;
 pub mod watch;
 
