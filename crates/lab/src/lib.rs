@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod filter;
+pub mod fit;
 pub mod output;
 pub mod parameters;
 pub mod summary;
