@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::parameters::ParameterProblems;
+
 /// Any failure of the laboratory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -17,6 +19,27 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// Something is wrong with a parameter file.
+    #[error(transparent)]
+    Parameters(#[from] ParameterProblems),
+    /// There is no parameter at this path.
+    #[error("{path} is no parameter. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists them all."))]
+    UnknownParameter {
+        /// The path asked for.
+        path: String,
+        /// The known path most like it.
+        nearest: Option<String>,
+    },
+    /// There is no preset of this name, and it is no file.
+    #[error("{name} is no preset. {} A path to a file will do, too.",
+        did_you_mean(*nearest, &format!("There are: {}.", known.join(", "))))]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All names.
+        known: Vec<&'static str>,
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
     CurvePoint {
@@ -163,4 +186,8 @@ fn remedy(source: &io::Error) -> &'static str {
         io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
         _ => "Choose another place, or mend what the system says.",
     }
+}
+
+fn did_you_mean(nearest: Option<&str>, otherwise: &str) -> String {
+    nearest.map_or_else(|| otherwise.into(), |nearest| format!("Did you mean {nearest}?"))
 }

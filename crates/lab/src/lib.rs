@@ -6,6 +6,7 @@ mod error;
 pub mod filter;
 pub mod fit;
 pub mod output;
+pub mod parameters;
 pub mod summary;
 pub mod watch;
 
