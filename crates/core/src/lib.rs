@@ -17,6 +17,7 @@ extern crate self as stickslip_core;
 extern crate std;
 
 pub mod block;
+pub mod control;
 pub mod drive;
 pub mod fields;
 pub mod friction;

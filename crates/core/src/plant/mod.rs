@@ -193,3 +193,6 @@ fn square_root<T: Scalar>(x: T) -> T {
     }
     root
 }
+
+#[cfg(test)]
+mod tests;
