@@ -4,5 +4,7 @@
 mod error;
 pub mod filter;
 pub mod fit;
+pub mod recording;
+pub mod units;
 
 pub use error::Error;
