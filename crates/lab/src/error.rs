@@ -136,6 +136,26 @@ pub enum Error {
         /// What it should be.
         remedy: &'static str,
     },
+    /// A recording that was not sampled as the machine file says.
+    #[error("{}: its period is {found:.6e} s, the machine file says {expected:.6e} s. Correct `sampling_period`, or resample.", path.display())]
+    OtherPeriod {
+        /// The recording.
+        path: PathBuf,
+        /// Its period [s].
+        found: f64,
+        /// The machine's [s].
+        expected: f64,
+    },
+    /// A column whose unit is given twice, and differently.
+    #[error("{place}: the machine file says [{told}], the header says [{header}]. Correct one of them.")]
+    TwoUnits {
+        /// Whose unit.
+        place: String,
+        /// In the machine file.
+        told: String,
+        /// In the recording.
+        header: String,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,

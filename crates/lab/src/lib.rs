@@ -4,6 +4,7 @@
 mod error;
 pub mod filter;
 pub mod fit;
+pub mod machine;
 pub mod recording;
 pub mod units;
 
