@@ -156,6 +156,16 @@ pub enum Error {
         /// In the recording.
         header: String,
     },
+    /// A motion that does not tell the parameters apart.
+    #[error(
+        "the motion does not tell the parameters apart: singular values from {smallest:.3e} to {largest:.3e}. Record a motion with several speeds and accelerations in both directions."
+    )]
+    Dependent {
+        /// Smallest singular value of the scaled regressors.
+        smallest: f64,
+        /// Largest.
+        largest: f64,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
