@@ -1,20 +1,21 @@
 //! What can go wrong, with what, where and how to mend it as fields; formatted at the edge.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
 
 /// Any failure of the laboratory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused a file.
-    #[error("{}: cannot {action} it ({source})", path.display())]
+    #[error("{}: cannot {action} it ({source}). {}", path.display(), remedy(source))]
     File {
         /// Which file.
         path: PathBuf,
         /// What was tried: "read", "write".
         action: &'static str,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
@@ -169,4 +170,26 @@ pub enum Error {
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl Error {
+    /// The system refused to `action` ("read", "write", "create") the file or folder.
+    pub fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
+        Error::File { path: path.into(), action, source }
+    }
+}
+
+/// What to do about a refusal of the system.
+fn remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "Check the path: a part of it does not exist.",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "Choose another place, or get the right."
+        }
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => "A part of the path is a file; choose another.",
+        io::ErrorKind::IsADirectory | io::ErrorKind::DirectoryNotEmpty => "It is a folder; choose another name.",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "The disk is full: make room, or choose another.",
+        io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
+        _ => "Choose another place, or mend what the system says.",
+    }
 }

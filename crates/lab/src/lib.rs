@@ -7,5 +7,10 @@ pub mod fit;
 pub mod machine;
 pub mod recording;
 pub mod units;
+pub mod output;
+pub mod summary;
+pub mod watch;
 
 pub use error::Error;
+pub use summary::Summary;
+pub use watch::Watch;
