@@ -160,6 +160,121 @@ pub enum Error {
         limit: f64,
         /// What to do.
         remedy: &'static str,
+    /// A unit that is unknown or measures something else.
+    #[error("{place}: unit \"{unit}\" does not fit. Use one of {known}.")]
+    Unit {
+        /// Whose unit.
+        place: String,
+        /// As given.
+        unit: String,
+        /// What would do.
+        known: String,
+    },
+    /// A recording without a row.
+    #[error("{}: there is no row of numbers in it. A recording is a header and one row a sample.", path.display())]
+    EmptyRecording {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A row that is not as its header says.
+    #[error("{}:{line}: {fault}. Mend or remove the row.", path.display())]
+    BadRow {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// A cell that is not a finite number.
+    #[error("{}:{line}: column `{column}` holds \"{text}\", not a finite number. Write numbers with a decimal point, or cut the rows without a value.", path.display())]
+    BadCell {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// Which column.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A column that the recording does not have.
+    #[error("{}: there is no column `{name}` among {}. Is it `{nearest}`? Name it in the machine file under [columns].", path.display(), columns.join(", "))]
+    MissingColumn {
+        /// Which file.
+        path: PathBuf,
+        /// Asked for.
+        name: String,
+        /// What there is.
+        columns: Vec<String>,
+        /// The one most alike.
+        nearest: String,
+    },
+    /// Time stamps that are not on an even grid.
+    #[error("{}:{line}: {fault}: a step of {step:.3e} s where the period is {period:.3e} s. {remedy}", path.display())]
+    UnevenTime {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// What is wrong.
+        fault: &'static str,
+        /// The step that ends there [s].
+        step: f64,
+        /// Mean period [s].
+        period: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A machine file that is not one.
+    #[error("{}: {message}", path.display())]
+    MachineFile {
+        /// Which file.
+        path: PathBuf,
+        /// Place and reason.
+        message: String,
+    },
+    /// A number of the machine file that cannot be.
+    #[error("{}: {field} = {value} {remedy}", path.display())]
+    MachineValue {
+        /// Which file.
+        path: PathBuf,
+        /// Where in it.
+        field: &'static str,
+        /// As given.
+        value: f64,
+        /// What it should be.
+        remedy: &'static str,
+    },
+    /// A recording that was not sampled as the machine file says.
+    #[error("{}: its period is {found:.6e} s, the machine file says {expected:.6e} s. Correct `sampling_period`, or resample.", path.display())]
+    OtherPeriod {
+        /// The recording.
+        path: PathBuf,
+        /// Its period [s].
+        found: f64,
+        /// The machine's [s].
+        expected: f64,
+    },
+    /// A column whose unit is given twice, and differently.
+    #[error("{place}: the machine file says [{told}], the header says [{header}]. Correct one of them.")]
+    TwoUnits {
+        /// Whose unit.
+        place: String,
+        /// In the machine file.
+        told: String,
+        /// In the recording.
+        header: String,
+    },
+    /// A motion that does not tell the parameters apart.
+    #[error(
+        "the motion does not tell the parameters apart: singular values from {smallest:.3e} to {largest:.3e}. Record a motion with several speeds and accelerations in both directions."
+    )]
+    Dependent {
+        /// Smallest singular value of the scaled regressors.
+        smallest: f64,
+        /// Largest.
+        largest: f64,
     },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
