@@ -17,7 +17,12 @@ extern crate self as stickslip_core;
 extern crate std;
 
 pub mod block;
+pub mod control;
+pub mod drive;
 pub mod fields;
+pub mod friction;
+pub mod plant;
 pub mod scalar;
+pub mod sensor;
 
 pub use stickslip_derive::Fields;

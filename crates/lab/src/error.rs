@@ -16,6 +16,40 @@ pub enum Error {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A point that no curve can be fitted through.
+    #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
+    CurvePoint {
+        /// Counted from 0.
+        index: usize,
+        /// `velocity`, `torque` or `standard_error`.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Not enough of something for what was asked.
+    #[error("{found} {what}, {needed} are needed. {remedy}")]
+    TooFew {
+        /// Of what.
+        what: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        needed: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A low-pass that the sampling rate does not allow.
+    #[error(
+        "a low-pass at {cutoff} Hz needs a sampling rate above twice that, and there are {rate} Hz. Lower the cut-off."
+    )]
+    Cutoff {
+        /// Asked for [Hz].
+        cutoff: f64,
+        /// Sampling rate [Hz].
+        rate: f64,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,

@@ -2,5 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod filter;
+pub mod fit;
 
 pub use error::Error;

@@ -133,6 +133,16 @@ impl<const N: usize> Scalar for Dual<N> {
     }
 
     #[inline]
+    fn exponent(self) -> Self {
+        Self::of(self.value.exponent())
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        self.chain(Scalar::ln(self.value), 1.0 / self.value)
+    }
+
+    #[inline]
     fn exp(self) -> Self {
         let value = Scalar::exp(self.value);
         self.chain(value, value)

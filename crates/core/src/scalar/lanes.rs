@@ -163,4 +163,9 @@ impl<F: Scalar<Mask = bool>, const N: usize> Scalar for Lanes<F, N> {
     fn power_of_two(self) -> Self {
         self.each(F::power_of_two)
     }
+
+    #[inline(always)]
+    fn exponent(self) -> Self {
+        self.each(F::exponent)
+    }
 }
