@@ -309,11 +309,13 @@ pub(super) fn function_name<F: Precision>(function: Function) -> String {
     let name = match function {
         Function::Abs => return format!("fabs{}", F::C_SUFFIX),
         Function::Exp => "exp",
+        Function::Ln => "ln",
         Function::Sin => "sin",
         Function::Cos => "cos",
         Function::Round => "round",
         Function::Floor => "floor",
         Function::PowerOfTwo => "power_of_two",
+        Function::Exponent => "exponent",
     };
     format!("stickslip_{name}{}", F::C_SUFFIX)
 }

@@ -1,6 +1,7 @@
 //! What stands above the steps: the switches of the compiler, and the functions of one number.
 
 use super::body::{self, function_name};
+use super::text::literal;
 use crate::record::{Function, Precision, record_function};
 use stickslip_core::scalar::kernel;
 
@@ -31,14 +32,16 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
 
 /// The functions that are called, and those that they call.
 pub(super) fn functions<F: Precision>(called: &[Function]) -> String {
-    let mut needed = Vec::new();
-    let mut bodies = String::new();
-    for function in [Function::Exp, Function::Sin, Function::Cos, Function::Round, Function::Floor] {
+    let real = F::C_NAME;
+    let mut needed = called.to_vec();
+    let mut out = String::new();
+    for function in [Function::Exp, Function::Ln, Function::Sin, Function::Cos, Function::Round, Function::Floor] {
         if !called.contains(&function) {
             continue;
         }
         let (graph, result) = match function {
             Function::Exp => record_function::<F>(kernel::exp),
+            Function::Ln => record_function::<F>(kernel::ln),
             Function::Sin => record_function::<F>(kernel::sin),
             Function::Cos => record_function::<F>(kernel::cos),
             Function::Round => record_function::<F>(kernel::round),
@@ -46,26 +49,43 @@ pub(super) fn functions<F: Precision>(called: &[Function]) -> String {
         };
         let body = body::function::<F>(&graph, result);
         needed.extend(body.functions);
-        let real = F::C_NAME;
-        bodies += &format!("static {real} {}(const {real} x) {{\n{}}}\n\n", function_name::<F>(function), body.lines);
+        out += &format!("static {real} {}(const {real} x) {{\n{}}}\n\n", function_name::<F>(function), body.lines);
     }
-    if called.contains(&Function::PowerOfTwo) || needed.contains(&Function::PowerOfTwo) {
-        return power_of_two::<F>() + &bodies;
-    }
-    bodies
+    let bits = [Function::PowerOfTwo, Function::Exponent].into_iter().filter(|f| needed.contains(f));
+    bits.map(on_bits::<F>).collect::<String>() + &out
 }
 
-/// 2^k: k + bias lands in the low bits of the mantissa; the shift moves it into the exponent. As in `scalar`.
-fn power_of_two<F: Precision>() -> String {
-    let (real, name) = (F::C_NAME, function_name::<F>(Function::PowerOfTwo));
-    let (word, shifter, mantissa) = match real {
-        "float" => ("uint32_t", 8_388_608.0 + 127.0, 23),
-        _ => ("uint64_t", 4_503_599_627_370_496.0 + 1023.0, 52),
+/// The two functions that see a number as bits, as in `stickslip_core::scalar`.
+fn on_bits<F: Precision>(function: Function) -> String {
+    let (real, name) = (F::C_NAME, function_name::<F>(function));
+    let (word, whole, bias, mantissa) = match real {
+        "float" => ("uint32_t", 8_388_608.0, 127.0, 23),
+        _ => ("uint64_t", 4_503_599_627_370_496.0, 1023.0, 52),
     };
-    let shifter = super::text::literal::<F>(shifter);
-    format!(
-        "static {real} {name}(const {real} k) {{\n    const {real} shifted = k + {shifter};\n    {word} bits;\n    \
-         {real} power;\n    memcpy(&bits, &shifted, sizeof bits);\n    bits <<= {mantissa};\n    \
-         memcpy(&power, &bits, sizeof power);\n    return power;\n}}\n\n"
-    )
+    let (whole, shifter) = (literal::<F>(whole), literal::<F>(whole + bias));
+    let statements = if function == Function::PowerOfTwo {
+        // k + bias lands in the low bits of the mantissa; the shift moves it into the exponent.
+        [
+            format!("{real} number = x + {shifter};"),
+            format!("{word} bits;"),
+            "memcpy(&bits, &number, sizeof bits);".into(),
+            format!("bits <<= {mantissa};"),
+            "memcpy(&number, &bits, sizeof bits);".into(),
+            "return number;".into(),
+        ]
+        .to_vec()
+    } else {
+        // The exponent in the low bits of a mantissa; subtracting its scale leaves the number.
+        [
+            format!("{real} number = {whole};"),
+            format!("{word} bits, scale;"),
+            "memcpy(&bits, &x, sizeof bits);".into(),
+            "memcpy(&scale, &number, sizeof scale);".into(),
+            format!("bits = (bits >> {mantissa}) | scale;"),
+            "memcpy(&number, &bits, sizeof bits);".into(),
+            format!("return number - {shifter};"),
+        ]
+        .to_vec()
+    };
+    format!("static {real} {name}(const {real} x) {{\n    {}\n}}\n\n", statements.join("\n    "))
 }

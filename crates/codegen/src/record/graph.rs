@@ -35,6 +35,8 @@ pub enum Function {
     Abs,
     /// Exponential.
     Exp,
+    /// Natural logarithm.
+    Ln,
     /// Sine.
     Sin,
     /// Cosine.
@@ -45,6 +47,8 @@ pub enum Function {
     Floor,
     /// 2^k.
     PowerOfTwo,
+    /// The whole k with 2^k ≤ |x| < 2^(k+1).
+    Exponent,
 }
 
 /// Arithmetic on two numbers.
@@ -241,10 +245,12 @@ fn apply<F: Precision>(function: Function, a: F) -> F {
     match function {
         Function::Abs => a.abs(),
         Function::Exp => a.exp(),
+        Function::Ln => a.ln(),
         Function::Sin => a.sin(),
         Function::Cos => a.cos(),
         Function::Round => a.round(),
         Function::Floor => a.floor(),
         Function::PowerOfTwo => a.power_of_two(),
+        Function::Exponent => a.exponent(),
     }
 }

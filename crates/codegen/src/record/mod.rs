@@ -167,6 +167,14 @@ impl<F: Precision> Scalar for Recorded<F> {
         Self::new(Node::Apply(Function::PowerOfTwo, self.id))
     }
 
+    fn exponent(self) -> Self {
+        Self::new(Node::Apply(Function::Exponent, self.id))
+    }
+
+    fn ln(self) -> Self {
+        Self::new(Node::Apply(Function::Ln, self.id))
+    }
+
     fn exp(self) -> Self {
         Self::new(Node::Apply(Function::Exp, self.id))
     }
