@@ -40,6 +40,7 @@ pub enum Error {
         nearest: Option<&'static str>,
         /// All names.
         known: Vec<&'static str>,
+    },
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
     CurvePoint {
@@ -160,6 +161,7 @@ pub enum Error {
         limit: f64,
         /// What to do.
         remedy: &'static str,
+    },
     /// A unit that is unknown or measures something else.
     #[error("{place}: unit \"{unit}\" does not fit. Use one of {known}.")]
     Unit {

@@ -6,11 +6,11 @@ mod error;
 pub mod filter;
 pub mod fit;
 pub mod machine;
-pub mod recording;
-pub mod units;
 pub mod output;
 pub mod parameters;
+pub mod recording;
 pub mod summary;
+pub mod units;
 pub mod watch;
 
 pub use error::Error;
