@@ -18,8 +18,14 @@ extern crate std;
 
 pub mod block;
 pub mod control;
+pub mod drive;
 pub mod fields;
+pub mod friction;
+pub mod plant;
+pub mod render;
 pub mod scalar;
 pub mod supervise;
+pub mod sensor;
+pub mod tick;
 
 pub use stickslip_derive::Fields;
