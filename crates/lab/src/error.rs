@@ -40,6 +40,7 @@ pub enum Error {
         nearest: Option<&'static str>,
         /// All names.
         known: Vec<&'static str>,
+    },
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
     CurvePoint {
