@@ -22,7 +22,9 @@ pub mod drive;
 pub mod fields;
 pub mod friction;
 pub mod plant;
+pub mod render;
 pub mod scalar;
 pub mod sensor;
+pub mod tick;
 
 pub use stickslip_derive::Fields;
