@@ -24,8 +24,8 @@ pub mod friction;
 pub mod plant;
 pub mod render;
 pub mod scalar;
-pub mod supervise;
 pub mod sensor;
+pub mod supervise;
 pub mod tick;
 
 pub use stickslip_derive::Fields;

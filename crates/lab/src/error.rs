@@ -279,6 +279,27 @@ pub enum Error {
         /// Largest.
         largest: f64,
     },
+    /// Supervision has taken the torque away.
+    #[error("fault in cycle {cycle}: {reason}")]
+    BenchFault {
+        /// In which tick.
+        cycle: u64,
+        /// What was measured, what is allowed, what to do.
+        reason: String,
+    },
+    /// Supervision does not admit what was asked for.
+    #[error("the bench refuses {request}: it is {state}. {remedy}")]
+    Refused {
+        /// What was asked for.
+        request: String,
+        /// The state that stays.
+        state: String,
+        /// What to do first.
+        remedy: &'static str,
+    },
+    /// An experiment that needs the screw's zero.
+    #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
+    NotHomed,
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
