@@ -2,5 +2,8 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod figure;
+pub mod quantity;
+pub mod report;
 
 pub use error::Error;
