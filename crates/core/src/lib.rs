@@ -17,7 +17,15 @@ extern crate self as stickslip_core;
 extern crate std;
 
 pub mod block;
+pub mod control;
+pub mod drive;
 pub mod fields;
+pub mod friction;
+pub mod plant;
+pub mod render;
 pub mod scalar;
+pub mod supervise;
+pub mod sensor;
+pub mod tick;
 
 pub use stickslip_derive::Fields;

@@ -1,8 +1,9 @@
 //! Units of the SI, as they stand behind a number: `N m/rad`, `V/(m/s^2)`, `1/s`.
 
 /// Names that a unit may consist of. Angles count as a unit of their own, so that rad/s and Hz stay apart.
-const UNITS: [&str; 20] = [
-    "1", "m", "kg", "s", "A", "K", "rad", "N", "V", "W", "J", "H", "Ω", "Hz", "C", "T", "Pa", "lines", "counts", "bit",
+const UNITS: [&str; 21] = [
+    "1", "m", "kg", "s", "A", "K", "rad", "N", "V", "W", "J", "H", "Ω", "Hz", "√Hz", "C", "T", "Pa", "lines", "counts",
+    "bit",
 ];
 
 /// `Err` with what is wrong, unless the text is a product and quotient of known units.
@@ -34,6 +35,9 @@ fn factor(rest: &mut &str) -> Result<(), String> {
     } else {
         let end = rest.find([' ', '/', '(', ')', '^']).unwrap_or(rest.len());
         let (name, tail) = rest.split_at(end);
+        if name.is_empty() {
+            return Err("a name of a unit is missing: one space or one / stands between two, as in \"N m/rad\"".into());
+        }
         if !UNITS.contains(&name) {
             return Err(format!("\"{name}\" is not a unit known here; known are {}", UNITS.join(", ")));
         }

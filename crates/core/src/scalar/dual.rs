@@ -13,6 +13,14 @@ pub struct Dual<const N: usize> {
     pub gradient: [f64; N],
 }
 
+/// Zero.
+impl<const N: usize> Default for Dual<N> {
+    #[inline]
+    fn default() -> Self {
+        Self::of(0.0)
+    }
+}
+
 impl<const N: usize> Dual<N> {
     /// The variable number `index` at `value`. Panics if there are not so many variables.
     pub fn variable(value: f64, index: usize) -> Self {
@@ -130,6 +138,16 @@ impl<const N: usize> Scalar for Dual<N> {
     #[inline]
     fn power_of_two(self) -> Self {
         Self::of(self.value.power_of_two())
+    }
+
+    #[inline]
+    fn exponent(self) -> Self {
+        Self::of(self.value.exponent())
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        self.chain(Scalar::ln(self.value), 1.0 / self.value)
     }
 
     #[inline]

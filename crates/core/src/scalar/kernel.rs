@@ -32,6 +32,32 @@ pub fn exp<T: Scalar>(x: T) -> T {
     e * half.power_of_two() * (k - half).power_of_two()
 }
 
+/// ln x of a normal positive number, within 2 ulp. Otherwise −∞ at 0 and NaN below are not promised.
+#[inline(always)]
+pub fn ln<T: Scalar>(x: T) -> T {
+    // x = 2^k·m with m in √½ … √2, where the logarithm of m does not cancel against k·ln 2.
+    let k = x.exponent();
+    let m = x * (-k).power_of_two();
+    let high = m.gt(T::of(core::f64::consts::SQRT_2));
+    let m = high.select(T::of(0.5) * m, m);
+    let k = high.select(k + T::of(1.0), k);
+    // ln(1 + f) = f − f²/2 + s·(f²/2 + R(s²)) with s = f/(2 + f), fdlibm's minimax R.
+    let f = m - T::of(1.0);
+    let s = f / (T::of(2.0) + f);
+    let z = s * s;
+    let w = z * z;
+    let even = w
+        * (T::of(3.999_999_999_940_941_908e-1)
+            + w * (T::of(2.222_219_843_214_978_396e-1) + w * T::of(1.531_383_769_920_937_332e-1)));
+    let odd = z
+        * (T::of(6.666_666_666_666_735_130e-1)
+            + w * (T::of(2.857_142_874_366_239_149e-1)
+                + w * (T::of(1.818_357_216_161_805_012e-1) + w * T::of(1.479_819_860_511_658_591e-1))));
+    let half = T::of(0.5) * f * f;
+    let low = k * T::by_precision(1.908_214_929_270_587_70e-10, -2.121_944_400_546_905_8e-4);
+    k * T::by_precision(6.931_471_803_691_238_16e-1, 0.693_359_375) - ((half - (s * (half + (even + odd)) + low)) - f)
+}
+
 /// sin x; see [`Scalar::sin`].
 #[inline(always)]
 pub fn sin<T: Scalar>(x: T) -> T {

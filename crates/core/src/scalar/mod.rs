@@ -71,10 +71,19 @@ pub trait Scalar:
     /// 2^k for a whole k within the normal exponents; anything else gives an unspecified value.
     fn power_of_two(self) -> Self;
 
+    /// The whole k with 2^k ≤ |x| < 2^(k+1) for a normal x; anything else gives an unspecified number.
+    fn exponent(self) -> Self;
+
     /// Exponential, within 2 ulp; the one kernel of all instances.
     #[inline(always)]
     fn exp(self) -> Self {
         kernel::exp(self)
+    }
+
+    /// Natural logarithm of a normal positive number, within 2 ulp.
+    #[inline(always)]
+    fn ln(self) -> Self {
+        kernel::ln(self)
     }
 
     /// Sine, within 2 ulp for |x| ≤ 1e6 rad (`f32`: 1e4 rad).
@@ -141,7 +150,7 @@ impl<T> Mask<T> for bool {
 }
 
 macro_rules! float {
-    ($float:ident, $single:literal, $shifter:expr, $mantissa:expr) => {
+    ($float:ident, $single:literal, $whole:literal, $bias:literal, $mantissa:literal) => {
         impl Scalar for $float {
             type Mask = bool;
 
@@ -173,14 +182,21 @@ macro_rules! float {
             #[inline(always)]
             fn power_of_two(self) -> Self {
                 // k + bias lands in the low bits of the mantissa; the shift moves it into the exponent.
-                $float::from_bits((self + $shifter).to_bits() << $mantissa)
+                $float::from_bits((self + ($whole + $bias)).to_bits() << $mantissa)
+            }
+
+            #[inline(always)]
+            fn exponent(self) -> Self {
+                // The exponent in the low bits of a mantissa; subtracting its scale leaves the number.
+                let whole: $float = $whole;
+                $float::from_bits((self.to_bits() >> $mantissa) | whole.to_bits()) - ($whole + $bias)
             }
         }
     };
 }
 
-float!(f64, false, 4_503_599_627_370_496.0 + 1023.0, 52);
-float!(f32, true, 8_388_608.0 + 127.0, 23);
+float!(f64, false, 4_503_599_627_370_496.0, 1023.0, 52);
+float!(f32, true, 8_388_608.0, 127.0, 23);
 
 #[cfg(test)]
 mod tests;

@@ -15,6 +15,16 @@ proptest! {
     }
 
     #[test]
+    fn the_logarithm_is_within_two_ulp(e in -300.0..300.0f64, x in 0.5..2.0f64) {
+        let size = f64::powf(10.0, e);
+        for v in [size, x] {
+            prop_assert!(ulps(Scalar::ln(v), f64::ln(v)) <= 2.0);
+            prop_assert!((Scalar::ln(v as f32) - f32::ln(v as f32)).abs() <= 2.0 * f32::EPSILON * (v as f32).ln().abs() || e.abs() > 37.0);
+        }
+        prop_assert_eq!(size.exponent(), f64::floor(f64::log2(size)));
+    }
+
+    #[test]
     fn sine_and_cosine_are_close(x in -1e6..1e6f64) {
         // Near a zero the relative error of the reduction counts in absolute terms: 2 ulp of 1.
         prop_assert!((Scalar::sin(x) - f64::sin(x)).abs() <= 2.0 * f64::EPSILON);

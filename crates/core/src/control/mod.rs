@@ -1,0 +1,47 @@
+//! Estimation of the screw's motion and control of its two motors.
+//!
+//! Blocks over any kind of number: the velocity observer, the current control of the load motor, and the
+//! position controllers under test ([`PositionController`]) and what they follow ([`reference`]). Their parameters are
+//! computed for a sampling time by `stickslip::design`; the step has no constant that depends on it.
+//!
+//! A measurement that is no number must not stay in a state or reach a motor: each block says what it does instead.
+
+mod cascade;
+mod current;
+mod pid;
+mod position;
+pub mod reference;
+mod velocity_observer;
+
+pub use cascade::{Cascade, CascadeState};
+pub use current::{CurrentControl, CurrentControlInput, CurrentControlOutput, CurrentControlState};
+pub use pid::{Pid, PidState};
+pub use position::{ControllerInput, ControllerOutput, PositionController, PositionControllerState};
+pub use velocity_observer::{VelocityObserver, VelocityObserverInput, VelocityObserverOutput, VelocityObserverState};
+
+#[cfg(test)]
+mod tests;
+
+use crate::scalar::{Mask, Scalar};
+
+/// Beyond what any machine measures, and small enough that products of it stay finite, also in `f32`.
+const BEYOND_MEASURE: f64 = 1e12;
+
+/// Whether a machine can have measured or commanded this: no NaN, no infinity.
+#[inline(always)]
+fn measurable<T: Scalar>(value: T) -> T::Mask {
+    value.abs().lt(T::of(BEYOND_MEASURE))
+}
+
+/// `value`, or `instead` where it cannot have been measured.
+#[inline(always)]
+fn finite_or<T: Scalar>(value: T, instead: T) -> T {
+    measurable(value).select(value, instead)
+}
+
+/// Whether an integrator may move by `increment` while `demand` asks for more than ±`limit`: always back into the
+/// range, never further out (conditional integration).
+#[inline(always)]
+fn may_integrate<T: Scalar>(demand: T, increment: T, limit: T) -> T::Mask {
+    demand.abs().le(limit) | (demand * increment).le(T::of(0.0))
+}

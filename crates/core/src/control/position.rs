@@ -1,0 +1,122 @@
+//! What all position controllers have in common, and the choice between them.
+
+use super::{Cascade, CascadeState, Pid, PidState, finite_or, measurable};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::{Mask, Scalar};
+
+/// What a position controller reads: the set-point and the measurements of one sample.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ControllerInput<T> {
+    /// Wanted screw angle.
+    #[field(symbol = "r", unit = "rad")]
+    pub reference_position: T,
+    /// Its first derivative.
+    #[field(symbol = "ṙ", unit = "rad/s")]
+    pub reference_velocity: T,
+    /// Its second derivative.
+    #[field(symbol = "r̈", unit = "rad/s^2")]
+    pub reference_acceleration: T,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub measured_angle: T,
+    /// Measured velocity, of the tacho.
+    #[field(symbol = "ω", unit = "rad/s")]
+    pub measured_velocity: T,
+}
+
+impl<T: Scalar> ControllerInput<T> {
+    /// Whether all five are numbers that a machine can have.
+    #[inline(always)]
+    pub(super) fn valid(&self) -> T::Mask {
+        measurable(
+            self.reference_position.abs()
+                + self.reference_velocity.abs()
+                + self.reference_acceleration.abs()
+                + self.measured_angle.abs()
+                + self.measured_velocity.abs(),
+        )
+    }
+
+    /// The same with 0 for what is no number, so that what is computed from it stays finite.
+    #[inline(always)]
+    pub(super) fn finite(self) -> Self {
+        let zero = T::of(0.0);
+        ControllerInput {
+            reference_position: finite_or(self.reference_position, zero),
+            reference_velocity: finite_or(self.reference_velocity, zero),
+            reference_acceleration: finite_or(self.reference_acceleration, zero),
+            measured_angle: finite_or(self.measured_angle, zero),
+            measured_velocity: finite_or(self.measured_velocity, zero),
+        }
+    }
+}
+
+/// What a position controller gives.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ControllerOutput<T> {
+    /// Torque for the drive motor.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub torque: T,
+}
+
+/// The controller under test.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "controller")]
+pub enum PositionController<T> {
+    /// P control of the position around PI control of the velocity, as in servo drives.
+    Cascade(Cascade<T>),
+    /// One PID controller of the position.
+    Pid(Pid<T>),
+}
+
+/// The states of all controllers; only that of the chosen one moves.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct PositionControllerState<T> {
+    /// Of the cascade.
+    pub cascade: CascadeState<T>,
+    /// Of the PID controller.
+    pub pid: PidState<T>,
+}
+
+impl<T: Scalar> PositionController<T> {
+    /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
+    pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> PositionControllerState<T> {
+        let mut state = PositionControllerState::default();
+        match self {
+            PositionController::Cascade(cascade) => state.cascade = cascade.take_over(torque, input),
+            PositionController::Pid(pid) => state.pid = pid.take_over(torque, input),
+        }
+        state
+    }
+}
+
+impl<T: Scalar> Block<T> for PositionController<T> {
+    type State = PositionControllerState<T>;
+    type Input = ControllerInput<T>;
+    type Output = ControllerOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        match self {
+            PositionController::Cascade(cascade) => cascade.run(&mut state.cascade, input, dt),
+            PositionController::Pid(pid) => pid.run(&mut state.pid, input, dt),
+        }
+    }
+}
+
+/// Torque and integrator of one step, common to the controllers: limit, conditional integration, and no torque, no
+/// change where an input was no number.
+#[inline(always)]
+pub(super) fn limit_and_integrate<T: Scalar>(
+    valid: T::Mask,
+    demand: T,
+    torque_limit: T,
+    integral: T,
+    increment: T,
+) -> (T, T) {
+    let zero = T::of(0.0);
+    let torque = valid.select(demand.clamp(-torque_limit, torque_limit), zero);
+    let moves = valid & super::may_integrate(demand, increment, torque_limit);
+    (torque, integral + moves.select(increment, zero))
+}

@@ -1,0 +1,251 @@
+//! Bristle models: friction with a state, the mean deflection z of the contact's bristles.
+//!
+//! A model states its physics once, as the four functions of [`Bristle`]; [`rate`] (for reference solvers and
+//! linearisation) and [`advance`] (for the plant's splitting integrator and the tick) are written once over them.
+
+use core::f64::consts::PI;
+
+use super::Stribeck;
+use crate::Fields;
+use crate::fields::{ParameterError, at_most};
+use crate::scalar::{Mask, Scalar};
+
+/// What a bristle model says about itself.
+pub trait Bristle<T: Scalar> {
+    /// Sliding level g [N m] at a speed ≥ 0 [rad/s], without the viscous part.
+    fn sliding(&self, speed: T) -> T;
+    /// Share α of the motion that slides: 0 elastic … 1 sliding, at a deflection [rad] and a velocity [rad/s].
+    fn release(&self, deflection: T, velocity: T) -> T;
+    /// Damping σ₁ of the bristles [N m s/rad] at a velocity [rad/s].
+    fn damping(&self, velocity: T) -> T;
+    /// Stiffness σ₀ of the bristles [N m/rad].
+    fn stiffness(&self) -> T;
+}
+
+/// ż [rad/s] = Ω − α·σ₀·|Ω|·z/g(|Ω|), and the bristle torque σ₀·z + σ₁·ż [N m].
+#[inline(always)]
+pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (T, T) {
+    let speed = velocity.abs();
+    let slide = model.release(deflection, velocity) * model.stiffness() * speed / model.sliding(speed);
+    let rate = velocity - slide * deflection;
+    (rate, model.stiffness() * deflection + model.damping(velocity) * rate)
+}
+
+/// One step with the velocity held: z relaxes exponentially to its steady value, so that the step is stable for any
+/// stiffness and any `dt` [s].
+///
+/// `release` (α) is handed in: a splitting scheme takes it at the midpoint. Returns the new deflection [rad] and the
+/// mean bristle torque over the step [N m]; b·Ω is added outside.
+///
+/// With λ = α·σ₀·|Ω|/g and x = λ·dt: z⁺ = z + (Ω − λ·z)·dt·φ₁(x), mean z = z + (Ω − λ·z)·dt·φ₂(x), where
+/// φ₁ = (1 − e^(−x))/x and φ₂ = (1 − φ₁)/x.
+#[inline(always)]
+pub fn advance<T: Scalar>(model: &impl Bristle<T>, deflection: T, release: T, velocity: T, dt: T) -> (T, T) {
+    let one = T::of(1.0);
+    let speed = velocity.abs();
+    let slide = release * model.stiffness() * speed / model.sliding(speed);
+    let x = slide * dt;
+    // The quotients cancel for small x: there the series up to x⁷/9! (remainder 2e-18 at 1/32).
+    let small = x.lt(T::of(0.031_25));
+    let mut series = T::of(1.0 / 362_880.0);
+    for factorial in [40_320.0, 5_040.0, 720.0, 120.0, 24.0, 6.0, 2.0] {
+        series = T::of(1.0 / factorial) - x * series;
+    }
+    let quotient = (one - (-x).exp()) / small.select(one, x);
+    let phi1 = small.select(one - x * series, quotient);
+    let phi2 = small.select(series, (one - quotient) / small.select(one, x));
+    let drive = (velocity - slide * deflection) * dt;
+    let next = deflection + drive * phi1;
+    let mean = deflection + drive * phi2;
+    (next, model.stiffness() * mean + model.damping(velocity) * ((next - deflection) / dt))
+}
+
+/// Dahl friction: presliding with hysteresis, no Stribeck drop, no damping.
+///
+/// ```text
+/// ż = Ω − σ₀·|Ω|·z/M_K,   M_R = σ₀·z + b·Ω
+/// ```
+///
+/// P. Dahl (1968), exponent 1. Holds a constant load without creep, drifts under a vibrating one.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Dahl<T> {
+    /// Sliding level.
+    #[field(symbol = "M_K", unit = "N m", range = 1e-6..=200.0, default = 0.180)]
+    pub kinetic_torque: T,
+    /// Torque per speed of the lubricant.
+    #[field(symbol = "b", unit = "N m s/rad", range = 0.0..=50.0, default = 2.0e-4)]
+    pub viscous_friction: T,
+    /// Stiffness of the bristles, the slope of the presliding loop at rest.
+    #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]
+    pub bristle_stiffness: T,
+}
+
+impl<T: Scalar> Bristle<T> for Dahl<T> {
+    #[inline(always)]
+    fn sliding(&self, _speed: T) -> T {
+        self.kinetic_torque
+    }
+
+    #[inline(always)]
+    fn release(&self, _deflection: T, _velocity: T) -> T {
+        T::of(1.0)
+    }
+
+    #[inline(always)]
+    fn damping(&self, _velocity: T) -> T {
+        T::of(0.0)
+    }
+
+    #[inline(always)]
+    fn stiffness(&self) -> T {
+        self.bristle_stiffness
+    }
+}
+
+/// How the damping of the bristles fades as the contact slides.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "shape")]
+pub enum Fading<T> {
+    /// σ₁·e^(−(Ω/v_c)²).
+    Gaussian(DampingVelocity<T>),
+    /// σ₁/(1 + (Ω/v_c)²).
+    Rational(DampingVelocity<T>),
+}
+
+/// The velocity of [`Fading`].
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DampingVelocity<T> {
+    /// Speed at which the damping of the bristles has faded.
+    #[field(symbol = "v_c", unit = "rad/s", range = 1e-4..=1e3, default = 1.2)]
+    pub velocity: T,
+}
+
+/// LuGre friction with the sliding curve of [`Stribeck`].
+///
+/// ```text
+/// ż = Ω − σ₀·|Ω|·z/g(|Ω|),   M_R = σ₀·z + σ₁(Ω)·ż + b·Ω,   g = M_K + (M_S − M_K)·e^(−|Ω|/Ω_Strib)
+/// ```
+///
+/// Canudas de Wit et al. (1995), equations (1) to (3). With constant σ₁ it is passive only for large b; with σ₁(Ω)
+/// fading it is for v_c small enough (Åström & Canudas de Wit 2008, property 4), which is checked. Drifts under a
+/// vibrating load below breakaway; where that matters, use [`ElastoPlastic`].
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(check = LuGre::check)]
+pub struct LuGre<T> {
+    /// The curve at constant speed.
+    pub sliding: Stribeck<T>,
+    /// Stiffness of the bristles, the slope of the presliding loop at rest.
+    #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]
+    pub bristle_stiffness: T,
+    /// Damping of the bristles at rest.
+    #[field(symbol = "σ₁", unit = "N m s/rad", range = 0.0..=1e3, default = 0.85)]
+    pub bristle_damping: T,
+    /// How the damping fades with speed.
+    pub fading: Fading<T>,
+}
+
+impl<T: Scalar> Bristle<T> for LuGre<T> {
+    #[inline(always)]
+    fn sliding(&self, speed: T) -> T {
+        self.sliding.level(speed)
+    }
+
+    #[inline(always)]
+    fn release(&self, _deflection: T, _velocity: T) -> T {
+        T::of(1.0)
+    }
+
+    #[inline(always)]
+    fn damping(&self, velocity: T) -> T {
+        match self.fading {
+            Fading::Gaussian(fading) => {
+                let s = velocity / fading.velocity;
+                self.bristle_damping * (-(s * s)).exp()
+            }
+            Fading::Rational(fading) => {
+                let s = velocity / fading.velocity;
+                self.bristle_damping / (T::of(1.0) + s * s)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn stiffness(&self) -> T {
+        self.bristle_stiffness
+    }
+}
+
+impl LuGre<f64> {
+    /// The largest v_c [rad/s] for which the bristles take energy and never give any: σ₁(Ω)·|Ω| ≤ 4·min g at every
+    /// speed, so v_c ≤ 4·√(2e)·min g/σ₁ for the Gaussian form and ≤ 8·min g/σ₁ for the rational one. Infinite
+    /// without damping.
+    pub fn passive_damping_velocity(&self) -> f64 {
+        // 4·√(2e)
+        const GAUSSIAN: f64 = 9.326_575_266_183_9;
+        let factor = match self.fading {
+            Fading::Gaussian(_) => GAUSSIAN,
+            Fading::Rational(_) => 8.0,
+        };
+        factor * self.sliding.smallest_level() / self.bristle_damping
+    }
+
+    fn check(&self) -> Result<(), ParameterError> {
+        let (Fading::Gaussian(fading) | Fading::Rational(fading)) = self.fading;
+        at_most(
+            "fading",
+            fading.velocity,
+            self.passive_damping_velocity(),
+            "Above this speed the damping of the bristles makes energy: lower v_c or the bristle damping.",
+        )
+    }
+}
+
+/// Elasto-plastic friction: LuGre with a purely elastic zone around each point of rest, hence without drift.
+///
+/// ```text
+/// ż = Ω − α(z, Ω)·σ₀·|Ω|·z/g(|Ω|)
+/// ```
+///
+/// α = 0 while the bristles recede or |z| ≤ z_ba, 1 from the steady deflection z_s = g/σ₀ on, half a sine between.
+/// P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE TAC 47 (2002) 787. The elastic limit z_ba is a share of
+/// M_S/σ₀, but never above 0.95·z_s: otherwise the load would slide at the wrong torque wherever g falls below it.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ElastoPlastic<T> {
+    /// The bristles and their sliding curve.
+    pub lugre: LuGre<T>,
+    /// Elastic limit as a share of the breakaway deflection M_S/σ₀.
+    #[field(symbol = "z_ba·σ₀/M_S", unit = "1", range = 0.0..=0.95, default = 0.7)]
+    pub elastic_fraction: T,
+}
+
+impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
+    #[inline(always)]
+    fn sliding(&self, speed: T) -> T {
+        self.lugre.sliding(speed)
+    }
+
+    #[inline(always)]
+    fn release(&self, deflection: T, velocity: T) -> T {
+        let steady = self.sliding(velocity.abs()) / self.lugre.bristle_stiffness;
+        let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque / self.lugre.bristle_stiffness)
+            .min(T::of(0.95) * steady);
+        let size = deflection.abs();
+        let middle = T::of(0.5) * (steady + elastic);
+        let angle = T::of(PI) * ((size - middle) / (steady - elastic));
+        // Outside −π/2 … π/2 another branch is taken; the limit keeps the sine in its exact range.
+        let rising = T::of(0.5) + T::of(0.5) * angle.clamp(T::of(-0.5 * PI), T::of(0.5 * PI)).sin();
+        let zero = T::of(0.0);
+        let elastic_zone = (deflection * velocity).le(zero) | size.le(elastic);
+        elastic_zone.select(zero, size.ge(steady).select(T::of(1.0), rising))
+    }
+
+    #[inline(always)]
+    fn damping(&self, velocity: T) -> T {
+        self.lugre.damping(velocity)
+    }
+
+    #[inline(always)]
+    fn stiffness(&self) -> T {
+        self.lugre.bristle_stiffness
+    }
+}

@@ -1,0 +1,224 @@
+//! Friction: one composable form, a model times what it depends on.
+//!
+//! | model | presliding | Stribeck | holds a constant load | holds a vibrating load |
+//! |---|---|---|---|---|
+//! | [`Static`] | no | yes | exactly | exactly |
+//! | [`Dahl`] | yes | no | exactly | drifts |
+//! | [`LuGre`] | yes | yes | exactly | drifts |
+//! | [`ElastoPlastic`] | yes | yes | exactly | within the elastic zone exactly |
+//!
+//! "Exactly" holds within the well-balanced step of [`plant`](crate::plant), the only integrator used here. Direction,
+//! position and load multiply the torque of any model, its damping and its stiffness together, so that the breakaway
+//! twist stays, nothing is divided by zero, and a passive model stays passive.
+
+mod bristle;
+mod stribeck;
+
+use core::f64::consts::TAU;
+
+pub use bristle::{Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, advance, rate};
+pub use stribeck::{Decay, Exponent, Static, Stribeck};
+
+use crate::Fields;
+use crate::scalar::Scalar;
+
+/// The friction of one place: screw, friction wheel, motor brushes.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Friction<T> {
+    /// The model.
+    pub model: Model<T>,
+    /// Difference between the two directions.
+    pub direction: Direction<T>,
+    /// Dependence on the angle of the screw.
+    pub position: Position<T>,
+    /// Dependence on the torque that the contact carries.
+    pub load: Load<T>,
+}
+
+/// The friction model.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub enum Model<T> {
+    /// No friction.
+    Nothing,
+    /// Coulomb, viscous and Stribeck friction with true stick.
+    Static(Static<T>),
+    /// Dahl's model.
+    Dahl(Dahl<T>),
+    /// The LuGre model.
+    Lugre(LuGre<T>),
+    /// The elasto-plastic model.
+    ElastoPlastic(ElastoPlastic<T>),
+}
+
+/// Difference between the two directions. All zero: none.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Direction<T> {
+    /// Friction is greater by this share when it acts against positive motion, smaller by it when against negative.
+    #[field(symbol = "ε_C", unit = "1", range = -0.95..=0.95)]
+    pub asymmetry: T,
+    /// The same for the viscous part.
+    #[field(symbol = "ε_b", unit = "1", range = -0.95..=0.95)]
+    pub viscous_asymmetry: T,
+    /// A constant torque against positive motion: weight, or the offset of an amplifier.
+    #[field(symbol = "M_0", unit = "N m", range = -200.0..=200.0)]
+    pub offset: T,
+}
+
+/// Dependence on the angle of the screw.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "shape")]
+pub enum Position<T> {
+    /// None.
+    Constant,
+    /// A ripple at the pitch of the screw.
+    Ripple(Ripple<T>),
+}
+
+/// 1 + r·sin(n·φ + φ_0).
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Ripple<T> {
+    /// Amplitude, as a share of the friction.
+    #[field(symbol = "r", unit = "1", range = 0.0..=0.9, default = 0.05)]
+    pub amplitude: T,
+    /// Periods in a revolution of the screw.
+    #[field(symbol = "n", unit = "1", range = 1.0..=1000.0, default = 1.0, whole)]
+    pub periods: T,
+    /// Phase at angle 0.
+    #[field(symbol = "φ_0", unit = "rad", range = -7.0..=7.0)]
+    pub phase: T,
+}
+
+/// Dependence on the torque that the contact carries: 1 + k·|M_C|.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Load<T> {
+    /// Share by which friction rises per torque carried.
+    #[field(symbol = "k", unit = "1/(N m)", range = 0.0..=100.0)]
+    pub sensitivity: T,
+}
+
+/// What the contact sees in a step.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Contact<T> {
+    /// Velocity of the sliding surface, held over the step.
+    #[field(symbol = "Ω", unit = "rad/s")]
+    pub velocity: T,
+    /// Angle of the screw.
+    #[field(symbol = "φ", unit = "rad")]
+    pub angle: T,
+    /// Torque that the contact carries, for load-dependent friction.
+    #[field(symbol = "M_C", unit = "N m")]
+    pub load: T,
+    /// Torque that would bring the load to rest within the step.
+    #[field(symbol = "M_a", unit = "N m")]
+    pub arrest: T,
+}
+
+impl<T: Scalar> Direction<T> {
+    /// Factor of the friction that acts with this sign.
+    #[inline(always)]
+    fn factor(&self, signed: T) -> T {
+        T::of(1.0) + signed.sign() * self.asymmetry
+    }
+
+    /// Factor of the viscous friction at a velocity.
+    #[inline(always)]
+    fn viscous_factor(&self, velocity: T) -> T {
+        T::of(1.0) + velocity.sign() * self.viscous_asymmetry
+    }
+}
+
+impl<T: Scalar> Friction<T> {
+    /// Factor from position and load.
+    #[inline(always)]
+    fn factor(&self, contact: &Contact<T>) -> T {
+        let one = T::of(1.0);
+        let load = one + self.load.sensitivity * contact.load.abs();
+        match self.position {
+            Position::Constant => load,
+            Position::Ripple(ripple) => {
+                // Whole turns are taken off first, so that the sine stays exact far from angle 0.
+                let turns = contact.angle * T::of(1.0 / TAU);
+                let within = (turns - turns.floor()) * T::of(TAU);
+                load * (one + ripple.amplitude * (ripple.periods * within + ripple.phase).sin())
+            }
+        }
+    }
+
+    /// Viscous constant of the model [N m s/rad].
+    #[inline(always)]
+    fn viscous(&self) -> T {
+        match self.model {
+            Model::Nothing => T::of(0.0),
+            Model::Static(model) => model.sliding.viscous_friction,
+            Model::Dahl(model) => model.viscous_friction,
+            Model::Lugre(model) => model.sliding.viscous_friction,
+            Model::ElastoPlastic(model) => model.lugre.sliding.viscous_friction,
+        }
+    }
+
+    /// Static friction torque [N m] at a constant velocity [rad/s], an angle [rad] and a load [N m]; the offset at
+    /// rest. What a measurement at constant speed sees.
+    pub fn steady_torque(&self, velocity: T, angle: T, load: T) -> T {
+        let speed = velocity.abs();
+        let level = match self.model {
+            Model::Nothing => T::of(0.0),
+            Model::Static(model) => model.sliding.level(speed),
+            Model::Dahl(model) => model.kinetic_torque,
+            Model::Lugre(model) => model.sliding.level(speed),
+            Model::ElastoPlastic(model) => model.lugre.sliding.level(speed),
+        };
+        let contact = Contact { velocity, angle, load, arrest: T::of(0.0) };
+        let sliding = velocity.sign() * self.direction.factor(velocity) * level;
+        let viscous = self.direction.viscous_factor(velocity) * self.viscous() * velocity;
+        self.factor(&contact) * (sliding + viscous) + self.direction.offset
+    }
+
+    /// One step of a bristle model: deflection, torque with the factor of its own direction.
+    #[inline(always)]
+    fn bristle(&self, model: &impl Bristle<T>, deflection: T, probe: T, contact: &Contact<T>, dt: T) -> (T, T) {
+        let release = model.release(probe, contact.velocity);
+        let (next, torque) = advance(model, deflection, release, contact.velocity, dt);
+        // By the sign of the deflection, not of the velocity: the torque then has no jump at a reversal.
+        (next, torque * self.direction.factor(T::of(0.5) * (deflection + next)))
+    }
+
+    /// One step with the velocity held: the new deflection [rad] and the mean torque against positive motion [N m].
+    ///
+    /// `probe` is the deflection at which the release α is taken: that of the step's start in a predictor, of its
+    /// middle in a corrector.
+    #[inline(always)]
+    pub fn step(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
+        let factor = self.factor(&contact);
+        let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
+        let (next, torque) = match self.model {
+            Model::Nothing => (deflection, T::of(0.0)),
+            Model::Static(model) => {
+                // What is left for the sliding law, in its own scale.
+                let arrest = (contact.arrest - self.direction.offset) / factor - viscous;
+                let side = self.direction.factor(arrest);
+                (deflection, side * model.torque(contact.velocity, arrest / side))
+            }
+            Model::Dahl(model) => self.bristle(&model, deflection, probe, &contact, dt),
+            Model::Lugre(model) => self.bristle(&model, deflection, probe, &contact, dt),
+            Model::ElastoPlastic(model) => self.bristle(&model, deflection, probe, &contact, dt),
+        };
+        (next, factor * (torque + viscous) + self.direction.offset)
+    }
+}
+
+impl Friction<f64> {
+    /// Stiffness and damping at rest [N m/rad, N m s/rad]: bristles and viscous friction, with the largest factor of
+    /// direction and position; the factor of the load is left to the caller. What bounds the step of an integrator.
+    pub fn stiffest(&self) -> (f64, f64) {
+        let (stiffness, damping) = match self.model {
+            Model::Nothing | Model::Static(_) => (0.0, 0.0),
+            Model::Dahl(model) => (model.bristle_stiffness, 0.0),
+            Model::Lugre(model) => (model.bristle_stiffness, model.bristle_damping),
+            Model::ElastoPlastic(model) => (model.lugre.bristle_stiffness, model.lugre.bristle_damping),
+        };
+        let ripple = if let Position::Ripple(ripple) = self.position { ripple.amplitude } else { 0.0 };
+        let side = 1.0 + self.direction.asymmetry.abs();
+        let viscous = (1.0 + self.direction.viscous_asymmetry.abs()) * self.viscous();
+        ((1.0 + ripple) * side * stiffness, (1.0 + ripple) * (side * damping + viscous))
+    }
+}

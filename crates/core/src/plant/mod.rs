@@ -1,0 +1,199 @@
+//! The virtual machine: what really happens between the converters. The software side never looks in here.
+//!
+//! [`Plant`] holds the values of the `[plant]` table; [`Machine`] is prepared from it for a step and moves;
+//! [`Machine::cycle`] runs the steps of one tick and reads the instruments.
+
+mod arm;
+mod machine;
+mod ripple;
+mod stability;
+
+pub use arm::{Arm, ElasticArm};
+pub use machine::{Machine, MachineInput, MachineState, Motion};
+pub use ripple::{MotorRipple, RippledMotor};
+
+use crate::Fields;
+use crate::block::Block;
+use crate::drive::{LoadAmplifier, Servo, TwoMass, Winding};
+use crate::friction::Friction;
+use crate::scalar::Scalar;
+use crate::sensor::{Accelerometer, Converter, CurrentSensor, Encoder, EncoderState, PickupsState, Tacho};
+
+/// The virtual machine with its mismatch and its faults.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Plant<T> {
+    /// Masses, coupling and screw.
+    pub drive: TwoMass<T>,
+    /// The drive motor.
+    pub motor: Winding<T>,
+    /// Its amplifier.
+    pub servo: Servo<T>,
+    /// Friction of its brushes and bearings, on the motor's side.
+    pub motor_friction: Friction<T>,
+    /// Friction of screw, nut and guide.
+    pub screw_friction: Friction<T>,
+    /// The friction wheel.
+    pub wheel: Wheel<T>,
+    /// The load motor.
+    pub load_motor: LoadMotor<T>,
+    /// What is mounted on the carriage besides its mass.
+    pub arm: Arm<T>,
+    /// Encoder on the screw.
+    pub encoder: Encoder<T>,
+    /// Tacho on the motor.
+    pub tacho: Tacho<T>,
+    /// Accelerometer on the carriage.
+    pub accelerometer: Accelerometer<T>,
+    /// Current sensor of the load motor.
+    pub current_sensor: CurrentSensor<T>,
+    /// A/D converters.
+    pub inputs: Converter<T>,
+    /// D/A converters.
+    pub outputs: Converter<T>,
+}
+
+/// Two linings pressed against a disc on the screw. Released linings leave the disc: the inertia stays.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Wheel<T> {
+    /// How far the linings are pressed on: factor of the wheel's whole friction; 0 is exactly no torque.
+    #[field(symbol = "p", unit = "1", range = 0.0..=1.0, default = 1.0)]
+    pub preload: T,
+    /// Friction at preload 1.
+    pub friction: Friction<T>,
+}
+
+/// The load motor and its amplifier.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LoadMotor<T> {
+    /// The winding.
+    pub winding: Winding<T>,
+    /// The amplifier.
+    pub amplifier: LoadAmplifier<T>,
+    /// Torque ripple and cogging.
+    pub ripple: MotorRipple<T>,
+}
+
+/// Everything that the virtual machine remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct PlantState<T> {
+    /// Masses, currents, bristles.
+    pub machine: MachineState<T>,
+    /// Tacho and accelerometer.
+    pub pickups: PickupsState<T>,
+    /// Encoder.
+    pub encoder: EncoderState<T>,
+}
+
+/// What acts on the virtual machine over a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct PlantInput<T> {
+    /// Output of the servo's D/A converter.
+    #[field(symbol = "u_servo", unit = "V")]
+    pub servo_voltage: T,
+    /// Output of the load amplifier's D/A converter.
+    #[field(symbol = "u_amp", unit = "V")]
+    pub amplifier_voltage: T,
+    /// External torque on the screw, with positive motion.
+    #[field(symbol = "M_ext", unit = "N m")]
+    pub external_torque: T,
+    /// Standard normals, independent, new in each tick.
+    pub noise: Noise<T>,
+}
+
+/// Standard normals for the instruments.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Noise<T> {
+    /// Accelerometer.
+    #[field(unit = "1")]
+    pub acceleration: T,
+    /// Tacho.
+    #[field(unit = "1")]
+    pub tacho: T,
+    /// Current sensor.
+    #[field(unit = "1")]
+    pub current: T,
+    /// A/D converters: tacho, accelerometer, current.
+    #[field(unit = "1")]
+    pub converters: [T; 3],
+}
+
+/// What the interfaces deliver at a tick: all that the software side sees.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Measurement<T> {
+    /// Encoder counter.
+    #[field(symbol = "n", unit = "counts")]
+    pub count: T,
+    /// 1 if the index pulse came since the last tick.
+    #[field(symbol = "n_i", unit = "1", flag)]
+    pub index: T,
+    /// Encoder counter at the last index pulse.
+    #[field(symbol = "n_l", unit = "counts")]
+    pub latch: T,
+    /// Voltage of the tacho.
+    #[field(symbol = "u_tacho", unit = "V")]
+    pub tacho_voltage: T,
+    /// Voltage of the accelerometer.
+    #[field(symbol = "u_acc", unit = "V")]
+    pub accelerometer_voltage: T,
+    /// Voltage of the current sensor.
+    #[field(symbol = "u_i", unit = "V")]
+    pub current_voltage: T,
+}
+
+impl<T: Scalar> Machine<T> {
+    /// One tick of `steps` steps of `dt` [s] with inputs held, then a reading of every instrument.
+    #[inline(always)]
+    pub fn cycle(&self, state: &mut PlantState<T>, input: PlantInput<T>, steps: usize, dt: T) -> Measurement<T> {
+        let plant = &self.plant;
+        let drive = MachineInput {
+            servo_voltage: plant.outputs.write(input.servo_voltage),
+            amplifier_voltage: plant.outputs.write(input.amplifier_voltage),
+            external_torque: input.external_torque,
+        };
+        // White up to half the tick rate: variance S²·f/2, held over the tick.
+        let noise = plant.accelerometer.noise_density * self.noise_bandwidth_root * input.noise.acceleration;
+        let mut voltages = Default::default();
+        let mut motion = Motion::default();
+        for _ in 0..steps {
+            motion = self.run(&mut state.machine, drive, dt);
+            let seen = crate::sensor::PickupsInput {
+                motor_velocity: motion.motor_velocity,
+                motor_angle: motion.motor_angle,
+                acceleration: motion.acceleration * plant.drive.carriage_ratio(),
+                acceleration_noise: noise,
+            };
+            voltages = self.pickups.run(&mut state.pickups, seen, dt);
+        }
+        let reading = plant.encoder.run(&mut state.encoder, motion.angle, dt);
+        let current = plant.current_sensor.voltage(motion.load_current, input.noise.current);
+        let [tacho_noise, acceleration_noise, current_noise] = input.noise.converters;
+        Measurement {
+            count: reading.count,
+            index: reading.index,
+            latch: reading.latch,
+            tacho_voltage: plant.inputs.read(voltages.tacho + plant.tacho.noise * input.noise.tacho, tacho_noise),
+            accelerometer_voltage: plant.inputs.read(voltages.accelerometer, acceleration_noise),
+            current_voltage: plant.inputs.read(current, current_noise),
+        }
+    }
+}
+
+impl<T: Scalar> Plant<T> {
+    /// Prepared for steps of `dt` [s], of which a tick has `steps`.
+    pub fn prepare(&self, steps: usize, dt: T) -> Machine<T> {
+        let tick = dt * T::of(steps as f64);
+        Machine::new(self, dt, square_root(T::of(0.5) / tick))
+    }
+}
+
+/// √x by Newton's iteration from a power of two, x > 0; for preparation only.
+fn square_root<T: Scalar>(x: T) -> T {
+    let mut root = (x.exponent() * T::of(0.5)).round().power_of_two();
+    for _ in 0..6 {
+        root = T::of(0.5) * (root + x / root);
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,300 @@
+//! The Stribeck curve, equation (1), from measured points: weighted, optionally robust, with covariance.
+//!
+//! A global search by variable projection, then Levenberg-Marquardt in log-parameters, whose derivatives are those of
+//! the curve itself over dual numbers. Whether a drop is in the data at all is judged apart: [`StribeckDrop`].
+
+use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
+use stickslip_core::friction::Stribeck;
+use stickslip_core::scalar::{Dual, Scalar};
+
+use super::drop;
+pub use super::drop::StribeckDrop;
+use super::projection::{Parameters, cost, curve, search};
+use super::student_t95;
+use crate::Error;
+
+/// One point of a friction curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurvePoint {
+    /// Velocity, not 0 [rad/s, or m/s on a linear axis].
+    pub velocity: f64,
+    /// Friction, of the velocity's sign [N m or N].
+    pub torque: f64,
+    /// Standard error of `torque`, positive.
+    pub standard_error: f64,
+}
+
+/// Which points count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// Velocity > 0.
+    Positive,
+    /// Velocity < 0; the parameters come out positive.
+    Negative,
+    /// Both, as one symmetric curve.
+    #[default]
+    Both,
+}
+
+/// What the standard errors of the points mean for the covariance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Uncertainty {
+    /// They are right.
+    Absolute,
+    /// Only their ratios are: the scatter about the curve sets the scale (χ² per degree of freedom becomes 1).
+    #[default]
+    Scaled,
+}
+
+/// How to fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StribeckPlan {
+    /// Which points count.
+    pub side: Side,
+    /// What the standard errors mean.
+    pub uncertainty: Uncertainty,
+    /// Residuals beyond so many standard errors count linearly instead of squared (Huber; 1.345 is usual).
+    pub huber: Option<f64>,
+}
+
+/// The curve that fits best. Lists of four are in the order M_S, M_K, Ω_Strib, b.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StribeckFit {
+    /// M_S [N m], M_K [N m], Ω_Strib [rad/s], b [N m s/rad], none negative.
+    pub parameters: [f64; 4],
+    /// Covariance of the parameters; infinite where the data do not determine all four.
+    pub covariance: [[f64; 4]; 4],
+    /// Square roots of its diagonal.
+    pub standard_errors: [f64; 4],
+    /// 95 % intervals: Student t in the logarithm of each parameter, so that no bound is negative.
+    pub ci95: [[f64; 2]; 4],
+    /// Parameters that ended at the edge of what is allowed: 0, or for Ω_Strib a tenth of the slowest to three times
+    /// the fastest speed.
+    pub at_bound: [bool; 4],
+    /// Measured minus fitted [N m], in the order of the points that count, positive away from zero.
+    pub residuals: Vec<f64>,
+    /// Root mean square of the residuals [N m].
+    pub rms: f64,
+    /// Weighted sum of squares.
+    pub chi_square: f64,
+    /// Points minus parameters.
+    pub degrees_of_freedom: usize,
+    /// Whether the data show M_S > M_K.
+    pub drop: StribeckDrop,
+}
+
+impl StribeckFit {
+    /// The curve itself.
+    pub fn curve(&self) -> Stribeck<f64> {
+        curve(self.parameters)
+    }
+
+    /// Half-width of the 95 % band of the curve at a speed, first order [N m].
+    pub fn band95(&self, speed: f64) -> f64 {
+        let gradient = Vector4::from(gradient(self.parameters, speed).1);
+        let covariance = Matrix4::from_fn(|i, j| self.covariance[i][j]);
+        student_t95(self.degrees_of_freedom as f64) * gradient.dot(&(covariance * gradient)).sqrt()
+    }
+}
+
+/// A point in the units of the fit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sample {
+    pub(super) speed: f64,
+    pub(super) torque: f64,
+    pub(super) weight: f64,
+}
+
+/// Fits equation (1) to the points of one side or of both.
+///
+/// # Errors
+/// A point that is not a finite torque at a finite velocity ≠ 0 with a standard error > 0; fewer than five points.
+pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<StribeckFit, Error> {
+    let samples = select(points, plan.side)?;
+    let range = speed_range(&samples);
+    let bounds = [range[0] / 10.0, range[1] * 3.0];
+    let mut weighted = samples.clone();
+    let mut parameters = polish(&weighted, search(&weighted, bounds), bounds);
+    if let Some(threshold) = plan.huber {
+        // Iteratively reweighted least squares: its fixed point is the minimum of Huber's loss.
+        for _ in 0..100 {
+            for (w, s) in weighted.iter_mut().zip(&samples) {
+                w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
+            }
+            let next = polish(&weighted, search(&weighted, bounds), bounds);
+            let moved = (0..4).any(|i| (next[i] - parameters[i]).abs() > 1e-10 * parameters[i].abs());
+            parameters = next;
+            if !moved {
+                break;
+            }
+        }
+    }
+    Ok(assess(parameters, &samples, plan, bounds))
+}
+
+fn standardised(parameters: Parameters<f64>, s: &Sample) -> f64 {
+    (s.torque - curve(parameters).magnitude(s.speed)) * s.weight.sqrt()
+}
+
+fn huber_weight(residual: f64, threshold: f64) -> f64 {
+    (threshold / residual.abs()).min(1.0)
+}
+
+fn select(points: &[CurvePoint], side: Side) -> Result<Vec<Sample>, Error> {
+    let mut samples = Vec::new();
+    for (index, point) in points.iter().enumerate() {
+        let CurvePoint { velocity, torque, standard_error } = *point;
+        let bad = |field, value, remedy| Err(Error::CurvePoint { index, field, value, remedy });
+        if !(velocity.is_finite() && velocity != 0.0) {
+            return bad("velocity", velocity, "The curve is fitted where the axis moves; leave out points at rest.");
+        }
+        if !torque.is_finite() {
+            return bad("torque", torque, "Leave out points without a value.");
+        }
+        if !(standard_error.is_finite() && standard_error > 0.0) {
+            return bad("standard_error", standard_error, "Give each point a positive standard error, or 1 to all.");
+        }
+        if match side {
+            Side::Positive => velocity > 0.0,
+            Side::Negative => velocity < 0.0,
+            Side::Both => true,
+        } {
+            let weight = standard_error.powi(-2);
+            samples.push(Sample { speed: velocity.abs(), torque: torque * velocity.signum(), weight });
+        }
+    }
+    if samples.len() < 5 {
+        let remedy = "Four parameters and their errors need five speeds; measure more.";
+        return Err(Error::TooFew { what: "points of the friction curve", found: samples.len(), needed: 5, remedy });
+    }
+    Ok(samples)
+}
+
+fn speed_range(samples: &[Sample]) -> [f64; 2] {
+    samples.iter().fold([f64::INFINITY, 0.0], |[low, high], s| [low.min(s.speed), high.max(s.speed)])
+}
+
+/// Value and gradient with respect to M_S, M_K, Ω_Strib, b.
+fn gradient(parameters: Parameters<f64>, speed: f64) -> (f64, [f64; 4]) {
+    let variables = std::array::from_fn(|i| Dual::<4>::variable(parameters[i], i));
+    let value = curve(variables).magnitude(Dual::of(speed));
+    (value.value, value.gradient)
+}
+
+/// Levenberg-Marquardt in the logarithms of the parameters that are not at a bound.
+fn polish(samples: &[Sample], start: Parameters<f64>, bounds: [f64; 2]) -> Parameters<f64> {
+    let fixed = at_bound(start, bounds);
+    let mut parameters = start;
+    let mut value = cost(parameters, samples);
+    let mut damping = 1e-6;
+    for _ in 0..100 {
+        let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
+        for s in samples {
+            let (fitted, slopes) = gradient(parameters, s.speed);
+            let row = Vector4::from_fn(|i, _| if fixed[i] { 0.0 } else { slopes[i] * parameters[i] });
+            normal += s.weight * row * row.transpose();
+            right += s.weight * (s.torque - fitted) * row;
+        }
+        for i in 0..4 {
+            // A parameter at its bound has an empty row: a 1 keeps the matrix regular and the step 0.
+            normal[(i, i)] = if normal[(i, i)] > 0.0 { normal[(i, i)] * (1.0 + damping) } else { 1.0 };
+        }
+        let Some(factor) = normal.cholesky() else { break };
+        let step = factor.solve(&right);
+        let mut next = parameters;
+        for i in 0..4 {
+            next[i] *= step[i].clamp(-1.0, 1.0).exp();
+        }
+        next[2] = next[2].clamp(bounds[0], bounds[1]);
+        let next_value = cost(next, samples);
+        // Within rounding of the cost a step still improves the parameters.
+        if next_value <= value * (1.0 + 1e-12) {
+            (parameters, value, damping) = (next, next_value, (damping * 0.1_f64).max(1e-12));
+        } else {
+            damping *= 10.0;
+        }
+        if step.amax() < 1e-12 || damping > 1e6 {
+            break;
+        }
+    }
+    parameters
+}
+
+fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
+    let [breakaway, kinetic, velocity, viscous] = parameters;
+    let edge = velocity <= bounds[0] * (1.0 + 1e-9) || velocity >= bounds[1] * (1.0 - 1e-9);
+    [breakaway == 0.0, kinetic == 0.0, edge, viscous == 0.0]
+}
+
+fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, bounds: [f64; 2]) -> StribeckFit {
+    let degrees_of_freedom = samples.len() - 4;
+    let chi_square = cost(parameters, samples);
+    let mut scale = match plan.uncertainty {
+        Uncertainty::Absolute => 1.0,
+        Uncertainty::Scaled => chi_square / degrees_of_freedom as f64,
+    };
+    if let Some(threshold) = plan.huber {
+        // Huber (1981), eq. (7.6.5) without its small-sample factor: E[ψ²] / E[ψ']² in place of the variance.
+        let residuals: Vec<f64> = samples.iter().map(|s| standardised(parameters, s)).collect();
+        let squares: f64 = residuals.iter().map(|r| (r * huber_weight(*r, threshold)).powi(2)).sum();
+        let inside = residuals.iter().filter(|r| r.abs() <= threshold).count() as f64 / residuals.len() as f64;
+        let variance = match plan.uncertainty {
+            Uncertainty::Absolute => 1.0,
+            Uncertainty::Scaled => squares / degrees_of_freedom as f64,
+        };
+        scale = variance / (inside * inside);
+    }
+    let covariance =
+        covariance(parameters, samples).map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
+    let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
+    let t = student_t95(degrees_of_freedom as f64);
+    let ci95 = std::array::from_fn(|i| interval(parameters[i], t * standard_errors[i]));
+    let residuals: Vec<f64> = samples.iter().map(|s| s.torque - curve(parameters).magnitude(s.speed)).collect();
+    let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+    let drop = drop::judge(parameters, &covariance, samples);
+    let at_bound = at_bound(parameters, bounds);
+    StribeckFit {
+        parameters,
+        covariance,
+        standard_errors,
+        ci95,
+        at_bound,
+        residuals,
+        rms,
+        chi_square,
+        degrees_of_freedom,
+        drop,
+    }
+}
+
+fn interval(value: f64, half_width: f64) -> [f64; 2] {
+    if value == 0.0 {
+        return [0.0, half_width];
+    }
+    let factor = (half_width / value).exp();
+    [value / factor, value * factor]
+}
+
+/// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction open.
+fn covariance(parameters: Parameters<f64>, samples: &[Sample]) -> Option<[[f64; 4]; 4]> {
+    let rows: Vec<[f64; 4]> =
+        samples.iter().map(|s| gradient(parameters, s.speed).1.map(|g| g * s.weight.sqrt())).collect();
+    let mut jacobian = DMatrix::from_fn(rows.len(), 4, |i, j| rows[i][j]);
+    let scales: [f64; 4] = std::array::from_fn(|j| jacobian.column(j).norm());
+    if scales.contains(&0.0) {
+        return None;
+    }
+    for (j, scale) in scales.iter().enumerate() {
+        jacobian.column_mut(j).unscale_mut(*scale);
+    }
+    let normal: Matrix4<f64> = (jacobian.transpose() * &jacobian).fixed_view::<4, 4>(0, 0).into_owned();
+    let eigen = SymmetricEigen::new(normal);
+    // Below 1e-13 of the largest eigenvalue (4 at most) rounding decides.
+    if eigen.eigenvalues.min() < 4e-13 {
+        return None;
+    }
+    let inverse = eigen.eigenvectors
+        * Matrix4::from_diagonal(&eigen.eigenvalues.map(|v| 1.0 / v))
+        * eigen.eigenvectors.transpose();
+    Some(std::array::from_fn(|i| std::array::from_fn(|j| inverse[(i, j)] / (scales[i] * scales[j]))))
+}
