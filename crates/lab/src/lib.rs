@@ -4,14 +4,14 @@
 pub mod design;
 mod error;
 pub mod figure;
-pub mod quantity;
-pub mod report;
 pub mod filter;
 pub mod fit;
 pub mod machine;
 pub mod output;
 pub mod parameters;
+pub mod quantity;
 pub mod recording;
+pub mod report;
 pub mod summary;
 pub mod units;
 pub mod watch;

@@ -10,16 +10,16 @@ const THIN_SPACE: char = '\u{202f}';
 
 const MINUS: char = '\u{2212}';
 
-/// A measured or computed value with its unit.
+/// A measured or computed value with its unit and, where it is known, its uncertainty.
 ///
 /// ```
-/// use stickslip::quantity::Quantity;
+/// use stickslip::quantity::Estimate;
 ///
-/// let kinetic = Quantity::new(0.181_23, "N m").with_half_width(0.000_61);
+/// let kinetic = Estimate::new(0.181_23, "N m").with_half_width(0.000_61);
 /// assert_eq!(kinetic.to_string(), "0.1812 ± 0.0006 N·m");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Quantity {
+pub struct Estimate {
     /// In the unit below.
     pub value: f64,
     /// Half the width of the 95 % interval, in the unit below; `None` for a number that is exact or given.
@@ -39,7 +39,7 @@ pub struct Written {
     pub unit: String,
 }
 
-impl Quantity {
+impl Estimate {
     /// A value without uncertainty.
     pub fn new(value: f64, unit: impl Into<String>) -> Self {
         Self { value, half_width: None, unit: unit.into() }
@@ -70,7 +70,7 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for Estimate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Written { value, half_width, unit } = self.written();
         formatter.write_str(&value)?;
@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     fn known(value: f64, half_width: f64, unit: &str) -> String {
-        Quantity::new(value, unit).with_half_width(half_width).to_string()
+        Estimate::new(value, unit).with_half_width(half_width).to_string()
     }
 
     #[test]
@@ -191,22 +191,22 @@ mod tests {
         for (value, text) in
             [(0.181_234, "0.1812"), (12.345_6, "12.35"), (1234.56, "1235"), (-3.0, "−3.000"), (0.0, "0.000")]
         {
-            assert_eq!(Quantity::new(value, "1").to_string(), text);
+            assert_eq!(Estimate::new(value, "1").to_string(), text);
         }
     }
 
     #[test]
     fn small_and_large_values_take_a_prefix_or_a_power() {
         assert_eq!(known(0.000_206, 0.000_007, "N m s/rad"), "0.206 ± 0.007 mN·m·s/rad");
-        assert_eq!(Quantity::new(-8.2e-7, "m").to_string(), "−0.8200 µm");
-        assert_eq!(Quantity::new(2.53e-4, "kg m^2").to_string(), "2.530 × 10⁻⁴ kg·m²");
-        assert_eq!(Quantity::new(3.2e7, "1").to_string(), "3.200 × 10⁷");
+        assert_eq!(Estimate::new(-8.2e-7, "m").to_string(), "−0.8200 µm");
+        assert_eq!(Estimate::new(2.53e-4, "kg m^2").to_string(), "2.530 × 10⁻⁴ kg·m²");
+        assert_eq!(Estimate::new(3.2e7, "1").to_string(), "3.200 × 10⁷");
         assert_eq!(known(1e-6, 0.004, "N m"), "0 ± 4 mN·m");
     }
 
     #[test]
     fn what_is_not_known_is_called_unknown() {
-        assert_eq!(Quantity::new(f64::NAN, "N m").to_string(), "unknown");
+        assert_eq!(Estimate::new(f64::NAN, "N m").to_string(), "unknown");
         assert_eq!(known(0.3, f64::INFINITY, "N m"), "0.3000 ± unknown N·m");
         assert_eq!(known(0.3, -0.1, "N m"), "0.3000 ± unknown N·m");
         assert_eq!(number(f64::INFINITY, 2), "unknown");

@@ -1,10 +1,10 @@
 //! A report: one HTML file that holds everything, readable in ten years without this program.
 //!
 //! ```
-//! use stickslip::quantity::Quantity;
+//! use stickslip::quantity::Estimate;
 //! use stickslip::report::{Provenance, Report, Table};
 //!
-//! let key = Table::of_quantities([("breakaway torque M_S", Quantity::new(0.2994, "N m").with_half_width(0.004))]);
+//! let key = Table::of_estimates([("breakaway torque M_S", Estimate::new(0.2994, "N m").with_half_width(0.004))]);
 //! let origin = Provenance { command: "stickslip demo".into(), version: "0.1.0".into(), seed: 1, parameters: String::new() };
 //! let report = Report::new("Friction of an axis", origin).heading("Own friction").table(key);
 //! assert!(report.html().contains("<td class=\"value\">0.299</td>"));
@@ -12,9 +12,9 @@
 
 use std::path::Path;
 
-use crate::error::Error;
 use crate::figure::{Figure, escape, theme};
-use crate::quantity::{Quantity, Written};
+use crate::quantity::{Estimate, Written};
+use crate::{Error, output};
 
 /// Headings, paragraphs, tables and figures in their order, and where they come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub enum Section {
     Heading(String),
     /// Some sentences.
     Paragraph(String),
-    /// Rows of text or of quantities.
+    /// Rows of text or of estimates.
     Table(Table),
     /// A figure with a sentence about it.
     Figure(Box<Figure>, String),
@@ -63,11 +63,11 @@ pub enum Cell {
     /// Words, to the left.
     Text(String),
     /// A number with its uncertainty and unit, each in a column of its own.
-    Quantity(Quantity),
+    Estimate(Estimate),
 }
 
 impl Table {
-    /// A table with these titles of columns. A quantity takes three on the page.
+    /// A table with these titles of columns. An estimate takes three on the page.
     pub fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }
@@ -79,15 +79,15 @@ impl Table {
     }
 
     /// The usual table of key numbers: name, value ± half width, unit.
-    pub fn of_quantities<N: Into<String>>(quantities: impl IntoIterator<Item = (N, Quantity)>) -> Self {
-        quantities.into_iter().fold(Self::new(["", "value"]), |table, (name, quantity)| {
-            table.row([Cell::Text(name.into()), Cell::Quantity(quantity)])
+    pub fn of_estimates<N: Into<String>>(estimates: impl IntoIterator<Item = (N, Estimate)>) -> Self {
+        estimates.into_iter().fold(Self::new(["", "value"]), |table, (name, estimate)| {
+            table.row([Cell::Text(name.into()), Cell::Estimate(estimate)])
         })
     }
 
     /// Whether a column takes three on the page.
-    fn holds_quantities(&self, column: usize) -> bool {
-        self.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Quantity(_))))
+    fn holds_estimates(&self, column: usize) -> bool {
+        self.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Estimate(_))))
     }
 }
 
@@ -97,9 +97,9 @@ impl From<&str> for Cell {
     }
 }
 
-impl From<Quantity> for Cell {
-    fn from(quantity: Quantity) -> Self {
-        Cell::Quantity(quantity)
+impl From<Estimate> for Cell {
+    fn from(estimate: Estimate) -> Self {
+        Cell::Estimate(estimate)
     }
 }
 
@@ -155,9 +155,12 @@ impl Report {
         )
     }
 
-    /// Writes the page. [`Error::File`] if the system refuses.
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
     pub fn write(&self, path: &Path) -> Result<(), Error> {
-        std::fs::write(path, self.html()).map_err(|source| Error::File { path: path.into(), action: "write", source })
+        output::write(path, self.html())
     }
 }
 
@@ -176,8 +179,8 @@ fn html_of_table(table: &Table) -> String {
     let columns = table.rows.iter().map(Vec::len).chain([table.head.len()]).max().unwrap_or(0);
     let head = (0..columns).map(|column| {
         let title = table.head.get(column).map_or("", String::as_str);
-        match (title, table.holds_quantities(column)) {
-            ("", _) => cells("td", "", "", table.holds_quantities(column)),
+        match (title, table.holds_estimates(column)) {
+            ("", _) => cells("td", "", "", table.holds_estimates(column)),
             (_, true) => cells("th scope=\"col\"", "value", &escape(title), true),
             (_, false) => cells("th scope=\"col\"", "", &escape(title), false),
         }
@@ -189,11 +192,11 @@ fn html_of_table(table: &Table) -> String {
 
 fn html_of_row(table: &Table, row: &[Cell], columns: usize) -> String {
     let row = (0..columns).map(|column| match row.get(column) {
-        None => cells("td", "", "", table.holds_quantities(column)),
+        None => cells("td", "", "", table.holds_estimates(column)),
         Some(Cell::Text(text)) if column == 0 => cells("th scope=\"row\"", "", &escape(text), false),
-        Some(Cell::Text(text)) => cells("td", "", &escape(text), table.holds_quantities(column)),
-        Some(Cell::Quantity(quantity)) => {
-            let Written { value, half_width, unit } = quantity.written();
+        Some(Cell::Text(text)) => cells("td", "", &escape(text), table.holds_estimates(column)),
+        Some(Cell::Estimate(estimate)) => {
+            let Written { value, half_width, unit } = estimate.written();
             let half_width = if half_width.is_empty() { half_width } else { format!("± {half_width}") };
             cells("td", "value", &value, false)
                 + &cells("td", "half-width", &half_width, false)
@@ -203,11 +206,11 @@ fn html_of_row(table: &Table, row: &[Cell], columns: usize) -> String {
     format!("<tr>{}</tr>\n", row.collect::<String>())
 }
 
-/// A cell, and two empty ones behind it in a column of quantities, which has a value, a half width and a unit.
-fn cells(tag: &str, class: &str, content: &str, in_quantities: bool) -> String {
+/// A cell, and two empty ones behind it in a column of estimates, which has a value, a half width and a unit.
+fn cells(tag: &str, class: &str, content: &str, in_estimates: bool) -> String {
     let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
     let end = tag.split(' ').next().unwrap_or(tag);
-    let rest = if in_quantities { "<td></td><td></td>" } else { "" };
+    let rest = if in_estimates { "<td></td><td></td>" } else { "" };
     format!("<{tag}{class}>{content}</{end}>{rest}")
 }
 
@@ -283,19 +286,19 @@ mod tests {
                 "fit",
                 [(-50.0, -0.19), (0.0, -0.3), (0.0, f64::NAN), (0.0, 0.3), (50.0, 0.19)],
             ));
-        let quantities = [
-            (text, Quantity::new(0.299_4, "N m").with_half_width(0.004)),
-            ("kinetic torque M_K", Quantity::new(0.181_23, "N m").with_half_width(0.000_61)),
-            ("viscous friction b", Quantity::new(0.000_206, "N m s/rad").with_half_width(0.000_007)),
-            ("Stribeck velocity Ω_Strib", Quantity::new(f64::NAN, "rad/s").with_half_width(0.1)),
-            ("speed against real time", Quantity::new(1234.0, "1")),
+        let estimates = [
+            (text, Estimate::new(0.299_4, "N m").with_half_width(0.004)),
+            ("kinetic torque M_K", Estimate::new(0.181_23, "N m").with_half_width(0.000_61)),
+            ("viscous friction b", Estimate::new(0.000_206, "N m s/rad").with_half_width(0.000_007)),
+            ("Stribeck velocity Ω_Strib", Estimate::new(f64::NAN, "rad/s").with_half_width(0.1)),
+            ("speed against real time", Estimate::new(1234.0, "1")),
         ];
         let wide = Table::new(["scenario", "difference", text])
-            .row(["sine 0.5 Hz".into(), Quantity::new(0.031, "1").into(), text.into()])
+            .row(["sine 0.5 Hz".into(), Estimate::new(0.031, "1").into(), text.into()])
             .row([Cell::from("sine 2 Hz")]);
         Report::new(text, provenance)
             .paragraph("The axis was measured at 16 speeds in both directions.")
-            .table(Table::of_quantities(quantities))
+            .table(Table::of_estimates(estimates))
             .heading("Own friction")
             .figure(figure, text)
             .table(wide)
@@ -342,7 +345,7 @@ mod tests {
                 .collect::<Vec<_>>()
         };
         let table = Table::new(["scenario", "difference", "note"])
-            .row(["sine".into(), Quantity::new(1.0, "1").into(), "good".into()])
+            .row(["sine".into(), Estimate::new(1.0, "1").into(), "good".into()])
             .row(["chirp".into(), "not run".into()])
             .row([]);
         // Five cells and the end of the row; in the head also the end of the head.
