@@ -4,11 +4,12 @@
 mod error;
 pub mod filter;
 pub mod fit;
+pub mod identify;
 pub mod machine;
-pub mod recording;
-pub mod units;
 pub mod output;
+pub mod recording;
 pub mod summary;
+pub mod units;
 pub mod watch;
 
 pub use error::Error;
