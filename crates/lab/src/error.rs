@@ -167,6 +167,16 @@ pub enum Error {
         /// Largest.
         largest: f64,
     },
+    /// A result that no machine has.
+    #[error("{what} is {value:.4e}. {remedy}")]
+    Implausible {
+        /// Of what.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,

@@ -72,11 +72,8 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
 
     let bread = &pseudo_inverse * pseudo_inverse.transpose();
     let white = residuals.norm_squared() / (n - k) as f64;
-    let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
-    // Each influence is what a row moved the coefficients by.
     let influence = DMatrix::from_fn(k, n, |i, t| pseudo_inverse[(i, t)] * residuals[t]);
-    let covariance = long_run(&influence, lag) * (n as f64 / (n - k) as f64);
-    let critical = critical95(lag as f64 / n as f64);
+    let LongRun { covariance, lag, critical } = LongRun::of(&influence);
     let standard_errors: Vec<f64> = (0..k).map(|i| covariance[(i, i)].sqrt()).collect();
     Ok(LinearFit {
         covariance: (0..k).map(|i| (0..k).map(|j| covariance[(i, j)]).collect()).collect(),
@@ -102,14 +99,28 @@ fn critical95(share: f64) -> f64 {
     1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))
 }
 
-fn long_run(influence: &DMatrix<f64>, lag: usize) -> DMatrix<f64> {
-    let n = influence.ncols();
-    let mut sum = influence * influence.transpose();
-    for l in 1..=lag {
-        let product = influence.columns(l, n - l) * influence.columns(0, n - l).transpose();
-        sum += (&product + product.transpose()) * (1.0 - l as f64 / (lag + 1) as f64);
+/// Covariance of parameters from what each row in time moved them by.
+pub(crate) struct LongRun {
+    pub(crate) covariance: DMatrix<f64>,
+    /// Rows.
+    pub(crate) lag: usize,
+    /// Half-width of a 95 % interval in standard errors.
+    pub(crate) critical: f64,
+}
+
+impl LongRun {
+    /// `influence` has a row a parameter and a column a row in time.
+    pub(crate) fn of(influence: &DMatrix<f64>) -> Self {
+        let (k, n) = influence.shape();
+        let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
+        let mut covariance = influence * influence.transpose();
+        for l in 1..=lag {
+            let product = influence.columns(l, n - l) * influence.columns(0, n - l).transpose();
+            covariance += (&product + product.transpose()) * (1.0 - l as f64 / (lag + 1) as f64);
+        }
+        covariance *= n as f64 / (n - k) as f64;
+        LongRun { covariance, lag, critical: critical95(lag as f64 / n as f64) }
     }
-    sum
 }
 
 #[cfg(test)]

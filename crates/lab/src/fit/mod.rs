@@ -10,6 +10,7 @@ mod stribeck;
 mod tests;
 
 pub use drop::SIGNIFICANCE;
+pub(crate) use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
 pub use statistics::{f_test, student_t95};

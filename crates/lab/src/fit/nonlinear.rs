@@ -11,6 +11,8 @@ use stickslip_core::scalar::Dual;
 pub struct Stop {
     /// When no parameter moves by more than this share.
     pub step: f64,
+    /// When an accepted step lowers the sum of squares by less than this share; −∞ to go on.
+    pub fall: f64,
     /// After so many evaluations.
     pub evaluations: usize,
 }
@@ -22,7 +24,7 @@ pub struct Minimum<const N: usize> {
     pub parameters: [f64; N],
     /// Sum of squares.
     pub cost: f64,
-    /// Whether the step fell below the limit, rather than the evaluations running out.
+    /// Whether a limit was reached, rather than the evaluations running out.
     pub converged: bool,
 }
 
@@ -48,9 +50,10 @@ pub fn minimise<const N: usize>(
         let candidate = evaluate(next);
         // Within rounding of the cost a step still improves the parameters.
         if candidate.cost <= minimum.cost * (1.0 + 1e-12) {
+            let fall = 1.0 - candidate.cost / minimum.cost;
             (minimum.parameters, minimum.cost, normal) = (next, candidate.cost, candidate);
             damping = (damping * 0.1_f64).max(1e-12);
-            if step.amax() < stop.step {
+            if step.amax() < stop.step || fall < stop.fall {
                 minimum.converged = true;
                 break;
             }
@@ -110,7 +113,7 @@ mod tests {
     }
 
     const FREE: [[f64; 2]; 2] = [[0.0, f64::INFINITY]; 2];
-    const STOP: Stop = Stop { step: 1e-12, evaluations: 200 };
+    const STOP: Stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 200 };
 
     #[test]
     fn it_walks_down_a_crooked_valley() {

@@ -192,7 +192,8 @@ fn polish(samples: &[Sample], start: Parameters<f64>, bounds: [f64; 2]) -> Param
         let curve = curve(parameters);
         samples.iter().map(|s| residual(&curve, s)).collect()
     };
-    minimise(start, [FREE, FREE, bounds, FREE], Stop { step: 1e-12, evaluations: 100 }, residuals).parameters
+    let stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 100 };
+    minimise(start, [FREE, FREE, bounds, FREE], stop, residuals).parameters
 }
 
 fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
