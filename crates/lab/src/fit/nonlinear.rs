@@ -11,7 +11,7 @@ use stickslip_core::scalar::Dual;
 pub struct Stop {
     /// When no parameter moves by more than this share.
     pub step: f64,
-    /// When an accepted step lowers the sum of squares by less than this share; −∞ to go on.
+    /// When a step lowers, or promises to lower, the sum of squares by less than this share; −∞ to go on.
     pub fall: f64,
     /// After so many evaluations.
     pub evaluations: usize,
@@ -28,6 +28,9 @@ pub struct Minimum<const N: usize> {
     pub converged: bool,
 }
 
+/// Least damping: small enough to end quickly, large enough that a refused step is soon short.
+const DAMPING: f64 = 1e-4;
+
 /// Minimises the sum of squared residuals from a start, within `low … high` of each parameter.
 pub fn minimise<const N: usize>(
     start: [f64; N],
@@ -39,9 +42,13 @@ pub fn minimise<const N: usize>(
     let mut minimum = Minimum { parameters: start, cost: f64::INFINITY, converged: false };
     let mut normal = evaluate(start);
     minimum.cost = normal.cost;
-    let mut damping = 1e-6;
+    let mut damping = DAMPING;
     for _ in 1..stop.evaluations {
-        let Some(step) = normal.step(damping) else { break };
+        let Some((step, promise)) = normal.step(damping) else { break };
+        if promise < stop.fall * normal.cost {
+            minimum.converged = true;
+            break;
+        }
         let mut next = minimum.parameters;
         for i in 0..N {
             // At most a factor of e at once: beyond, the linear model says nothing.
@@ -52,7 +59,7 @@ pub fn minimise<const N: usize>(
         if candidate.cost <= minimum.cost * (1.0 + 1e-12) {
             let fall = 1.0 - candidate.cost / minimum.cost;
             (minimum.parameters, minimum.cost, normal) = (next, candidate.cost, candidate);
-            damping = (damping * 0.1_f64).max(1e-12);
+            damping = (damping * 0.1).max(DAMPING);
             if step.amax() < stop.step || fall < stop.fall {
                 minimum.converged = true;
                 break;
@@ -91,13 +98,15 @@ impl<const N: usize> Normal<N> {
         normal
     }
 
-    fn step(&self, damping: f64) -> Option<SVector<f64, N>> {
+    /// The damped step, and by how much the linear model says it lowers the sum of squares.
+    fn step(&self, damping: f64) -> Option<(SVector<f64, N>, f64)> {
         let mut damped: SMatrix<f64, N, N> = self.matrix;
         for i in 0..N {
             // A parameter at 0 has an empty row: a 1 keeps the matrix regular and its step 0.
             damped[(i, i)] = if damped[(i, i)] > 0.0 { damped[(i, i)] * (1.0 + damping) } else { 1.0 };
         }
-        damped.cholesky().map(|factor| factor.solve(&self.right))
+        let step = damped.cholesky()?.solve(&self.right);
+        Some((step, step.dot(&(self.right * 2.0 - self.matrix * step))))
     }
 }
 

@@ -217,3 +217,69 @@ pub struct Prediction {
     /// rms(q − q̂) [m or rad].
     pub position_rms: f64,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A loop around an axis at rest, with the reference so far away.
+    fn at_rest<R>(distance: f64, look: impl Fn(&Loop<'_>) -> R) -> R {
+        const SAMPLES: usize = 20_000;
+        let zeros = vec![0.0; SAMPLES];
+        let signals =
+            Signals { period: 1e-3, position: zeros.clone(), reference: None, command: zeros.clone(), injected: None };
+        let motion = Motion {
+            period: 1e-3,
+            position: zeros.clone(),
+            velocity: zeros.clone(),
+            acceleration: zeros.clone(),
+            force: zeros.clone(),
+            smooth_force: zeros,
+        };
+        let controller = Cascade { position_gain: 160.0, velocity_gain: 240.0, limit: 10.0 };
+        let reference = vec![distance; SAMPLES];
+        let gain = 35.0;
+        look(&Loop { signals: &signals, reference: &reference, motion: &motion, controller, gain, sub_steps: 20 })
+    }
+
+    fn axis() -> AxisModel<f64> {
+        let side = coulomb(20.0, 200.0);
+        AxisModel { inertia: 95.0, positive: side, negative: side, offset: 3.0, lag: 3e-4, bristles: None }
+    }
+
+    #[test]
+    fn an_axis_held_below_breakaway_does_not_move_at_all_and_above_it_moves() {
+        // Breakaway against the offset: 23 N forward, 17 N backward, at 1.344e6 N per metre of distance.
+        for (distance, moves) in [(1.70e-5, false), (1.72e-5, true), (-1.26e-5, false), (-1.27e-5, true)] {
+            let last = at_rest(distance, |around| *around.simulate(&axis(), 2..20_000).position.last().unwrap());
+            assert_eq!(last != 0.0, moves, "{distance}: {last}");
+            assert!(!moves || last * distance > 0.0);
+        }
+    }
+
+    #[test]
+    fn the_command_is_limited_and_the_injected_signal_is_not() {
+        at_rest(1.0, |around| {
+            let mut signals = around.signals.clone();
+            signals.injected = Some(vec![-10.0; signals.position.len()]);
+            let balanced = Loop { signals: &signals, ..*around };
+            let run = balanced.simulate(&AxisModel { offset: 0.0, ..axis() }, 2..500);
+            assert!(run.command.iter().all(|u| *u == 10.0));
+            // 10 V of the controller against 10 V injected: nothing is left to move the axis.
+            assert!(run.position.iter().all(|q| *q == 0.0));
+            assert!(around.simulate(&axis(), 2..500).position[400] > 0.1);
+        });
+    }
+
+    #[test]
+    fn bristles_hold_elastically_and_slide_on_the_curve() {
+        let mut model = axis();
+        model.bristles = Some(Bristles::passive(9e5, 3e3, [&model.positive, &model.negative]));
+        let last = at_rest(1.5e-5, |around| *around.simulate(&model, 2..20_000).position.last().unwrap());
+        // Spring of the loop against spring of the bristles: 1.344e6·(1.5e-5 − q) = 9e5·q + 3, less what slides.
+        let elastic = (1.344e6 * 1.5e-5 - 3.0) / (1.344e6 + 9e5);
+        assert!(last > elastic && last < 1.5e-5, "{last} {elastic}");
+        assert_eq!(model.steady_force(0.1), 20.0 + 200.0 * 0.1 + 3.0);
+        assert_eq!(model.steady_force(-0.1), -(20.0 + 200.0 * 0.1) + 3.0);
+    }
+}
