@@ -126,7 +126,7 @@ fn fit_all(motion: &Motion, around: &Loop<'_>, range: Range<usize>, recipe: &Rec
     if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
         return Ok(fits);
     }
-    let ranges = [range.start.max(2)..range.end];
+    let range = range.start.max(2)..range.end;
     let extent = |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
     let fastest = extent(&motion.velocity.iter().map(|v| v.abs()).collect::<Vec<_>>());
     let stroke = extent(&motion.position) + extent(&motion.position.iter().map(|q| -q).collect::<Vec<_>>());
@@ -136,14 +136,13 @@ fn fit_all(motion: &Motion, around: &Loop<'_>, range: Range<usize>, recipe: &Rec
         side.breakaway_torque = 0.8 * side.kinetic_torque;
         side.stribeck_velocity = 0.1 * fastest;
     }
-    let drop = recipe.skip;
-    let stribeck = refine::<STRIBECK>(around, &start, &ranges, drop);
+    let stribeck = refine::<STRIBECK>(around, &start, range.clone(), recipe.skip);
     let mut start = stribeck.model;
     fits.push((Kind::Stribeck, stribeck.model, Some(stribeck)));
     let stiffness = start.positive.kinetic_torque / (1e-4 * stroke);
     let damping = 0.5 * (stiffness * start.inertia).sqrt();
     start.bristles = Some(Bristles::passive(stiffness, damping, [&start.positive, &start.negative]));
-    let lugre = refine::<LUGRE>(around, &start, &ranges, drop);
+    let lugre = refine::<LUGRE>(around, &start, range, recipe.skip);
     fits.push((Kind::Lugre, lugre.model, Some(lugre)));
     Ok(fits)
 }

@@ -67,23 +67,18 @@ fn model<const N: usize, T: Scalar>(p: [T; N], offset: f64) -> AxisModel<T> {
     AxisModel { inertia: p[0], positive, negative, offset: T::of(offset), lag: p[9], bristles }
 }
 
-/// Minimises the error of the predicted command over ranges of samples, without the first `skip` of each. N says what
+/// Minimises the error of the predicted command over a range of samples, without the first `skip` of them. N says what
 /// is free: [`STRIBECK`] or [`LUGRE`].
 pub(super) fn refine<const N: usize>(
     around: &Loop<'_>,
     start: &AxisModel<f64>,
-    ranges: &[Range<usize>],
+    range: Range<usize>,
     skip: usize,
 ) -> Refined {
     let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| {
-        let model = model(p, start.offset);
-        let mut errors = Vec::new();
-        for range in ranges {
-            let run = around.simulate(&model, range.clone());
-            let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
-            errors.extend(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)));
-        }
-        errors
+        let run = around.simulate(&model(p, start.offset), range.clone());
+        let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
+        pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect::<Vec<_>>()
     };
     // Most of the way in coarse steps, at a fraction of the time. Stick makes the sum of squares rough at 1e-5; the
     // parameters' errors are a thousand times larger.
