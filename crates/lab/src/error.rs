@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::parameters::ParameterProblems;
+
 /// Any failure of the laboratory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -16,6 +18,28 @@ pub enum Error {
         action: &'static str,
         /// What the system said.
         source: io::Error,
+    },
+    /// Something is wrong with a parameter file.
+    #[error(transparent)]
+    Parameters(#[from] ParameterProblems),
+    /// There is no parameter at this path.
+    #[error("{path} is no parameter. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists them all."))]
+    UnknownParameter {
+        /// The path asked for.
+        path: String,
+        /// The known path most like it.
+        nearest: Option<String>,
+    },
+    /// There is no preset of this name, and it is no file.
+    #[error("{name} is no preset. {} A path to a file will do, too.",
+        did_you_mean(*nearest, &format!("There are: {}.", known.join(", "))))]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All names.
+        known: Vec<&'static str>,
     },
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
@@ -50,6 +74,94 @@ pub enum Error {
         cutoff: f64,
         /// Sampling rate [Hz].
         rate: f64,
+    },
+    /// A number that a design starts from makes no sense.
+    #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. {remedy}")]
+    OutOfRange {
+        /// What the number is, in words.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its SI unit.
+        unit: &'static str,
+        /// Smallest allowed value.
+        minimum: f64,
+        /// Largest allowed value.
+        maximum: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Matrices or lists that do not fit each other.
+    #[error("{what} has {found} where {expected} belong. {remedy}")]
+    Dimension {
+        /// Which one.
+        what: &'static str,
+        /// Its size.
+        found: usize,
+        /// The size that the others ask for.
+        expected: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A matrix with NaN or infinity.
+    #[error("{what} contains {value}. Look where the number comes from: a parameter that was divided by zero?")]
+    NotFinite {
+        /// Which matrix.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// The input does not reach, or the output does not show, all states.
+    #[error(
+        "the system is not {property}: the reciprocal condition of its {property} matrix is {reciprocal_condition:.1e}, \
+         below {limit:.1e}. {remedy}"
+    )]
+    NotReachable {
+        /// "controllable" or "observable".
+        property: &'static str,
+        /// Of the scaled matrix; 1 is perfect, 0 singular.
+        reciprocal_condition: f64,
+        /// Smallest one that still gives digits.
+        limit: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A wanted pole outside the unit circle.
+    #[error(
+        "the pole {real} + {imaginary}i has magnitude {magnitude}, at most {limit} is stable. \
+         Move it inwards: a pole at p 1/s is e^(-p T)."
+    )]
+    UnstablePole {
+        /// Real part.
+        real: f64,
+        /// Imaginary part.
+        imaginary: f64,
+        /// Distance from the origin.
+        magnitude: f64,
+        /// Largest allowed distance.
+        limit: f64,
+    },
+    /// A complex pole without its conjugate: the gains would be complex.
+    #[error(
+        "the pole {real} + {imaginary}i has no partner at {real} - {imaginary}i. Give complex poles in conjugate pairs."
+    )]
+    UnpairedPole {
+        /// Real part.
+        real: f64,
+        /// Imaginary part.
+        imaginary: f64,
+    },
+    /// A system without a stationary covariance.
+    #[error(
+        "the system's spectral radius is {spectral_radius}, a stationary covariance needs less than {limit}. {remedy}"
+    )]
+    Unstable {
+        /// Magnitude of its largest eigenvalue.
+        spectral_radius: f64,
+        /// It must stay below this.
+        limit: f64,
+        /// What to do.
+        remedy: &'static str,
     },
     /// A unit that is unknown or measures something else.
     #[error("{place}: unit \"{unit}\" does not fit. Use one of {known}.")]
@@ -201,4 +313,8 @@ fn remedy(source: &io::Error) -> &'static str {
         io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
         _ => "Choose another place, or mend what the system says.",
     }
+}
+
+fn did_you_mean(nearest: Option<&str>, otherwise: &str) -> String {
+    nearest.map_or_else(|| otherwise.into(), |nearest| format!("Did you mean {nearest}?"))
 }

@@ -1,12 +1,14 @@
 //! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
 #![forbid(unsafe_code)]
 
+pub mod design;
 mod error;
 pub mod filter;
 pub mod fit;
 pub mod identify;
 pub mod machine;
 pub mod output;
+pub mod parameters;
 pub mod recording;
 pub mod summary;
 pub mod units;

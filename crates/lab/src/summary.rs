@@ -11,6 +11,7 @@ use std::path::Path;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
+use crate::parameters::number::rounded;
 use crate::{Error, output};
 
 /// The results of one run of a command.
@@ -114,9 +115,9 @@ impl fmt::Display for Summary {
         let width = self.results.keys().map(String::len).max().unwrap_or(0);
         for (name, Quantity { value, unit, ci95 }) in &self.results {
             let unit = if unit == "1" { "" } else { unit };
-            write!(f, "{name:width$}  {value:>11.5} {unit}")?;
+            write!(f, "{name:width$}  {} {unit}", rounded(*value, 5))?;
             match ci95 {
-                Some([low, high]) => writeln!(f, "  [{low:.5} … {high:.5}]")?,
+                Some([low, high]) => writeln!(f, "  [{} … {}]", rounded(*low, 5), rounded(*high, 5))?,
                 None => writeln!(f)?,
             }
         }

@@ -6,6 +6,7 @@
 mod arm;
 mod machine;
 mod ripple;
+mod stability;
 
 pub use arm::{Arm, ElasticArm};
 pub use machine::{Machine, MachineInput, MachineState, Motion};
