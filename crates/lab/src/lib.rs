@@ -8,6 +8,7 @@ pub mod experiment;
 pub mod figure;
 pub mod filter;
 pub mod fit;
+pub mod identify;
 pub mod machine;
 pub mod noise;
 pub mod output;
