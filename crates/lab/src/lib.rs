@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod demo;
 pub mod design;
 mod error;
 pub mod experiment;
@@ -18,6 +19,7 @@ pub mod quantity;
 pub mod recording;
 pub mod report;
 pub mod summary;
+pub mod table;
 pub mod truth;
 pub mod units;
 pub mod watch;

@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod demo;
 mod params;
 
 use std::io::Write;
@@ -12,16 +13,26 @@ use crate::failure::Failure;
 /// What the program can do.
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// The paper's experiment on the virtual bench: measure, fit, design, render, measure again.
+    #[command(after_help = "Example: stickslip demo --out results --seed 7")]
+    Demo(demo::DemoCommand),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
 }
 
+impl Default for Command {
+    /// What the program does without arguments.
+    fn default() -> Self {
+        Command::Demo(demo::DemoCommand::default())
+    }
+}
+
 impl Command {
     /// Does it: results to `out`, progress to `watch`.
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let _ = watch; // None of these takes long enough to be watched.
         match self {
+            Command::Demo(command) => command.run(out, watch),
             Command::Params(command) => command.run(out),
         }
     }
