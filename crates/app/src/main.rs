@@ -44,7 +44,7 @@ fn main() -> ExitCode {
 fn run(cli: Cli) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
     match cli.command {
-        Some(command) => command.run(&mut out, &progress::watch())?,
+        Some(command) => command.run(&mut out, progress::watch)?,
         None => write!(out, "{}", Cli::command().render_help())?,
     }
     Ok(out.flush()?)

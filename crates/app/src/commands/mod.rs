@@ -18,9 +18,10 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Does it: results to `out`, progress to `watch`.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let _ = watch; // None of these takes long enough to be watched.
+    /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
+    /// asks it to stop, and does not end the program.
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
+        let _ = watch; // None of these takes long.
         match self {
             Command::Params(command) => command.run(out),
         }
