@@ -25,6 +25,7 @@ pub mod plant;
 pub mod render;
 pub mod scalar;
 pub mod sensor;
+pub mod supervise;
 pub mod tick;
 
 pub use stickslip_derive::Fields;

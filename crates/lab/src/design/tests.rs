@@ -108,8 +108,7 @@ fn the_closed_form_of_the_velocity_observer_is_ackermanns() {
         let wanted = rates.map(|rate| Complex::new((-rate * dt).exp(), 0.0));
         let gain = observer_gain(&a, &c, &wanted, ObserverForm::Current).unwrap();
         for (closed, ackermann) in [gains.angle_gain, gains.velocity_gain, gains.offset_gain].iter().zip(&gain) {
-            // Three poles close to 1: Ackermann's differences 1 − e^(−p·T) lose two digits, their product six.
-            assert!((closed / ackermann - 1.0).abs() < 1e-8, "{closed} and {ackermann}");
+            assert!((closed / ackermann - 1.0).abs() < DIGITS, "{closed} and {ackermann}");
         }
     }
 }
