@@ -71,6 +71,31 @@ fn first_comment(text: &'static str) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Preset;
+    use crate::parameters::{diff, flatten, write_commented};
+
+    #[test]
+    fn every_preset_says_what_it_is_and_is_whole_when_written_out() {
+        for (name, about) in list() {
+            assert!(!about.is_empty(), "{name}");
+            let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
+            let back: Preset<f64> = read(&write_commented(&preset), name).unwrap_or_else(|error| panic!("{error}"));
+            assert!(diff(&preset, &back).is_empty(), "{name}: {:?}", diff(&preset, &back));
+        }
+    }
+
+    #[test]
+    fn no_two_values_of_a_preset_share_a_path() {
+        // A field called like the key of the choice around it would hide behind it.
+        for (name, _) in list() {
+            let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
+            let mut paths: Vec<_> = flatten(&preset).into_iter().map(|entry| entry.path).collect();
+            let count = paths.len();
+            paths.sort();
+            paths.dedup();
+            assert_eq!(paths.len(), count, "{name}");
+        }
+    }
 
     const TWO: &[(&str, &str)] = &[("clm-bench", "# Ideal.\nrate = 1\n"), ("clm-real", "")];
 
