@@ -47,7 +47,7 @@ fn main() -> ExitCode {
 /// Runs the command; all that it prints is out when this returns.
 fn run(cli: Cli) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
-    cli.command.unwrap_or_default().run(&mut out, &progress::watch())?;
+    cli.command.unwrap_or_default().run(&mut out, progress::watch)?;
     Ok(out.flush()?)
 }
 

@@ -29,10 +29,11 @@ impl Default for Command {
 }
 
 impl Command {
-    /// Does it: results to `out`, progress to `watch`.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+    /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
+    /// asks it to stop, and does not end the program.
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
         match self {
-            Command::Demo(command) => command.run(out, watch),
+            Command::Demo(command) => command.run(out, &watch()),
             Command::Params(command) => command.run(out),
         }
     }
