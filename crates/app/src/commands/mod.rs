@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod demo;
+mod identify;
 mod params;
 
 use std::io::Write;
@@ -16,6 +17,11 @@ pub(crate) enum Command {
     /// The paper's experiment on the virtual bench: measure, fit, design, render, measure again.
     #[command(after_help = "Example: stickslip demo --out results --seed 7")]
     Demo(demo::DemoCommand),
+    /// Inertia and friction of an axis from a recording of it.
+    #[command(
+        after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
+    )]
+    Identify(identify::Identify),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
@@ -34,6 +40,7 @@ impl Command {
     pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
         match self {
             Command::Demo(command) => command.run(out, &watch()),
+            Command::Identify(command) => command.run(out, &watch()),
             Command::Params(command) => command.run(out),
         }
     }
