@@ -50,6 +50,18 @@ pub enum Error {
         /// Sampling rate [Hz].
         rate: f64,
     },
+    /// A step that an integrator cannot take without becoming wrong.
+    #[error("a {scheme} step of {step:?} s is beyond the bound of {largest:.2e} s. {remedy}")]
+    StepTooLarge {
+        /// Which scheme.
+        scheme: &'static str,
+        /// Asked for [s].
+        step: f64,
+        /// The bound [s].
+        largest: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,

@@ -4,5 +4,6 @@
 mod error;
 pub mod filter;
 pub mod fit;
+pub mod integrator;
 
 pub use error::Error;
