@@ -35,6 +35,9 @@ fn factor(rest: &mut &str) -> Result<(), String> {
     } else {
         let end = rest.find([' ', '/', '(', ')', '^']).unwrap_or(rest.len());
         let (name, tail) = rest.split_at(end);
+        if name.is_empty() {
+            return Err("a name of a unit is missing: one space or one / stands between two, as in \"N m/rad\"".into());
+        }
         if !UNITS.contains(&name) {
             return Err(format!("\"{name}\" is not a unit known here; known are {}", UNITS.join(", ")));
         }

@@ -44,8 +44,6 @@ pub struct ElasticDrive<B> {
 /// deflection of the bristle [rad].
 pub type DriveState = [f64; 5];
 
-const TWIST: usize = 0;
-const MOTOR_VELOCITY: usize = 1;
 const VELOCITY: usize = 3;
 const DEFLECTION: usize = 4;
 
@@ -97,8 +95,7 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
         let square = (stiffness + m.coupling_stiffness) / m.load_inertia + m.coupling_stiffness / m.motor_inertia;
         let drive = (self.load_viscous + m.coupling_damping) / m.load_inertia
             + (self.motor_viscous + m.coupling_damping) / m.motor_inertia;
-        let bristle =
-            self.bristle.damping(velocity) / m.load_inertia + stiffness * speed / self.bristle.sliding(speed);
+        let bristle = self.bristle.damping(velocity) / m.load_inertia + stiffness * speed / self.bristle.sliding(speed);
         let damping = match scheme {
             Scheme::RungeKutta => drive + bristle,
             Scheme::Exponential => drive,
@@ -113,12 +110,12 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
     /// Refused where the step is beyond the scheme's bound at this velocity: there it would be wrong without a sign.
     pub fn step(&self, scheme: Scheme, x: &DriveState, torque: [f64; 3], dt: f64) -> Result<DriveState, Error> {
         let largest = self.largest_step(scheme, x[VELOCITY]);
-        // Written so that a NaN is refused too.
-        if !(dt <= largest) {
+        if dt > largest || dt.is_nan() || largest.is_nan() {
             let (scheme, remedy) = match scheme {
-                Scheme::RungeKutta => {
-                    ("Runge-Kutta", "The bristle is too stiff at this speed: use the well-balanced step, or a smaller one.")
-                }
+                Scheme::RungeKutta => (
+                    "Runge-Kutta",
+                    "The bristle is too stiff at this speed: use the well-balanced step, or a smaller one.",
+                ),
                 Scheme::Exponential => {
                     ("exponential", "The vibration is too fast: use the well-balanced step, or a smaller one.")
                 }

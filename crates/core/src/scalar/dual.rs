@@ -13,6 +13,14 @@ pub struct Dual<const N: usize> {
     pub gradient: [f64; N],
 }
 
+/// Zero.
+impl<const N: usize> Default for Dual<N> {
+    #[inline]
+    fn default() -> Self {
+        Self::of(0.0)
+    }
+}
+
 impl<const N: usize> Dual<N> {
     /// The variable number `index` at `value`. Panics if there are not so many variables.
     pub fn variable(value: f64, index: usize) -> Self {

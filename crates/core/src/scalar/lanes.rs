@@ -15,6 +15,14 @@ pub struct Lanes<F, const N: usize>(
     pub [F; N],
 );
 
+/// Zeros.
+impl<F: Copy + Default, const N: usize> Default for Lanes<F, N> {
+    #[inline(always)]
+    fn default() -> Self {
+        Lanes([F::default(); N])
+    }
+}
+
 /// One truth value a lane.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneMask<const N: usize>(

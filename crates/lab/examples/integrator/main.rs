@@ -51,9 +51,8 @@ fn main() {
         ("0.5 M_S + 0.1 M_S at 1 Hz", 0.5, 0.1, 1.0, 100.0),
         ("0.5 M_S + 0.2 M_S at 20 Hz", 0.5, 0.2, 20.0, 100.0),
     ] {
-        let creep = |scheme, dt| {
-            cell(creep(&case, scheme, mean * breakaway, vibration * breakaway, frequency, seconds, dt))
-        };
+        let creep =
+            |scheme, dt| cell(creep(&case, scheme, mean * breakaway, vibration * breakaway, frequency, seconds, dt));
         let cells = [creep(None, 25e-6), creep(None, 250e-6), creep(Some(Scheme::Exponential), 25e-6)];
         println!("| {name} | {seconds} | {} |", cells.join(" | "));
     }

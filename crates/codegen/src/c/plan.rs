@@ -1,0 +1,257 @@
+//! How a step hands structs to the blocks that it calls: which it passes on as they lie, which it puts together.
+
+use super::text;
+use super::types::Types;
+use crate::record::{Graph, Id, Node, Source, Step};
+use crate::tree::Tree;
+
+/// What a struct is initialised with, or passed as.
+pub(super) enum Argument {
+    /// A struct that lies somewhere already: how to access it.
+    Whole(Access),
+    /// Part by part.
+    Parts(Vec<(Option<String>, Argument)>),
+    /// One number.
+    Number(Id),
+}
+
+/// A struct in memory: `p->friction`, `lag_1_out`.
+#[derive(Clone)]
+pub(super) struct Access {
+    base: String,
+    pointer: bool,
+    path: String,
+}
+
+impl Access {
+    /// The struct itself.
+    pub(super) fn value(&self) -> String {
+        match (self.path.is_empty(), self.pointer) {
+            (true, true) => format!("*{}", self.base),
+            (true, false) => self.base.clone(),
+            (false, _) => self.member(""),
+        }
+    }
+
+    /// Its address.
+    pub(super) fn address(&self) -> String {
+        if self.path.is_empty() && self.pointer { self.base.clone() } else { format!("&{}", self.value()) }
+    }
+
+    /// A number within.
+    pub(super) fn member(&self, path: &str) -> String {
+        let arrow = if self.pointer { "->" } else { "." };
+        let dot = if self.path.is_empty() || path.is_empty() { "" } else { "." };
+        format!("{}{arrow}{}{dot}{path}", self.base, self.path)
+    }
+}
+
+/// A call as it will be written.
+pub(super) struct Planned {
+    /// What its local structs are called.
+    pub(super) name: String,
+    pub(super) parameters: Option<Argument>,
+    /// Where its state lies, and what to put there first if it is a local struct.
+    pub(super) state: Option<(Access, Option<Argument>)>,
+    pub(super) input: Option<Argument>,
+    pub(super) output: Option<Access>,
+}
+
+/// All decisions about a step.
+pub(super) struct Plan {
+    /// `None` for a call whose results nobody needs.
+    pub(super) calls: Vec<Option<Planned>>,
+    /// How often each operation is needed as a number of its own.
+    pub(super) uses: Vec<u32>,
+    /// What to write at the end: the place and the number.
+    pub(super) stores: Vec<(String, Id)>,
+}
+
+/// Numbers that lie in memory as a struct.
+struct Object<'a> {
+    access: Access,
+    tree: &'a Tree,
+    ids: Vec<Id>,
+    /// Whether a call may work on it in place.
+    state: bool,
+}
+
+struct Planner<'a> {
+    types: &'a Types,
+    objects: Vec<Object<'a>>,
+    uses: Vec<u32>,
+}
+
+/// Decides for a step.
+pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], types: &'a Types) -> Plan {
+    let graph = &step.graph;
+    let (uses, live) = count(graph, step.new_state.iter().chain(&step.results));
+    let mut planner = Planner { types, objects: Vec::new(), uses };
+    for (base, tree, source) in [("p", &step.parameters, Source::Parameters), ("in", &step.input, Source::Input)] {
+        planner.add(
+            Access { base: base.into(), pointer: true, path: String::new() },
+            tree,
+            sources(graph, source, tree),
+            false,
+        );
+    }
+    let state = Access { base: "s".into(), pointer: true, path: String::new() };
+    planner.add(state.clone(), &step.state, sources(graph, Source::State, &step.state), true);
+
+    let mut calls = Vec::new();
+    for (number, call) in graph.calls.iter().enumerate() {
+        if !live[number] {
+            calls.push(None);
+            continue;
+        }
+        let callee = &steps[call.function];
+        let name = format!("{}_{}", labels[call.function], number + 1);
+        let results = results(graph, number, callee.new_state.len() + callee.results.len());
+        let (new_state, output) = results.split_at(callee.new_state.len());
+        let parameters = planner.argument(&callee.parameters, &call.parameters);
+        let input = planner.argument(&callee.input, &call.input);
+        let state = planner.state(&callee.state, &call.state, new_state, &name);
+        let output = (!output.is_empty()).then(|| {
+            let access = Access { base: format!("{name}_out"), pointer: false, path: String::new() };
+            planner.add(access.clone(), &callee.output, output.to_vec(), false);
+            access
+        });
+        calls.push(Some(Planned { name, parameters, state, input, output }));
+    }
+
+    let mut stores = Vec::new();
+    let kept = planner.objects[2].ids.clone();
+    for ((path, id), lies) in step.state.paths().iter().zip(&step.new_state).zip(kept) {
+        if *id == lies {
+            planner.uses[id.index()] -= 1;
+        } else {
+            stores.push((state.member(&text::path(path)), *id));
+        }
+    }
+    let out = Access { base: "out".into(), pointer: true, path: String::new() };
+    for (path, id) in step.output.paths().iter().zip(&step.results) {
+        stores.push((out.member(&text::path(path)), *id));
+    }
+    Plan { calls, uses: planner.uses, stores }
+}
+
+impl<'a> Planner<'a> {
+    fn add(&mut self, access: Access, tree: &'a Tree, ids: Vec<Id>, state: bool) {
+        self.objects.push(Object { access, tree, ids, state });
+    }
+
+    /// Where these numbers lie side by side as the same struct: which object, from which number on, and its path.
+    fn find(&self, tree: &Tree, ids: &[Id], state: bool) -> Option<(usize, usize, Access)> {
+        self.objects.iter().enumerate().filter(|(_, object)| object.state == state).find_map(|(number, object)| {
+            object.tree.parts().into_iter().find_map(|(path, first, part)| {
+                (part == tree && object.ids[first..first + ids.len()] == *ids)
+                    .then(|| (number, first, Access { path: text::path(&path), ..object.access.clone() }))
+            })
+        })
+    }
+
+    fn argument(&mut self, tree: &Tree, ids: &[Id]) -> Option<Argument> {
+        (!ids.is_empty()).then(|| self.parts(tree, ids))
+    }
+
+    fn parts(&mut self, tree: &Tree, ids: &[Id]) -> Argument {
+        if self.types.name(tree).is_some()
+            && let Some((_, _, access)) = self.find(tree, ids, false)
+        {
+            for id in ids {
+                self.uses[id.index()] -= 1;
+            }
+            return Argument::Whole(access);
+        }
+        match tree {
+            Tree::Number => Argument::Number(ids[0]),
+            Tree::List(length, element) => {
+                let size = ids.len() / length;
+                Argument::Parts(ids.chunks(size.max(1)).map(|chunk| (None, self.parts(element, chunk))).collect())
+            }
+            Tree::Group(group) => {
+                let mut rest = ids;
+                let mut parts = Vec::new();
+                for member in &group.members {
+                    let (mine, others) = rest.split_at(member.tree.numbers());
+                    rest = others;
+                    if !mine.is_empty() {
+                        parts.push((Some(text::identifier(&member.name)), self.parts(&member.tree, mine)));
+                    }
+                }
+                Argument::Parts(parts)
+            }
+        }
+    }
+
+    /// In place where the old state lies as a struct, which then holds the new one; else in a local struct.
+    fn state(&mut self, tree: &'a Tree, old: &[Id], new: &[Id], name: &str) -> Option<(Access, Option<Argument>)> {
+        if old.is_empty() {
+            return None;
+        }
+        if let Some((object, first, access)) = self.find(tree, old, true) {
+            for id in old {
+                self.uses[id.index()] -= 1;
+            }
+            self.objects[object].ids[first..first + new.len()].copy_from_slice(new);
+            return Some((access, None));
+        }
+        let argument = self.parts(tree, old);
+        let access = Access { base: format!("{name}_s"), pointer: false, path: String::new() };
+        self.add(access.clone(), tree, new.to_vec(), true);
+        Some((access, Some(argument)))
+    }
+}
+
+/// The positions of the numbers of a source; of those that no operation needs, a position that none has.
+fn sources(graph: &Graph, source: Source, tree: &Tree) -> Vec<Id> {
+    let mut out = vec![Id(u32::MAX); tree.numbers()];
+    for (position, node) in graph.nodes.iter().enumerate() {
+        if let Node::Source(of, number) = node
+            && *of == source
+        {
+            out[*number as usize] = Id(position as u32);
+        }
+    }
+    out
+}
+
+fn results(graph: &Graph, call: usize, numbers: usize) -> Vec<Id> {
+    let mut out = vec![Id(u32::MAX); numbers];
+    for (position, node) in graph.nodes.iter().enumerate() {
+        if let Node::Result(of, number) = node
+            && *of as usize == call
+        {
+            out[*number as usize] = Id(position as u32);
+        }
+    }
+    out
+}
+
+/// How often each operation is used by those that the roots need, and which calls are.
+fn count<'a>(graph: &Graph, roots: impl Iterator<Item = &'a Id>) -> (Vec<u32>, Vec<bool>) {
+    let mut uses = vec![0u32; graph.nodes.len()];
+    let mut live = vec![false; graph.calls.len()];
+    for root in roots {
+        uses[root.index()] += 1;
+    }
+    // Operands stand before their results: from the end, each operation is complete when it is met.
+    for position in (0..graph.nodes.len()).rev() {
+        if uses[position] == 0 {
+            continue;
+        }
+        for operand in graph.nodes[position].operands() {
+            uses[operand.index()] += 1;
+        }
+        if let Node::Result(call, _) = graph.nodes[position]
+            && !std::mem::replace(&mut live[call as usize], true)
+        {
+            let call = &graph.calls[call as usize];
+            let operands = call.parameters.iter().chain(&call.state).chain(&call.input);
+            for operand in operands.chain([&call.step]) {
+                uses[operand.index()] += 1;
+            }
+        }
+    }
+    (uses, live)
+}

@@ -1,0 +1,151 @@
+//! Words, literals and lines of C.
+
+use crate::record::Precision;
+
+/// Longest line that is written where it can be broken.
+const WIDTH: usize = 110;
+
+const KEYWORDS: [&str; 42] = [
+    "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
+    "false", "float", "for", "goto", "if", "in", "inline", "int", "long", "main", "out", "p", "register", "restrict",
+    "return", "s", "short", "signed", "sizeof", "static", "struct", "switch", "true", "typedef", "union", "unsigned",
+    "void", "volatile", "while",
+];
+
+/// Whether C takes it as a name.
+pub(super) fn is_identifier(text: &str) -> bool {
+    let mut characters = text.chars();
+    characters.next().is_some_and(|c| c.is_ascii_alphabetic())
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && !KEYWORDS.contains(&text)
+}
+
+/// A field's name as C takes it.
+pub(super) fn identifier(name: &str) -> String {
+    if KEYWORDS.contains(&name) { format!("{name}_") } else { name.replace('-', "_") }
+}
+
+/// `friction.elements[2].default` with each name as C takes it.
+pub(super) fn path(path: &str) -> String {
+    let segment = |text: &str| {
+        let end = text.find('[').unwrap_or(text.len());
+        format!("{}{}", identifier(&text[..end]), &text[end..])
+    };
+    path.split('.').map(segment).collect::<Vec<_>>().join(".")
+}
+
+/// `ElastoPlastic` → `elasto_plastic`, `LuGre` → `lugre`: a capital begins a word after three or more letters.
+pub(super) fn snake(name: &str) -> String {
+    let mut out = String::new();
+    let mut run = 0;
+    for c in name.chars() {
+        if c.is_uppercase() && run > 2 {
+            out.push('_');
+            run = 0;
+        }
+        run += 1;
+        out.extend(c.to_lowercase());
+    }
+    out
+}
+
+/// A constant. Reads back to the same bits.
+pub(super) fn literal<F: Precision>(value: f64) -> String {
+    if value.is_nan() {
+        "NAN".into()
+    } else if value.is_infinite() {
+        if value > 0.0 { "INFINITY".into() } else { "-INFINITY".into() }
+    } else {
+        format!("{}{}", F::of(value).text(), F::C_SUFFIX)
+    }
+}
+
+/// A block comment of paragraphs, filled to the width.
+pub(super) fn comment(indent: &str, paragraphs: &[String]) -> String {
+    let mut lines = Vec::new();
+    for paragraph in paragraphs.iter().filter(|p| !p.is_empty()) {
+        let paragraph = paragraph.replace("*/", "* /").replace("/*", "/ *");
+        let mut line = String::new();
+        for word in paragraph.split_whitespace() {
+            if !line.is_empty() && indent.len() + 4 + line.chars().count() + word.chars().count() > WIDTH {
+                lines.push(std::mem::take(&mut line));
+            }
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+        lines.push(line);
+    }
+    if lines.is_empty() { String::new() } else { format!("{indent}/* {} */\n", lines.join(&format!("\n{indent} * "))) }
+}
+
+/// A statement, broken where it is least nested until the lines fit.
+pub(super) fn wrap(indent: &str, statement: &str) -> String {
+    let mut out = String::new();
+    let mut rest = statement;
+    let mut margin = indent.to_string();
+    while margin.len() + rest.len() > WIDTH {
+        let Some(at) = break_before(rest, WIDTH - margin.len()) else { break };
+        out.push_str(&format!("{margin}{}\n", &rest[..at]));
+        rest = &rest[at + 1..];
+        margin = format!("{indent}    ");
+    }
+    format!("{out}{margin}{rest}\n")
+}
+
+/// The space before an operator or behind a comma, within the width, with the fewest parentheses open.
+fn break_before(text: &str, width: usize) -> Option<usize> {
+    let bytes = text.as_bytes();
+    let mut depth = 0;
+    let mut best: Option<(i32, usize)> = None;
+    for i in 0..bytes.len().min(width) {
+        match bytes[i] {
+            b'(' | b'{' => depth += 1,
+            b')' | b'}' => depth -= 1,
+            b' ' if i > width / 3 => {
+                let operator =
+                    bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
+                let allowed = operator || bytes[i - 1] == b',';
+                if allowed && best.is_none_or(|(d, _)| depth <= d) {
+                    best = Some((depth, i));
+                }
+            }
+            _ => {}
+        }
+    }
+    best.map(|(_, at)| at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_c_keeps_for_itself_are_changed() {
+        assert_eq!(path("a.default.in[2].b"), "a.default_.in_[2].b");
+        assert!(is_identifier("tick") && !is_identifier("double") && !is_identifier("2x") && !is_identifier("a-b"));
+        assert_eq!(
+            (snake("LuGre"), snake("ElastoPlastic"), snake("PI")),
+            ("lugre".into(), "elasto_plastic".into(), "pi".into())
+        );
+    }
+
+    #[test]
+    fn literals_read_back_to_the_same_number() {
+        assert_eq!(literal::<f64>(0.1), "0.1");
+        assert_eq!(literal::<f32>(f64::from(0.1f32)), "0.1f");
+        assert_eq!(literal::<f64>(1e300), "1e300");
+        assert_eq!(literal::<f64>(-0.0), "-0.0");
+        assert_eq!(literal::<f64>(f64::NEG_INFINITY), "-INFINITY");
+        assert_eq!(literal::<f32>(3.0), "3.0f");
+    }
+
+    #[test]
+    fn long_statements_are_broken_outside_parentheses() {
+        let statement = format!("const double x = ({} + b) + (c * {});", "a".repeat(60), "d".repeat(60));
+        let lines: Vec<_> = wrap("    ", &statement).lines().map(String::from).collect();
+        assert_eq!(lines.len(), 2);
+        assert!(lines[1].starts_with("        + (c * d"), "{lines:?}");
+    }
+}

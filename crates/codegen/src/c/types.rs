@@ -1,0 +1,89 @@
+//! Structs of C from the tables of the fields.
+
+use super::text::{comment, identifier};
+use crate::record::Precision;
+use crate::tree::{Member, Tree};
+
+/// The structs that have a name.
+#[derive(Default)]
+pub(super) struct Types {
+    named: Vec<(String, Tree)>,
+}
+
+impl Types {
+    /// Gives a struct a name, unless an equal one has one already.
+    pub(super) fn register(&mut self, name: String, tree: &Tree) {
+        if tree.numbers() > 0 && self.name(tree).is_none() {
+            self.named.push((name, tree.clone()));
+        }
+    }
+
+    /// The name of a struct.
+    pub(super) fn name(&self, tree: &Tree) -> Option<&str> {
+        self.named.iter().find(|(_, known)| known == tree).map(|(name, _)| name.as_str())
+    }
+
+    /// The definition of a struct and of the named ones within, each unless it is in `done`.
+    pub(super) fn define<F: Precision>(&self, tree: &Tree, done: &mut Vec<String>) -> String {
+        let mut out = String::new();
+        for (path, _, part) in tree.parts() {
+            if !path.is_empty() && self.name(part).is_some() {
+                out += &self.define::<F>(part, done);
+            }
+        }
+        if let Some(name) = self.name(tree).map(String::from)
+            && !done.contains(&name)
+        {
+            out += &format!("typedef struct {{\n{}}} {name};\n\n", self.members::<F>(tree, "    "));
+            done.push(name);
+        }
+        out
+    }
+
+    fn members<F: Precision>(&self, tree: &Tree, indent: &str) -> String {
+        tree.members().iter().map(|member| self.member::<F>(member, indent)).collect()
+    }
+
+    fn member<F: Precision>(&self, member: &Member, indent: &str) -> String {
+        // C has no struct without members.
+        if member.tree.numbers() == 0 {
+            return String::new();
+        }
+        let mut element = &member.tree;
+        let mut lengths = String::new();
+        while let Tree::List(length, inner) = element {
+            lengths += &format!("[{length}]");
+            element = inner;
+        }
+        let declared = match (element, self.name(element)) {
+            (_, Some(name)) => name.to_string(),
+            (Tree::Group(_), None) => {
+                format!("struct {{\n{}{indent}}}", self.members::<F>(element, &format!("{indent}    ")))
+            }
+            _ => F::C_NAME.to_string(),
+        };
+        let about = comment(indent, &describe(member, element));
+        format!("{about}{indent}{declared} {}{lengths};\n", identifier(&member.name))
+    }
+}
+
+/// Help, then symbol, unit, range and default.
+fn describe(member: &Member, element: &Tree) -> Vec<String> {
+    let field = member.field;
+    let mut out: Vec<String> = field.help.split("\n\n").map(String::from).collect();
+    match element {
+        Tree::Number => {
+            let mut facts = Vec::new();
+            if !field.unit.is_empty() {
+                facts.push(format!("{} [{}]", field.symbol, field.unit).trim().to_string());
+            }
+            if field.minimum.is_finite() || field.maximum.is_finite() {
+                facts.push(format!("{:?} to {:?}", field.minimum, field.maximum));
+            }
+            out.push(facts.join(", "));
+        }
+        Tree::Group(group) => out.extend(group.chosen.iter().map(|(tag, name)| format!("{tag}: {name}"))),
+        Tree::List(..) => {}
+    }
+    out
+}

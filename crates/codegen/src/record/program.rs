@@ -1,0 +1,172 @@
+//! From a block to the functions that it consists of.
+
+use std::cell::RefCell;
+use std::marker::PhantomData;
+
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+
+use super::{Call, Graph, Id, Node, Precision, Recorded, Source};
+use crate::tree::Tree;
+
+/// A block's step as recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The block's name.
+    pub name: &'static str,
+    /// The type behind the name.
+    type_name: &'static str,
+    /// The parameters.
+    pub parameters: Tree,
+    /// The state.
+    pub state: Tree,
+    /// The input.
+    pub input: Tree,
+    /// The output.
+    pub output: Tree,
+    /// What it computes.
+    pub graph: Graph,
+    /// The state after the step.
+    pub new_state: Vec<Id>,
+    /// The numbers of the output.
+    pub results: Vec<Id>,
+}
+
+/// A block and the blocks that it calls.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// Callees stand before their callers; the block itself is the last.
+    pub steps: Vec<Step>,
+    /// The values of its parameters.
+    pub parameters: Vec<f64>,
+    /// The values of its state at the start.
+    pub start: Vec<f64>,
+}
+
+/// What is being recorded on this thread: a graph for each block between the outermost and the one at work.
+#[derive(Default)]
+struct Session {
+    graphs: Vec<Graph>,
+    steps: Vec<Step>,
+}
+
+thread_local! {
+    static SESSION: RefCell<Session> = RefCell::default();
+}
+
+fn session<R>(f: impl FnOnce(&mut Session) -> R) -> R {
+    SESSION.with_borrow_mut(f)
+}
+
+fn graph<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
+    session(|s| f(s.graphs.last_mut().expect("recorded numbers live within `record`; none is at work on this thread")))
+}
+
+/// The position of an operation in the graph at work.
+pub(super) fn node<F: Precision>(operation: Node) -> Id {
+    graph(|g| g.add::<F>(operation))
+}
+
+fn number<F: Precision>(operation: Node) -> Recorded<F> {
+    Recorded { id: node::<F>(operation), precision: PhantomData }
+}
+
+/// The same value with each number replaced, in order.
+fn renumber<F: Precision, V: Fields<Recorded<F>>>(value: &V, operation: impl Fn(u32) -> Node) -> V {
+    let mut count = 0;
+    value.merge(value, &mut |_, _| {
+        count += 1;
+        number(operation(count - 1))
+    })
+}
+
+/// The positions of a value's numbers, in order.
+fn ids<F: Precision>(value: &impl Fields<Recorded<F>>) -> Vec<Id> {
+    let mut out = Vec::new();
+    value.map(&mut |v: Recorded<F>| {
+        out.push(v.id);
+        v
+    });
+    out
+}
+
+/// The step of a block in a graph of its own; with it the state and output, for their choices.
+fn record_step<F: Precision, B: Block<Recorded<F>>>(
+    block: &B,
+    state: &B::State,
+    input: &B::Input,
+) -> (Step, B::State, B::Output) {
+    session(|s| s.graphs.push(Graph::default()));
+    let parameters = renumber(block, |i| Node::Source(Source::Parameters, i));
+    let mut new_state = renumber(state, |i| Node::Source(Source::State, i));
+    let input = renumber(input, |i| Node::Source(Source::Input, i));
+    let dt = number(Node::Source(Source::Step, 0));
+    let output = parameters.step(&mut new_state, input, dt);
+    let graph = session(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
+    assert_eq!(Tree::of(state), Tree::of(&new_state), "{}: a step does not change the choices of its state", B::NAME);
+    let step = Step {
+        name: B::NAME,
+        type_name: std::any::type_name::<B>(),
+        parameters: Tree::of(block),
+        state: Tree::of(&new_state),
+        input: Tree::of(&input),
+        output: Tree::of(&output),
+        graph,
+        new_state: ids(&new_state),
+        results: ids(&output),
+    };
+    (step, new_state, output)
+}
+
+/// A block within another: a function of its own, and a call of it.
+///
+/// The callee is recorded at each call and then compared with those known: whatever its parameters choose, equal steps
+/// are one function. That costs as many operations as the flat step has, and no key can be too coarse.
+pub(super) fn call<F: Precision, B: Block<Recorded<F>>>(
+    block: &B,
+    state: &mut B::State,
+    input: B::Input,
+    dt: Recorded<F>,
+) -> B::Output {
+    let (step, new_state, output) = record_step(block, state, &input);
+    let numbers = step.new_state.len() as u32;
+    let function = session(|s| {
+        s.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
+            s.steps.push(step);
+            s.steps.len() - 1
+        })
+    });
+    let call = Call { function, parameters: ids(block), state: ids(state), input: ids(&input), step: dt.id };
+    let call = graph(|g| g.call(call));
+    *state = renumber(&new_state, |i| Node::Result(call, i));
+    renumber(&output, |i| Node::Result(call, numbers + i))
+}
+
+/// Records a block in the precision `F`. Choices in the parameters are made here; numbers stay open.
+pub fn record<B, F>(parameters: &B) -> Program
+where
+    F: Precision,
+    B: Fields<f64>,
+    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+{
+    session(|s| *s = Session { graphs: vec![Graph::default()], steps: Vec::new() });
+    let mut values = Vec::new();
+    let block = parameters.map(&mut |v: f64| {
+        values.push(v);
+        number::<F>(Node::Constant(F::of(v).into().to_bits()))
+    });
+    let state = Default::default();
+    let start = ids::<F>(&state);
+    let start = graph(|g| start.iter().map(|id| g.constant(*id).unwrap_or(0.0)).collect());
+    let (top, _, _) = record_step(&block, &state, &Default::default());
+    let mut steps = session(std::mem::take).steps;
+    steps.push(top);
+    Program { steps, parameters: values, start }
+}
+
+/// Records a function of one number. Its argument is the first input.
+pub fn record_function<F: Precision>(function: impl FnOnce(Recorded<F>) -> Recorded<F>) -> (Graph, Id) {
+    session(|s| s.graphs.push(Graph::default()));
+    let out = function(number(Node::Source(Source::Input, 0))).id;
+    (session(|s| s.graphs.pop()).expect("each graph is closed where it was opened"), out)
+}

@@ -1,0 +1,264 @@
+//! The numbers of one value as a tree: the tables of [`Fields`] with the choices made.
+
+use stickslip_core::fields::{Field, Fields, Kind, Shape, Variant, Walk};
+use stickslip_core::scalar::Scalar;
+
+/// What a struct, a list or a number consists of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tree {
+    /// One number.
+    Number,
+    /// So many of the same.
+    List(usize, Box<Tree>),
+    /// Named parts.
+    Group(Group),
+}
+
+/// A struct, or the chosen variant of an enum.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Group {
+    /// Key and name of each choice made here: `("model", "elasto-plastic")`.
+    pub chosen: Vec<(&'static str, &'static str)>,
+    /// The fields, in order of declaration.
+    pub members: Vec<Member>,
+}
+
+/// A field of a struct.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// The field's name; with a number behind it where the elements of a list differ in their choices.
+    pub name: String,
+    /// Its row in the tables.
+    pub field: &'static Field,
+    /// What it consists of.
+    pub tree: Tree,
+}
+
+/// Tables have no identity of their own: two members are the same if they say the same.
+impl PartialEq for Member {
+    fn eq(&self, other: &Self) -> bool {
+        let text = |m: &Member| (m.field.symbol, m.field.unit, m.field.help);
+        let range = |m: &Member| [m.field.minimum, m.field.maximum, m.field.default];
+        self.name == other.name && self.tree == other.tree && text(self) == text(other) && range(self) == range(other)
+    }
+}
+
+/// The field of a bare number or list, which has no name of its own.
+static VALUE: Field = Field {
+    name: "value",
+    symbol: "",
+    unit: "",
+    minimum: f64::NEG_INFINITY,
+    maximum: f64::INFINITY,
+    default: 0.0,
+    help: "",
+    kind: Kind::Real,
+    shape: Shape::Number,
+};
+
+fn shape_of<T: Scalar, V: Fields<T>>(_value: &V) -> Shape {
+    V::SHAPE
+}
+
+impl Tree {
+    /// The tree of a value. A bare number or list becomes the struct of one member `value`.
+    pub fn of<T: Scalar>(value: &impl Fields<T>) -> Tree {
+        let mut builder = Builder { frames: vec![Frame::default()], shape: shape_of(value) };
+        let mut copy = *value;
+        copy.walk(&VALUE, &mut builder);
+        let mut whole = builder.close();
+        if let [Member { tree: Tree::Group(_), .. }] = whole.members.as_slice()
+            && let Some(Member { tree, .. }) = whole.members.pop()
+        {
+            return tree;
+        }
+        Tree::Group(whole)
+    }
+
+    /// How many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        match self {
+            Tree::Number => 1,
+            Tree::List(length, element) => length * element.numbers(),
+            Tree::Group(group) => group.members.iter().map(|m| m.tree.numbers()).sum(),
+        }
+    }
+
+    /// This tree and all below it, outermost first: how to reach it (`friction.elements[2]`, empty for the whole), the
+    /// position of its first number, itself.
+    pub fn parts(&self) -> Vec<(String, usize, &Tree)> {
+        let mut out = Vec::new();
+        self.collect(String::new(), 0, &mut out);
+        out
+    }
+
+    fn collect<'a>(&'a self, path: String, first: usize, out: &mut Vec<(String, usize, &'a Tree)>) {
+        out.push((path.clone(), first, self));
+        match self {
+            Tree::Number => {}
+            Tree::List(length, element) => {
+                for i in 0..*length {
+                    element.collect(format!("{path}[{i}]"), first + i * element.numbers(), out);
+                }
+            }
+            Tree::Group(group) => {
+                let mut first = first;
+                for member in &group.members {
+                    let dot = if path.is_empty() { "" } else { "." };
+                    member.tree.collect(format!("{path}{dot}{}", member.name), first, out);
+                    first += member.tree.numbers();
+                }
+            }
+        }
+    }
+
+    /// How to reach each number.
+    pub fn paths(&self) -> Vec<String> {
+        self.parts().into_iter().filter(|part| *part.2 == Tree::Number).map(|part| part.0).collect()
+    }
+
+    /// The members of a group; none of anything else.
+    pub fn members(&self) -> &[Member] {
+        if let Tree::Group(group) = self { &group.members } else { &[] }
+    }
+}
+
+/// A struct as it is met, before the elements of lists are put together.
+#[derive(Default)]
+struct Frame {
+    field: Option<&'static Field>,
+    chosen: Vec<(&'static str, &'static str)>,
+    met: Vec<(&'static Field, Tree)>,
+}
+
+struct Builder {
+    frames: Vec<Frame>,
+    /// The shape behind [`VALUE`].
+    shape: Shape,
+}
+
+impl Builder {
+    fn top(&mut self) -> &mut Frame {
+        self.frames.last_mut().expect("the outermost frame is closed last")
+    }
+
+    /// Ends the innermost frame.
+    fn close(&mut self) -> Group {
+        let frame = self.frames.pop().expect("each field that is left was entered");
+        let mut members = Vec::new();
+        for run in frame.met.chunk_by(|a, b| std::ptr::eq(a.0, b.0)) {
+            let field = run[0].0;
+            let shape = if std::ptr::eq(field, &VALUE) { self.shape } else { field.shape };
+            let mut elements = run.iter().map(|(_, tree)| tree);
+            let alike = run.iter().all(|(_, tree)| *tree == run[0].1);
+            if alike && let Some(tree) = gather(shape, &mut elements) {
+                members.push(Member { name: field.name.into(), field, tree });
+            } else {
+                members.extend(run.iter().enumerate().map(|(i, (_, tree))| Member {
+                    name: format!("{}_{i}", field.name),
+                    field,
+                    tree: tree.clone(),
+                }));
+            }
+        }
+        Group { chosen: frame.chosen, members }
+    }
+}
+
+/// The lists of this shape out of their elements, which are alike.
+fn gather<'a>(shape: Shape, elements: &mut impl Iterator<Item = &'a Tree>) -> Option<Tree> {
+    let Shape::List(length, inner) = shape else { return elements.next().cloned() };
+    let first = gather(*inner, elements)?;
+    Some(Tree::List(length, Box::new(first)))
+}
+
+impl<T> Walk<T> for Builder {
+    fn number(&mut self, field: &'static Field, _value: &mut T) {
+        self.top().met.push((field, Tree::Number));
+    }
+
+    fn choice(&mut self, tag: &'static str, variants: &'static [Variant], current: usize) -> usize {
+        self.top().chosen.push((tag, variants[current].name));
+        current
+    }
+
+    fn enter(&mut self, field: &'static Field) {
+        self.frames.push(Frame { field: Some(field), ..Frame::default() });
+    }
+
+    fn leave(&mut self) {
+        let field = self.top().field;
+        let group = self.close();
+        if let Some(field) = field {
+            self.top().met.push((field, Tree::Group(group)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stickslip_core::Fields;
+
+    /// Two numbers.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    struct Pair<T> {
+        /// One.
+        #[field(unit = "1")]
+        one: T,
+        /// A table.
+        #[field(unit = "N m")]
+        table: [[T; 3]; 2],
+    }
+
+    /// One of two.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    enum Either<T> {
+        /// Nothing.
+        Nothing,
+        /// A pair.
+        Pair(Pair<T>),
+    }
+
+    /// Several.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    struct Several<T> {
+        /// Choices.
+        either: [Either<T>; 2],
+        /// Pairs.
+        pairs: [Pair<T>; 2],
+    }
+
+    #[test]
+    fn paths_reach_every_number_in_order() {
+        let mut value = Several::<f64>::default();
+        value.either[1] = Either::Pair(Pair::default());
+        let paths = Tree::of(&value).paths();
+        assert_eq!(paths.len(), 3 * 7);
+        assert_eq!(paths[0], "either_1.one");
+        assert_eq!(paths[6], "either_1.table[1][2]");
+        assert_eq!(paths[7], "pairs[0].one");
+        assert_eq!(paths[20], "pairs[1].table[1][2]");
+        let mut sum = 0;
+        value.map(&mut |v: f64| {
+            sum += 1;
+            v
+        });
+        assert_eq!(sum, paths.len(), "map and tree count alike");
+    }
+
+    #[test]
+    fn lists_are_lists_where_the_elements_are_alike() {
+        let value = Several::<f64>::default();
+        let tree = Tree::of(&value);
+        assert!(matches!(tree.members()[0].tree, Tree::List(2, _)));
+        assert_eq!(tree.numbers(), 14);
+    }
+
+    #[test]
+    fn bare_numbers_become_a_struct_of_one() {
+        assert_eq!(Tree::of::<f64>(&1.0).paths(), ["value"]);
+        assert_eq!(Tree::of::<f64>(&[1.0, 2.0]).paths(), ["value[0]", "value[1]"]);
+        assert_eq!(Tree::of::<f64>(&()), Tree::Group(Group::default()));
+    }
+}

@@ -1,0 +1,84 @@
+//! Drives a block as every kind of number and as compiled C, and compares the bits.
+#![allow(dead_code, missing_docs, unreachable_pub, reason = "each test takes what it needs")]
+
+pub mod blocks;
+pub mod case;
+pub mod compiler;
+pub mod number;
+pub mod slope;
+
+use stickslip_codegen::c;
+use stickslip_codegen::record::{self, Precision, Recorded};
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::scalar::{Dual, Lanes, Scalar};
+
+use case::Trajectory;
+use compiler::{STRICT, compile_and_run};
+use number::{Number, run};
+
+/// Fast and native: contraction would show.
+pub const FAST: [&str; 3] = ["-std=c99", "-O3", "-march=native"];
+
+/// Panics at the first result whose bits differ. NaN is NaN, whatever its sign and payload.
+pub fn assert_same(what: &str, expected: &[Vec<f64>], got: &[Vec<f64>]) {
+    assert_eq!(expected.len(), got.len(), "{what}");
+    for (number, (expected, got)) in expected.iter().zip(got).enumerate() {
+        assert_eq!(expected.len(), got.len(), "{what}, trajectory {number}");
+        for (place, (a, b)) in expected.iter().zip(got).enumerate() {
+            let same = a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+            assert!(same, "{what}: trajectory {number}, number {place}: {a:?} expected, {b:?} found");
+        }
+    }
+}
+
+/// Runs the block over another kind of number.
+fn run_as<T: Number, B: Fields<f64>>(block: &B, trajectories: &[Trajectory]) -> Vec<Vec<f64>>
+where
+    B::With<T>: Block<T, Input: Default>,
+{
+    run(&block.map(&mut |v: f64| T::of(v)), trajectories)
+}
+
+/// Compares Rust in precision `F` with the C that is generated for it.
+fn agree_in_c<F: Precision + Number, B: Fields<f64>>(block: &B, trajectories: &[Trajectory], expected: &[Vec<f64>])
+where
+    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+{
+    let program = record::record::<B, F>(block);
+    let code = c::print::<F>(&program, "block").expect("a good name");
+    let strict: Vec<&str> = STRICT.iter().copied().chain(["-O2"]).collect();
+    for flags in [&strict[..], &FAST] {
+        let ran = compile_and_run(&program, &code, flags, trajectories);
+        assert_same(&format!("C, {}, gcc {flags:?}", F::C_NAME), expected, &ran.rows);
+        let given: Vec<f64> = number::numbers(block).into_iter().map(|v| F::of(v).into()).collect();
+        assert_same("parameters_init", &[given], &[ran.parameters]);
+    }
+}
+
+/// f64 = lanes = dual = C double; f32 = lanes = C float; derivative of the dual = difference.
+pub fn agree<B>(block: B, dt: f64)
+where
+    B: Block<f64, Input: Default>,
+    B::With<f32>: Block<f32, Input: Default>,
+    B::With<Lanes<f32, 8>>: Block<Lanes<f32, 8>, Input: Default>,
+    B::With<Lanes<f64, 8>>: Block<Lanes<f64, 8>, Input: Default>,
+    B::With<Lanes<f64, 32>>: Block<Lanes<f64, 32>, Input: Default>,
+    B::With<Dual<6>>: Block<Dual<6>, Input: Default>,
+    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+    B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
+{
+    let trajectories = case::trajectories(&block, dt);
+    let double = run(&block, &trajectories);
+    assert!(double.iter().flatten().any(|v| v.is_finite() && *v != 0.0), "all results are 0 or not finite");
+    assert_same("8 lanes", &double, &run_as::<Lanes<f64, 8>, B>(&block, &trajectories));
+    assert_same("32 lanes", &double, &run_as::<Lanes<f64, 32>, B>(&block, &trajectories));
+    assert_same("dual", &double, &run_as::<Dual<6>, B>(&block, &trajectories));
+    agree_in_c::<f64, B>(&block, &trajectories, &double);
+
+    let single = run_as::<f32, B>(&block, &trajectories);
+    assert_same("8 single lanes", &single, &run_as::<Lanes<f32, 8>, B>(&block, &trajectories));
+    agree_in_c::<f32, B>(&block, &trajectories, &single);
+
+    slope::check(&block, &block.map(&mut |v: f64| <Dual<6> as Scalar>::of(v)), &trajectories);
+}

@@ -1,0 +1,97 @@
+//! The kinds of numbers that are compared, as rows of `f64`.
+
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::scalar::{Dual, Lanes, Scalar};
+
+use super::case::Trajectory;
+
+/// A number that carries one value or several side by side. Single precision is exact in `f64`.
+pub trait Number: Scalar {
+    const WIDTH: usize;
+    /// The value of each lane in turn.
+    fn gather(value: impl FnMut(usize) -> f64) -> Self;
+    fn lane(&self, lane: usize) -> f64;
+}
+
+impl Number for f64 {
+    const WIDTH: usize = 1;
+    fn gather(mut value: impl FnMut(usize) -> f64) -> Self {
+        value(0)
+    }
+    fn lane(&self, _lane: usize) -> f64 {
+        *self
+    }
+}
+
+impl Number for f32 {
+    const WIDTH: usize = 1;
+    fn gather(mut value: impl FnMut(usize) -> f64) -> Self {
+        value(0) as f32
+    }
+    fn lane(&self, _lane: usize) -> f64 {
+        f64::from(*self)
+    }
+}
+
+impl<F: Number + Scalar<Mask = bool>, const N: usize> Number for Lanes<F, N> {
+    const WIDTH: usize = N;
+    fn gather(mut value: impl FnMut(usize) -> f64) -> Self {
+        Lanes(std::array::from_fn(|i| F::gather(|_| value(i))))
+    }
+    fn lane(&self, lane: usize) -> f64 {
+        self.0[lane].lane(0)
+    }
+}
+
+/// The gradient of a dual is seeded somehow: its value must not depend on it.
+impl<const N: usize> Number for Dual<N> {
+    const WIDTH: usize = 1;
+    fn gather(mut value: impl FnMut(usize) -> f64) -> Self {
+        let value = value(0);
+        Dual { value, gradient: std::array::from_fn(|i| i as f64 - value) }
+    }
+    fn lane(&self, _lane: usize) -> f64 {
+        self.value
+    }
+}
+
+/// The numbers of a value.
+pub fn numbers<T: Scalar>(value: &impl Fields<T>) -> Vec<T> {
+    let mut out = Vec::new();
+    value.map(&mut |v: T| {
+        out.push(v);
+        v
+    });
+    out
+}
+
+/// The value with other numbers.
+pub fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: impl IntoIterator<Item = T>) -> V {
+    let mut numbers = numbers.into_iter();
+    template.merge(template, &mut |_, _| numbers.next().expect("one number for each field"))
+}
+
+/// Output and state after each step of each trajectory, each trajectory from the state at the start.
+pub fn run<T: Number, B: Block<T, Input: Default>>(block: &B, trajectories: &[Trajectory]) -> Vec<Vec<f64>> {
+    assert_eq!(trajectories.len() % T::WIDTH, 0);
+    let mut out = Vec::new();
+    for group in trajectories.chunks(T::WIDTH) {
+        let row = |of: &dyn Fn(&Trajectory) -> &[f64]| -> Vec<T> {
+            (0..of(&group[0]).len()).map(|i| T::gather(|lane| of(&group[lane])[i])).collect()
+        };
+        let block = filled(block, row(&|t| &t.parameters));
+        let mut state = B::State::default();
+        let mut rows = vec![Vec::new(); T::WIDTH];
+        for step in 0..group[0].inputs.len() {
+            let input = filled(&B::Input::default(), row(&|t| &t.inputs[step]));
+            let output = block.step(&mut state, input, T::of(group[0].dt));
+            let (output, state) = (numbers(&output), numbers(&state));
+            for (lane, row) in rows.iter_mut().enumerate() {
+                row.extend(output.iter().chain(&state).map(|v| v.lane(lane)));
+            }
+        }
+        out.extend(rows);
+    }
+    out
+}
