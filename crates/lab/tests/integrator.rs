@@ -11,7 +11,7 @@ use study::{clm_bench, creep, prototype};
 
 #[test]
 fn the_default_bench_follows_the_reference_within_a_millionth_of_its_range() {
-    // Measured: 1.3e-7 at 25 µs.
+    // Measured: 1.4e-7.
     let error = clm_bench().well_balanced(25e-6).expect("25 µs is within the bound");
     assert!(error <= 1e-6, "{error}");
 }
@@ -34,7 +34,7 @@ fn the_well_balanced_step_converges_with_order_two() {
     let case = prototype(300.0);
     let errors = [1e-5, 5e-6, 2.5e-6].map(|dt| case.well_balanced(dt).expect("small"));
     for pair in errors.windows(2) {
-        // 4 for order 2; where in a step a kink falls changes it a little. Measured: 4.4, 4.1.
+        // 4 for order 2; where in a step a kink falls changes it a little. Measured: 4.3, 4.1.
         assert!((3.0..6.0).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
 }
@@ -69,9 +69,9 @@ fn runge_kutta_is_exact_within_its_bound_and_refused_beyond_it() {
     let case = prototype(3000.0);
     let error = case.baseline(Scheme::RungeKutta, 2.5e-6).expect("within the bound");
     assert!(error <= 1e-9, "{error}");
-    // At rest the bound is far larger; at 48 rad/s, within the run, it is 3.4 µs.
+    // At rest the bound is far larger; as the drive runs up it falls below 5 µs, and there the run ends.
     match case.baseline(Scheme::RungeKutta, 5e-6) {
-        Err(Error::StepTooLarge { step, largest, .. }) => assert!(largest < step && largest > 3e-6, "{largest}"),
+        Err(Error::StepTooLarge { step, largest, .. }) => assert!(largest < step && largest > 0.99 * step, "{largest}"),
         other => panic!("5 µs must be refused: {other:?}"),
     }
 }
