@@ -10,18 +10,22 @@ fn stickslip(arguments: &[&str], folder: &Path) -> Output {
 }
 
 fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
+    String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
+    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// A folder with a file that only names what is not default, and one with two mistakes.
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("mine.toml"), "# Mine.\n[drive]\nmotor_inertia = 5e-4 # disc\n").unwrap();
-    std::fs::write(folder.path().join("wrong.toml"), "[drive]\nmotor_inertia = -5e-4\nload_inertai = 1\n").unwrap();
+    let folder = tempfile::tempdir().expect("the temporary folder takes files");
+    for (name, text) in [
+        ("mine.toml", "# Mine.\n[drive]\nmotor_inertia = 5e-4 # disc\n"),
+        ("wrong.toml", "[drive]\nmotor_inertia = -5e-4\nload_inertai = 1\n"),
+    ] {
+        std::fs::write(folder.path().join(name), text).expect("the temporary folder takes files");
+    }
     folder
 }
 

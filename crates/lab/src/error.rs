@@ -283,14 +283,44 @@ pub enum Error {
     },
     /// A motion that does not tell the parameters apart.
     #[error(
-        "the motion does not tell the parameters apart: singular values from {smallest:.3e} to {largest:.3e}. Record a motion with several speeds and accelerations in both directions."
+        "the motion does not tell the parameters apart: a share of {smallest:.3e} of one is left by the others, 1e-9 is \
+         needed. Record several speeds and accelerations in both directions."
     )]
     Dependent {
-        /// Smallest singular value of the scaled regressors.
+        /// Share of a column that lies outside those before it.
         smallest: f64,
-        /// Largest.
-        largest: f64,
     },
+    /// A result that no machine has.
+    #[error("{what} is {value:.4e}. {remedy}")]
+    Implausible {
+        /// Of what.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Supervision has taken the torque away.
+    #[error("fault in cycle {cycle}: {reason}")]
+    BenchFault {
+        /// In which tick.
+        cycle: u64,
+        /// What was measured, what is allowed, what to do.
+        reason: String,
+    },
+    /// Supervision does not admit what was asked for.
+    #[error("the bench refuses {request}: it is {state}. {remedy}")]
+    Refused {
+        /// What was asked for.
+        request: String,
+        /// The state that stays.
+        state: String,
+        /// What to do first.
+        remedy: &'static str,
+    },
+    /// An experiment that needs the screw's zero.
+    #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
+    NotHomed,
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,

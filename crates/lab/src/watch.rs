@@ -5,10 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::Error;
 
+/// Takes a stage's name and the part of it that is done (0 … 1).
+type Report = dyn Fn(&str, f64) + Send + Sync;
+
 /// The observer of one piece of work: hears about progress, and may cancel.
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
-    report: Box<dyn Fn(&str, f64) + Send + Sync>,
+    report: Box<Report>,
 }
 
 impl Watch {

@@ -37,6 +37,7 @@ pub struct Friction<T> {
 
 /// The friction model.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
 pub enum Model<T> {
     /// No friction.
     Nothing,

@@ -12,6 +12,7 @@ pub use virtual_bench::{BenchInput, BenchState, VirtualBench};
 
 use crate::Fields;
 use crate::block::Block;
+use crate::control::reference::Setpoint;
 use crate::control::{
     ControllerInput, CurrentControl, CurrentControlInput, CurrentControlState, PositionController,
     PositionControllerState, VelocityObserver, VelocityObserverInput, VelocityObserverState,
@@ -82,25 +83,11 @@ pub struct TickState<T> {
     pub commanded_torque: T,
 }
 
-/// Where the axis shall be.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Reference<T> {
-    /// Angle.
-    #[field(symbol = "r", unit = "rad")]
-    pub position: T,
-    /// Velocity.
-    #[field(symbol = "ṙ", unit = "rad/s")]
-    pub velocity: T,
-    /// Acceleration.
-    #[field(symbol = "r̈", unit = "rad/s^2")]
-    pub acceleration: T,
-}
-
 /// What the tick is told besides the measurements. Flags are 0 or 1.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Order<T> {
     /// Set-point.
-    pub reference: Reference<T>,
+    pub reference: Setpoint<T>,
     /// Whether the position controller is on; off, it follows, so that it takes over without a bump.
     #[field(unit = "1", flag)]
     pub control: T,

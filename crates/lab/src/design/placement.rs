@@ -99,7 +99,7 @@ fn characteristic(a: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<DMatrix<f6
     let mut product = identity.clone();
     let mut open: Vec<Complex<f64>> = Vec::new();
     for &pole in poles {
-        let magnitude = pole.norm();
+        let magnitude = libm::hypot(pole.re, pole.im);
         if magnitude.is_nan() || magnitude >= 1.0 {
             return Err(Error::UnstablePole { real: pole.re, imaginary: pole.im, magnitude, limit: 1.0 });
         }

@@ -41,7 +41,7 @@ impl LinearFit {
     }
 }
 
-/// Least squares of `measured` over `columns`, by singular values. Rows follow each other in time.
+/// Least squares of `measured` over `columns`. Rows follow each other in time.
 ///
 /// # Errors
 /// Not more rows than columns, or columns that depend on each other: the motion does not tell them apart.
@@ -58,25 +58,23 @@ pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, E
     let scales: Vec<f64> = (0..k).map(|j| regressors.column(j).norm().max(f64::MIN_POSITIVE)).collect();
     let mut scaled = regressors.clone();
     scales.iter().enumerate().for_each(|(j, s)| scaled.column_mut(j).unscale_mut(*s));
-    let svd = scaled.svd(true, true);
-    let (Some(left), Some(right)) = (svd.u.as_ref(), svd.v_t.as_ref()) else { unreachable!("both were asked for") };
-    let largest = svd.singular_values.max();
-    if svd.singular_values.min() < 1e-9 * largest {
-        return Err(Error::Dependent { smallest: svd.singular_values.min(), largest });
+    // Householder's QR: the singular vectors of nalgebra 0.35 were seen to be off by 1e-6 on such columns.
+    let qr = scaled.qr();
+    let upper = qr.r();
+    // What of each column, of norm 1, lies outside those before it.
+    let smallest = upper.diagonal().abs().min();
+    if smallest < 1e-9 {
+        return Err(Error::Dependent { smallest });
     }
-    let inverse_values = DMatrix::from_diagonal(&svd.singular_values.map(|v| 1.0 / v));
-    let unscale = |m: DMatrix<f64>| DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / scales[i]);
-    let pseudo_inverse = unscale(right.transpose() * inverse_values * left.transpose());
+    let solved = upper.solve_upper_triangular(&qr.q().transpose()).expect("no zero on the diagonal");
+    let pseudo_inverse = DMatrix::from_fn(k, n, |i, t| solved[(i, t)] / scales[i]);
     let coefficients = &pseudo_inverse * &measured;
     let residuals = &measured - &regressors * &coefficients;
 
     let bread = &pseudo_inverse * pseudo_inverse.transpose();
     let white = residuals.norm_squared() / (n - k) as f64;
-    let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
-    // Each influence is what a row moved the coefficients by.
     let influence = DMatrix::from_fn(k, n, |i, t| pseudo_inverse[(i, t)] * residuals[t]);
-    let covariance = long_run(&influence, lag) * (n as f64 / (n - k) as f64);
-    let critical = critical95(lag as f64 / n as f64);
+    let LongRun { covariance, lag, critical } = LongRun::of(&influence);
     let standard_errors: Vec<f64> = (0..k).map(|i| covariance[(i, i)].sqrt()).collect();
     Ok(LinearFit {
         covariance: (0..k).map(|i| (0..k).map(|j| covariance[(i, j)]).collect()).collect(),
@@ -102,14 +100,28 @@ fn critical95(share: f64) -> f64 {
     1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))
 }
 
-fn long_run(influence: &DMatrix<f64>, lag: usize) -> DMatrix<f64> {
-    let n = influence.ncols();
-    let mut sum = influence * influence.transpose();
-    for l in 1..=lag {
-        let product = influence.columns(l, n - l) * influence.columns(0, n - l).transpose();
-        sum += (&product + product.transpose()) * (1.0 - l as f64 / (lag + 1) as f64);
+/// Covariance of parameters from what each row in time moved them by.
+pub(crate) struct LongRun {
+    pub(crate) covariance: DMatrix<f64>,
+    /// Rows.
+    pub(crate) lag: usize,
+    /// Half-width of a 95 % interval in standard errors.
+    pub(crate) critical: f64,
+}
+
+impl LongRun {
+    /// `influence` has a row a parameter and a column a row in time.
+    pub(crate) fn of(influence: &DMatrix<f64>) -> Self {
+        let (k, n) = influence.shape();
+        let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
+        let mut covariance = influence * influence.transpose();
+        for l in 1..=lag {
+            let product = influence.columns(l, n - l) * influence.columns(0, n - l).transpose();
+            covariance += (&product + product.transpose()) * (1.0 - l as f64 / (lag + 1) as f64);
+        }
+        covariance *= n as f64 / (n - k) as f64;
+        LongRun { covariance, lag, critical: critical95(lag as f64 / n as f64) }
     }
-    sum
 }
 
 #[cfg(test)]

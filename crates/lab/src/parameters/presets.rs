@@ -9,7 +9,13 @@ use super::schema::nearest;
 use crate::Error;
 
 /// The presets that the program brings along: name and text.
-const PRESETS: &[(&str, &str)] = &[];
+const PRESETS: &[(&str, &str)] = &[
+    ("clm-bench", include_str!("../../../../presets/clm-bench.toml")),
+    ("clm-real", include_str!("../../../../presets/clm-real.toml")),
+    ("clm-soft", include_str!("../../../../presets/clm-soft.toml")),
+    ("prototype", include_str!("../../../../presets/prototype.toml")),
+    ("emps", include_str!("../../../../presets/emps.toml")),
+];
 
 /// A parameter file, read but not yet understood.
 #[derive(Clone, Debug, PartialEq)]

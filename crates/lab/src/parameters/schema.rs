@@ -35,10 +35,17 @@ pub fn describe<P: Fields<f64>>(path: &str) -> Result<Vec<Description>, Error> {
     match all.iter().find(|row| is_element(row, path)) {
         Some(list) => Ok(vec![list.clone()]),
         None => {
-            let nearest = nearest(path, all.iter().map(|row| row.path.as_str())).map(str::to_string);
-            Err(Error::UnknownParameter { path: path.into(), nearest })
+            let known = || all.iter().map(|row| row.path.as_str());
+            let nearest = known().find_map(|known| ending(known, path)).or_else(|| nearest(path, known()));
+            Err(Error::UnknownParameter { path: path.into(), nearest: nearest.map(str::to_string) })
         }
     }
+}
+
+/// The beginning of a known path that ends with all of `path`: the right name without the groups around it.
+fn ending<'a>(known: &'a str, path: &str) -> Option<&'a str> {
+    let end = known.find(&format!(".{path}"))? + 1 + path.len();
+    known[end..].is_empty().then_some(known).or_else(|| known[end..].starts_with('.').then(|| &known[..end]))
 }
 
 /// Whether a path is an element of a described list of numbers: `poles.1`.

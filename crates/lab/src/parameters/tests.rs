@@ -297,6 +297,10 @@ fn a_path_is_described_with_every_variant_that_has_it() {
     assert_eq!(describe("drive.friction").unwrap().len(), 4);
     assert_eq!(describe("poles.2").unwrap(), describe("poles").unwrap());
     assert_eq!(describe("").unwrap().len(), 4 + 5 + 4);
+    for (path, nearest) in [("friction", "drive.friction"), ("strength", "springs.0.strength")] {
+        let Err(Error::UnknownParameter { nearest: found, .. }) = describe(path) else { panic!("{path} is known") };
+        assert_eq!(found.as_deref(), Some(nearest));
+    }
     for wrong in ["7", "poles.3", "gains.0.0.0", "drive.7", "pole", "drive.motor"] {
         assert!(matches!(describe(wrong), Err(Error::UnknownParameter { .. })), "{wrong}");
     }
