@@ -1,6 +1,6 @@
 //! What `docs/integrator.md` claims of the virtual machine's integrator, against SciPy's Radau.
 //!
-//! The tables themselves come from `cargo run --release -p stickslip --example integrator`.
+//! The tables themselves come from `cargo run -p stickslip --example integrator`.
 
 #[path = "../examples/integrator/study.rs"]
 mod study;

@@ -1,6 +1,6 @@
 //! How exact is the virtual machine, at which step, and what do the alternatives do?
 //!
-//!     cargo run --release -p stickslip --example integrator
+//!     cargo run -p stickslip --example integrator
 //!
 //! prints the tables of `docs/integrator.md`. Errors and creep are the same on every machine; the costs are ratios.
 
