@@ -10,6 +10,7 @@ pub mod figure;
 pub mod filter;
 pub mod fit;
 pub mod identify;
+pub mod integrator;
 pub mod machine;
 pub mod noise;
 pub mod output;
