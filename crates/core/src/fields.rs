@@ -143,6 +143,10 @@ pub trait Laws {
     fn enter(&mut self, field: &'static Field);
     /// The end of a field.
     fn leave(&mut self);
+    /// What follows, up to the next element or [`leave`](Self::leave), is this element of the field's list.
+    fn element(&mut self, index: usize) {
+        let _ = index;
+    }
     /// A law of the current struct does not hold.
     fn broken(&mut self, error: ParameterError);
 }
@@ -251,7 +255,8 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
     }
 
     fn laws(values: &Self::With<f64>, laws: &mut dyn Laws) {
-        for value in values {
+        for (index, value) in values.iter().enumerate() {
+            laws.element(index);
             V::laws(value, laws);
         }
     }

@@ -22,7 +22,10 @@ pub mod drive;
 pub mod fields;
 pub mod friction;
 pub mod plant;
+pub mod render;
 pub mod scalar;
 pub mod sensor;
+pub mod supervise;
+pub mod tick;
 
 pub use stickslip_derive::Fields;

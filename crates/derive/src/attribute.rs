@@ -1,8 +1,7 @@
 //! What stands in `#[field(…)]`, `#[fields(…)]` and the doc comment.
 
-use syn::{
-    Attribute, Error, Expr, ExprLit, ExprPath, ExprUnary, Lit, LitStr, RangeLimits, Result, UnOp, spanned::Spanned,
-};
+use quote::ToTokens;
+use syn::{Attribute, Error, Expr, ExprLit, ExprPath, ExprUnary, Lit, LitStr, RangeLimits, Result, UnOp};
 
 use crate::unit;
 
@@ -24,7 +23,11 @@ pub(crate) struct Container {
 
 /// Reads `#[field(…)]`; `None` if there is none.
 pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
-    let Some(attribute) = attributes.iter().find(|a| a.path().is_ident("field")) else { return Ok(None) };
+    let mut found = attributes.iter().filter(|a| a.path().is_ident("field"));
+    let Some(attribute) = found.next() else { return Ok(None) };
+    if let Some(second) = found.next() {
+        return Err(Error::new_spanned(second, "one #[field(…)] says it all"));
+    }
     let mut out = Number {
         symbol: String::new(),
         unit: None,
@@ -32,6 +35,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
         default: 0.0,
         kind: "Real",
     };
+    let mut range_given_at = None;
     let mut default_given_at = None;
     attribute.parse_nested_meta(|meta| {
         if meta.path.is_ident("symbol") {
@@ -45,34 +49,43 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
                 return Err(meta.error("a range is two numbers: range = 0.0..=1.0"));
             };
             let (Some(low), Some(high), RangeLimits::Closed(_)) = (&range.start, &range.end, range.limits) else {
-                return Err(Error::new(range.span(), "a range names both ends, inclusive: 0.0..=1.0"));
+                return Err(Error::new_spanned(&range, "a range names both ends, inclusive: 0.0..=1.0"));
             };
             out.range = (literal(low)?, literal(high)?);
             if out.range.0 > out.range.1 {
-                return Err(Error::new(range.span(), "the range is empty: its low end is above its high end"));
+                return Err(Error::new_spanned(&range, "the range is empty: its low end is above its high end"));
             }
+            range_given_at = Some(range.to_token_stream());
         } else if meta.path.is_ident("default") {
             let value: Expr = meta.value()?.parse()?;
             out.default = literal(&value)?;
-            default_given_at = Some(value.span());
+            default_given_at = Some(value.to_token_stream());
         } else if meta.path.is_ident("whole") {
             out.kind = "Whole";
         } else if meta.path.is_ident("flag") {
             out.kind = "Flag";
-            out.range = (0.0, 1.0);
         } else {
             return Err(meta.error("a field has: symbol, unit, range, default, whole, flag"));
         }
         Ok(())
     })?;
-    if !(out.range.0..=out.range.1).contains(&out.default) {
-        let message = match default_given_at {
-            Some(_) => format!("the default {} is outside the range {} … {}", out.default, out.range.0, out.range.1),
-            None => format!("0 is outside the range {} … {}: give a default", out.range.0, out.range.1),
-        };
-        return Err(Error::new(default_given_at.unwrap_or_else(|| attribute.span()), message));
+    if out.kind == "Flag" {
+        if let Some(range) = range_given_at {
+            return Err(Error::new_spanned(range, "a flag is 0 or 1: leave the range out"));
+        }
+        out.range = (0.0, 1.0);
     }
-    Ok(Some(out))
+    let (low, high) = out.range;
+    let problem = if out.kind != "Real" && out.default.fract() != 0.0 {
+        format!("the default {} is not a whole number", out.default)
+    } else if (low..=high).contains(&out.default) {
+        return Ok(Some(out));
+    } else if default_given_at.is_some() {
+        format!("the default {:?} is outside the range {low:?} … {high:?}", out.default)
+    } else {
+        format!("0 is outside the range {low:?} … {high:?}: give a default")
+    };
+    Err(Error::new_spanned(default_given_at.unwrap_or_else(|| attribute.to_token_stream()), problem))
 }
 
 /// Reads `#[fields(…)]`.
@@ -121,6 +134,6 @@ fn literal(expression: &Expr) -> Result<f64> {
         Expr::Lit(ExprLit { lit: Lit::Float(value), .. }) => value.base10_parse(),
         Expr::Lit(ExprLit { lit: Lit::Int(value), .. }) => value.base10_parse(),
         Expr::Unary(ExprUnary { op: UnOp::Neg(_), expr, .. }) => Ok(-literal(expr)?),
-        other => Err(Error::new(other.span(), "say the number itself: it also goes into files and forms")),
+        other => Err(Error::new_spanned(other, "say the number itself: it also goes into files and forms")),
     }
 }

@@ -15,7 +15,7 @@ pub(crate) fn expand(input: &DeriveInput) -> Result<TokenStream> {
     match &input.data {
         Data::Struct(data) => expand_struct(input, data, &number, &container),
         Data::Enum(data) => expand_enum(input, data, &number, &container),
-        Data::Union(_) => Err(Error::new(input.span(), "Fields is for structs and enums")),
+        Data::Union(_) => Err(Error::new_spanned(input, "Fields is for structs and enums")),
     }
 }
 
@@ -50,8 +50,16 @@ fn row(field: &Field, number: &Ident) -> Result<TokenStream> {
     let attribute = attribute::number(&field.attrs)?;
     let shape = quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE);
     if !is_number(ty, number) {
+        if let Type::Array(array) = ty
+            && let Type::Array(_) = *array.elem
+        {
+            return Err(Error::new(
+                ty.span(),
+                "a list of lists holds numbers; make the inner list the field of a group",
+            ));
+        }
         if attribute.is_some() {
-            return Err(Error::new(ty.span(), format!("`{name}` is a group: its numbers carry their own attributes")));
+            return Err(Error::new_spanned(ty, format!("`{name}` is a group: its numbers carry their own attributes")));
         }
         return Ok(quote!(::stickslip_core::fields::Field {
             name: #name, symbol: "", unit: "", minimum: f64::NEG_INFINITY, maximum: f64::INFINITY, default: 0.0,
@@ -166,7 +174,7 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
     let label = name.to_string();
     let tag = container.tag.clone().unwrap_or_else(|| "model".into());
     if let Some(check) = &container.check {
-        return Err(Error::new(check.span(), "a law belongs to a struct: state it at the variant's struct"));
+        return Err(Error::new_spanned(check, "a law belongs to a struct: state it at the variant's struct"));
     }
     let mut table = Vec::new();
     let mut defaults = Vec::new();
@@ -186,6 +194,14 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
             Fields::Unnamed(fields) if fields.unnamed.len() == 1 => Some(&fields.unnamed[0].ty),
             _ => return Err(Error::new(ident.span(), "a variant holds nothing or one struct of numbers")),
         };
+        if let Some(ty) = inner
+            && (is_number(ty, number) || matches!(ty, Type::Array(_)))
+        {
+            return Err(Error::new(
+                ty.span(),
+                "a variant holds nothing or one struct of numbers: a number needs a name",
+            ));
+        }
         let shape = match inner {
             Some(ty) => quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE),
             None => quote!(::stickslip_core::fields::Shape::Group(&[])),

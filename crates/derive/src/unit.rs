@@ -35,6 +35,9 @@ fn factor(rest: &mut &str) -> Result<(), String> {
     } else {
         let end = rest.find([' ', '/', '(', ')', '^']).unwrap_or(rest.len());
         let (name, tail) = rest.split_at(end);
+        if name.is_empty() {
+            return Err("a name of a unit is missing: one space or one / stands between two, as in \"N m/rad\"".into());
+        }
         if !UNITS.contains(&name) {
             return Err(format!("\"{name}\" is not a unit known here; known are {}", UNITS.join(", ")));
         }
@@ -56,14 +59,14 @@ mod tests {
 
     #[test]
     fn units_of_the_field_are_read() {
-        for unit in ["N m/rad", "1", "1/s", "V/(m/s^2)", "kg m^2", "N m s/rad", "V s/rad", "Ω"] {
+        for unit in ["N m/rad", "1", "1/s", "V/(m/s^2)", "kg m^2", "N m s/rad", "V s/rad", "Ω", "m/s^2/√Hz"] {
             assert_eq!(check(unit), Ok(()), "{unit}");
         }
     }
 
     #[test]
     fn anything_else_is_refused() {
-        for unit in ["", "Nm", "N  m", "rpm", "N m/", "(N", "m^", "N·m", "N m)"] {
+        for unit in ["", "Nm", "N  m", "rpm", "N m/", "(N", "m^", "N·m", "N m)", "√"] {
             assert!(check(unit).is_err(), "{unit}");
         }
     }

@@ -1,20 +1,45 @@
 //! What can go wrong, with what, where and how to mend it as fields; formatted at the edge.
 
-use std::path::PathBuf;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::parameters::ParameterProblems;
 
 /// Any failure of the laboratory.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused a file.
-    #[error("{}: cannot {action} it ({source})", path.display())]
+    #[error("{}: cannot {action} it ({source}). {}", path.display(), remedy(source))]
     File {
         /// Which file.
         path: PathBuf,
         /// What was tried: "read", "write".
         action: &'static str,
         /// What the system said.
-        source: std::io::Error,
+        source: io::Error,
+    },
+    /// Something is wrong with a parameter file.
+    #[error(transparent)]
+    Parameters(#[from] ParameterProblems),
+    /// There is no parameter at this path.
+    #[error("{path} is no parameter. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists them all."))]
+    UnknownParameter {
+        /// The path asked for.
+        path: String,
+        /// The known path most like it.
+        nearest: Option<String>,
+    },
+    /// There is no preset of this name, and it is no file.
+    #[error("{name} is no preset. {} A path to a file will do, too.",
+        did_you_mean(*nearest, &format!("There are: {}.", known.join(", "))))]
+    UnknownPreset {
+        /// The name asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<&'static str>,
+        /// All names.
+        known: Vec<&'static str>,
     },
     /// A point that no curve can be fitted through.
     #[error("point {index} of the friction curve: {field} = {value}. {remedy}")]
@@ -50,7 +75,267 @@ pub enum Error {
         /// Sampling rate [Hz].
         rate: f64,
     },
+    /// A number that a design starts from makes no sense.
+    #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. {remedy}")]
+    OutOfRange {
+        /// What the number is, in words.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Its SI unit.
+        unit: &'static str,
+        /// Smallest allowed value.
+        minimum: f64,
+        /// Largest allowed value.
+        maximum: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Matrices or lists that do not fit each other.
+    #[error("{what} has {found} where {expected} belong. {remedy}")]
+    Dimension {
+        /// Which one.
+        what: &'static str,
+        /// Its size.
+        found: usize,
+        /// The size that the others ask for.
+        expected: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A matrix with NaN or infinity.
+    #[error("{what} contains {value}. Look where the number comes from: a parameter that was divided by zero?")]
+    NotFinite {
+        /// Which matrix.
+        what: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// The input does not reach, or the output does not show, all states.
+    #[error(
+        "the system is not {property}: the reciprocal condition of its {property} matrix is {reciprocal_condition:.1e}, \
+         below {limit:.1e}. {remedy}"
+    )]
+    NotReachable {
+        /// "controllable" or "observable".
+        property: &'static str,
+        /// Of the scaled matrix; 1 is perfect, 0 singular.
+        reciprocal_condition: f64,
+        /// Smallest one that still gives digits.
+        limit: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A wanted pole outside the unit circle.
+    #[error(
+        "the pole {real} + {imaginary}i has magnitude {magnitude}, at most {limit} is stable. \
+         Move it inwards: a pole at p 1/s is e^(-p T)."
+    )]
+    UnstablePole {
+        /// Real part.
+        real: f64,
+        /// Imaginary part.
+        imaginary: f64,
+        /// Distance from the origin.
+        magnitude: f64,
+        /// Largest allowed distance.
+        limit: f64,
+    },
+    /// A complex pole without its conjugate: the gains would be complex.
+    #[error(
+        "the pole {real} + {imaginary}i has no partner at {real} - {imaginary}i. Give complex poles in conjugate pairs."
+    )]
+    UnpairedPole {
+        /// Real part.
+        real: f64,
+        /// Imaginary part.
+        imaginary: f64,
+    },
+    /// A system without a stationary covariance.
+    #[error(
+        "the system's spectral radius is {spectral_radius}, a stationary covariance needs less than {limit}. {remedy}"
+    )]
+    Unstable {
+        /// Magnitude of its largest eigenvalue.
+        spectral_radius: f64,
+        /// It must stay below this.
+        limit: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A unit that is unknown or measures something else.
+    #[error("{place}: unit \"{unit}\" does not fit. Use one of {known}.")]
+    Unit {
+        /// Whose unit.
+        place: String,
+        /// As given.
+        unit: String,
+        /// What would do.
+        known: String,
+    },
+    /// A recording without a row.
+    #[error("{}: there is no row of numbers in it. A recording is a header and one row a sample.", path.display())]
+    EmptyRecording {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// A row that is not as its header says.
+    #[error("{}:{line}: {fault}. Mend or remove the row.", path.display())]
+    BadRow {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// What is wrong with it.
+        fault: String,
+    },
+    /// A cell that is not a finite number.
+    #[error("{}:{line}: column `{column}` holds \"{text}\", not a finite number. Write numbers with a decimal point, or cut the rows without a value.", path.display())]
+    BadCell {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// Which column.
+        column: String,
+        /// What stands there.
+        text: String,
+    },
+    /// A column that the recording does not have.
+    #[error("{}: there is no column `{name}` among {}. Is it `{nearest}`? Name it in the machine file under [columns].", path.display(), columns.join(", "))]
+    MissingColumn {
+        /// Which file.
+        path: PathBuf,
+        /// Asked for.
+        name: String,
+        /// What there is.
+        columns: Vec<String>,
+        /// The one most alike.
+        nearest: String,
+    },
+    /// Time stamps that are not on an even grid.
+    #[error("{}:{line}: {fault}: a step of {step:.3e} s where the period is {period:.3e} s. {remedy}", path.display())]
+    UnevenTime {
+        /// Which file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: u64,
+        /// What is wrong.
+        fault: &'static str,
+        /// The step that ends there [s].
+        step: f64,
+        /// Mean period [s].
+        period: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A machine file that is not one.
+    #[error("{}: {message}", path.display())]
+    MachineFile {
+        /// Which file.
+        path: PathBuf,
+        /// Place and reason.
+        message: String,
+    },
+    /// A number of the machine file that cannot be.
+    #[error("{}: {field} = {value} {remedy}", path.display())]
+    MachineValue {
+        /// Which file.
+        path: PathBuf,
+        /// Where in it.
+        field: &'static str,
+        /// As given.
+        value: f64,
+        /// What it should be.
+        remedy: &'static str,
+    },
+    /// A recording that was not sampled as the machine file says.
+    #[error("{}: its period is {found:.6e} s, the machine file says {expected:.6e} s. Correct `sampling_period`, or resample.", path.display())]
+    OtherPeriod {
+        /// The recording.
+        path: PathBuf,
+        /// Its period [s].
+        found: f64,
+        /// The machine's [s].
+        expected: f64,
+    },
+    /// A column whose unit is given twice, and differently.
+    #[error("{place}: the machine file says [{told}], the header says [{header}]. Correct one of them.")]
+    TwoUnits {
+        /// Whose unit.
+        place: String,
+        /// In the machine file.
+        told: String,
+        /// In the recording.
+        header: String,
+    },
+    /// A motion that does not tell the parameters apart.
+    #[error(
+        "the motion does not tell the parameters apart: a share of {smallest:.3e} of one is left by the others, 1e-9 is \
+         needed. Record several speeds and accelerations in both directions."
+    )]
+    Dependent {
+        /// Share of a column that lies outside those before it.
+        smallest: f64,
+    },
+    /// A result that no machine has.
+    #[error("{what} is {value:.4e}. {remedy}")]
+    Implausible {
+        /// Of what.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Supervision has taken the torque away.
+    #[error("fault in cycle {cycle}: {reason}")]
+    BenchFault {
+        /// In which tick.
+        cycle: u64,
+        /// What was measured, what is allowed, what to do.
+        reason: String,
+    },
+    /// Supervision does not admit what was asked for.
+    #[error("the bench refuses {request}: it is {state}. {remedy}")]
+    Refused {
+        /// What was asked for.
+        request: String,
+        /// The state that stays.
+        state: String,
+        /// What to do first.
+        remedy: &'static str,
+    },
+    /// An experiment that needs the screw's zero.
+    #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
+    NotHomed,
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl Error {
+    /// The system refused to `action` ("read", "write", "create") the file or folder.
+    pub fn file(path: &Path, action: &'static str, source: io::Error) -> Self {
+        Error::File { path: path.into(), action, source }
+    }
+}
+
+/// What to do about a refusal of the system.
+fn remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "Check the path: a part of it does not exist.",
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "Choose another place, or get the right."
+        }
+        io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => "A part of the path is a file; choose another.",
+        io::ErrorKind::IsADirectory | io::ErrorKind::DirectoryNotEmpty => "It is a folder; choose another name.",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "The disk is full: make room, or choose another.",
+        io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
+        _ => "Choose another place, or mend what the system says.",
+    }
+}
+
+fn did_you_mean(nearest: Option<&str>, otherwise: &str) -> String {
+    nearest.map_or_else(|| otherwise.into(), |nearest| format!("Did you mean {nearest}?"))
 }

@@ -1,8 +1,28 @@
 //! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
 #![forbid(unsafe_code)]
 
+pub mod bench;
+pub mod design;
 mod error;
+pub mod experiment;
+pub mod figure;
 pub mod filter;
 pub mod fit;
+pub mod identify;
+pub mod machine;
+pub mod noise;
+pub mod output;
+pub mod parameters;
+mod preset;
+pub mod quantity;
+pub mod recording;
+pub mod report;
+pub mod summary;
+pub mod truth;
+pub mod units;
+pub mod watch;
 
 pub use error::Error;
+pub use preset::{Model, Preset, Settings};
+pub use summary::Summary;
+pub use watch::Watch;

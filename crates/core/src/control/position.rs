@@ -62,7 +62,7 @@ pub struct ControllerOutput<T> {
 
 /// The controller under test.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(tag = "controller")]
+#[fields(tag = "kind")]
 pub enum PositionController<T> {
     /// P control of the position around PI control of the velocity, as in servo drives.
     Cascade(Cascade<T>),

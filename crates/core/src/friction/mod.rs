@@ -37,6 +37,7 @@ pub struct Friction<T> {
 
 /// The friction model.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
 pub enum Model<T> {
     /// No friction.
     Nothing,
@@ -207,8 +208,8 @@ impl<T: Scalar> Friction<T> {
 }
 
 impl Friction<f64> {
-    /// Stiffness and damping of the bristles at rest [N m/rad, N m s/rad], with the largest factor of direction and
-    /// position; 0 for models without bristles. What bounds the step of an integrator.
+    /// Stiffness and damping at rest [N m/rad, N m s/rad]: bristles and viscous friction, with the largest factor of
+    /// direction and position; the factor of the load is left to the caller. What bounds the step of an integrator.
     pub fn stiffest(&self) -> (f64, f64) {
         let (stiffness, damping) = match self.model {
             Model::Nothing | Model::Static(_) => (0.0, 0.0),
@@ -217,7 +218,8 @@ impl Friction<f64> {
             Model::ElastoPlastic(model) => (model.lugre.bristle_stiffness, model.lugre.bristle_damping),
         };
         let ripple = if let Position::Ripple(ripple) = self.position { ripple.amplitude } else { 0.0 };
-        let factor = (1.0 + self.direction.asymmetry.abs()) * (1.0 + ripple);
-        (factor * stiffness, factor * damping)
+        let side = 1.0 + self.direction.asymmetry.abs();
+        let viscous = (1.0 + self.direction.viscous_asymmetry.abs()) * self.viscous();
+        ((1.0 + ripple) * side * stiffness, (1.0 + ripple) * (side * damping + viscous))
     }
 }

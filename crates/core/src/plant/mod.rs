@@ -6,6 +6,7 @@
 mod arm;
 mod machine;
 mod ripple;
+mod stability;
 
 pub use arm::{Arm, ElasticArm};
 pub use machine::{Machine, MachineInput, MachineState, Motion};
@@ -49,6 +50,9 @@ pub struct Plant<T> {
     pub inputs: Converter<T>,
     /// D/A converters.
     pub outputs: Converter<T>,
+    /// Angle of the screw when the power comes on; nobody knows it before homing.
+    #[field(symbol = "φ_0", unit = "rad", range = -1e4..=1e4)]
+    pub start_angle: T,
 }
 
 /// Two linings pressed against a disc on the screw. Released linings leave the disc: the inertia stays.

@@ -21,8 +21,6 @@ pub enum StribeckDrop {
     Absent {
         /// M_S [N m].
         breakaway: f64,
-        /// M_K [N m].
-        kinetic: f64,
     },
     /// A drop fits, but so does Coulomb and viscous friction alone.
     Insignificant {
@@ -58,8 +56,8 @@ impl fmt::Display for StribeckDrop {
             StribeckDrop::Identified { drop, ci95: [low, high] } => {
                 write!(f, "F_S − F_K = {drop:.3} ({low:.3} … {high:.3}): a Stribeck drop")
             }
-            StribeckDrop::Absent { breakaway, kinetic } => {
-                write!(f, "F_S < F_K: no Stribeck drop in this data ({breakaway:.3} < {kinetic:.3})")
+            StribeckDrop::Absent { breakaway } => {
+                write!(f, "F_S < F_K: no Stribeck drop in this data, the curve rises from {breakaway:.3} at rest")
             }
             StribeckDrop::Insignificant { drop, probability } => write!(
                 f,
@@ -79,7 +77,7 @@ impl fmt::Display for StribeckDrop {
 pub(super) fn judge(parameters: Parameters<f64>, covariance: &[[f64; 4]; 4], samples: &[Sample]) -> StribeckDrop {
     let [breakaway, kinetic, stribeck_velocity, _] = parameters;
     if breakaway <= kinetic {
-        return StribeckDrop::Absent { breakaway, kinetic };
+        return StribeckDrop::Absent { breakaway };
     }
     let mut speeds: Vec<f64> = samples.iter().map(|s| s.speed).collect();
     speeds.sort_by(f64::total_cmp);

@@ -1,6 +1,8 @@
 //! Fits with covariance: parameters never come without what is known of their error.
 
 mod drop;
+mod linear;
+mod nonlinear;
 mod projection;
 mod statistics;
 mod stribeck;
@@ -8,5 +10,8 @@ mod stribeck;
 mod tests;
 
 pub use drop::SIGNIFICANCE;
+pub(crate) use linear::LongRun;
+pub use linear::{LinearFit, fit_linear};
+pub use nonlinear::{Minimum, Stop, minimise};
 pub use statistics::{f_test, student_t95};
 pub use stribeck::{CurvePoint, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};

@@ -9,6 +9,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::drop;
 pub use super::drop::StribeckDrop;
+use super::nonlinear::{Stop, minimise};
 use super::projection::{Parameters, cost, curve, search};
 use super::student_t95;
 use crate::Error;
@@ -181,43 +182,18 @@ fn gradient(parameters: Parameters<f64>, speed: f64) -> (f64, [f64; 4]) {
     (value.value, value.gradient)
 }
 
-/// Levenberg-Marquardt in the logarithms of the parameters that are not at a bound.
+/// The last digits of a fit: parameters at 0 stay there, the Stribeck velocity stays within its bounds.
 fn polish(samples: &[Sample], start: Parameters<f64>, bounds: [f64; 2]) -> Parameters<f64> {
-    let fixed = at_bound(start, bounds);
-    let mut parameters = start;
-    let mut value = cost(parameters, samples);
-    let mut damping = 1e-6;
-    for _ in 0..100 {
-        let (mut normal, mut right) = (Matrix4::<f64>::zeros(), Vector4::<f64>::zeros());
-        for s in samples {
-            let (fitted, slopes) = gradient(parameters, s.speed);
-            let row = Vector4::from_fn(|i, _| if fixed[i] { 0.0 } else { slopes[i] * parameters[i] });
-            normal += s.weight * row * row.transpose();
-            right += s.weight * (s.torque - fitted) * row;
-        }
-        for i in 0..4 {
-            // A parameter at its bound has an empty row: a 1 keeps the matrix regular and the step 0.
-            normal[(i, i)] = if normal[(i, i)] > 0.0 { normal[(i, i)] * (1.0 + damping) } else { 1.0 };
-        }
-        let Some(factor) = normal.cholesky() else { break };
-        let step = factor.solve(&right);
-        let mut next = parameters;
-        for i in 0..4 {
-            next[i] *= step[i].clamp(-1.0, 1.0).exp();
-        }
-        next[2] = next[2].clamp(bounds[0], bounds[1]);
-        let next_value = cost(next, samples);
-        // Within rounding of the cost a step still improves the parameters.
-        if next_value <= value * (1.0 + 1e-12) {
-            (parameters, value, damping) = (next, next_value, (damping * 0.1_f64).max(1e-12));
-        } else {
-            damping *= 10.0;
-        }
-        if step.amax() < 1e-12 || damping > 1e6 {
-            break;
-        }
-    }
-    parameters
+    const FREE: [f64; 2] = [0.0, f64::INFINITY];
+    let residual = |curve: &Stribeck<Dual<4>>, s: &Sample| {
+        (Dual::of(s.torque) - curve.magnitude(Dual::of(s.speed))) * Dual::of(s.weight.sqrt())
+    };
+    let residuals = |parameters| {
+        let curve = curve(parameters);
+        samples.iter().map(|s| residual(&curve, s)).collect()
+    };
+    let stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 100 };
+    minimise(start, [FREE, FREE, bounds, FREE], stop, residuals).parameters
 }
 
 fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {

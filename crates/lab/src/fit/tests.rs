@@ -20,7 +20,7 @@ fn mirrored(points: &[CurvePoint]) -> Vec<CurvePoint> {
 }
 
 /// Standard normal numbers from a counter (splitmix64, Box-Muller).
-fn normal(seed: u64, index: u64) -> f64 {
+pub(super) fn normal(seed: u64, index: u64) -> f64 {
     let uniform = |k: u64| {
         let mut z = (seed << 32).wrapping_add(k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,0 +1,104 @@
+//! Set-points: what the position controller is asked to follow.
+//!
+//! A [`Reference`] is a set of numbers, a [`Generator`] gives one [`Setpoint`] a cycle from it. Time is the integer
+//! cycle: after hours the set-point is as exact as in the first second, and the same in every run. Each kind begins at
+//! the generator's origin at rest, and says whether its velocity or acceleration jumps.
+
+mod binary;
+mod generator;
+mod oscillation;
+mod speed;
+mod stroke;
+
+pub use binary::Prbs;
+pub use generator::Generator;
+pub use oscillation::{Chirp, MAX_COMPONENTS, Multisine, Sine};
+pub use speed::{Ramp, SpeedSweep};
+pub use stroke::{MotionLimits, PointToPoint, RandomStrokes, Stroke};
+
+#[cfg(test)]
+mod tests;
+
+use crate::Fields;
+
+/// Where the screw should be, and how it should move there.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Setpoint<T> {
+    /// Screw angle.
+    #[field(symbol = "r", unit = "rad")]
+    pub position: T,
+    /// Its first derivative; 0 where the position jumps.
+    #[field(symbol = "ṙ", unit = "rad/s")]
+    pub velocity: T,
+    /// Its second derivative; 0 where the velocity jumps.
+    #[field(symbol = "r̈", unit = "rad/s^2")]
+    pub acceleration: T,
+}
+
+/// A position that stays.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Constant<T> {
+    /// The position, from the origin; other than 0 it is a jump at the start.
+    #[field(symbol = "r₀", unit = "rad", range = -1e5..=1e5)]
+    pub position: T,
+}
+
+/// Steps to a height and back, endlessly. The position jumps.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Steps<T> {
+    /// How far.
+    #[field(symbol = "r₀", unit = "rad", range = -1e5..=1e5, default = 0.1)]
+    pub height: T,
+    /// Time below and time above; the first step comes after it.
+    #[field(symbol = "T", unit = "s", range = 1e-3..=1e5, default = 0.5)]
+    pub hold_time: T,
+}
+
+/// What is to be followed.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "reference")]
+pub enum Reference<T> {
+    /// A position that stays.
+    Constant(Constant<T>),
+    /// Steps to a height and back.
+    Steps(Steps<T>),
+    /// One stretch of constant speed.
+    Ramp(Ramp<T>),
+    /// Triangular or trapezoidal sweeps over the speeds of both directions.
+    SpeedSweep(SpeedSweep<T>),
+    /// One frequency.
+    Sine(Sine<T>),
+    /// One frequency after the other.
+    Chirp(Chirp<T>),
+    /// Many frequencies at once.
+    Multisine(Multisine<T>),
+    /// A speed that changes its sign as if by chance.
+    Prbs(Prbs<T>),
+    /// Jerk-limited moves forth and back.
+    PointToPoint(PointToPoint<T>),
+    /// Jerk-limited moves to random targets.
+    RandomStrokes(RandomStrokes<T>),
+}
+
+impl Reference<f64> {
+    /// How long it takes [s]; infinite for what has no end.
+    pub fn duration(&self) -> f64 {
+        match self {
+            Reference::Ramp(ramp) => ramp.duration(),
+            Reference::SpeedSweep(sweep) => sweep.duration(),
+            Reference::Chirp(chirp) => chirp.duration,
+            Reference::PointToPoint(moves) => moves.duration(),
+            Reference::Constant(_)
+            | Reference::Steps(_)
+            | Reference::Sine(_)
+            | Reference::Multisine(_)
+            | Reference::Prbs(_)
+            | Reference::RandomStrokes(_) => f64::INFINITY,
+        }
+    }
+}
+
+/// At rest at this position [rad].
+const fn resting(position: f64) -> Setpoint<f64> {
+    Setpoint { position, velocity: 0.0, acceleration: 0.0 }
+}

@@ -1,0 +1,233 @@
+//! One cycle of the bench's software, a pure function: measurements and set-point in, voltages out.
+//!
+//! The real-time loop calls it on time, a simulation in a loop, a replay with recorded inputs; the recorder writes it
+//! as C. [`VirtualBench`] closes it over the virtual machine with the delay of one sample between reading and
+//! writing.
+
+mod decoder;
+mod virtual_bench;
+
+pub use decoder::{Decoder, DecoderOutput, DecoderState};
+pub use virtual_bench::{BenchInput, BenchState, VirtualBench};
+
+use crate::Fields;
+use crate::block::Block;
+use crate::control::reference::Setpoint;
+use crate::control::{
+    ControllerInput, CurrentControl, CurrentControlInput, CurrentControlState, PositionController,
+    PositionControllerState, VelocityObserver, VelocityObserverInput, VelocityObserverState,
+};
+use crate::drive::nan_to_zero;
+use crate::fields::Fields as _;
+use crate::plant::Measurement;
+use crate::render::Law;
+use crate::scalar::{Mask, Scalar};
+use crate::sensor::EncoderReading;
+
+/// Data-sheet scaling of instruments and servo amplifier.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Scaling<T> {
+    /// Voltage of the tacho per speed.
+    #[field(symbol = "K_T", unit = "V s/rad", range = 1e-4..=1.0, default = 0.0287)]
+    pub tacho: T,
+    /// Voltage of the accelerometer per acceleration.
+    #[field(symbol = "S_a", unit = "V/(m/s^2)", range = 1e-5..=10.0, default = 0.025_493)]
+    pub accelerometer: T,
+    /// Voltage of the current sensor per current.
+    #[field(symbol = "S_i", unit = "V/A", range = 1e-3..=100.0, default = 0.5)]
+    pub current_sensor: T,
+    /// Torque of the drive motor per input voltage of its amplifier.
+    #[field(symbol = "k_u", unit = "N m/V", range = 1e-4..=100.0, default = 0.14)]
+    pub torque_per_volt: T,
+    /// Largest input voltage of that amplifier.
+    #[field(symbol = "u_max", unit = "V", range = 0.1..=100.0, default = 10.0)]
+    pub servo_limit: T,
+}
+
+/// The software side of the bench, prepared for its rates.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Tick<T> {
+    /// Data-sheet scaling.
+    pub scaling: Scaling<T>,
+    /// From counts to angles.
+    pub decoder: Decoder<T>,
+    /// Velocity from encoder and accelerometer.
+    pub observer: VelocityObserver<T>,
+    /// The rendering law.
+    pub law: Law<T>,
+    /// Current control of the load motor.
+    pub current: CurrentControl<T>,
+    /// The position controller under test.
+    pub controller: PositionController<T>,
+    /// Sampling time of the position controller.
+    #[field(symbol = "T_c", unit = "s", range = 1e-5..=1.0, default = 1e-3)]
+    pub control_period: T,
+}
+
+/// What the software side remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct TickState<T> {
+    /// Decoder.
+    pub decoder: DecoderState<T>,
+    /// Observer.
+    pub observer: VelocityObserverState<T>,
+    /// Current control.
+    pub current: CurrentControlState<T>,
+    /// Position controller.
+    pub controller: PositionControllerState<T>,
+    /// Drive torque computed, waiting for its sample to end.
+    #[field(symbol = "M", unit = "N m")]
+    pub computed_torque: T,
+    /// Drive torque in force.
+    #[field(symbol = "M", unit = "N m")]
+    pub commanded_torque: T,
+}
+
+/// What the tick is told besides the measurements. Flags are 0 or 1.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Order<T> {
+    /// Set-point.
+    pub reference: Setpoint<T>,
+    /// Whether the position controller is on; off, it follows, so that it takes over without a bump.
+    #[field(unit = "1", flag)]
+    pub control: T,
+    /// Whether the rendering law is on.
+    #[field(unit = "1", flag)]
+    pub render: T,
+    /// Torque added to the controller's, for breakaway ramps and identification.
+    #[field(symbol = "M_add", unit = "N m")]
+    pub added_torque: T,
+    /// A sample of the position controller begins.
+    #[field(unit = "1", flag)]
+    pub control_due: T,
+    /// A sample of the position controller ends: what it computed comes into force with the next tick.
+    #[field(unit = "1", flag)]
+    pub control_release: T,
+}
+
+impl Order<f64> {
+    /// Sets when the position controller runs: every `divider` ticks, its output one of its samples late.
+    pub fn schedule(&mut self, cycle: u64, divider: u64) {
+        self.control_due = f64::from(u8::from(cycle.is_multiple_of(divider)));
+        self.control_release = f64::from(u8::from(cycle % divider == divider - 1));
+    }
+}
+
+/// What the tick reads.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct TickInput<T> {
+    /// From the interfaces.
+    pub measurement: Measurement<T>,
+    /// From supervision.
+    pub order: Order<T>,
+}
+
+/// What the tick writes and what it knows.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct TickOutput<T> {
+    /// For the servo amplifier's D/A converter.
+    #[field(symbol = "u_servo", unit = "V")]
+    pub servo_voltage: T,
+    /// For the load amplifier's D/A converter.
+    #[field(symbol = "u_amp", unit = "V")]
+    pub amplifier_voltage: T,
+    /// Measured angle of the screw since the start.
+    #[field(symbol = "φ", unit = "rad")]
+    pub measured_angle: T,
+    /// Angle at the last index pulse.
+    #[field(symbol = "φ_i", unit = "rad")]
+    pub index_angle: T,
+    /// 1 if the index pulse came since the last tick.
+    #[field(symbol = "n_i", unit = "1", flag)]
+    pub index: T,
+    /// Estimated velocity of the screw.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub estimated_velocity: T,
+    /// Estimated offset of the accelerometer.
+    #[field(symbol = "a_0", unit = "m/s^2")]
+    pub acceleration_offset: T,
+    /// Velocity of the motor by the tacho.
+    #[field(symbol = "Ω_M", unit = "rad/s")]
+    pub measured_motor_velocity: T,
+    /// Torque asked of the drive motor.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub commanded_torque: T,
+    /// Torque asked of the load motor, against positive motion.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub difference_torque: T,
+    /// Torque of the load motor by its measured current, against positive motion.
+    #[field(symbol = "M_L", unit = "N m")]
+    pub measured_load_torque: T,
+}
+
+impl<T: Scalar> Block<T> for Tick<T> {
+    type State = TickState<T>;
+    type Input = TickInput<T>;
+    type Output = TickOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut TickState<T>, input: TickInput<T>, dt: T) -> TickOutput<T> {
+        let TickInput { measurement, order } = input;
+        let (zero, half) = (T::of(0.0), T::of(0.5));
+        let reading = EncoderReading { count: measurement.count, index: measurement.index, latch: measurement.latch };
+        let decoded = self.decoder.run(&mut state.decoder, reading, dt);
+        let motor_velocity = measurement.tacho_voltage / self.scaling.tacho;
+        let current = measurement.current_voltage / self.scaling.current_sensor;
+        let acceleration = measurement.accelerometer_voltage / self.scaling.accelerometer;
+
+        let seen = VelocityObserverInput { angle: decoded.angle, acceleration };
+        let estimate = self.observer.run(&mut state.observer, seen, dt);
+        let wanted = self.law.torque(estimate.velocity, dt);
+        let difference_torque = order.render.gt(half).select(wanted, zero);
+        let demand = CurrentControlInput {
+            reference_current: difference_torque / self.current.torque_constant,
+            measured_current: current,
+            estimated_velocity: estimate.velocity,
+        };
+        let load = self.current.run(&mut state.current, demand, dt);
+
+        self.control(state, &order, decoded.angle, motor_velocity);
+        let torque = nan_to_zero(state.commanded_torque + order.added_torque);
+        let limit = self.scaling.servo_limit;
+        let servo_voltage = (torque / self.scaling.torque_per_volt).clamp(-limit, limit);
+        TickOutput {
+            servo_voltage,
+            amplifier_voltage: load.amplifier_input,
+            measured_angle: decoded.angle,
+            index_angle: decoded.index_angle,
+            index: decoded.index,
+            estimated_velocity: estimate.velocity,
+            acceleration_offset: estimate.acceleration_offset,
+            measured_motor_velocity: motor_velocity,
+            commanded_torque: servo_voltage * self.scaling.torque_per_volt,
+            difference_torque,
+            measured_load_torque: current * self.current.torque_constant,
+        }
+    }
+}
+
+impl<T: Scalar> Tick<T> {
+    /// The position controller at its own, slower rate: computed in every tick, taken over when due.
+    #[inline(always)]
+    fn control(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {
+        let half = T::of(0.5);
+        let input = ControllerInput {
+            reference_position: order.reference.position,
+            reference_velocity: order.reference.velocity,
+            reference_acceleration: order.reference.acceleration,
+            measured_angle: angle,
+            measured_velocity: motor_velocity,
+        };
+        let mut next = state.controller;
+        let output = self.controller.run(&mut next, input, self.control_period);
+        let on = order.control.gt(half);
+        let due = order.control_due.gt(half);
+        let following = self.controller.take_over(T::of(0.0), input);
+        let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
+        let torque = on.select(output.torque, T::of(0.0));
+        state.controller = next.merge(&state.controller, &mut |new, old| due.select(new, old));
+        state.computed_torque = due.select(torque, state.computed_torque);
+        let release = order.control_release.gt(half);
+        state.commanded_torque = release.select(state.computed_torque, state.commanded_torque);
+    }
+}

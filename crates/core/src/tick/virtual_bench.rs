@@ -1,0 +1,66 @@
+//! The tick closed over the virtual machine, in lockstep.
+
+use super::{Order, Tick, TickInput, TickOutput, TickState};
+use crate::Fields;
+use crate::block::Block;
+use crate::plant::{Machine, Measurement, Noise, PlantInput, PlantState};
+use crate::scalar::Scalar;
+
+/// The whole bench: virtual machine and software.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct VirtualBench<T> {
+    /// The virtual machine, prepared for its step.
+    pub machine: Machine<T>,
+    /// The software, prepared for its tick.
+    pub tick: Tick<T>,
+}
+
+/// Everything that the bench remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct BenchState<T> {
+    /// Virtual machine.
+    pub plant: PlantState<T>,
+    /// Software.
+    pub tick: TickState<T>,
+    /// Readings at the begin of the tick.
+    pub measurement: Measurement<T>,
+    /// Voltage computed in the last tick, which the servo amplifier gets now.
+    #[field(symbol = "u_servo", unit = "V")]
+    pub servo_voltage: T,
+    /// Voltage computed in the last tick, which the load amplifier gets now.
+    #[field(symbol = "u_amp", unit = "V")]
+    pub amplifier_voltage: T,
+}
+
+/// What comes from outside in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct BenchInput<T> {
+    /// From supervision.
+    pub order: Order<T>,
+    /// External torque on the screw, with positive motion.
+    #[field(symbol = "M_ext", unit = "N m")]
+    pub external_torque: T,
+    /// Standard normals.
+    pub noise: Noise<T>,
+}
+
+impl<T: Scalar> VirtualBench<T> {
+    /// One tick of `steps` plant steps of `dt` [s]: the software computes on the readings of the tick's begin; what
+    /// it wrote in the tick before acts meanwhile.
+    #[inline(always)]
+    pub fn cycle(&self, state: &mut BenchState<T>, input: BenchInput<T>, steps: usize, dt: T) -> TickOutput<T> {
+        let tick = dt * T::of(steps as f64);
+        let reads = TickInput { measurement: state.measurement, order: input.order };
+        let output = self.tick.run(&mut state.tick, reads, tick);
+        let acting = PlantInput {
+            servo_voltage: state.servo_voltage,
+            amplifier_voltage: state.amplifier_voltage,
+            external_torque: input.external_torque,
+            noise: input.noise,
+        };
+        state.measurement = self.machine.cycle(&mut state.plant, acting, steps, dt);
+        state.servo_voltage = output.servo_voltage;
+        state.amplifier_voltage = output.amplifier_voltage;
+        output
+    }
+}

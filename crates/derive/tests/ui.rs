@@ -1,0 +1,8 @@
+//! What the derive refuses, and in which words: the message is what its user reads.
+//!
+//! `TRYBUILD=overwrite cargo test -p stickslip-derive --test ui` writes the `.stderr` files anew; read the difference.
+
+#[test]
+fn mistakes_are_refused_in_plain_words() {
+    trybuild::TestCases::new().compile_fail("tests/ui/*.rs");
+}

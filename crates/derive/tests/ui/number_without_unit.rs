@@ -1,0 +1,10 @@
+use stickslip_core::Fields;
+
+#[derive(Clone, Copy, Fields)]
+struct Shaft<T> {
+    /// Speed.
+    #[field(symbol = "Ω", default = 1.0)]
+    speed: T,
+}
+
+fn main() {}

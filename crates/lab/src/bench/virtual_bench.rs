@@ -1,0 +1,176 @@
+//! The virtual bench in lockstep, faster than real time.
+
+use stickslip_core::control::CurrentControl;
+use stickslip_core::friction::Stribeck;
+use stickslip_core::plant::{Plant, PlantInput};
+use stickslip_core::render::Law;
+use stickslip_core::supervise::{Safety, SafetyInput, SafetyState};
+use stickslip_core::tick::{self, BenchInput, BenchState, Order, Tick, TickOutput};
+
+use super::{Bench, Command, Frame};
+use crate::noise::Normals;
+use crate::preset::{Model, Preset, Settings};
+use crate::{Error, design};
+
+/// The virtual machine behind the software of the bench.
+#[derive(Clone, Debug)]
+pub struct VirtualBench {
+    preset: Preset<f64>,
+    bench: tick::VirtualBench<f64>,
+    state: BenchState<f64>,
+    safety: Safety,
+    normals: Normals,
+    cycle: u64,
+    divider: u64,
+    steps: usize,
+    step: f64,
+}
+
+impl VirtualBench {
+    /// The bench of a preset, switched on and at rest.
+    ///
+    /// # Errors
+    /// Whatever the design of observer and current control refuses.
+    pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
+        let settings = &preset.bench;
+        let (steps, step) = settings.plant_steps();
+        let machine = preset.plant.prepare(steps, step);
+        let mut state = BenchState::default();
+        state.plant.machine.angle = preset.plant.start_angle;
+        // One tick at rest fills the pickups and gives the first readings.
+        state.measurement = machine.cycle(&mut state.plant, PlantInput::default(), steps, step);
+        Ok(VirtualBench {
+            preset: *preset,
+            bench: tick::VirtualBench { machine, tick: software(&preset.model, settings)? },
+            state,
+            safety: Safety::new(settings.safety),
+            normals: Normals::new(seed),
+            cycle: 0,
+            divider: settings.divider(),
+            steps,
+            step,
+        })
+    }
+
+    /// The virtual machine as it truly is. Nothing that measures may ask for it.
+    pub fn truth(&self) -> &Plant<f64> {
+        &self.bench.machine.plant
+    }
+
+    /// Order to the software for this tick.
+    fn order(&self, command: &Command) -> Order<f64> {
+        let flag = |on: bool| f64::from(u8::from(on));
+        let on = self.safety.state().allows_torque();
+        let mut setpoint = command.setpoint;
+        setpoint.position += self.safety.zero().unwrap_or(0.0);
+        let mut order = Order {
+            reference: setpoint,
+            control: flag(command.control && on),
+            render: flag(command.render && on),
+            added_torque: if on { command.added_torque } else { 0.0 },
+            ..Order::default()
+        };
+        order.schedule(self.cycle, self.divider);
+        order
+    }
+
+    /// Judges a tick; a fault takes the torque away at once.
+    fn supervise(&mut self, order: &Order<f64>, signals: &TickOutput<f64>) -> Result<(), Error> {
+        let model = &self.preset.model;
+        let per_current = |torque: f64, constant: f64| if constant > 0.0 { torque / constant } else { 0.0 };
+        let input = SafetyInput {
+            measured_angle: signals.measured_angle,
+            measured_velocity: signals.measured_motor_velocity,
+            drive_current: per_current(signals.commanded_torque, model.motor.torque_constant),
+            load_current: per_current(signals.measured_load_torque, model.load_motor.torque_constant),
+            // Without control there is nothing to follow.
+            reference_position: if order.control > 0.5 { order.reference.position } else { signals.measured_angle },
+        };
+        if let SafetyState::Fault(fault) = self.safety.step(input, self.preset.bench.tick_time()) {
+            self.state.servo_voltage = 0.0;
+            self.state.amplifier_voltage = 0.0;
+            self.state.tick.commanded_torque = 0.0;
+            self.state.tick.computed_torque = 0.0;
+            return Err(Error::BenchFault { cycle: self.cycle, reason: fault.to_string() });
+        }
+        Ok(())
+    }
+}
+
+impl Bench for VirtualBench {
+    fn model(&self) -> &Model<f64> {
+        &self.preset.model
+    }
+
+    fn settings(&self) -> &Settings<f64> {
+        &self.preset.bench
+    }
+
+    fn step(&mut self, command: Command) -> Result<Frame, Error> {
+        let order = self.order(&command);
+        let input = BenchInput { order, external_torque: 0.0, noise: self.normals.of_tick(self.cycle) };
+        let signals = self.bench.cycle(&mut self.state, input, self.steps, self.step);
+        let frame = Frame {
+            cycle: self.cycle,
+            angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
+            setpoint: command.setpoint,
+            signals,
+        };
+        self.supervise(&order, &signals)?;
+        self.cycle += 1;
+        Ok(frame)
+    }
+
+    fn safety(&mut self) -> &mut Safety {
+        &mut self.safety
+    }
+
+    fn set_law(&mut self, law: Law<f64>) {
+        self.bench.tick.law = law;
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        if !(0.0..=1.0).contains(&preload) {
+            return Err(Error::OutOfRange {
+                name: "the preload of the friction wheel",
+                value: preload,
+                unit: "1",
+                minimum: 0.0,
+                maximum: 1.0,
+                remedy: "0 releases the linings, 1 presses them on fully.",
+            });
+        }
+        self.bench.machine.plant.wheel.preload = preload;
+        Ok(())
+    }
+
+    fn preload(&self) -> f64 {
+        self.bench.machine.plant.wheel.preload
+    }
+
+    fn learn_own(&mut self, own: Stribeck<f64>) {
+        self.preset.model.own = own;
+    }
+}
+
+/// The software side for what is believed and how the bench runs; the rendering law is off.
+fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
+    let dt = settings.tick_time();
+    let current = CurrentControl {
+        torque_constant: model.load_motor.torque_constant,
+        current_limit: model.load_amplifier.current_limit,
+        voltage_limit: model.load_amplifier.supply_voltage,
+        amplifier_gain: model.load_amplifier.gain,
+        ..CurrentControl::default()
+    };
+    let winding = &model.load_motor;
+    Ok(Tick {
+        scaling: model.scaling,
+        decoder: model.encoder,
+        observer: design::velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+        law: Law::Off,
+        current: design::current_control(current, winding.resistance, winding.inductance, dt)?,
+        controller: settings.controller,
+        control_period: dt * settings.divider() as f64,
+    })
+}

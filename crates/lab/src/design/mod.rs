@@ -1,0 +1,74 @@
+//! Design of observers and controllers: from a machine's numbers and a sampling time to the parameters of the blocks.
+//!
+//! Plain `f64`, may fail, runs when parameters change and never in the tick. Linear algebra is nalgebra's.
+
+mod controllers;
+mod discretise;
+mod lyapunov;
+mod placement;
+mod velocity_observer;
+
+pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth};
+pub use discretise::zero_order_hold;
+pub use lyapunov::{discrete_lyapunov, spectral_radius};
+pub use placement::{ObserverForm, observer_gain, place_poles};
+pub use velocity_observer::{velocity_noise, velocity_observer};
+
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::Error;
+
+/// `Err` unless minimum ≤ value ≤ maximum; NaN is an error.
+fn within(
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    range: (f64, f64),
+    remedy: &'static str,
+) -> Result<(), Error> {
+    let (minimum, maximum) = range;
+    if (minimum..=maximum).contains(&value) {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy })
+    }
+}
+
+/// Sampling times that make sense on a drive: 1 µs to 1 s.
+fn sampling_time(dt: f64) -> Result<(), Error> {
+    within("the sampling time", dt, "s", (1e-6, 1.0), "Give the period in seconds: 1/tick_rate.")
+}
+
+/// `Err` with the first number of a matrix that is none.
+fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
+    match matrix.iter().find(|value| !value.is_finite()) {
+        Some(&value) => Err(Error::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}
+
+/// `Err` unless the matrix is square and finite; its order.
+fn square(what: &'static str, matrix: &DMatrix<f64>) -> Result<usize, Error> {
+    let (found, expected) = (matrix.ncols(), matrix.nrows());
+    if found != expected {
+        let remedy = "A system matrix has as many columns as rows.";
+        return Err(Error::Dimension { what, found, expected, remedy });
+    }
+    finite(what, matrix)?;
+    Ok(expected)
+}
+
+/// `Err` unless the vector has as many elements as the system has states.
+fn as_long_as_states(what: &'static str, vector: &DVector<f64>, states: usize) -> Result<(), Error> {
+    if vector.len() != states {
+        let remedy = "It has one element a state.";
+        return Err(Error::Dimension { what, found: vector.len(), expected: states, remedy });
+    }
+    match vector.iter().find(|value| !value.is_finite()) {
+        Some(&value) => Err(Error::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,161 @@
+//! Friction at constant speeds, both directions.
+
+use stickslip_core::friction::Stribeck;
+
+use super::plan::{FrictionPlan, Phase};
+use super::plateau::{Balance, HARMONICS, Plateau};
+use crate::bench::{Bench, Command};
+use crate::fit::{CurvePoint, Side, StribeckFit, StribeckPlan, fit_stribeck};
+use crate::{Error, Watch};
+
+/// How many standard errors an angle dependence must have to be believed.
+const SIGNIFICANT: f64 = 4.0;
+
+/// A measured friction characteristic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionCurve {
+    /// One plateau a velocity, in the order of measurement.
+    pub plateaus: Vec<Plateau>,
+    /// Share of the friction that varies with the angle: amplitude of its largest significant harmonic; 0 if none.
+    pub ripple: f64,
+    /// Bench time that it took [s].
+    pub duration: f64,
+}
+
+impl FrictionCurve {
+    /// The plateaus that count, as points for a fit.
+    pub fn points(&self) -> Vec<CurvePoint> {
+        self.kept()
+            .map(|plateau| CurvePoint {
+                velocity: plateau.velocity,
+                torque: plateau.torque,
+                standard_error: plateau.standard_error,
+            })
+            .collect()
+    }
+
+    /// The plateaus that count.
+    pub fn kept(&self) -> impl Iterator<Item = &Plateau> {
+        self.plateaus.iter().filter(|plateau| plateau.dropped.is_none())
+    }
+
+    /// The plateaus on which the load stuck or hunted.
+    pub fn dropped(&self) -> impl Iterator<Item = &Plateau> {
+        self.plateaus.iter().filter(|plateau| plateau.dropped.is_some())
+    }
+
+    /// The Stribeck curve of both directions together.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] if too few plateaus slid.
+    pub fn fit(&self) -> Result<StribeckFit, Error> {
+        let plan = StribeckPlan { side: Side::Both, huber: Some(1.345), ..StribeckPlan::default() };
+        fit_stribeck(&self.points(), &plan)
+    }
+
+    /// RMS distance of the kept plateaus from a curve [N m], over those that `counts` admits by their set speed
+    /// [rad/s]; NaN over none.
+    pub fn rms_from(&self, curve: &Stribeck<f64>, counts: impl Fn(f64) -> bool) -> f64 {
+        let squares: Vec<f64> = self
+            .kept()
+            .filter(|plateau| counts(plateau.set_velocity.abs()))
+            .map(|plateau| (plateau.torque - curve.torque(plateau.velocity)).powi(2))
+            .collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+}
+
+/// Measures the friction of the load side at the plan's speeds; with `render` under the rendering law in force.
+///
+/// The bench must be homed and running.
+///
+/// # Errors
+/// [`Error::Cancelled`], [`Error::BenchFault`], [`Error::NotHomed`].
+pub fn measure_friction(
+    plan: &FrictionPlan<f64>,
+    bench: &mut dyn Bench,
+    render: bool,
+    watch: &Watch,
+) -> Result<FrictionCurve, Error> {
+    if bench.safety().zero().is_none() {
+        return Err(Error::NotHomed);
+    }
+    let dt = bench.settings().tick_time();
+    let model = *bench.model();
+    let balance = Balance {
+        inertia: model.drive.inertia(),
+        motor_friction: &model.motor_friction,
+        count: model.encoder.resolution(),
+        dt,
+    };
+    let start = bench.step(Command { control: false, ..Command::default() })?.angle;
+    let ticks = (plan.duration(start, dt) / dt).round();
+    let mut plateaus: Vec<Plateau> = Vec::new();
+    let mut frames = Vec::new();
+    let mut current: Option<f64> = None;
+    let mut done = 0.0;
+    let mut close = |velocity: Option<f64>, frames: &mut Vec<_>| {
+        if let Some(velocity) = velocity {
+            let whole_turns = velocity.abs() >= plan.whole_turns_from;
+            plateaus.push(balance.evaluate(velocity, frames, whole_turns));
+            frames.clear();
+        }
+    };
+    plan.walk(start, dt, &mut |setpoint, phase| {
+        let frame = bench.step(Command { setpoint, control: true, render, added_torque: 0.0 })?;
+        let now = if let Phase::Plateau(velocity) = phase { Some(velocity) } else { None };
+        if now != current {
+            close(current, &mut frames);
+            current = now;
+        }
+        if now.is_some() {
+            frames.push(frame);
+        }
+        done += 1.0;
+        if frame.cycle % 2048 == 0 {
+            watch.stage("friction at constant speeds", done / ticks)?;
+        }
+        Ok(())
+    })?;
+    close(current, &mut frames);
+    let ripple = remove_ripple(&mut plateaus, plan);
+    Ok(FrictionCurve { plateaus, ripple, duration: ticks * dt })
+}
+
+/// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence that the fast
+/// plateaus agree upon. Returns the largest amplitude.
+fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
+    // Up to where the velocity loop still follows a harmonic: six times the slowest whole turn.
+    let fast: Vec<[[f64; 2]; HARMONICS]> = plateaus
+        .iter()
+        .filter(|plateau| plateau.dropped.is_none() && plateau.velocity.abs() <= 6.0 * plan.whole_turns_from)
+        .filter_map(|plateau| plateau.harmonics)
+        .collect();
+    if fast.len() < 3 {
+        return 0.0;
+    }
+    let n = fast.len() as f64;
+    let mut believed = [[0.0; 2]; HARMONICS];
+    for order in 0..HARMONICS {
+        let mean = [0, 1].map(|part| fast.iter().map(|h| h[order][part]).sum::<f64>() / n);
+        let scatter: f64 = fast.iter().map(|h| (h[order][0] - mean[0]).powi(2) + (h[order][1] - mean[1]).powi(2)).sum();
+        let error = (scatter / (n - 1.0) / n).sqrt();
+        if mean[0].hypot(mean[1]) > SIGNIFICANT * error {
+            believed[order] = mean;
+        }
+    }
+    let (a, b) = (plan.arc_begin, plan.arc_begin + plan.arc);
+    let mut factor = 1.0;
+    for (order, [cos, sin]) in believed.iter().enumerate() {
+        let k = (order + 1) as f64;
+        // Mean of cos·cos kφ + sin·sin kφ over the arc.
+        let (sin_a, cos_a) = libm::sincos(k * a);
+        let (sin_b, cos_b) = libm::sincos(k * b);
+        factor += (cos * (sin_b - sin_a) - sin * (cos_b - cos_a)) / (k * plan.arc);
+    }
+    for plateau in plateaus.iter_mut().filter(|plateau| plateau.harmonics.is_none()) {
+        plateau.torque /= factor;
+        plateau.standard_error /= factor;
+    }
+    believed.iter().map(|[cos, sin]| cos.hypot(*sin)).fold(0.0, f64::max)
+}

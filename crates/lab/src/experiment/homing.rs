@@ -1,0 +1,51 @@
+//! Homing by index search.
+
+use stickslip_core::supervise::{Homing, HomingInput, HomingProgress, Request};
+
+use crate::bench::{Bench, Command};
+use crate::{Error, Watch};
+
+/// Searches the index and makes it the screw's zero; the bench is then running, at rest near its zero.
+///
+/// # Errors
+/// [`Error::BenchFault`] where no index comes, or supervision stops the search; [`Error::Cancelled`].
+pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+    request(bench, Request::Home)?;
+    // One tick without torque tells where the screw is.
+    let first = bench.step(Command::default())?;
+    let dt = bench.settings().tick_time();
+    let mut search = Homing::begin(bench.settings().homing, first.angle);
+    let mut input = HomingInput { angle: first.angle, index: None };
+    loop {
+        let (setpoint, progress) = search.step(input, dt);
+        match progress {
+            HomingProgress::Moving => {}
+            HomingProgress::Homed { index } => {
+                bench.safety().homed(index);
+                return request(bench, Request::Start);
+            }
+            HomingProgress::Failed(fault) => {
+                bench.safety().homing_failed(fault);
+                return Err(Error::BenchFault { cycle: first.cycle, reason: fault.to_string() });
+            }
+        }
+        let frame = bench.step(Command { setpoint, control: true, ..Command::default() })?;
+        let index = (frame.signals.index > 0.5).then_some(frame.signals.index_angle);
+        input = HomingInput { angle: frame.angle, index };
+        if frame.cycle % 4096 == 0 {
+            watch.stage("homing", 0.0)?;
+        }
+    }
+}
+
+/// A request of the operator.
+fn request(bench: &mut dyn Bench, request: Request) -> Result<(), Error> {
+    match bench.safety().request(request) {
+        Ok(_) => Ok(()),
+        Err(refusal) => Err(Error::Refused {
+            request: format!("{:?}", refusal.request),
+            state: format!("{:?}", refusal.state),
+            remedy: refusal.remedy,
+        }),
+    }
+}

@@ -1,0 +1,14 @@
+//! Experiments: named recipes that run on any [`Bench`](crate::bench::Bench).
+//!
+//! A plan is a struct of parameters, an experiment a function, a result data with uncertainty. The same recipe runs
+//! on the virtual bench and on hardware; it may not look into the virtual machine.
+
+mod friction;
+mod homing;
+mod plan;
+mod plateau;
+
+pub use friction::{FrictionCurve, measure_friction};
+pub use homing::home;
+pub use plan::{FrictionPlan, Phase};
+pub use plateau::{Block, Dropped, Plateau};

@@ -1,0 +1,277 @@
+//! One speed of a friction measurement: mean torque with its error, and whether the load really slid.
+
+use std::fmt;
+
+use stickslip_core::friction::Friction;
+
+use crate::bench::Frame;
+
+/// Blocks that a plateau is cut into, for figures.
+const BLOCKS: usize = 20;
+/// Lowest frequencies, in periods a plateau, whose power gives the error of the mean.
+const LOW_FREQUENCIES: usize = 8;
+/// Counts of a window over which the mean speed is judged.
+const WINDOW_COUNTS: f64 = 30.0;
+/// Ticks that a window has at least; faster than that, nothing sticks.
+const WINDOW_TICKS: f64 = 20.0;
+/// Relative deviation of the windows' speeds above which a load sticks or hunts.
+const LARGEST_DEVIATION: f64 = 0.15;
+
+/// Means over a part of a plateau, for figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// Velocity [rad/s].
+    pub velocity: f64,
+    /// Friction torque [N m].
+    pub torque: f64,
+    /// Torque asked of the load motor, against positive motion [N m].
+    pub difference_torque: f64,
+    /// Torque of the load motor by its current, against positive motion [N m].
+    pub load_torque: f64,
+}
+
+/// Why a plateau is no friction value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dropped {
+    /// The load sticks or hunts.
+    Sticks {
+        /// RMS deviation of the encoder's mean speed over windows of 30 counts, relative to the set speed.
+        deviation: f64,
+    },
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Dropped::Sticks { deviation } = self;
+        write!(
+            f,
+            "the load sticks or hunts (its speed deviates by {:.0} %, allowed are {:.0} %). A stiffer coupling, more \
+             inertia, or a stiffer velocity loop would help; so would starting at a higher speed.",
+            100.0 * deviation,
+            100.0 * LARGEST_DEVIATION
+        )
+    }
+}
+
+/// What was measured at one speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plateau {
+    /// Velocity that was asked for [rad/s].
+    pub set_velocity: f64,
+    /// Mean velocity by the encoder [rad/s].
+    pub velocity: f64,
+    /// Friction torque of the load side, of the velocity's sign [N m].
+    pub torque: f64,
+    /// Its standard error [N m].
+    pub standard_error: f64,
+    /// RMS deviation of the speed over windows of counts, relative.
+    pub deviation: f64,
+    /// Why it does not count, if so.
+    pub dropped: Option<Dropped>,
+    /// The parts that it was cut into.
+    pub blocks: Vec<Block>,
+    /// Relative amplitudes of cosine and sine of the angle and its multiples, if the plateau has whole turns.
+    pub(super) harmonics: Option<[[f64; 2]; HARMONICS]>,
+}
+
+/// Multiples of the screw's angle whose share of the friction is looked for.
+pub(super) const HARMONICS: usize = 3;
+
+/// What of the machine the torque balance needs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Balance<'a> {
+    /// J_M + J_L [kg m²].
+    pub(super) inertia: f64,
+    /// Friction of the drive motor, no friction of the load.
+    pub(super) motor_friction: &'a Friction<f64>,
+    /// Angle of an encoder count [rad].
+    pub(super) count: f64,
+    /// Time of a tick [s].
+    pub(super) dt: f64,
+}
+
+impl Balance<'_> {
+    /// Evaluates the frames of one plateau.
+    pub(super) fn evaluate(&self, set_velocity: f64, frames: &[Frame], whole_turns: bool) -> Plateau {
+        let (velocity, acceleration) = self.motion(frames);
+        // Only what stays at constant speed is friction: what inertia takes is not, nor what the motor itself rubs.
+        let no_friction = self.inertia * acceleration + self.motor_friction.steady_torque(velocity, 0.0, 0.0);
+        let blocks: Vec<Block> = (0..BLOCKS)
+            .map(|k| &frames[k * frames.len() / BLOCKS..(k + 1) * frames.len() / BLOCKS])
+            .filter(|part| !part.is_empty())
+            .map(|part| Block {
+                velocity: mean(part, |frame| frame.signals.estimated_velocity),
+                torque: mean(part, |frame| frame.signals.commanded_torque) - no_friction,
+                difference_torque: mean(part, |frame| frame.signals.difference_torque),
+                load_torque: mean(part, |frame| frame.signals.measured_load_torque),
+            })
+            .collect();
+        let torque = mean(frames, |frame| frame.signals.commanded_torque) - no_friction;
+        let deviation = self.deviation(set_velocity, frames);
+        Plateau {
+            set_velocity,
+            velocity,
+            torque,
+            standard_error: error_of_mean(frames),
+            deviation,
+            // Not `deviation > limit`: no windows at all is no sliding either.
+            dropped: (!(deviation <= LARGEST_DEVIATION)).then_some(Dropped::Sticks { deviation }),
+            harmonics: whole_turns.then(|| harmonics(frames, no_friction, torque)),
+            blocks,
+        }
+    }
+
+    /// Mean velocity [rad/s] and acceleration [rad/s²] by a parabola through the encoder's angle.
+    fn motion(&self, frames: &[Frame]) -> (f64, f64) {
+        let n = frames.len() as f64;
+        if frames.len() < 3 {
+            return (0.0, 0.0);
+        }
+        // Time from −1 to 1, so that the sums are those of Legendre's polynomials up to 1/n.
+        let base = frames[0].angle;
+        let half = 0.5 * (n - 1.0);
+        let (mut s1, mut s2) = (0.0, 0.0);
+        let (mut p1, mut p2) = (0.0, 0.0);
+        for (k, frame) in frames.iter().enumerate() {
+            let t = (k as f64 - half) / half;
+            let quadratic = t * t - (n + 1.0) / (3.0 * (n - 1.0));
+            s1 += (frame.angle - base) * t;
+            p1 += t * t;
+            s2 += (frame.angle - base) * quadratic;
+            p2 += quadratic * quadratic;
+        }
+        let time = half * self.dt;
+        (s1 / p1 / time, 2.0 * s2 / p2 / (time * time))
+    }
+
+    /// RMS deviation of the encoder's mean speed over windows of counts from the set speed, relative; infinite
+    /// without a single window.
+    fn deviation(&self, set_velocity: f64, frames: &[Frame]) -> f64 {
+        let Some(first) = frames.first() else { return f64::INFINITY };
+        let speed = set_velocity.abs();
+        let window = (WINDOW_COUNTS * self.count).max(WINDOW_TICKS * self.dt * speed);
+        let (mut sum, mut windows) = (0.0, 0usize);
+        let mut judge = |duration: f64, way: f64| {
+            sum += (way / duration.max(self.dt) / speed - 1.0).powi(2);
+            windows += 1;
+        };
+        // Time since the last edge of a window [s], way since the first [rad].
+        let (mut time, mut edge, mut last) = (0.0, window, 0.0);
+        for frame in &frames[1..] {
+            let way = (frame.angle - first.angle) * set_velocity.signum();
+            time += self.dt;
+            while way >= edge {
+                // The edge lies within this tick, between `last` and `way`.
+                let beyond = self.dt * (way - edge) / (way - last);
+                judge(time - beyond, window);
+                time = beyond;
+                edge += window;
+            }
+            last = way;
+        }
+        // A rest that lasted longer than two windows should: a load that stays stuck.
+        if time * speed > 2.0 * window {
+            judge(time, last - (edge - window));
+        }
+        if windows == 0 { f64::INFINITY } else { (sum / windows as f64).sqrt() }
+    }
+}
+
+/// Standard error of the mean torque [N m]: the spectral density at frequency 0, taken from the lowest frequencies.
+///
+/// Neither white noise nor a ripple of many periods is assumed: the one would make the error too small where the
+/// noise is coloured by the loop, the other would make it too large where whole periods of a tacho's ripple cancel.
+fn error_of_mean(frames: &[Frame]) -> f64 {
+    let n = frames.len().max(1) as f64;
+    let power = |periods: usize| {
+        let (step_sin, step_cos) = libm::sincos(std::f64::consts::TAU * periods as f64 / n);
+        let (mut cos, mut sin) = (1.0, 0.0);
+        let (mut real, mut imaginary) = (0.0, 0.0);
+        for frame in frames {
+            real += frame.signals.commanded_torque * cos;
+            imaginary += frame.signals.commanded_torque * sin;
+            (cos, sin) = (cos * step_cos - sin * step_sin, sin * step_cos + cos * step_sin);
+        }
+        (real * real + imaginary * imaginary) / (n * n)
+    };
+    ((1..=LOW_FREQUENCIES).map(power).sum::<f64>() / LOW_FREQUENCIES as f64).sqrt()
+}
+
+/// Relative Fourier coefficients of the friction over whole turns at constant speed.
+fn harmonics(frames: &[Frame], no_friction: f64, torque: f64) -> [[f64; 2]; HARMONICS] {
+    let mut out = [[0.0; 2]; HARMONICS];
+    for frame in frames {
+        let friction = (frame.signals.commanded_torque - no_friction) / torque - 1.0;
+        for (order, pair) in out.iter_mut().enumerate() {
+            let (sin, cos) = libm::sincos((order + 1) as f64 * frame.angle);
+            pair[0] += 2.0 * friction * cos / frames.len() as f64;
+            pair[1] += 2.0 * friction * sin / frames.len() as f64;
+        }
+    }
+    out
+}
+
+fn mean(frames: &[Frame], value: impl Fn(&Frame) -> f64) -> f64 {
+    frames.iter().map(value).sum::<f64>() / frames.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip_core::tick::TickOutput;
+
+    use super::*;
+
+    const DT: f64 = 250e-6;
+    const COUNT: f64 = std::f64::consts::TAU / 10_000.0;
+
+    fn evaluate(set_velocity: f64, seconds: f64, angle: impl Fn(f64) -> f64, torque: impl Fn(f64) -> f64) -> Plateau {
+        let frames: Vec<Frame> = (0..(seconds / DT) as u64)
+            .map(|cycle| {
+                let t = cycle as f64 * DT;
+                let signals = TickOutput { commanded_torque: torque(t), ..TickOutput::default() };
+                Frame { cycle, angle: (angle(t) / COUNT).floor() * COUNT, setpoint: Default::default(), signals }
+            })
+            .collect();
+        let balance = Balance { inertia: 1e-3, motor_friction: &Friction::default(), count: COUNT, dt: DT };
+        balance.evaluate(set_velocity, &frames, false)
+    }
+
+    #[test]
+    fn inertia_is_no_friction() {
+        // 10 rad/s that still rise by 2 rad/s² take 2 mN m.
+        let plateau = evaluate(10.0, 0.6, |t| 10.0 * t + t * t, |_| 0.202);
+        assert!((plateau.torque - 0.2).abs() < 2e-5, "{}", plateau.torque);
+        assert!((plateau.velocity - 10.6).abs() < 1e-3);
+        assert_eq!(plateau.dropped, None);
+    }
+
+    #[test]
+    fn the_error_of_the_mean_is_that_of_white_noise_and_ignores_a_ripple() {
+        let normals = crate::noise::Normals::new(5);
+        let (mut squares, mut errors) = (0.0, 0.0);
+        for run in 0..200u64 {
+            let torque = |t: f64| {
+                let ripple = 0.05 * libm::sin(std::f64::consts::TAU * 26.0 * t / 0.5);
+                0.2 + ripple + 0.01 * normals.pair(0, run * 10_000 + (t / DT).round() as u64)[0]
+            };
+            let plateau = evaluate(5.0, 0.5, |t| 5.0 * t, torque);
+            squares += (plateau.torque - 0.2).powi(2) / 200.0;
+            errors += plateau.standard_error.powi(2) / 200.0;
+        }
+        // 0.01 N m over √2000; 200 runs give the mean square to 10 %.
+        assert!((squares.sqrt() / 2.236e-4 - 1.0).abs() < 0.15, "{}", squares.sqrt());
+        assert!((errors.sqrt() / 2.236e-4 - 1.0).abs() < 0.1, "{}", errors.sqrt());
+    }
+
+    #[test]
+    fn a_load_that_sticks_is_dropped_and_one_that_slides_is_not() {
+        let slides = evaluate(0.1, 2.0, |t| 0.1 * t, |_| 0.3);
+        assert!(slides.dropped.is_none() && slides.deviation < 0.08, "{}", slides.deviation);
+        // Stick-slip: 0.5 s of rest, then the way of 0.5 s at once.
+        let jumps = evaluate(0.1, 2.0, |t| 0.05 * (t / 0.5).floor(), |_| 0.3);
+        assert!(matches!(jumps.dropped, Some(Dropped::Sticks { deviation }) if deviation > 0.15));
+        let stuck = evaluate(0.1, 2.0, |_| 0.0, |_| 0.3);
+        assert!(stuck.dropped.is_some());
+        assert!(stuck.dropped.is_some_and(|reason| reason.to_string().contains("sticks or hunts")));
+    }
+}

@@ -1,0 +1,246 @@
+//! Axes: range, stretch, ticks.
+
+use crate::quantity;
+
+/// Up to here [rad/s] a stretched axis is nearly linear: below lies the Stribeck drop.
+const LINEAR_PART: f64 = 2.0;
+
+/// Values closer than this count as one: no label could tell them apart.
+const LEAST_SPAN: f64 = 1e-9;
+
+/// What an axis shows and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    pub(super) quantity: String,
+    unit: String,
+    stretched: bool,
+    range: Option<(f64, f64)>,
+}
+
+/// A mark on an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tick {
+    pub(super) value: f64,
+    pub(super) label: String,
+}
+
+impl Axis {
+    /// An axis for a quantity ("speed Ω") in a unit as in a field ("rad/s").
+    pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { quantity: quantity.into(), unit: unit.into(), stretched: false, range: None }
+    }
+
+    /// Stretched around zero, asinh(x/2): linear within ± 2 (rad/s), logarithmic beyond.
+    pub fn stretched(self) -> Self {
+        Self { stretched: true, ..self }
+    }
+
+    /// From `low` to `high`, whatever the data; ignored unless `low < high`, both finite.
+    pub fn range(self, low: f64, high: f64) -> Self {
+        let sensible = low < high && low.is_finite() && high.is_finite();
+        Self { range: sensible.then_some((low, high)), ..self }
+    }
+
+    /// "speed Ω, rad/s"; of a pure number the quantity alone.
+    pub(super) fn title(&self) -> String {
+        match self.unit().as_str() {
+            "" => self.quantity.clone(),
+            unit => format!("{}, {unit}", self.quantity),
+        }
+    }
+
+    pub(super) fn unit(&self) -> String {
+        quantity::unit(&self.unit)
+    }
+
+    /// The scale over these values, from pixel `start` to pixel `end`, with 5 % air unless the range is given.
+    pub(super) fn scale(&self, values: impl Iterator<Item = f64>, start: f64, end: f64) -> Scale {
+        let (low, high) = match self.range {
+            Some((low, high)) => (self.stretch(low), self.stretch(high)),
+            None => {
+                let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                    (low.min(self.stretch(value)), high.max(self.stretch(value)))
+                });
+                match high - low {
+                    span if span > LEAST_SPAN => (low - 0.05 * span, high + 0.05 * span),
+                    // One value, or none: something around it.
+                    span if span >= 0.0 => {
+                        (low - 0.5 * low.abs().max(LEAST_SPAN), high + 0.5 * high.abs().max(LEAST_SPAN))
+                    }
+                    _ => (0.0, 1.0),
+                }
+            }
+        };
+        Scale { stretched: self.stretched, low, high, start, end }
+    }
+
+    fn stretch(&self, value: f64) -> f64 {
+        if self.stretched { (value / LINEAR_PART).asinh() } else { value }
+    }
+}
+
+/// From values to pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    stretched: bool,
+    low: f64,
+    high: f64,
+    start: f64,
+    end: f64,
+}
+
+impl Scale {
+    /// Where a value lies [px].
+    pub(super) fn place(&self, value: f64) -> f64 {
+        let value = if self.stretched { (value / LINEAR_PART).asinh() } else { value };
+        self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+    }
+
+    /// The values at both ends.
+    pub(super) fn ends(&self) -> (f64, f64) {
+        let back = |value: f64| if self.stretched { LINEAR_PART * value.sinh() } else { value };
+        (back(self.low), back(self.high))
+    }
+
+    /// Whether a value lies between the ends.
+    pub(super) fn holds(&self, value: f64) -> bool {
+        let (low, high) = self.ends();
+        low <= value && value <= high
+    }
+
+    /// Marks at 1, 2, 5 times powers of ten, at least `gap` pixels apart.
+    pub(super) fn ticks(&self, gap: f64) -> Vec<Tick> {
+        if self.stretched { self.stretched_ticks(gap) } else { self.linear_ticks(gap) }
+    }
+
+    fn linear_ticks(&self, gap: f64) -> Vec<Tick> {
+        let pixels = (self.end - self.start).abs() / (self.high - self.low);
+        let within = |step: f64| (self.low / step).ceil() as i64..=(self.high / step).floor() as i64;
+        let (power, step) = steps((self.high - self.low) / 10.0)
+            .find(|&(_, step)| step * pixels >= gap && within(step).count() <= 9)
+            .expect("one of ever larger steps has few enough ticks");
+        let decimals = (-power).max(0).unsigned_abs() as usize;
+        within(step)
+            .map(|index| {
+                let value = index as f64 * step;
+                Tick { value, label: quantity::number(value, decimals) }
+            })
+            .collect()
+    }
+
+    fn stretched_ticks(&self, gap: f64) -> Vec<Tick> {
+        let (low, high) = self.ends();
+        let mut ticks = Vec::new();
+        let tick = |value: f64, power: i32| Tick {
+            value,
+            label: quantity::number(value, (-power).max(0).unsigned_abs() as usize),
+        };
+        if self.holds(0.0) {
+            ticks.push(tick(0.0, 0));
+        }
+        // From zero outwards, so that both sides have the same marks.
+        for sign in [-1.0, 1.0] {
+            let mut nearest = self.place(0.0);
+            for (power, size) in steps(1e-3).take_while(|&(_, size)| size <= low.abs().max(high.abs())) {
+                let value = sign * size;
+                let place = self.place(value);
+                if self.holds(value) && (place - nearest).abs() >= gap {
+                    ticks.push(tick(value, power));
+                    nearest = place;
+                }
+            }
+        }
+        ticks.sort_by(|one, other| one.value.total_cmp(&other.value));
+        ticks
+    }
+}
+
+/// 1, 2, 5 times powers of ten, from `least` up, with the power of ten.
+fn steps(least: f64) -> impl Iterator<Item = (i32, f64)> {
+    let power = least.log10().floor() as i32;
+    let step =
+        |power: i32, factor: f64| if power < 0 { factor / 10f64.powi(-power) } else { factor * 10f64.powi(power) };
+    (power..=308)
+        .flat_map(move |power| [1.0, 2.0, 5.0].map(|factor| (power, step(power, factor))))
+        // Rounding must not make 0.2 too small a step for 0.2.
+        .skip_while(move |&(_, size)| size < least * (1.0 - 1e-9))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, low: f64, high: f64, pixels: f64, gap: f64) -> Vec<String> {
+        let scale = axis.clone().range(low, high).scale(std::iter::empty(), 0.0, pixels);
+        scale.ticks(gap).into_iter().map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn linear_ticks_are_round_and_share_their_decimals() {
+        let axis = Axis::new("torque", "N m");
+        assert_eq!(labels(&axis, -0.31, 0.33, 360.0, 40.0), ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]);
+        assert_eq!(
+            labels(&axis, 0.0, 1e-4, 360.0, 40.0),
+            ["0.00000", "0.00002", "0.00004", "0.00006", "0.00008", "0.00010"]
+        );
+        assert_eq!(labels(&axis, 0.0, 45e3, 700.0, 60.0).last().map(String::as_str), Some("40\u{202f}000"));
+    }
+
+    #[test]
+    fn there_are_three_to_nine_linear_ticks_for_any_span() {
+        let axis = Axis::new("time", "s");
+        for index in 1..1000 {
+            let span = 1.03f64.powi(index) * 1e-6;
+            for low in [0.0, -0.37 * span, 0.11 * span] {
+                let count = labels(&axis, low, low + span, 332.0, 32.0).len();
+                assert!((3..=9).contains(&count), "{count} ticks from {low} over {span}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_stretched_axis_has_ticks_from_the_stribeck_drop_to_the_limit() {
+        let axis = Axis::new("speed", "rad/s").stretched();
+        let expected = ["−100", "−50", "−20", "−10", "−5", "−2", "−1", "0", "1", "2", "5", "10", "20", "50", "100"];
+        assert_eq!(labels(&axis, -150.0, 150.0, 660.0, 25.0), expected);
+        assert_eq!(labels(&axis, 0.0, 50.0, 660.0, 25.0), ["0", "0.5", "1", "2", "5", "10", "20", "50"]);
+    }
+
+    #[test]
+    fn a_stretched_axis_is_linear_around_zero_and_logarithmic_far_out() {
+        let scale =
+            Axis::new("speed", "rad/s").stretched().range(-1000.0, 1000.0).scale(std::iter::empty(), 0.0, 1000.0);
+        let near = scale.place(0.2) - scale.place(0.1);
+        let nearer = scale.place(0.1) - scale.place(0.0);
+        // asinh bends by its third-order term: (0.2/2)²/2.
+        assert!((near / nearer - 1.0).abs() < 5e-3, "{near} {nearer}");
+        let decade = scale.place(1000.0) - scale.place(100.0);
+        let decade_before = scale.place(500.0) - scale.place(50.0);
+        assert!((decade / decade_before - 1.0).abs() < 1e-3, "{decade} {decade_before}");
+    }
+
+    #[test]
+    fn data_has_5_percent_air_and_odd_data_still_gives_a_scale() {
+        let axis = Axis::new("torque", "N m");
+        let (low, high) = axis.scale([0.0, 10.0].into_iter(), 0.0, 100.0).ends();
+        assert_eq!((low, high), (-0.5, 10.5));
+        for values in [vec![], vec![0.0], vec![3.0], vec![-3.0, -3.0]] {
+            let (low, high) = axis.scale(values.clone().into_iter(), 0.0, 100.0).ends();
+            assert!(low < high && low.is_finite() && high.is_finite(), "{values:?}");
+        }
+    }
+
+    #[test]
+    fn a_range_that_makes_no_sense_is_ignored() {
+        for (low, high) in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
+            let scale = Axis::new("torque", "N m").range(low, high).scale([0.0, 10.0].into_iter(), 0.0, 100.0);
+            assert_eq!(scale.ends(), (-0.5, 10.5));
+        }
+    }
+
+    #[test]
+    fn a_title_has_its_unit_and_a_pure_number_none() {
+        assert_eq!(Axis::new("friction torque", "N m").title(), "friction torque, N·m");
+        assert_eq!(Axis::new("ratio", "1").title(), "ratio");
+    }
+}

@@ -1,0 +1,88 @@
+//! Figures as plain SVG: points, lines and bands over two axes.
+//!
+//! A figure is one text without dependencies, equal for equal data on every machine (fixed decimals), light by itself
+//! and dark on a page that sets the colours of its classes, as [`report`](crate::report) does. Its title and a summary
+//! in words are part of it.
+//!
+//! ```
+//! use stickslip::figure::{Axis, Figure, Role, Series};
+//!
+//! let curve = (0..=50).map(f64::from).map(|speed| (speed, 0.18 + 0.12 * (-speed / 3.0).exp()));
+//! let figure = Figure::new("Friction torque over speed")
+//!     .x(Axis::new("speed Ω", "rad/s").stretched())
+//!     .y(Axis::new("friction torque", "N m"))
+//!     .interval(0.0, 0.3, "fade-out")
+//!     .series(Series::line(Role::Fitted, "fit", curve));
+//! assert!(figure.svg().starts_with("<svg "));
+//! ```
+
+mod axis;
+mod draw;
+mod series;
+#[cfg(test)]
+mod tests;
+pub(crate) mod theme;
+mod thin;
+
+pub use axis::Axis;
+pub(crate) use draw::escape;
+pub use series::Series;
+pub use theme::Role;
+
+/// A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    title: String,
+    x: Axis,
+    y: Axis,
+    series: Vec<Series>,
+    intervals: Vec<Interval>,
+}
+
+/// A part of the horizontal axis with a name.
+#[derive(Clone, Debug, PartialEq)]
+struct Interval {
+    from: f64,
+    to: f64,
+    name: String,
+}
+
+impl Figure {
+    /// An empty figure.
+    pub fn new(title: impl Into<String>) -> Self {
+        let (x, y) = (Axis::new("x", "1"), Axis::new("y", "1"));
+        Self { title: title.into(), x, y, series: Vec::new(), intervals: Vec::new() }
+    }
+
+    /// The horizontal axis.
+    pub fn x(self, axis: Axis) -> Self {
+        Self { x: axis, ..self }
+    }
+
+    /// The vertical axis.
+    pub fn y(self, axis: Axis) -> Self {
+        Self { y: axis, ..self }
+    }
+
+    /// One more series.
+    pub fn series(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Marks a part of the horizontal axis, in its unit: the fade-out around standstill, the time of a fault.
+    pub fn interval(mut self, from: f64, to: f64, name: impl Into<String>) -> Self {
+        self.intervals.push(Interval { from: from.min(to), to: from.max(to), name: name.into() });
+        self
+    }
+
+    /// What it is called.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// The figure as a whole SVG file.
+    pub fn svg(&self) -> String {
+        draw::svg(self)
+    }
+}

@@ -1,0 +1,140 @@
+//! Levenberg-Marquardt over positive parameters, with exact derivatives.
+//!
+//! The search runs in the logarithms: parameters keep their sign, and their scales do not matter. A parameter that
+//! starts at 0 has no logarithm and stays there.
+
+use nalgebra::{SMatrix, SVector};
+use stickslip_core::scalar::Dual;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// When no parameter moves by more than this share.
+    pub step: f64,
+    /// When a step lowers, or promises to lower, the sum of squares by less than this share; −∞ to go on.
+    pub fall: f64,
+    /// After so many evaluations.
+    pub evaluations: usize,
+}
+
+/// Where the sum of squares is smallest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Minimum<const N: usize> {
+    /// The parameters.
+    pub parameters: [f64; N],
+    /// Sum of squares.
+    pub cost: f64,
+    /// Whether a limit was reached, rather than the evaluations running out.
+    pub converged: bool,
+}
+
+/// Least damping: small enough to end quickly, large enough that a refused step is soon short.
+const DAMPING: f64 = 1e-4;
+
+/// Minimises the sum of squared residuals from a start, within `low … high` of each parameter.
+pub fn minimise<const N: usize>(
+    start: [f64; N],
+    bounds: [[f64; 2]; N],
+    stop: Stop,
+    residuals: impl Fn([Dual<N>; N]) -> Vec<Dual<N>>,
+) -> Minimum<N> {
+    let evaluate = |p: [f64; N]| Normal::of(&residuals(std::array::from_fn(|i| Dual::variable(p[i], i))), &p);
+    let mut minimum = Minimum { parameters: start, cost: f64::INFINITY, converged: false };
+    let mut normal = evaluate(start);
+    minimum.cost = normal.cost;
+    let mut damping = DAMPING;
+    for _ in 1..stop.evaluations {
+        let Some((step, promise)) = normal.step(damping) else { break };
+        if promise < stop.fall * normal.cost {
+            minimum.converged = true;
+            break;
+        }
+        let mut next = minimum.parameters;
+        for i in 0..N {
+            // At most a factor of e at once: beyond, the linear model says nothing.
+            next[i] = (next[i] * step[i].clamp(-1.0, 1.0).exp()).clamp(bounds[i][0], bounds[i][1]);
+        }
+        let candidate = evaluate(next);
+        // Within rounding of the cost a step still improves the parameters.
+        if candidate.cost <= minimum.cost * (1.0 + 1e-12) {
+            let fall = 1.0 - candidate.cost / minimum.cost;
+            (minimum.parameters, minimum.cost, normal) = (next, candidate.cost, candidate);
+            damping = (damping * 0.1).max(DAMPING);
+            if step.amax() < stop.step || fall < stop.fall {
+                minimum.converged = true;
+                break;
+            }
+        } else {
+            damping *= 10.0;
+            if damping > 1e8 {
+                break;
+            }
+        }
+    }
+    minimum
+}
+
+/// Normal equations in the logarithms.
+struct Normal<const N: usize> {
+    cost: f64,
+    matrix: SMatrix<f64, N, N>,
+    right: SVector<f64, N>,
+}
+
+impl<const N: usize> Normal<N> {
+    fn of(residuals: &[Dual<N>], parameters: &[f64; N]) -> Self {
+        let mut normal = Normal::<N> { cost: 0.0, matrix: SMatrix::zeros(), right: SVector::zeros() };
+        for residual in residuals {
+            let row = SVector::<f64, N>::from_fn(|i, _| residual.gradient[i] * parameters[i]);
+            normal.cost += residual.value * residual.value;
+            for j in 0..N {
+                normal.right[j] -= residual.value * row[j];
+                for i in 0..=j {
+                    normal.matrix[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+        normal.matrix.fill_lower_triangle_with_upper_triangle();
+        normal
+    }
+
+    /// The damped step, and by how much the linear model says it lowers the sum of squares.
+    fn step(&self, damping: f64) -> Option<(SVector<f64, N>, f64)> {
+        let mut damped: SMatrix<f64, N, N> = self.matrix;
+        for i in 0..N {
+            // A parameter at 0 has an empty row: a 1 keeps the matrix regular and its step 0.
+            damped[(i, i)] = if damped[(i, i)] > 0.0 { damped[(i, i)] * (1.0 + damping) } else { 1.0 };
+        }
+        let step = damped.cholesky()?.solve(&self.right);
+        Some((step, step.dot(&(self.right * 2.0 - self.matrix * step))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip_core::scalar::Scalar;
+
+    use super::*;
+
+    /// Rosenbrock's valley over positive parameters: minimum at (1, 1).
+    fn valley([x, y]: [Dual<2>; 2]) -> Vec<Dual<2>> {
+        vec![(y - x * x) * Dual::of(10.0), Dual::of(1.0) - x]
+    }
+
+    const FREE: [[f64; 2]; 2] = [[0.0, f64::INFINITY]; 2];
+    const STOP: Stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 200 };
+
+    #[test]
+    fn it_walks_down_a_crooked_valley() {
+        let minimum = minimise([0.01, 3.0], FREE, STOP, valley);
+        assert!(minimum.converged && minimum.cost < 1e-20, "{minimum:?}");
+        assert!(minimum.parameters.iter().all(|p| (p - 1.0).abs() < 1e-9));
+    }
+
+    #[test]
+    fn bounds_and_zeros_hold_and_a_small_budget_is_admitted() {
+        assert_eq!(minimise([0.3, 0.2], [[0.0, 0.5], [0.0, f64::INFINITY]], STOP, valley).parameters[0], 0.5);
+        assert_eq!(minimise([0.0, 0.2], FREE, STOP, valley).parameters[0], 0.0);
+        assert!(!minimise([0.01, 3.0], FREE, Stop { evaluations: 3, ..STOP }, valley).converged);
+    }
+}

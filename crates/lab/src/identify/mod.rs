@@ -1,0 +1,122 @@
+//! From a recording of an axis to its inertia and friction, with what is known of their errors.
+//!
+//! Two views of the same recording. The balance of forces is linear and needs no start values; it gives inertia,
+//! Coulomb and viscous friction and the friction curve. Where the controller is known, the closed loop is simulated and
+//! richer models are fitted to the recorded command. Which model is best is decided on samples that its fit has not
+//! seen. Published values of the machine file take no part in any of it.
+
+mod axis;
+mod curve;
+mod files;
+mod models;
+mod motion;
+mod refine;
+mod rigid;
+
+pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
+pub use curve::{FrictionCurve, Plateau};
+pub use files::{feedforward_csv, model_toml};
+pub use models::{Candidate, Kind};
+pub use motion::{Motion, Regression};
+pub use refine::{CLOSED_LOOP, Refined};
+pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
+
+use crate::Error;
+use crate::fit::{Side, StribeckFit, StribeckPlan, fit_stribeck};
+use crate::machine::{Axis, Controller, Machine, Signals};
+use crate::recording::Recording;
+
+/// All that a recording tells about its axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// Linear or rotary: which units the numbers have.
+    pub axis: Axis,
+    /// One Coulomb and viscous friction for both directions, and an offset.
+    pub symmetric: Symmetric,
+    /// One a direction.
+    pub asymmetric: Asymmetric,
+    /// Friction over speed.
+    pub curve: FrictionCurve,
+    /// Stribeck fit of the curve for positive and for negative velocity; none where it has fewer than five points.
+    pub stribeck: [Option<StribeckFit>; 2],
+    /// Models of rising richness, each judged on samples that it has not seen.
+    pub candidates: Vec<Candidate>,
+    /// The one with the smallest error there.
+    pub best: usize,
+    /// What the best one would have done over the whole recording; none where the controller is unknown.
+    pub closed_loop: Option<ClosedLoop<f64>>,
+    /// The recording in SI units.
+    pub signals: Signals,
+    /// Its motion.
+    pub motion: Motion,
+}
+
+/// Identifies an axis from a recording.
+///
+/// # Errors
+/// Whatever keeps the recording from being read as the machine file says, too short a recording, a motion that does
+/// not tell the parameters apart, or an inertia that is not positive.
+pub fn identify(recording: &Recording, machine: &Machine) -> Result<Identification, Error> {
+    let signals = machine.signals(recording)?;
+    let motion = Motion::of(&signals, machine)?;
+    let (samples, recipe) = (motion.samples(), machine.recipe);
+    let needed = 2 * (recipe.skip + 30 * recipe.decimation);
+    if samples < needed {
+        let remedy = "Record longer: two halves, so that one can judge what the other says.";
+        return Err(Error::TooFew { what: "samples in the recording", found: samples, needed, remedy });
+    }
+    let symmetric = Symmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    let asymmetric = Asymmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    let mass = asymmetric.fit.coefficients[0];
+    if mass.is_nan() || mass <= 0.0 {
+        let remedy = "Reverse the sign of drive.gain, or check the columns.";
+        return Err(Error::Implausible { what: "the identified inertia", value: mass, remedy });
+    }
+    let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);
+    let stribeck = [Side::Positive, Side::Negative]
+        .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
+    let around = match (machine.controller, &signals.reference) {
+        (Controller::Cascade(controller), Some(reference)) => {
+            let sub_steps = Loop::SUB_STEPS;
+            Some(Loop { signals: &signals, reference, motion: &motion, controller, gain: machine.gain, sub_steps })
+        }
+        _ => None,
+    };
+    let candidates = models::candidates(&motion, around.as_ref(), &recipe)?;
+    let error = |i: &usize| candidates[*i].held_out;
+    let best = (0..candidates.len()).min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0);
+    let closed_loop = around.map(|around| around.simulate(&candidates[best].model, 2..samples));
+    Ok(Identification {
+        axis: machine.axis,
+        symmetric,
+        asymmetric,
+        curve,
+        stribeck,
+        candidates,
+        best,
+        closed_loop,
+        motion,
+        signals,
+    })
+}
+
+impl Identification {
+    /// The model to use.
+    pub fn best(&self) -> &Candidate {
+        &self.candidates[self.best]
+    }
+
+    /// Whether the friction curve shows M_S > M_K, in both directions.
+    pub fn stribeck_identifiable(&self) -> bool {
+        self.stribeck.iter().all(|fit| fit.as_ref().is_some_and(|f| f.drop.is_identified()))
+    }
+
+    /// The verdict on a Stribeck drop in words, for positive and for negative velocity.
+    pub fn stribeck_verdicts(&self) -> [String; 2] {
+        let too_few = || "fewer than five speeds: no Stribeck drop is identifiable; record more".to_owned();
+        self.stribeck.each_ref().map(|fit| fit.as_ref().map_or_else(too_few, |f| f.drop.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

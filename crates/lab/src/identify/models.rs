@@ -1,0 +1,148 @@
+//! The candidates, from a rigid body to bristles, each fitted and then judged on what it has not seen.
+
+use std::ops::Range;
+use std::thread;
+
+use super::axis::{AxisModel, Bristles, Loop, Prediction, coulomb};
+use super::motion::Motion;
+use super::refine::{LUGRE, Refined, STRIBECK, refine};
+use super::rigid::{Asymmetric, Symmetric};
+use crate::Error;
+use crate::machine::Recipe;
+
+/// How rich a model is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Coulomb and viscous friction, the same both ways, and an offset.
+    Symmetric,
+    /// Coulomb and viscous friction a direction.
+    Asymmetric,
+    /// A Stribeck curve a direction, true stick, a lag of the drive.
+    Stribeck,
+    /// The same with bristles instead of stick.
+    Lugre,
+}
+
+impl Kind {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Symmetric => "symmetric",
+            Kind::Asymmetric => "asymmetric",
+            Kind::Stribeck => "stribeck",
+            Kind::Lugre => "lugre",
+        }
+    }
+}
+
+/// A fitted model and how it did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// How rich it is.
+    pub kind: Kind,
+    /// Fitted to the whole recording.
+    pub model: AxisModel<f64>,
+    /// Errors of its parameters, for what was fitted in the closed loop.
+    pub refined: Option<Refined>,
+    /// Error on samples that the fit has not seen: of the command in the closed loop, ‖u − û‖/‖u‖, mean over both
+    /// halves, each predicted by a fit to the other; or of the force, for the second half by a fit to the first, where
+    /// the controller is unknown.
+    pub held_out: f64,
+    /// The closed loop over the whole recording.
+    pub prediction: Option<Prediction>,
+}
+
+/// Fits and judges all candidates that the recording allows.
+pub(super) fn candidates(motion: &Motion, around: Option<&Loop<'_>>, recipe: &Recipe) -> Result<Vec<Candidate>, Error> {
+    let (samples, middle) = (motion.samples(), motion.samples() / 2);
+    let [first, second] = [recipe.skip..middle, middle..samples];
+    let Some(around) = around else {
+        let symmetric = Symmetric::identify(motion, first.clone(), recipe.decimation)?;
+        let asymmetric = Asymmetric::identify(motion, first, recipe.decimation)?;
+        let held_out = [
+            symmetric.force_error(motion, second.clone(), recipe.decimation)?,
+            asymmetric.force_error(motion, second, recipe.decimation)?,
+        ];
+        let whole = rigid(motion, recipe.skip..samples, recipe)?;
+        let candidate =
+            |((kind, model), held_out)| Candidate { kind, model, refined: None, held_out, prediction: None };
+        return Ok(whole.into_iter().zip(held_out).map(candidate).collect());
+    };
+    let job = |range: Range<usize>| move || fit_all(motion, around, range, recipe);
+    let (whole, by_first, by_second) = thread::scope(|scope| {
+        let [a, b] = [first.clone(), second.clone()].map(|range| scope.spawn(job(range)));
+        let whole = job(recipe.skip..samples)();
+        let join = |thread: thread::ScopedJoinHandle<'_, _>| thread.join().expect("a fit does not panic");
+        (whole, join(a), join(b))
+    });
+    let (by_first, by_second) = (by_first?, by_second?);
+    // Of each run the first samples are dropped: they still know the state that the run began with.
+    let drop = recipe.skip.saturating_sub(2);
+    let predict = |model: &AxisModel<f64>, range: Range<usize>| {
+        around.compare(&around.simulate(model, range.start.max(2)..range.end), drop)
+    };
+    let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| Candidate {
+        kind: fit.0,
+        held_out: 0.5
+            * (predict(&first_fit.1, second.clone()).voltage_error + predict(&second_fit.1, 2..middle).voltage_error),
+        prediction: Some(predict(&fit.1, 2..samples)),
+        model: fit.1,
+        refined: fit.2,
+    });
+    Ok(judged.collect())
+}
+
+type Fit = (Kind, AxisModel<f64>, Option<Refined>);
+
+fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind, AxisModel<f64>); 2], Error> {
+    let symmetric = Symmetric::identify(motion, range.clone(), recipe.decimation)?.fit.coefficients;
+    let asymmetric = Asymmetric::identify(motion, range, recipe.decimation)?.fit.coefficients;
+    let both = coulomb(symmetric[2], symmetric[1]);
+    let body = |inertia, positive, negative, offset| AxisModel {
+        inertia,
+        positive,
+        negative,
+        offset,
+        lag: 0.0,
+        bristles: None,
+    };
+    let [mass, positive_viscous, positive, negative_viscous, negative] = asymmetric[..] else {
+        unreachable!("the asymmetric model has five parameters")
+    };
+    let sides = [coulomb(positive, positive_viscous), coulomb(negative, negative_viscous)];
+    Ok([
+        (Kind::Symmetric, body(symmetric[0], both, both, symmetric[3])),
+        (Kind::Asymmetric, body(mass, sides[0], sides[1], 0.0)),
+    ])
+}
+
+/// All models from one range. Each starts from the one before; nothing else is assumed.
+fn fit_all(motion: &Motion, around: &Loop<'_>, range: Range<usize>, recipe: &Recipe) -> Result<Vec<Fit>, Error> {
+    let bodies = rigid(motion, range.clone(), recipe)?;
+    let asymmetric = bodies[1].1;
+    let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
+    // In logarithms only what is positive can be fitted; a rigid body that is not so fits nothing better.
+    let sides = [asymmetric.positive, asymmetric.negative];
+    if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
+        return Ok(fits);
+    }
+    let range = range.start.max(2)..range.end;
+    let extent = |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
+    let fastest = extent(&motion.velocity.iter().map(|v| v.abs()).collect::<Vec<_>>());
+    let stroke = extent(&motion.position) + extent(&motion.position.iter().map(|q| -q).collect::<Vec<_>>());
+    let mut start = AxisModel { lag: 0.3 * motion.period, ..asymmetric };
+    for side in [&mut start.positive, &mut start.negative] {
+        // Neither a drop nor a rise to begin with would leave the Stribeck velocity without a slope.
+        side.breakaway_torque = 0.8 * side.kinetic_torque;
+        side.stribeck_velocity = 0.1 * fastest;
+    }
+    let stribeck = refine::<STRIBECK>(around, &start, range.clone(), recipe.skip);
+    let mut start = stribeck.model;
+    fits.push((Kind::Stribeck, stribeck.model, Some(stribeck)));
+    let stiffness = start.positive.kinetic_torque / (1e-4 * stroke);
+    let damping = 0.5 * (stiffness * start.inertia).sqrt();
+    start.bristles = Some(Bristles::passive(stiffness, damping, [&start.positive, &start.negative]));
+    let lugre = refine::<LUGRE>(around, &start, range, recipe.skip);
+    fits.push((Kind::Lugre, lugre.model, Some(lugre)));
+    Ok(fits)
+}

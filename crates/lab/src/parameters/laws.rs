@@ -1,0 +1,49 @@
+//! The laws between fields, asked all at once.
+
+use stickslip_core::fields::{Field, Fields, Laws, ParameterError};
+
+use super::entry::join;
+
+/// Each broken law with the path of the group that states it.
+pub(super) fn broken_laws<P: Fields<f64>>(parameters: &P) -> Vec<(String, ParameterError)> {
+    let mut broken = Broken::default();
+    P::laws(&parameters.map(&mut |value: f64| value), &mut broken);
+    broken.found
+}
+
+#[derive(Default)]
+struct Broken {
+    /// Path of the field, and the element of its list.
+    groups: Vec<(String, Option<usize>)>,
+    found: Vec<(String, ParameterError)>,
+}
+
+impl Broken {
+    fn group(&self) -> String {
+        match self.groups.last() {
+            None => String::new(),
+            Some((path, None)) => path.clone(),
+            Some((path, Some(index))) => format!("{path}.{index}"),
+        }
+    }
+}
+
+impl Laws for Broken {
+    fn enter(&mut self, field: &'static Field) {
+        self.groups.push((join(&self.group(), field.name), None));
+    }
+
+    fn leave(&mut self) {
+        self.groups.pop();
+    }
+
+    fn element(&mut self, index: usize) {
+        if let Some((_, element)) = self.groups.last_mut() {
+            *element = Some(index);
+        }
+    }
+
+    fn broken(&mut self, error: ParameterError) {
+        self.found.push((self.group(), error));
+    }
+}

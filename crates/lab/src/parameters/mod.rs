@@ -1,0 +1,24 @@
+//! Parameters in files: [`read`], [`write_commented`], [`set`]; by path: [`flatten`], [`describe`], [`diff`].
+//!
+//! Everything follows from the tables of `stickslip_core::fields`. A path such as `plant.drive.motor_inertia` is for
+//! files, forms and the command line; in Rust use the field.
+
+mod entry;
+mod laws;
+mod node;
+pub(crate) mod number;
+pub mod presets;
+mod problem;
+mod read;
+mod schema;
+mod set;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use entry::{Difference, Entry, Value, diff, flatten};
+pub use problem::{Fault, ParameterProblems, Problem};
+pub use read::read;
+pub use schema::{Description, describe};
+pub use set::set;
+pub use write::write_commented;

@@ -1,0 +1,116 @@
+//! One value changed in a file that people wrote: comments and layout of the rest stay as they are.
+
+use stickslip_core::fields::{Fields, Variant};
+use toml_edit::{DocumentMut, Item, TableLike, Value};
+
+use super::entry::within;
+use super::problem::ParameterProblems;
+use super::read::{read, scan};
+use super::schema::{Description, describe, schema};
+use crate::Error;
+
+/// The text with the value at `path` changed or added. `value` is as in a file; quotes around a variant are not needed.
+///
+/// Choosing another variant drops the keys that only the old one has.
+///
+/// # Errors
+/// [`Error::UnknownParameter`], or [`Error::Parameters`] with all that would be wrong with the new file: type, range,
+/// laws. The caller's text is never half changed.
+pub fn set<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value: &str) -> Result<String, Error> {
+    let rows = describe::<P>(path)?;
+    let row = &rows[0];
+    let found = scan(text, P::SHAPE);
+    // A group holds values but has none; an element can be replaced only where its list stands.
+    if path != row.path && !(within(path, &row.path) && found.spans.contains_key(path)) {
+        return Err(Error::UnknownParameter { path: path.into(), nearest: Some(row.path.clone()) });
+    }
+    let literal = literal(value, row);
+    let mut changed = match found.spans.get(path) {
+        Some(span) => format!("{}{literal}{}", &text[..span.start], &text[span.end..]),
+        None => insert(text, path, &literal).ok_or_else(|| syntax_problems::<P>(text, file_name))?,
+    };
+    if !row.variants.is_empty() {
+        changed = drop_other_variants(&changed, path, row.variants);
+    }
+    read::<P>(&changed, file_name)?;
+    Ok(changed)
+}
+
+/// The problems of a text that is no TOML.
+fn syntax_problems<P: Fields<f64> + Default>(text: &str, file_name: &str) -> ParameterProblems {
+    let none = ParameterProblems { file: file_name.into(), problems: Vec::new() };
+    read::<P>(text, file_name).err().unwrap_or(none)
+}
+
+/// A value as TOML; what cannot be one becomes a string, which the reader then refuses by name.
+fn literal(value: &str, row: &Description) -> String {
+    let value = value.trim();
+    let quoted = |text: &str| Value::from(text).to_string();
+    if !row.variants.is_empty() {
+        return quoted(value.trim_matches(['"', '\'']));
+    }
+    match (value.parse::<Value>(), value.parse::<f64>()) {
+        (Ok(mut value), _) => {
+            value.decor_mut().clear();
+            value.to_string()
+        }
+        // `.5` and `5.` are numbers to everyone but TOML.
+        (_, Ok(number)) => Value::from(number).to_string(),
+        _ => quoted(value),
+    }
+}
+
+/// The text with a new key; `None` if it is no TOML.
+fn insert(text: &str, path: &str, literal: &str) -> Option<String> {
+    let mut document: DocumentMut = text.parse().ok()?;
+    let (group, key) = path.rsplit_once('.').unwrap_or(("", path));
+    match table(document.as_item_mut(), group) {
+        Some(table) => {
+            table.insert(key, Item::Value(literal.parse().ok()?));
+            Some(document.to_string())
+        }
+        None => {
+            let gap = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
+            Some(format!("{text}{gap}\n[{group}]\n{key} = {literal}\n"))
+        }
+    }
+}
+
+/// The text without the keys that only variants other than the chosen one have.
+fn drop_other_variants(text: &str, path: &str, variants: &'static [Variant]) -> String {
+    let Ok(mut document) = text.parse::<DocumentMut>() else { return text.into() };
+    let (group, tag) = path.rsplit_once('.').unwrap_or(("", path));
+    let Some(table) = table(document.as_item_mut(), group) else { return text.into() };
+    let chosen = table.get(tag).and_then(Item::as_str).unwrap_or_default();
+    let names = |variant: &Variant| -> Vec<String> {
+        let mut names: Vec<_> = schema(variant.shape).into_iter().map(|row| row.path).collect();
+        for name in &mut names {
+            name.truncate(name.find('.').unwrap_or(name.len()));
+        }
+        names
+    };
+    let Some(chosen) = variants.iter().find(|variant| variant.name == chosen) else { return text.into() };
+    let kept = names(chosen);
+    for name in variants.iter().flat_map(names).filter(|name| !kept.contains(name)) {
+        table.remove(&name);
+    }
+    document.to_string()
+}
+
+/// The table at a path, if it is there.
+fn table<'a>(item: &'a mut Item, path: &str) -> Option<&'a mut dyn TableLike> {
+    let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+    match item {
+        Item::ArrayOfTables(list) => inside(list.get_mut(first.parse().ok()?)?, rest),
+        Item::Value(Value::Array(list)) => inside(list.get_mut(first.parse().ok()?)?.as_inline_table_mut()?, rest),
+        other => inside(other.as_table_like_mut()?, path),
+    }
+}
+
+fn inside<'a>(table: &'a mut dyn TableLike, path: &str) -> Option<&'a mut dyn TableLike> {
+    if path.is_empty() {
+        return Some(table);
+    }
+    let (first, rest) = path.split_once('.').unwrap_or((path, ""));
+    self::table(table.get_mut(first)?, rest)
+}

@@ -1,0 +1,116 @@
+//! What a preset file holds: the virtual machine as it is, what the software believes of it, and how the bench runs.
+
+use stickslip_core::Fields;
+use stickslip_core::control::PositionController;
+use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
+use stickslip_core::fields::{ParameterError, at_most};
+use stickslip_core::friction::{Friction, Stribeck};
+use stickslip_core::plant::Plant;
+use stickslip_core::scalar::Scalar;
+use stickslip_core::supervise::{HomingPlan, SafetyLimits};
+use stickslip_core::tick::{Decoder, Scaling};
+
+/// A whole parameter set. Truth and belief are apart: controller, observer, law and experiments see `model` alone.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(check = Preset::check)]
+pub struct Preset<T> {
+    /// The virtual machine, with its mismatch and its faults.
+    pub plant: Plant<T>,
+    /// What controller, observer, law and experiments believe. It starts as the data sheet and is changed only by
+    /// measurements.
+    pub model: Model<T>,
+    /// How the bench runs.
+    pub bench: Settings<T>,
+}
+
+/// What the software believes of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Model<T> {
+    /// Masses, coupling and screw.
+    pub drive: TwoMass<T>,
+    /// The drive motor.
+    pub motor: Winding<T>,
+    /// The load motor.
+    pub load_motor: Winding<T>,
+    /// Its amplifier.
+    pub load_amplifier: LoadAmplifier<T>,
+    /// Scaling of instruments and servo amplifier.
+    pub scaling: Scaling<T>,
+    /// The encoder's counts.
+    pub encoder: Decoder<T>,
+    /// Noise density of the accelerometer, one-sided.
+    #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
+    pub accelerometer_noise: T,
+    /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is no
+    /// friction of the load and is subtracted.
+    pub motor_friction: Friction<T>,
+    /// Friction on the load side, friction wheel included, as last measured.
+    pub own: Stribeck<T>,
+}
+
+/// How the bench runs.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Settings<T> {
+    /// Rate of sensors, observer, rendering law and load-motor current control.
+    #[field(symbol = "f_tick", unit = "Hz", range = 500.0..=20_000.0, default = 4000.0)]
+    pub tick_rate: T,
+    /// Ticks per sample of the position controller. 0: so many that it runs at 1 kHz, at least 1.
+    #[field(symbol = "n_c", unit = "1", range = 0.0..=1000.0, whole)]
+    pub control_divider: T,
+    /// Longest step of the virtual machine; a tick has a whole number of equal ones.
+    #[field(symbol = "h", unit = "s", range = 1e-7..=25e-6, default = 25e-6)]
+    pub plant_step: T,
+    /// Decay rates of the velocity observer, three real poles.
+    #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 250.0)]
+    pub observer_poles: [T; 3],
+    /// The position controller.
+    pub controller: PositionController<T>,
+    /// The characteristic to be rendered.
+    pub desired: Stribeck<T>,
+    /// Half width of the fade-out interval of the paper's law.
+    #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
+    pub fade_velocity: T,
+    /// What stops the bench.
+    pub safety: SafetyLimits<T>,
+    /// How the index is searched.
+    pub homing: HomingPlan<T>,
+}
+
+impl<T: Scalar> Settings<T> {
+    /// Time of a tick [s].
+    pub fn tick_time(&self) -> T {
+        T::of(1.0) / self.tick_rate
+    }
+}
+
+impl Settings<f64> {
+    /// Ticks per sample of the position controller.
+    pub fn divider(&self) -> u64 {
+        if self.control_divider > 0.0 {
+            self.control_divider as u64
+        } else {
+            (self.tick_rate / 1000.0).round().max(1.0) as u64
+        }
+    }
+
+    /// Steps of the virtual machine in a tick, and the length of one [s].
+    pub fn plant_steps(&self) -> (usize, f64) {
+        // A hair off a whole number is rounding, not another step.
+        let steps = (self.tick_time() / self.plant_step - 1e-9).ceil().max(1.0);
+        (steps as usize, self.tick_time() / steps)
+    }
+}
+
+impl Preset<f64> {
+    /// The virtual machine must be able to take its step.
+    fn check(&self) -> Result<(), ParameterError> {
+        let step = self.bench.plant_steps().1;
+        self.plant.check_step(step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
+        at_most(
+            "bench.fade_velocity",
+            self.bench.fade_velocity,
+            self.bench.safety.speed,
+            "The fade-out interval lies within the speeds that the bench may reach.",
+        )
+    }
+}

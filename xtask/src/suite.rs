@@ -1,0 +1,173 @@
+//! Stages of a check: each with its time, its budget and its say.
+
+use std::time::{Duration, Instant};
+
+/// What a stage that found no fault has to say.
+pub(crate) enum Outcome {
+    /// All checked.
+    Passed,
+    /// Not checked, and why.
+    Skipped(String),
+}
+
+/// Tests as the test harness counts them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Counts {
+    pub(crate) passed: u32,
+    pub(crate) failed: u32,
+    pub(crate) skipped: u32,
+}
+
+impl Counts {
+    /// Adds a line `test result: ok. 12 passed; 0 failed; 1 ignored; …`; any other line changes nothing.
+    pub(crate) fn read(&mut self, line: &str) {
+        let Some((_, results)) = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". ")) else {
+            return;
+        };
+        for (number, kind) in results.split("; ").filter_map(|part| part.split_once(' ')) {
+            let count: u32 = number.parse().unwrap_or(0);
+            match kind {
+                "passed" => self.passed += count,
+                "failed" => self.failed += count,
+                "ignored" => self.skipped += count,
+                _ => {}
+            }
+        }
+    }
+}
+
+/// The stages that have run.
+#[derive(Default)]
+pub(crate) struct Suite {
+    /// Tests, plus each stage that failed without a failed test or was skipped.
+    counts: Counts,
+    skipped: Vec<String>,
+    failed: Vec<String>,
+    times: Vec<String>,
+}
+
+impl Suite {
+    /// Runs a stage. It fails by itself or by taking more than 1.5 × its budget; the next stages run all the same.
+    pub(crate) fn stage(
+        &mut self,
+        name: &str,
+        budget: Duration,
+        work: impl FnOnce(&mut Counts) -> Result<Outcome, String>,
+    ) {
+        println!("\n== {name}");
+        let mut counts = Counts::default();
+        let start = Instant::now();
+        let outcome = work(&mut counts);
+        self.finish(name, budget, start.elapsed(), counts, outcome);
+    }
+
+    fn finish(
+        &mut self,
+        name: &str,
+        budget: Duration,
+        took: Duration,
+        counts: Counts,
+        outcome: Result<Outcome, String>,
+    ) {
+        let time = format!("{name}: {:.1} s of {} s", took.as_secs_f64(), budget.as_secs());
+        println!("== {time}");
+        self.times.push(time);
+        self.counts.passed += counts.passed;
+        self.counts.failed += counts.failed;
+        self.counts.skipped += counts.skipped;
+        let outcome = match outcome {
+            Ok(_) if took > budget.mul_f64(1.5) => {
+                Err(format!("took {:.1} s, more than 1.5 × its budget of {} s", took.as_secs_f64(), budget.as_secs()))
+            }
+            other => other,
+        };
+        match outcome {
+            Ok(Outcome::Passed) => {}
+            Ok(Outcome::Skipped(reason)) => {
+                self.counts.skipped += 1;
+                self.skipped.push(format!("{name}: {reason}"));
+            }
+            Err(reason) => {
+                self.counts.failed += u32::from(counts.failed == 0);
+                self.failed.push(format!("{name}: {reason}"));
+            }
+        }
+    }
+
+    /// Notes something that is not checked, beside the stages.
+    pub(crate) fn skip(&mut self, what: String) {
+        self.counts.skipped += 1;
+        self.skipped.push(what);
+    }
+
+    /// The times, what was skipped, what failed, and the sum alone on the last line.
+    pub(crate) fn summary(&self) -> String {
+        let list =
+            |word: &str, lines: &[String]| -> String { lines.iter().map(|line| format!("{word}{line}\n")).collect() };
+        let Counts { passed, failed, skipped } = self.counts;
+        format!(
+            "{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
+            list("time: ", &self.times),
+            list("skipped: ", &self.skipped),
+            list("failed: ", &self.failed),
+        )
+    }
+
+    /// Whether nothing failed.
+    pub(crate) fn passed(&self) -> bool {
+        self.failed.is_empty() && self.counts.failed == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    fn finished(took: Duration, counts: Counts, outcome: Result<Outcome, String>) -> Suite {
+        let mut suite = Suite::default();
+        suite.finish("stage", 10 * SECOND, took, counts, outcome);
+        suite
+    }
+
+    #[test]
+    fn the_lines_of_the_test_harness_add_up() {
+        let mut counts = Counts::default();
+        for line in [
+            "running 3 tests",
+            "test result: ok. 12 passed; 0 failed; 1 ignored; 0 measured; 2 filtered out; finished in 0.00s",
+            "test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s",
+            "test result: of a user's own printing",
+        ] {
+            counts.read(line);
+        }
+        assert_eq!(counts, Counts { passed: 15, failed: 2, skipped: 1 });
+    }
+
+    #[test]
+    fn a_stage_beyond_its_budget_fails_and_one_within_passes() {
+        let slow = finished(16 * SECOND, Counts::default(), Ok(Outcome::Passed));
+        assert!(!slow.passed());
+        assert!(slow.summary().contains("failed: stage: took 16.0 s, more than 1.5 × its budget of 10 s\n"));
+        assert!(finished(14 * SECOND, Counts::default(), Ok(Outcome::Passed)).passed());
+    }
+
+    #[test]
+    fn a_skipped_stage_is_named_and_counted() {
+        let suite = finished(SECOND, Counts::default(), Ok(Outcome::Skipped("no compiler".into())));
+        assert!(suite.passed());
+        assert!(suite.summary().contains("skipped: stage: no compiler\n"));
+        assert!(suite.summary().ends_with("\n0 passed, 0 failed, 1 skipped"));
+    }
+
+    #[test]
+    fn a_failed_test_counts_once_and_a_stage_without_tests_counts_as_one() {
+        let counts = Counts { passed: 7, failed: 2, skipped: 0 };
+        let tests = finished(SECOND, counts, Err("a test failed".into()));
+        assert!(tests.summary().ends_with("\n7 passed, 2 failed, 0 skipped"));
+        let build = finished(SECOND, Counts::default(), Err("does not compile".into()));
+        assert!(build.summary().ends_with("\n0 passed, 1 failed, 0 skipped"));
+        assert!(!tests.passed() && !build.passed());
+    }
+}

@@ -1,0 +1,159 @@
+//! `cargo xtask test`: everything that must hold, stage by stage.
+
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+
+use crate::suite::{Counts, Outcome, Suite};
+use crate::tools::BARE_TARGET;
+use crate::{licences, tools, tree};
+
+/// Runs all stages in a copy of the tracked files. `Err` if one failed.
+pub(crate) fn test() -> Result<(), String> {
+    let root = tree::root()?;
+    let copy = tree::copy_of(&root);
+    let files = tree::files(&root)?;
+    let mut suite = Suite::default();
+
+    let mut tools = None;
+    suite.stage("tools", seconds(120), |_| {
+        tools = Some(tools::ensure());
+        Ok(Outcome::Passed)
+    });
+    let tools = tools.expect("the stage has run");
+    for line in &tools.missing {
+        suite.skip(line.clone());
+    }
+    suite.stage("copy of the tracked files", seconds(10), |_| {
+        tree::mirror(&root, &files, &copy)?;
+        println!("{} files in {}", files.len(), copy.display());
+        Ok(Outcome::Passed)
+    });
+
+    // The copy builds into the repository's target folder: each dependency is built once, for both.
+    let target = target_folder(&root);
+    let cargo = |arguments: &[&str]| {
+        let mut command = cargo(&copy, arguments);
+        command.env("CARGO_TARGET_DIR", &target);
+        command
+    };
+    suite.stage("format", seconds(10), |_| {
+        only_with(tools.rustfmt, "rustfmt", || run(&mut cargo(&["fmt", "--all", "--check"])))
+    });
+    suite.stage("lints", seconds(120), |_| {
+        let lints = ["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "-D", "warnings"];
+        only_with(tools.clippy, "clippy", || run(&mut cargo(&lints)))
+    });
+    suite.stage("licences", seconds(10), |_| {
+        licences::check(&metadata(&mut cargo(&["metadata", "--format-version", "1", "--locked"]))?)?;
+        Ok(Outcome::Passed)
+    });
+    suite.stage("core without std", seconds(30), |_| {
+        let build = ["build", "--package", "stickslip-core", "--locked", "--quiet"];
+        if tools.bare_target {
+            run(&mut cargo(&[&build[..], &["--target", BARE_TARGET]].concat()))?;
+            Ok(Outcome::Passed)
+        } else {
+            run(&mut cargo(&build))?;
+            Ok(Outcome::Skipped(format!("built for this machine only, not for {BARE_TARGET}")))
+        }
+    });
+    suite.stage("tests", seconds(300), |counts| {
+        run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
+        Ok(Outcome::Passed)
+    });
+    suite.stage("documentation", seconds(60), |_| {
+        let document = ["doc", "--workspace", "--no-deps", "--locked", "--quiet"];
+        run(cargo(&document).env("RUSTDOCFLAGS", "-D warnings"))?;
+        Ok(Outcome::Passed)
+    });
+    suite.stage("nothing left behind", seconds(5), |_| {
+        let litter = tree::litter(&root, &files, &copy)?;
+        let names: Vec<_> = litter.iter().map(|path| path.display().to_string()).collect();
+        if names.is_empty() { Ok(Outcome::Passed) } else { Err(format!("a test wrote {}", names.join(", "))) }
+    });
+
+    println!("\n{}", suite.summary());
+    if suite.passed() { Ok(()) } else { Err("not ready: see `failed:` above".into()) }
+}
+
+const fn seconds(number: u64) -> Duration {
+    Duration::from_secs(number)
+}
+
+/// Cargo in a folder, with the arguments given.
+pub(crate) fn cargo<A: AsRef<OsStr>>(folder: &Path, arguments: impl IntoIterator<Item = A>) -> Command {
+    let mut command = Command::new("cargo");
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+/// `Err` with the command unless it succeeds.
+pub(crate) fn run(command: &mut Command) -> Result<(), String> {
+    let status = command.status().map_err(|error| format!("cannot start {}: {error}", line(command)))?;
+    if status.success() { Ok(()) } else { Err(format!("{} failed", line(command))) }
+}
+
+/// As [`run`], counting the tests that it reports.
+fn run_counting(command: &mut Command, counts: &mut Counts) -> Result<(), String> {
+    let failure = |error: std::io::Error| format!("cannot read what the tests say: {error}");
+    let mut child = command.stdout(Stdio::piped()).spawn().map_err(failure)?;
+    let output = child.stdout.take().expect("the output is piped");
+    for line in BufReader::new(output).lines() {
+        let line = line.map_err(failure)?;
+        println!("{line}");
+        counts.read(&line);
+    }
+    let status = child.wait().map_err(failure)?;
+    if status.success() { Ok(()) } else { Err(format!("{} failed", line(command))) }
+}
+
+/// What a command that prints JSON prints.
+fn metadata(command: &mut Command) -> Result<Value, String> {
+    let output = command.stderr(Stdio::inherit()).output();
+    let output = output.map_err(|error| format!("cannot start {}: {error}", line(command)))?;
+    serde_json::from_slice(&output.stdout).map_err(|error| format!("{}: {error}", line(command)))
+}
+
+/// Runs a check that needs a part of the tool chain.
+fn only_with(there: bool, part: &str, check: impl FnOnce() -> Result<(), String>) -> Result<Outcome, String> {
+    if there { check().map(|()| Outcome::Passed) } else { Ok(Outcome::Skipped(format!("{part} is missing"))) }
+}
+
+fn target_folder(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
+}
+
+fn line(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(OsStr::to_string_lossy).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_check_without_its_tool_is_skipped_and_not_run() {
+        let outcome = only_with(false, "clippy", || Err("was run".into()));
+        assert!(matches!(outcome, Ok(Outcome::Skipped(reason)) if reason == "clippy is missing"));
+        assert!(only_with(true, "clippy", || Err("was run".into())).is_err());
+    }
+
+    #[test]
+    fn a_command_that_fails_or_is_not_there_is_named() {
+        let failed = run(Command::new("cargo").arg("no-such-subcommand").stderr(Stdio::null()));
+        assert_eq!(failed, Err("cargo no-such-subcommand failed".into()));
+        let absent = run(&mut Command::new("no-such-command")).expect_err("there is no such command");
+        assert!(absent.starts_with("cannot start no-such-command: "), "{absent}");
+    }
+
+    #[test]
+    fn a_command_that_prints_no_json_is_an_error() {
+        assert!(metadata(Command::new("cargo").arg("--version")).is_err());
+    }
+}
