@@ -60,6 +60,8 @@ pub struct Plateau {
     pub set_velocity: f64,
     /// Mean velocity by the encoder [rad/s].
     pub velocity: f64,
+    /// Standard deviation of the estimated velocity about its mean: noise of the observer and true motion [rad/s].
+    pub velocity_spread: f64,
     /// Friction torque of the load side, of the velocity's sign [N m].
     pub torque: f64,
     /// Its standard error [N m].
@@ -108,9 +110,12 @@ impl Balance<'_> {
             .collect();
         let torque = mean(frames, |frame| frame.signals.commanded_torque) - no_friction;
         let deviation = self.deviation(set_velocity, frames);
+        let estimate = mean(frames, |frame| frame.signals.estimated_velocity);
+        let variance = mean(frames, |frame| (frame.signals.estimated_velocity - estimate).powi(2));
         Plateau {
             set_velocity,
             velocity,
+            velocity_spread: variance.sqrt(),
             torque,
             standard_error: error_of_mean(frames),
             deviation,
