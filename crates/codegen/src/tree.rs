@@ -15,12 +15,19 @@ pub enum Tree {
 }
 
 /// A struct, or the chosen variant of an enum.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Group {
     /// Key and name of each choice made here: `("model", "elasto-plastic")`.
     pub chosen: Vec<(&'static str, &'static str)>,
     /// The fields, in order of declaration.
     pub members: Vec<Member>,
+}
+
+/// The variant of an enum is the struct that it holds.
+impl PartialEq for Group {
+    fn eq(&self, other: &Self) -> bool {
+        self.members == other.members
+    }
 }
 
 /// A field of a struct.
@@ -115,6 +122,11 @@ impl Tree {
     /// How to reach each number.
     pub fn paths(&self) -> Vec<String> {
         self.parts().into_iter().filter(|part| *part.2 == Tree::Number).map(|part| part.0).collect()
+    }
+
+    /// Whether it is a bare number, as the struct of one.
+    pub fn is_bare(&self) -> bool {
+        matches!(self.members(), [Member { tree: Tree::Number, field, .. }] if std::ptr::eq(*field, &VALUE))
     }
 
     /// The members of a group; none of anything else.

@@ -2,23 +2,97 @@
 
 mod support;
 
+use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::friction::{Dahl, ElastoPlastic, Fading, LuGre, Model, Static};
+use stickslip_core::plant::{Machine, Plant};
+use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use support::agree;
-use support::blocks::{Friction, Lag, Nested, Stribeck};
+use support::blocks::{Holder, Lag, Nested, SlidingFriction};
 
-const DT: f64 = 1e-3;
+const DT: f64 = 250e-6;
 
-#[test]
-fn a_block_without_state_agrees() {
-    agree(Stribeck::<f64>::default(), DT);
+/// A test: a block, then parameters for each run.
+macro_rules! agree {
+    ($test:ident, $Block:ident $(, $parameters:expr)+ $(,)?) => {
+        #[test]
+        fn $test() {
+            $(agree::<$Block<f64>>($parameters, DT);)+
+        }
+    };
+}
+
+fn machine(model: Model<f64>) -> Machine<f64> {
+    let mut plant = Plant::default();
+    plant.screw_friction.model = model;
+    plant.wheel.preload = 0.5;
+    plant.prepare(10, 25e-6)
+}
+
+// What a block may consist of.
+agree!(no_state, SlidingFriction, SlidingFriction::default());
+agree!(one_state, Lag, Lag::default());
+agree!(
+    nested,
+    Nested,
+    Nested::default(),
+    Nested { holder: Holder::Sliding(SlidingFriction::default()), ..Nested::default() }
+);
+
+// The blocks of the product.
+agree!(cascade, Cascade, Cascade::default());
+agree!(current_control, CurrentControl, CurrentControl::default());
+agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
+agree!(
+    position_controller,
+    PositionController,
+    PositionController::Pid(Pid::default()),
+    PositionController::Cascade(Cascade::default())
+);
+agree!(velocity_observer, VelocityObserver, VelocityObserver::default());
+agree!(encoder, Encoder, Encoder::default(), Encoder { fault: EncoderFault::Frozen, ..Encoder::default() });
+agree!(pickups, Pickups, Pickups::new(Tacho::default(), Accelerometer::default(), DT));
+agree!(
+    machine_with_each_friction,
+    Machine,
+    machine(Model::Nothing),
+    machine(Model::Static(Static::default())),
+    machine(Model::Dahl(Dahl::default())),
+    machine(Model::Lugre(LuGre { fading: Fading::Rational(Default::default()), ..LuGre::default() })),
+    machine(Model::ElastoPlastic(ElastoPlastic::default())),
+);
+
+/// The names behind a marker in a text.
+fn names_behind<'a>(text: &'a str, marker: &str) -> Vec<&'a str> {
+    let name = |rest: &'a str| rest.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+    text.split(marker).skip(1).map(name).collect()
 }
 
 #[test]
-fn a_block_with_state_agrees() {
-    agree(Lag::<f64>::default(), DT);
-}
-
-#[test]
-fn nested_blocks_agree() {
-    agree(Nested { friction: Friction::Stribeck(Stribeck::default()), ..Nested::<f64>::default() }, DT);
-    agree(Nested::<f64>::default(), DT);
+fn no_block_is_forgotten() {
+    let core = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../core/src");
+    let mut blocks = Vec::new();
+    let mut folders = vec![core];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("the source of the core lies beside this crate") {
+            let path = entry.expect("a readable folder").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = std::fs::read_to_string(&path).expect("readable source");
+                blocks.extend(names_behind(&text, " Block<T> for ").into_iter().map(String::from));
+            }
+        }
+    }
+    let lines = names_behind(include_str!("agree.rs"), "\nagree!(");
+    let listed: Vec<&str> = include_str!("agree.rs")
+        .split("\nagree!(")
+        .skip(1)
+        .filter_map(|line| line.split(',').nth(1))
+        .map(str::trim)
+        .collect();
+    assert_eq!(lines.len(), listed.len());
+    assert!(blocks.len() >= 8, "only {blocks:?} were found: has the way to write them changed?");
+    for block in &blocks {
+        assert!(listed.contains(&block.as_str()), "{block} has no agree! line in crates/codegen/tests/agree.rs");
+    }
 }

@@ -1,6 +1,6 @@
 //! The statements of a step.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::plan::{Access, Argument, Plan, Planned};
 use super::text::{self, literal, wrap};
@@ -26,6 +26,10 @@ pub(super) struct Body<'a> {
     wanted_names: Vec<Option<String>>,
     taken: HashSet<String>,
     temporaries: usize,
+    /// Operations that are needed once, and that by a store or a return.
+    final_only: HashSet<Id>,
+    /// Constant structs by type and initialiser.
+    structs: HashMap<(String, String), String>,
     /// What was written.
     pub(super) lines: String,
     /// The functions of one number that it calls.
@@ -44,6 +48,7 @@ pub(super) struct Callees<'a> {
 pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Callees<'a>) -> Body<'a> {
     let mut body = Body::new(&step.graph, plan.uses.clone());
     body.name_results(step);
+    body.final_only = plan.stores.iter().map(|store| store.1).filter(|id| plan.uses[id.index()] == 1).collect();
     body.load::<F>(step);
     let mut written = vec![false; step.graph.calls.len()];
     for position in 0..step.graph.nodes.len() {
@@ -75,6 +80,7 @@ pub(super) fn function<'a, F: Precision>(graph: &'a Graph, result: Id) -> Body<'
         }
     }
     let mut body = Body::new(graph, uses);
+    body.final_only.insert(result);
     for (position, node) in graph.nodes.iter().enumerate() {
         if *node == Node::Source(Source::Input, 0) {
             body.expressions[position] = Some(Expression { text: "x".into(), atomic: true });
@@ -92,7 +98,8 @@ impl<'a> Body<'a> {
         let expressions = vec![None; graph.nodes.len()];
         let wanted_names = vec![None; graph.nodes.len()];
         let (lines, functions) = (String::new(), Vec::new());
-        Body { graph, uses, expressions, wanted_names, taken, temporaries: 0, lines, functions }
+        let (final_only, structs) = (HashSet::new(), HashMap::new());
+        Body { graph, uses, expressions, wanted_names, taken, temporaries: 0, final_only, structs, lines, functions }
     }
 
     /// What the numbers of state and output are called if they need a name.
@@ -209,7 +216,7 @@ impl<'a> Body<'a> {
             Node::Or(a, b) => (format!("{} || {}", self.operand(a), self.operand(b)), false),
             Node::Not(a) => (format!("!{}", self.operand(a)), false),
         };
-        if self.uses[position] == 1 && text.len() <= INLINE {
+        if self.uses[position] == 1 && (text.len() <= INLINE || self.final_only.contains(&id)) {
             self.expressions[position] = Some(Expression { text, atomic });
         } else {
             self.assign(position, &text, if is_mask(self.graph.node(id)) { "bool" } else { F::C_NAME });
@@ -272,7 +279,11 @@ impl<'a> Body<'a> {
             return access.address();
         }
         let value = self.initialiser(argument);
+        if let Some(name) = self.structs.get(&(type_name.into(), value.clone())) {
+            return format!("&{name}");
+        }
         self.lines += &wrap(INDENT, &format!("const {type_name} {name} = {value};"));
+        self.structs.insert((type_name.into(), value), name.into());
         format!("&{name}")
     }
 

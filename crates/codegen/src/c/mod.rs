@@ -91,13 +91,14 @@ impl<'a> Printer<'a> {
     fn new(program: &'a Program, name: &'a str) -> Self {
         let top = program.steps.last().expect("a program has at least the block itself");
         let mut types = Types::default();
-        for (kind, tree) in structs(top) {
+        for (kind, tree) in structs(top).into_iter().filter(|(_, tree)| !tree.is_bare()) {
             types.register(format!("{name}_{kind}"), tree);
         }
         let labels = labels(&program.steps);
         for (step, label) in program.steps.iter().zip(&labels) {
             for (kind, tree) in structs(step) {
-                types.register(format!("{name}_{label}_{kind}"), tree);
+                let own = if tree.is_bare() { format!("{name}_number") } else { format!("{name}_{label}_{kind}") };
+                types.register(own, tree);
             }
         }
         Printer { program, top, name, labels, types }

@@ -6,7 +6,7 @@ use stickslip_core::scalar::{Mask, Scalar};
 
 /// Sliding friction.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Stribeck<T> {
+pub struct SlidingFriction<T> {
     /// Torque at which the drive breaks away from rest. Not /* nested */ in C.
     #[field(symbol = "M_S", unit = "N m", range = 1e-6..=200.0, default = 0.300)]
     pub breakaway_torque: T,
@@ -21,7 +21,7 @@ pub struct Stribeck<T> {
     pub viscous_friction: T,
 }
 
-impl<T: Scalar> Block<T> for Stribeck<T> {
+impl<T: Scalar> Block<T> for SlidingFriction<T> {
     type State = ();
     type Input = T;
     type Output = T;
@@ -66,18 +66,18 @@ impl<T: Scalar> Block<T> for Lag<T> {
 
 /// Friction of several kinds.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub enum Friction<T> {
+pub enum Holder<T> {
     /// None at all.
     Nothing,
     /// Static.
-    Stribeck(Stribeck<T>),
+    Sliding(SlidingFriction<T>),
 }
 
 /// A mass with friction, lags in its path, and a swap of two numbers a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Nested<T> {
     /// What holds it.
-    pub friction: Friction<T>,
+    pub holder: Holder<T>,
     /// Lags one after the other.
     pub lags: [Lag<T>; 3],
     /// Moment of inertia.
@@ -139,9 +139,9 @@ impl<T: Scalar> Block<T> for Nested<T> {
         let dt_sub = dt * T::of(0.25);
         let mut friction_torque = T::of(0.0);
         for _ in 0..4 {
-            friction_torque = match &self.friction {
-                Friction::Nothing => T::of(0.0),
-                Friction::Stribeck(model) => model.run(&mut (), state.velocity, dt_sub),
+            friction_torque = match &self.holder {
+                Holder::Nothing => T::of(0.0),
+                Holder::Sliding(model) => model.run(&mut (), state.velocity, dt_sub),
             };
             let harmonic = self.ripple[0] * state.angle.sin() + self.ripple[1] * (state.angle * T::of(2.0)).cos();
             state.velocity += (torque - friction_torque - harmonic) / self.inertia * dt_sub;

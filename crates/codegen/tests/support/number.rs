@@ -72,6 +72,12 @@ pub fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: impl IntoIterator<
     template.merge(template, &mut |_, _| numbers.next().expect("one number for each field"))
 }
 
+/// One step. Apart, so that each kind of number is compiled once for a block.
+#[inline(never)]
+pub fn step<T: Scalar, B: Block<T>>(block: &B, state: &mut B::State, input: &B::Input, dt: T) -> B::Output {
+    block.step(state, *input, dt)
+}
+
 /// Output and state after each step of each trajectory, each trajectory from the state at the start.
 pub fn run<T: Number, B: Block<T, Input: Default>>(block: &B, trajectories: &[Trajectory]) -> Vec<Vec<f64>> {
     assert_eq!(trajectories.len() % T::WIDTH, 0);
@@ -83,9 +89,9 @@ pub fn run<T: Number, B: Block<T, Input: Default>>(block: &B, trajectories: &[Tr
         let block = filled(block, row(&|t| &t.parameters));
         let mut state = B::State::default();
         let mut rows = vec![Vec::new(); T::WIDTH];
-        for step in 0..group[0].inputs.len() {
-            let input = filled(&B::Input::default(), row(&|t| &t.inputs[step]));
-            let output = block.step(&mut state, input, T::of(group[0].dt));
+        for number in 0..group[0].inputs.len() {
+            let input = filled(&B::Input::default(), row(&|t| &t.inputs[number]));
+            let output = step(&block, &mut state, &input, T::of(group[0].dt));
             let (output, state) = (numbers(&output), numbers(&state));
             for (lane, row) in rows.iter_mut().enumerate() {
                 row.extend(output.iter().chain(&state).map(|v| v.lane(lane)));

@@ -5,7 +5,7 @@ use stickslip_core::fields::Fields;
 use stickslip_core::scalar::Dual;
 
 use super::case::{Random, Trajectory};
-use super::number::{filled, numbers};
+use super::number::{self, filled, numbers};
 
 /// Parameters, state and input of a step: all that its results depend on.
 #[derive(Clone)]
@@ -32,7 +32,7 @@ impl Point {
 fn step<B: Block<f64, Input: Default>>(block: &B, point: &Point) -> Vec<f64> {
     let [p, s, i] = point.numbers.clone();
     let mut state = filled(&B::State::default(), s);
-    let output = filled(block, p).step(&mut state, filled(&B::Input::default(), i), point.dt);
+    let output = number::step(&filled(block, p), &mut state, &filled(&B::Input::default(), i), point.dt);
     let mut out = numbers(&output);
     out.extend(numbers(&state));
     out
@@ -53,7 +53,7 @@ fn dual_step<B: Block<Dual<6>, Input: Default>>(block: &B, point: &Point, variab
     let [p, s, i] = point.numbers.clone().map(|part| part.into_iter().map(&mut dual).collect::<Vec<_>>());
     let mut state = filled(&B::State::default(), s);
     let dt = Dual { value: point.dt, gradient: [0.0; 6] };
-    let output = filled(block, p).step(&mut state, filled(&B::Input::default(), i), dt);
+    let output = number::step(&filled(block, p), &mut state, &filled(&B::Input::default(), i), dt);
     let mut out = numbers(&output);
     out.extend(numbers(&state));
     out

@@ -176,4 +176,50 @@ impl<F: Scalar<Mask = bool>, const N: usize> Scalar for Lanes<F, N> {
     fn exponent(self) -> Self {
         self.each(F::exponent)
     }
+
+    // The same kernels, lane by lane: one loop for the compiler to vectorise instead of one an operation.
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.each(F::exp)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.each(F::ln)
+    }
+
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.each(F::sin)
+    }
+
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.each(F::cos)
+    }
+
+    #[inline(always)]
+    fn round(self) -> Self {
+        self.each(F::round)
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        self.each(F::floor)
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.pair(other, F::max)
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.pair(other, F::min)
+    }
+
+    #[inline(always)]
+    fn sign(self) -> Self {
+        self.each(F::sign)
+    }
 }
