@@ -5,7 +5,9 @@ mod support;
 use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::friction::{Dahl, ElastoPlastic, Fading, LuGre, Model, Static};
 use stickslip_core::plant::{Machine, Plant};
+use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
+use stickslip_core::tick::{Decoder, Tick};
 use support::agree;
 use support::blocks::{Holder, Lag, Nested, SlidingFriction};
 
@@ -48,6 +50,9 @@ agree!(
     PositionController::Pid(Pid::default()),
     PositionController::Cascade(Cascade::default())
 );
+agree!(decoder, Decoder, Decoder::default());
+agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());
+agree!(tick, Tick, Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() });
 agree!(velocity_observer, VelocityObserver, VelocityObserver::default());
 agree!(encoder, Encoder, Encoder::default(), Encoder { fault: EncoderFault::Frozen, ..Encoder::default() });
 agree!(pickups, Pickups, Pickups::new(Tacho::default(), Accelerometer::default(), DT));
