@@ -3,12 +3,13 @@
 mod support;
 
 use stickslip_codegen::c;
-use support::agree;
 use support::bench::{PLANT_STEP, bench};
+use support::bits_agree;
 
+/// The slopes of its parts are compared in `agree.rs`.
 #[test]
 fn the_whole_bench_agrees() {
-    agree(bench(), PLANT_STEP);
+    bits_agree(bench(), PLANT_STEP);
 }
 
 #[test]
