@@ -4,6 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod bless;
+mod documentation;
 mod licences;
 mod suite;
 mod test;

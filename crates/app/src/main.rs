@@ -11,14 +11,18 @@ mod progress;
 use std::io::{self, BufWriter, Write};
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 
 use crate::commands::Command;
 use crate::failure::Failure;
 
 /// The friction bench: measure, fit, design, render, re-measure, rank, report.
 #[derive(Parser)]
-#[command(name = "stickslip", version, after_help = "Example: stickslip params describe | less")]
+#[command(
+    name = "stickslip",
+    version,
+    after_help = "Without a command: demo.\n\nExample: stickslip demo --out results"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -43,15 +47,14 @@ fn main() -> ExitCode {
 /// Runs the command; all that it prints is out when this returns.
 fn run(cli: Cli) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
-    match cli.command {
-        Some(command) => command.run(&mut out, &progress::watch())?,
-        None => write!(out, "{}", Cli::command().render_help())?,
-    }
+    cli.command.unwrap_or_default().run(&mut out, progress::watch)?;
     Ok(out.flush()?)
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory;
+
     use super::*;
 
     fn visit(command: &clap::Command, check: &mut impl FnMut(&clap::Command)) {

@@ -21,8 +21,8 @@ fn stderr(output: &Output) -> String {
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("the temporary folder takes files");
     for (name, text) in [
-        ("mine.toml", "# Mine.\n[drive]\nmotor_inertia = 5e-4 # disc\n"),
-        ("wrong.toml", "[drive]\nmotor_inertia = -5e-4\nload_inertai = 1\n"),
+        ("mine.toml", "# Mine.\n[plant.drive]\nmotor_inertia = 5e-4 # disc\n"),
+        ("wrong.toml", "[plant.drive]\nmotor_inertia = -5e-4\nload_inertai = 1\n"),
     ] {
         std::fs::write(folder.path().join(name), text).expect("the temporary folder takes files");
     }
@@ -37,6 +37,17 @@ fn a_file_in_order_is_said_to_be() {
 }
 
 #[test]
+fn every_preset_is_listed_and_in_order() {
+    let folder = folder();
+    let list = stdout(&stickslip(&["params", "list"], folder.path()));
+    let names: Vec<_> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.contains(&"clm-bench"), "{list}");
+    let output = stickslip(&[&["params", "check"], &names[..]].concat(), folder.path());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(stdout(&output).lines().count(), names.len());
+}
+
+#[test]
 fn all_problems_of_all_files_are_told_on_stderr() {
     let output = stickslip(&["params", "check", "wrong.toml", "mine.toml", "absent.toml"], folder().path());
     assert_eq!(output.status.code(), Some(1));
@@ -45,24 +56,29 @@ fn all_problems_of_all_files_are_told_on_stderr() {
     let [sign, name, absent] = lines.as_slice() else { panic!("{lines:?}") };
     assert_eq!(
         sign,
-        "error: drive.motor_inertia = -5e-4 kg m^2 is outside 1e-7 … 1 kg m^2 (wrong.toml:2). \
+        "error: plant.drive.motor_inertia = -5e-4 kg m^2 is outside 1e-7 … 1 kg m^2 (wrong.toml:2). \
          It is a magnitude; drop the sign."
     );
-    assert_eq!(name, "error: drive.load_inertai is not known (wrong.toml:3). Did you mean drive.load_inertia?");
+    assert_eq!(
+        name,
+        "error: plant.drive.load_inertai is not known (wrong.toml:3). Did you mean plant.drive.load_inertia?"
+    );
     assert!(absent.starts_with("error: absent.toml: cannot read it"), "{absent}");
 }
 
 #[test]
 fn a_value_is_set_in_place_and_shows_in_the_difference() {
     let folder = folder();
-    let set = ["params", "set", "mine.toml", "drive.motor_inertia", "6e-4"];
-    assert_eq!(stdout(&stickslip(&set, folder.path())), "# Mine.\n[drive]\nmotor_inertia = 6e-4 # disc\n");
+    let set = ["params", "set", "mine.toml", "plant.drive.motor_inertia", "6e-4"];
+    assert_eq!(stdout(&stickslip(&set, folder.path())), "# Mine.\n[plant.drive]\nmotor_inertia = 6e-4 # disc\n");
     let output = stickslip(&[&set[..], &["--out", "new.toml"]].concat(), folder.path());
     assert_eq!((output.status.code(), stdout(&output)), (Some(0), String::new()));
     let difference = stickslip(&["params", "diff", "mine.toml", "new.toml"], folder.path());
-    assert_eq!(stdout(&difference), "drive.motor_inertia: 5e-4 kg m^2 → 6e-4 kg m^2\n");
-    let output =
-        stickslip(&["params", "set", "new.toml", "drive.motor_inertia", "-1", "--out", "new.toml"], folder.path());
+    assert_eq!(stdout(&difference), "plant.drive.motor_inertia: 5e-4 kg m^2 → 6e-4 kg m^2\n");
+    let output = stickslip(
+        &["params", "set", "new.toml", "plant.drive.motor_inertia", "-1", "--out", "new.toml"],
+        folder.path(),
+    );
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(
         stdout(&stickslip(&set, folder.path())),
@@ -78,17 +94,20 @@ fn a_complete_file_reads_back_without_difference() {
     let difference = stickslip(&["params", "diff", "mine.toml", "full.toml"], folder.path());
     assert_eq!((difference.status.code(), stdout(&difference)), (Some(0), String::new()));
     let list = stdout(&stickslip(&["params", "list", "full.toml"], folder.path()));
-    assert!(list.contains("drive.motor_inertia = 5e-4 kg m^2\n"), "{list}");
+    assert!(list.contains("plant.drive.motor_inertia = 5e-4 kg m^2\n"), "{list}");
 }
 
 #[test]
 fn a_parameter_is_described_and_a_wrong_name_gets_the_right_one() {
     let folder = folder();
-    let output = stdout(&stickslip(&["params", "describe", "drive.motor_inertia"], folder.path()));
-    assert!(output.starts_with("drive.motor_inertia\n    J_M [kg m^2], 1e-7 … 1"), "{output}");
-    let output = stickslip(&["params", "describe", "drive.motor_intertia"], folder.path());
+    let output = stdout(&stickslip(&["params", "describe", "plant.drive.motor_inertia"], folder.path()));
+    assert!(output.starts_with("plant.drive.motor_inertia\n    J_M [kg m^2], 1e-7 … 1"), "{output}");
+    let output = stickslip(&["params", "describe", "plant.drive.motor_intertia"], folder.path());
     assert_eq!(output.status.code(), Some(1));
-    assert_eq!(stderr(&output), "error: drive.motor_intertia is no parameter. Did you mean drive.motor_inertia?\n");
+    assert_eq!(
+        stderr(&output),
+        "error: plant.drive.motor_intertia is no parameter. Did you mean plant.drive.motor_inertia?\n"
+    );
 }
 
 #[test]
@@ -102,7 +121,11 @@ fn a_command_line_not_understood_is_exit_code_2() {
     assert_eq!(stickslip(&["--version"], folder.path()).status.code(), Some(0));
     let output = stickslip(&["params", "check", "clm-bensh"], folder.path());
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).starts_with("error: clm-bensh is no preset."), "{}", stderr(&output));
+    assert!(
+        stderr(&output).starts_with("error: clm-bensh is no preset. Did you mean clm-bench?"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[cfg(unix)]

@@ -75,6 +75,18 @@ pub enum Error {
         /// Sampling rate [Hz].
         rate: f64,
     },
+    /// A step that an integrator cannot take without becoming wrong.
+    #[error("a {scheme} step of {step:?} s is beyond the bound of {largest:.2e} s. {remedy}")]
+    StepTooLarge {
+        /// Which scheme.
+        scheme: &'static str,
+        /// Asked for [s].
+        step: f64,
+        /// The bound [s].
+        largest: f64,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A number that a design starts from makes no sense.
     #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. {remedy}")]
     OutOfRange {

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod demo;
 pub mod design;
 mod error;
 pub mod experiment;
@@ -9,6 +10,7 @@ pub mod figure;
 pub mod filter;
 pub mod fit;
 pub mod identify;
+pub mod integrator;
 pub mod machine;
 pub mod noise;
 pub mod output;
@@ -18,6 +20,7 @@ pub mod quantity;
 pub mod recording;
 pub mod report;
 pub mod summary;
+pub mod table;
 pub mod truth;
 pub mod units;
 pub mod watch;

@@ -1,7 +1,7 @@
 """Reference trajectories of the elastic drive with bristle friction, by SciPy's Radau.
 
     pip install numpy==2.4.6 scipy==1.17.1
-    python reference.py            # writes *.csv and accuracy.json beside itself; about ten minutes
+    python reference.py            # writes *.csv and accuracy.json beside itself; about a minute
 
 The model is written here a second time on purpose: it shares no line with the product. Its states are the twist of the
 coupling, both velocities, the load angle and one deflection a bristle. Each trajectory is computed three times:

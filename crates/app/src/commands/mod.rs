@@ -1,5 +1,7 @@
 //! One file a command.
 
+mod demo;
+mod identify;
 mod params;
 
 use std::io::Write;
@@ -12,16 +14,33 @@ use crate::failure::Failure;
 /// What the program can do.
 #[derive(Subcommand)]
 pub(crate) enum Command {
+    /// The paper's experiment on the virtual bench: measure, fit, design, render, measure again.
+    #[command(after_help = "Example: stickslip demo --out results --seed 7")]
+    Demo(demo::DemoCommand),
+    /// Inertia and friction of an axis from a recording of it.
+    #[command(
+        after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
+    )]
+    Identify(identify::Identify),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
 }
 
+impl Default for Command {
+    /// What the program does without arguments.
+    fn default() -> Self {
+        Command::Demo(demo::DemoCommand::default())
+    }
+}
+
 impl Command {
-    /// Does it: results to `out`, progress to `watch`.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let _ = watch; // None of these takes long enough to be watched.
+    /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
+    /// asks it to stop, and does not end the program.
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
         match self {
+            Command::Demo(command) => command.run(out, &watch()),
+            Command::Identify(command) => command.run(out, &watch()),
             Command::Params(command) => command.run(out),
         }
     }

@@ -10,7 +10,7 @@ use stickslip::parameters::{self, Difference, Entry, presets};
 use crate::failure::Failure;
 
 /// What a parameter file describes.
-pub(crate) type Preset = stickslip_core::plant::Plant<f64>;
+pub(crate) type Preset = stickslip::Preset<f64>;
 
 /// What can be done with parameter files. A SOURCE is the name of a preset or the path of a file.
 #[derive(Subcommand)]
@@ -22,7 +22,7 @@ pub(crate) enum Params {
         source: Option<String>,
     },
     /// Say what a parameter is: symbol, unit, range, default.
-    #[command(after_help = "Example: stickslip params describe drive")]
+    #[command(after_help = "Example: stickslip params describe plant.drive")]
     Describe {
         /// Dotted path of a parameter or group; all without it.
         #[arg(default_value = "")]
@@ -44,7 +44,9 @@ pub(crate) enum Params {
         after: String,
     },
     /// Print a file with one value changed; comments and layout stay.
-    #[command(after_help = "Example: stickslip params set clm-bench drive.motor_inertia 4.2e-4 --out my-bench.toml")]
+    #[command(
+        after_help = "Example: stickslip params set clm-bench plant.drive.motor_inertia 4.2e-4 --out my-bench.toml"
+    )]
     Set {
         /// Preset or file.
         source: String,

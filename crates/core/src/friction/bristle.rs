@@ -8,6 +8,7 @@ use core::f64::consts::PI;
 use super::Stribeck;
 use crate::Fields;
 use crate::fields::{ParameterError, at_most};
+use crate::scalar::kernel::sine;
 use crate::scalar::{Mask, Scalar};
 
 /// What a bristle model says about itself.
@@ -230,10 +231,11 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
         let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque / self.lugre.bristle_stiffness)
             .min(T::of(0.95) * steady);
         let size = deflection.abs();
-        let middle = T::of(0.5) * (steady + elastic);
-        let angle = T::of(PI) * ((size - middle) / (steady - elastic));
-        // Outside −π/2 … π/2 another branch is taken; the limit keeps the sine in its exact range.
-        let rising = T::of(0.5) + T::of(0.5) * angle.clamp(T::of(-0.5 * PI), T::of(0.5 * PI)).sin();
+        // u runs from 0 at the elastic limit to 1 at the steady deflection. Half a sine over it,
+        // ½ + ½·sin(π·(u − ½)) = sin²(π·u/2) = 4·s²·(1 − s²) with s = sin(π·u/4).
+        let u = ((size - elastic) / (steady - elastic)).clamp(T::of(0.0), T::of(1.0));
+        let s = sine(T::of(0.25 * PI) * u);
+        let rising = T::of(4.0) * s * s * (T::of(1.0) - s * s);
         let zero = T::of(0.0);
         let elastic_zone = (deflection * velocity).le(zero) | size.le(elastic);
         elastic_zone.select(zero, size.ge(steady).select(T::of(1.0), rising))

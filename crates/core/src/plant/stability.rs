@@ -45,7 +45,7 @@ impl Stiff {
     /// The step at which a + 2·b = 4 [s]; beyond all use where nothing is stiff.
     fn largest_step(self) -> f64 {
         let square = self.damping * self.damping + 4.0 * self.stiffness;
-        4.0 / (self.damping + square_root(square.max(f64::MIN_POSITIVE)))
+        4.0 / (self.damping + square_root(square + f64::MIN_POSITIVE))
     }
 }
 

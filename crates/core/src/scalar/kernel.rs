@@ -10,7 +10,7 @@ use super::{Mask, Scalar};
 pub fn exp<T: Scalar>(x: T) -> T {
     // Beyond these the result is 0 or ∞ anyway, and the exponent arithmetic stays in range.
     let x = x.clamp(T::by_precision(-746.0, -104.0), T::by_precision(710.0, 89.5));
-    let k = round(x * T::of(core::f64::consts::LOG2_E));
+    let k = nearest(x * T::of(core::f64::consts::LOG2_E));
     // ln 2 in two parts: k times the first is exact.
     let r = x - k * T::by_precision(6.931_471_803_691_238_16e-1, 0.693_359_375);
     let r = r - k * T::by_precision(1.908_214_929_270_587_70e-10, -2.121_944_400_546_905_8e-4);
@@ -28,7 +28,7 @@ pub fn exp<T: Scalar>(x: T) -> T {
     let high = (p2 + r2 * p3) + r4 * (p4 + r2 * p5);
     let e = T::of(1.0) + (r + r2 * (low + r4 * high));
     // Two factors, so that results below the normal range round once, in the last product.
-    let half = floor(k * T::of(0.5));
+    let half = nearest(k * T::of(0.5));
     e * half.power_of_two() * (k - half).power_of_two()
 }
 
@@ -72,6 +72,14 @@ pub fn cos<T: Scalar>(x: T) -> T {
     turn(quadrant + T::of(1.0), r)
 }
 
+/// Nearest whole number of one that is far below 2^51 (`f32`: 2^22), ties to even.
+#[inline(always)]
+fn nearest<T: Scalar>(x: T) -> T {
+    // Adding 1.5·2^(p−1) leaves no bits for a fraction, whatever the sign.
+    let shifter = T::by_precision(6_755_399_441_055_744.0, 12_582_912.0);
+    (x + shifter) - shifter
+}
+
 /// Nearest whole number; see [`Scalar::round`].
 #[inline(always)]
 pub fn round<T: Scalar>(x: T) -> T {
@@ -93,7 +101,7 @@ pub fn floor<T: Scalar>(x: T) -> T {
 /// x = n·π/2 + r with |r| ≤ π/4: n and r.
 #[inline(always)]
 fn reduce<T: Scalar>(x: T) -> (T, T) {
-    let n = round(x * T::of(core::f64::consts::FRAC_2_PI));
+    let n = nearest(x * T::of(core::f64::consts::FRAC_2_PI));
     let r = x - n * T::by_precision(1.570_796_326_734_125_614_17, 1.570_312_5);
     let r = r - n * T::by_precision(6.077_100_506_303_965_976_60e-11, 4.837_512_969_970_703e-4);
     let r = r - n * T::by_precision(2.022_266_248_795_950_631_54e-21, 7.549_789_954_891_882e-8);
@@ -109,8 +117,9 @@ fn turn<T: Scalar>(n: T, r: T) -> T {
     quadrant.gt(T::of(1.5)).select(-value, value)
 }
 
+/// sin r for |r| ≤ π/4, without reduction.
 #[inline(always)]
-fn sine<T: Scalar>(r: T) -> T {
+pub fn sine<T: Scalar>(r: T) -> T {
     let z = r * r;
     let high = T::of(-1.984_126_982_985_794_931_34e-4)
         + z * (T::of(2.755_731_370_707_006_767_89e-6)

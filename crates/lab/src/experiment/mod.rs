@@ -7,8 +7,13 @@ mod friction;
 mod homing;
 mod plan;
 mod plateau;
+mod rendering;
 
 pub use friction::{FrictionCurve, measure_friction};
 pub use homing::home;
 pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};
+pub use rendering::{
+    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, predicted_velocity_noise,
+    sweep_through_standstill,
+};

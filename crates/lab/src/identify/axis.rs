@@ -153,7 +153,7 @@ pub struct Loop<'a> {
 }
 
 impl Loop<'_> {
-    /// 50 µs at a sampling rate of 1 kHz: twice as many change the prediction error of the EMPS by 1e-4 of itself.
+    /// 50 µs at a sampling rate of 1 kHz: twice as many change the prediction errors of the EMPS by 5e-4 of themselves.
     pub const SUB_STEPS: usize = 20;
 
     /// Simulates samples from the measured state at the first of them; the recorded command is not used.

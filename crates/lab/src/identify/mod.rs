@@ -11,6 +11,7 @@ mod files;
 mod models;
 mod motion;
 mod refine;
+mod results;
 mod rigid;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
@@ -19,6 +20,7 @@ pub use files::{feedforward_csv, model_toml};
 pub use models::{Candidate, Kind};
 pub use motion::{Motion, Regression};
 pub use refine::{CLOSED_LOOP, Refined};
+pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 
 use crate::Error;

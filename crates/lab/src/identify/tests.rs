@@ -7,7 +7,7 @@ use crate::recording::Column;
 
 const REFERENCE: &str = include_str!("../../../../tests/reference/emps/numbers.csv");
 
-fn emps() -> &'static (Machine, Recording) {
+pub(super) fn emps() -> &'static (Machine, Recording) {
     static EMPS: OnceLock<(Machine, Recording)> = OnceLock::new();
     EMPS.get_or_init(|| {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/emps");
@@ -17,7 +17,7 @@ fn emps() -> &'static (Machine, Recording) {
 }
 
 /// The whole recording, identified once for all tests.
-fn found() -> &'static Identification {
+pub(super) fn found() -> &'static Identification {
     static FOUND: OnceLock<Identification> = OnceLock::new();
     FOUND.get_or_init(|| identify(&emps().1, &emps().0).unwrap())
 }

@@ -46,18 +46,19 @@ pub fn list() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// # Errors
 /// [`Error::UnknownPreset`] with the nearest name; [`Error::File`] where a file cannot be read.
 pub fn find(name_or_path: &str) -> Result<Source, Error> {
-    if let Some((name, text)) = PRESETS.iter().find(|(name, _)| *name == name_or_path) {
+    find_among(PRESETS, name_or_path)
+}
+
+fn find_among(presets: &[(&'static str, &str)], name_or_path: &str) -> Result<Source, Error> {
+    if let Some((name, text)) = presets.iter().find(|(name, _)| *name == name_or_path) {
         return Ok(Source { file: format!("presets/{name}.toml"), text: (*text).into() });
     }
     let path = Path::new(name_or_path);
     let looks_like_a_path = path.components().count() > 1 || path.extension().is_some() || path.exists();
     if !looks_like_a_path {
-        let names = || PRESETS.iter().map(|(name, _)| *name);
-        return Err(Error::UnknownPreset {
-            name: name_or_path.into(),
-            nearest: nearest(name_or_path, names()),
-            known: names().collect(),
-        });
+        let known: Vec<_> = presets.iter().map(|(name, _)| *name).collect();
+        let nearest = nearest(name_or_path, known.iter().copied());
+        return Err(Error::UnknownPreset { name: name_or_path.into(), nearest, known });
     }
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
     Ok(Source { file: name_or_path.into(), text })
@@ -65,4 +66,64 @@ pub fn find(name_or_path: &str) -> Result<Source, Error> {
 
 fn first_comment(text: &'static str) -> &'static str {
     text.lines().next().and_then(|line| line.strip_prefix('#')).unwrap_or_default().trim()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::parameters::{diff, flatten, write_commented};
+
+    #[test]
+    fn every_preset_says_what_it_is_and_is_whole_when_written_out() {
+        for (name, about) in list() {
+            assert!(!about.is_empty(), "{name}");
+            let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
+            let back: Preset<f64> = read(&write_commented(&preset), name).unwrap_or_else(|error| panic!("{error}"));
+            assert!(diff(&preset, &back).is_empty(), "{name}: {:?}", diff(&preset, &back));
+        }
+    }
+
+    #[test]
+    fn no_two_values_of_a_preset_share_a_path() {
+        // A field called like the key of the choice around it would hide behind it.
+        for (name, _) in list() {
+            let preset: Preset<f64> = find(name).unwrap().read().unwrap_or_else(|error| panic!("{error}"));
+            let mut paths: Vec<_> = flatten(&preset).into_iter().map(|entry| entry.path).collect();
+            let count = paths.len();
+            paths.sort();
+            paths.dedup();
+            assert_eq!(paths.len(), count, "{name}");
+        }
+    }
+
+    const TWO: &[(&str, &str)] = &[("clm-bench", "# Ideal.\nrate = 1\n"), ("clm-real", "")];
+
+    #[test]
+    fn a_preset_is_found_by_its_name() {
+        let source = find_among(TWO, "clm-bench").unwrap();
+        assert_eq!((source.file.as_str(), first_comment(TWO[0].1)), ("presets/clm-bench.toml", "Ideal."));
+        assert_eq!(first_comment(TWO[1].1), "");
+    }
+
+    #[test]
+    fn a_wrong_name_gets_the_nearest_or_all() {
+        let message = |name| find_among(TWO, name).unwrap_err().to_string();
+        assert_eq!(
+            message("clm-bensh"),
+            "clm-bensh is no preset. Did you mean clm-bench? A path to a file will do, too."
+        );
+        assert_eq!(message("x"), "x is no preset. There are: clm-bench, clm-real. A path to a file will do, too.");
+    }
+
+    #[test]
+    fn a_file_is_found_by_its_path_and_a_missing_one_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mine");
+        std::fs::write(&path, "rate = 2").unwrap();
+        let name = path.to_str().unwrap();
+        assert_eq!(find_among(TWO, name).unwrap(), Source { file: name.into(), text: "rate = 2".into() });
+        let error = find_among(TWO, "absent.toml").unwrap_err();
+        assert!(matches!(&error, Error::File { action: "read", .. }), "{error}");
+    }
 }

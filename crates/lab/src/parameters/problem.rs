@@ -175,7 +175,12 @@ impl Problem {
                 write!(f, "{path} = {given} is not a whole number ({place}). Write {rounded}, for example.")
             }
             Fault::Law { law, unit } => {
-                let (value, bound) = (number::with_unit(law.value, unit), number::with_unit(law.bound, unit));
+                // A bound is computed: its last digits say nothing, unless they are the ones that matter.
+                let bound = match number::rounded(law.bound, 5).parse() {
+                    Ok(rounded) if rounded != law.value => rounded,
+                    _ => law.bound,
+                };
+                let (value, bound) = (number::with_unit(law.value, unit), number::with_unit(bound, unit));
                 write!(f, "{path} = {value} must be {} {bound} ({place}). {}", law.relation, law.remedy)
             }
         }

@@ -189,6 +189,15 @@ fn a_law_broken_by_defaults_points_at_the_group() {
 }
 
 #[test]
+fn a_bound_has_as_many_digits_as_it_takes() {
+    let message = |stiffness: f64, strength: f64| {
+        problems(&format!("[[springs]]\nstiffness = {stiffness}\nstrength = {strength}\n[[springs]]\n")).concat()
+    };
+    assert!(message(10.0 / 3.0, 7.0).starts_with("springs.0.strength = 7 N m must be at most 6.6667 N m"));
+    assert!(message(9.9999999, 20.0).starts_with("springs.0.strength = 20 N m must be at most 19.9999998 N m"));
+}
+
+#[test]
 fn a_written_file_explains_every_key() {
     let mut machine = Machine::<f64>::default();
     machine.drive.friction = Friction::LuGre(LuGre::default());

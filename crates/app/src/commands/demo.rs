@@ -1,0 +1,68 @@
+//! `stickslip demo`: the paper's experiment on the virtual bench.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::demo::Demo;
+use stickslip::quantity::number;
+use stickslip::{Preset, Watch, parameters};
+
+use crate::failure::Failure;
+
+/// What `demo` can be told.
+#[derive(Args)]
+pub(crate) struct DemoCommand {
+    /// Folder for figures, tables, report and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/demo")]
+    out: PathBuf,
+    /// Seed of the noise: the same seed gives the same bytes.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Name of a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// For scripts: end when the results are written. There is nothing yet that goes on after it.
+    #[arg(long, hide = true)]
+    no_serve: bool,
+}
+
+impl Default for DemoCommand {
+    fn default() -> Self {
+        DemoCommand { out: "stickslip-out/demo".into(), seed: 1, preset: "clm-bench".into(), no_serve: true }
+    }
+}
+
+impl DemoCommand {
+    /// Runs it, writes the files, prints the main numbers.
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let preset: Preset<f64> = parameters::presets::find(&self.preset)?.read()?;
+        let demo = Demo::run(&preset, self.seed, watch)?;
+        let command = format!("stickslip demo --preset {} --seed {}", self.preset, self.seed);
+        demo.write(&self.out, &command)?;
+
+        writeln!(out, "Own friction at preload {}, measured at constant speeds:", number(demo.preload.preload, 3))?;
+        for (name, estimate) in demo.own.lines() {
+            writeln!(out, "  {name:<26} {estimate}")?;
+        }
+        let breakaway = demo.law.desired.breakaway_torque;
+        let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
+        writeln!(out, "Rendered by the load motor and measured again, RMS distance from the desired characteristic:")?;
+        writeln!(out, "  outside the fade-out       {} % of M_S", percent(demo.error_outside_fade()))?;
+        writeln!(
+            out,
+            "  inside                     {} % of M_S, expected {} %",
+            percent(demo.error_inside_fade()),
+            percent(demo.expected_inside_fade())
+        )?;
+        writeln!(
+            out,
+            "{} s on the bench took {} s: {} times real time.",
+            number(demo.bench_time, 0),
+            number(demo.wall_time, 1),
+            number(demo.bench_time / demo.wall_time, 0)
+        )?;
+        writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?;
+        Ok(())
+    }
+}

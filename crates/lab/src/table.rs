@@ -1,0 +1,91 @@
+//! Columns of numbers with units, as Parquet files.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{Repetition, Type as Physical};
+use parquet::data_type::DoubleType;
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use crate::{Error, output};
+
+/// A named column in an SI unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// As in the file.
+    pub name: String,
+    /// SI unit; stands in the file's metadata under `unit.NAME`.
+    pub unit: String,
+    /// One value a row.
+    pub values: Vec<f64>,
+}
+
+/// Writes columns of equal length as one Parquet file; units are key-value metadata `unit.NAME`.
+///
+/// # Errors
+/// [`Error::File`] if the system refuses.
+pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<(), Error> {
+    output::write_with(path, |file| {
+        let mut bytes = Vec::new();
+        encode(columns, &mut bytes).map_err(std::io::Error::other)?;
+        file.write_all(&bytes)
+    })
+}
+
+fn encode(columns: &[Column], bytes: &mut Vec<u8>) -> Result<(), ParquetError> {
+    let field = |column: &Column| {
+        let field = Type::primitive_type_builder(&column.name, Physical::DOUBLE);
+        field.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+    };
+    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
+    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+    let units = columns.iter().map(|c| KeyValue::new(format!("unit.{}", c.name), c.unit.clone())).collect();
+    let properties = WriterProperties::builder()
+        .set_key_value_metadata(Some(units))
+        .set_created_by(concat!("stickslip ", env!("CARGO_PKG_VERSION")).into())
+        .build();
+    let mut file = SerializedFileWriter::new(bytes, Arc::new(schema), Arc::new(properties))?;
+    let mut group = file.next_row_group()?;
+    for column in columns {
+        let Some(mut writer) = group.next_column()? else { break };
+        writer.typed::<DoubleType>().write_batch(&column.values, None, None)?;
+        writer.close()?;
+    }
+    group.close()?;
+    file.close()?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    use super::*;
+
+    #[test]
+    fn a_table_reads_back_with_its_units() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.parquet");
+        let column = |name: &str, unit: &str, values: &[f64]| Column {
+            name: name.into(),
+            unit: unit.into(),
+            values: values.into(),
+        };
+        write_parquet(&path, &[column("velocity", "rad/s", &[0.1, -2.0]), column("torque", "N m", &[0.3, f64::NAN])])
+            .unwrap();
+        let reader = SerializedFileReader::new(std::fs::File::open(&path).unwrap()).unwrap();
+        let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+        assert_eq!(rows.len(), 2);
+        assert_eq!(
+            rows[1].get_column_iter().next().map(|(name, field)| (name.as_str(), field.clone())),
+            Some(("velocity", Field::Double(-2.0)))
+        );
+        let metadata = reader.metadata().file_metadata().key_value_metadata().unwrap().clone();
+        assert!(metadata.contains(&KeyValue::new("unit.torque".into(), "N m".to_string())));
+    }
+}

@@ -1,0 +1,38 @@
+//! What `cargo doc` complains about, without the units that it takes for links.
+
+/// Units of one word, which stand in brackets behind a quantity: "mean step [s]". Rustdoc reads `[s]` as a link.
+const UNITS: [&str; 17] =
+    ["s", "m", "kg", "A", "K", "rad", "N", "V", "W", "J", "H", "Ω", "Hz", "px", "dB", "lines", "counts"];
+
+/// The complaints in what `cargo doc` writes to stderr.
+pub(crate) fn complaints(stderr: &str) -> Vec<&str> {
+    stderr.lines().filter(|line| is_complaint(line)).collect()
+}
+
+fn is_complaint(line: &str) -> bool {
+    let Some(message) = line.strip_prefix("warning: ") else { return line.starts_with("error") };
+    let link = message.strip_prefix("unresolved link to `").and_then(|rest| rest.strip_suffix('`'));
+    let is_unit = link.is_some_and(|link| UNITS.contains(&link));
+    // Cargo's own count of what the lines above say.
+    let is_count = message.starts_with('`') && message.contains(") generated ");
+    !is_unit && !is_count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_in_brackets_are_no_broken_links() {
+        let stderr = "warning: unresolved link to `s`\n  --> src/lib.rs:1:5\n = help: to escape …\n\
+                      warning: `stickslip` (lib doc) generated 1 warning\n    Finished\n";
+        assert_eq!(complaints(stderr), [""; 0]);
+    }
+
+    #[test]
+    fn broken_links_and_everything_else_are_complaints() {
+        let lines = "warning: unresolved link to `Stribek`\nwarning: unclosed HTML tag `T`\nerror: could not document\n\
+                     error[E0425]: cannot find value";
+        assert_eq!(complaints(lines), lines.lines().collect::<Vec<_>>());
+    }
+}
