@@ -190,7 +190,7 @@ impl<'a> Printer<'a> {
             types += &self.types.define::<F>(tree, &mut done);
         }
         let code = format!("{types}{kernels}{steps}");
-        format!("{}{code}", kernel::preamble(&self.top.name.to_string(), name, &code))
+        format!("{}{code}", kernel::preamble(self.top.name, name, &code))
     }
 
     fn function<F: Precision>(&self, step: &Step, head: &str, functions: &mut Vec<Function>) -> String {

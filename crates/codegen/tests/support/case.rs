@@ -62,12 +62,15 @@ fn fields(tree: &Tree) -> Vec<&Member> {
     out
 }
 
-/// A value near the one given, as the kind of number and its range want it.
+/// A value near the one given, as the kind of number and its range want it. A number without a range was prepared from
+/// others: varied alone it would describe a machine that explodes.
 fn vary(member: &Member, value: f64, random: &mut Random) -> f64 {
     let field = member.field;
     match field.kind {
-        Kind::Real => (value * (0.9 + 0.2 * random.unit())).clamp(field.minimum, field.maximum),
-        Kind::Whole | Kind::Flag => value,
+        Kind::Real if field.minimum.is_finite() && field.maximum.is_finite() => {
+            (value * (0.9 + 0.2 * random.unit())).clamp(field.minimum, field.maximum)
+        }
+        _ => value,
     }
 }
 

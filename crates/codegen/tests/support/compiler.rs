@@ -26,7 +26,7 @@ fn write(path: &Path, text: &str) {
 
 /// A program that reads trajectories and writes what the block makes of them.
 fn main_program(program: &Program, real: &str) -> String {
-    let top = program.steps.last().unwrap();
+    let top = program.steps.last().expect("a program has at least the block itself");
     let sizes = [&top.parameters, &top.state, &top.input, &top.output].map(stickslip_codegen::tree::Tree::numbers);
     let [p, s, input, out] = sizes.map(|n| n > 0);
     let when = |yes: bool, text: &str| if yes { text.to_string() } else { String::new() };
@@ -86,11 +86,14 @@ pub fn compile_and_run(program: &Program, code: &CSource, flags: &[&str], trajec
     assert!(ran.status.success(), "the generated program failed: {:?}", ran.status);
 
     let numbers: Vec<f64> = if single {
-        ran.stdout.chunks_exact(4).map(|b| f64::from(f32::from_ne_bytes(b.try_into().unwrap()))).collect()
+        ran.stdout
+            .chunks_exact(4)
+            .map(|b| f64::from(f32::from_ne_bytes(b.try_into().expect("chunks of this size"))))
+            .collect()
     } else {
-        ran.stdout.chunks_exact(8).map(|b| f64::from_ne_bytes(b.try_into().unwrap())).collect()
+        ran.stdout.chunks_exact(8).map(|b| f64::from_ne_bytes(b.try_into().expect("chunks of this size"))).collect()
     };
-    let top = program.steps.last().unwrap();
+    let top = program.steps.last().expect("a program has at least the block itself");
     let (parameters, mut rest) = numbers.split_at(top.parameters.numbers());
     let width = top.output.numbers() + top.state.numbers();
     let mut rows = Vec::new();

@@ -1,6 +1,7 @@
 //! Drives a block as every kind of number and as compiled C, and compares the bits.
 #![allow(dead_code, missing_docs, unreachable_pub, reason = "each test takes what it needs")]
 
+pub mod bench;
 pub mod blocks;
 pub mod case;
 pub mod compiler;
@@ -59,8 +60,8 @@ where
     }
 }
 
-/// f64 = lanes = dual = C double; f32 = lanes = C float; derivative of the dual = difference.
-pub fn agree<B>(block: B, dt: f64)
+/// f64 = lanes = value of the dual = C double; f32 = lanes = C float.
+pub fn bits_agree<B>(block: B, dt: f64)
 where
     B: Block<f64, Input: Default>,
     B::With<f32>: Block<f32, Input: Default>,
@@ -82,6 +83,14 @@ where
     let single = run_as::<f32, B>(&block, &trajectories);
     assert_same("8 single lanes", &single, &run_as::<Lanes<f32, 8>, B>(&block, &trajectories));
     agree_in_c::<f32, B>(&block, &trajectories, &single);
+}
 
-    slope::check(&block, &block.map(&mut |v: f64| <Dual<6> as Scalar>::of(v)), &trajectories);
+/// Derivative of the dual = difference. Not for a block with a converter: its steps have the derivative 0, a difference
+/// over several of them has not.
+pub fn slopes_agree<B>(block: B, dt: f64)
+where
+    B: Block<f64, Input: Default>,
+    B::With<Dual<6>>: Block<Dual<6>, Input: Default>,
+{
+    slope::check(&block, &block.map(&mut |v: f64| <Dual<6> as Scalar>::of(v)), &case::trajectories(&block, dt));
 }

@@ -1,5 +1,6 @@
 //! The derivative of a dual against differences of the `f64` instance.
 
+use stickslip_codegen::tree::Tree;
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::scalar::Dual;
@@ -66,16 +67,21 @@ where
     B: Block<f64, Input: Default> + Fields<f64>,
     D: Block<Dual<6>, Input: Default>,
 {
+    let of = |kind: &str, tree: Tree| tree.paths().into_iter().map(|path| format!("{kind} {path}")).collect::<Vec<_>>();
+    let (parameters, state) = (of("parameter", Tree::of(block)), of("state", Tree::of(&B::State::default())));
+    let variables_are = [parameters, state.clone(), of("input", Tree::of(&B::Input::default()))].concat();
     let mut random = Random::new(2);
     let (mut judged, mut unjudged) = (0, 0);
     for trajectory in trajectories.iter().take(super::case::GROUP) {
-        let state = numbers(&B::State::default());
-        let mut point = Point { numbers: [trajectory.parameters.clone(), state, Vec::new()], dt: trajectory.dt };
+        let start = numbers(&B::State::default());
+        let mut point = Point { numbers: [trajectory.parameters.clone(), start, Vec::new()], dt: trajectory.dt };
         for (number, input) in trajectory.inputs.iter().enumerate() {
             point.numbers[2].clone_from(input);
             if number % 16 == 15 && point.len() > 0 {
                 let variables = std::array::from_fn(|_| random.below(point.len()));
                 let gradients = dual_step(dual, &point, variables);
+                let outputs = gradients.len() - state.len();
+                let results = [(0..outputs).map(|i| format!("output {i}")).collect(), state.clone()].concat();
                 for (slot, variable) in variables.into_iter().enumerate() {
                     for (row, slope) in slopes(block, &point, variable).into_iter().enumerate() {
                         let Some((slope, tolerance)) = slope else {
@@ -86,18 +92,20 @@ where
                         let got = gradients[row].gradient[slot];
                         assert!(
                             (got - slope).abs() <= tolerance,
-                            "result {row} by number {variable} of {:?}: the dual has the slope {got}, differences \
-                             {slope} ± {tolerance}",
-                            point.numbers
+                            "{} by {} at {}: the dual has the slope {got}, differences {slope} ± {tolerance}",
+                            results[row],
+                            variables_are[variable],
+                            point.at(variable)
                         );
                     }
                 }
             }
-            let results = step(block, &point);
+            let after = step(block, &point);
             let states = point.numbers[1].len();
-            point.numbers[1] = results[results.len() - states..].to_vec();
+            point.numbers[1] = after[after.len() - states..].to_vec();
         }
     }
+    println!("{judged} slopes judged, {unjudged} not");
     assert!(judged * 2 >= unjudged, "only {judged} slopes could be judged, {unjudged} not");
 }
 
@@ -109,7 +117,7 @@ fn slopes<B: Block<f64, Input: Default>>(block: &B, point: &Point, variable: usi
         step(block, &moved)
     };
     let value = *point.clone().at(variable);
-    let h = 1e-5 * value.abs().max(1e-4);
+    let h = 1e-5 * value.abs().max(1e-2);
     let (middle, right, left) = (at(0.0), at(h), at(-h));
     let (near_right, near_left) = (at(0.5 * h), at(-0.5 * h));
     (0..middle.len())
@@ -118,8 +126,8 @@ fn slopes<B: Block<f64, Input: Default>>(block: &B, point: &Point, variable: usi
             let narrow = (near_right[i] - near_left[i]) / h;
             let (forwards, backwards) =
                 ((near_right[i] - middle[i]) / (0.5 * h), (middle[i] - near_left[i]) / (0.5 * h));
-            // Curvature bends the one-sided ones by h·f″; the last bits of the result weigh ε/h.
-            let tolerance = 1e-3 * narrow.abs() + 1e2 * f64::EPSILON * middle[i].abs() / h + 1e-9;
+            // Curvature bends the one-sided ones by h·f″; the last bits of what cancels on the way weigh ε/h.
+            let tolerance = 1e-3 * narrow.abs() + 1e3 * f64::EPSILON * middle[i].abs() / h + 1e-9;
             let smooth = [wide, forwards, backwards].iter().all(|s| (s - narrow).abs() <= tolerance);
             (smooth && narrow.is_finite()).then_some((narrow, 2.0 * tolerance))
         })

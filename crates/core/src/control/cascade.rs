@@ -50,6 +50,7 @@ impl<T: Scalar> Cascade<T> {
     }
 
     /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
+    #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> CascadeState<T> {
         let (_, direct) = self.direct(input.finite());
         CascadeState {

@@ -71,6 +71,7 @@ impl<T: Scalar> Pid<T> {
 
     /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it. The
     /// derivative filter starts from the measured velocity.
+    #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> PidState<T> {
         let input = input.finite();
         let torque = finite_or(torque, T::of(0.0)).clamp(-self.torque_limit, self.torque_limit);

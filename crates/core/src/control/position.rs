@@ -81,6 +81,7 @@ pub struct PositionControllerState<T> {
 
 impl<T: Scalar> PositionController<T> {
     /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
+    #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> PositionControllerState<T> {
         let mut state = PositionControllerState::default();
         match self {

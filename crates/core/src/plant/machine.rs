@@ -185,7 +185,10 @@ impl<T: Scalar> Machine<T> {
             held.torque,
         ];
         // Column by column: six independent sums instead of six chains.
-        let mut sum = self.half_flow.map(|row| row[0] * x[0]);
+        let mut sum = [T::of(0.0); STATES + 1];
+        for row in 0..=STATES {
+            sum[row] = self.half_flow[row][0] * x[0];
+        }
         for column in 1..STATES + INPUTS {
             for row in 0..=STATES {
                 sum[row] += self.half_flow[row][column] * x[column];
@@ -220,18 +223,28 @@ struct Sliding<T> {
 /// A contact is its friction, a factor of its torque, and its deflection, which advances.
 #[inline(always)]
 fn kick<T: Scalar, const N: usize>(mass: Sliding<T>, contacts: &mut [(&Friction<T>, T, T); N], dt: T) -> (T, T) {
-    let start = contacts.map(|contact| contact.2);
+    let start = deflections(contacts);
     let half = T::of(0.5) * dt;
     // Predictor: half a step at the velocity of the start.
     let (_, predicted) = pass(&mass, mass.velocity, contacts, start, start, half);
     let middle = mass.velocity - (predicted - mass.held) * half / mass.inertia;
     // Corrector: the whole step at the velocity of the middle, α at the deflection of the middle.
-    let probe = contacts.map(|contact| contact.2);
+    let probe = deflections(contacts);
     let (ends, torque) = pass(&mass, middle, contacts, start, probe, dt);
     for (contact, end) in contacts.iter_mut().zip(ends) {
         contact.2 = end;
     }
     (mass.velocity - (torque - mass.held) * dt / mass.inertia, torque)
+}
+
+/// Not `array::map`, which stays a call where a number is wide.
+#[inline(always)]
+fn deflections<T: Scalar, const N: usize>(contacts: &[(&Friction<T>, T, T); N]) -> [T; N] {
+    let mut out = [T::of(0.0); N];
+    for i in 0..N {
+        out[i] = contacts[i].2;
+    }
+    out
 }
 
 /// One evaluation of all contacts over `dt`: leaves the new deflections in `contacts`, returns them and the torque.

@@ -64,6 +64,7 @@ impl<const N: usize> Sub for Dual<N> {
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule has a sum")]
     fn mul(self, b: Self) -> Self {
         self.join(b, self.value * b.value, |da, db| da * b.value + self.value * db)
     }
@@ -72,6 +73,7 @@ impl<const N: usize> Mul for Dual<N> {
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule has a difference and a product")]
     fn div(self, b: Self) -> Self {
         let quotient = self.value / b.value;
         self.join(b, quotient, |da, db| (da - quotient * db) / b.value)

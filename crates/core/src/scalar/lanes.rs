@@ -30,77 +30,68 @@ pub struct LaneMask<const N: usize>(
     pub [bool; N],
 );
 
+/// Lane by lane. The loop tests at its end: a step is thousands of these loops within another, and one that tests at
+/// its begin costs the compiler twice the time. A macro, since a closure would stay a call.
+macro_rules! fill {
+    ($start:expr, |$i:ident| $value:expr) => {{
+        const { assert!(N > 0, "lanes without a lane") };
+        let mut out = $start;
+        let mut $i = 0;
+        loop {
+            out[$i] = $value;
+            $i += 1;
+            if $i == N {
+                break out;
+            }
+        }
+    }};
+}
+
 impl<F: Copy, const N: usize> Lanes<F, N> {
-    /// Lane by lane through a function.
     #[inline(always)]
     fn each(self, f: impl Fn(F) -> F) -> Self {
-        let mut out = self;
-        for i in 0..N {
-            out.0[i] = f(self.0[i]);
-        }
-        out
+        Lanes(fill!(self.0, |i| f(self.0[i])))
     }
 
     #[inline(always)]
     fn pair(self, other: Self, f: impl Fn(F, F) -> F) -> Self {
-        let mut out = self;
-        for i in 0..N {
-            out.0[i] = f(self.0[i], other.0[i]);
-        }
-        out
+        Lanes(fill!(self.0, |i| f(self.0[i], other.0[i])))
     }
 
     #[inline(always)]
     fn test(self, other: Self, f: impl Fn(F, F) -> bool) -> LaneMask<N> {
-        let mut out = [false; N];
-        for i in 0..N {
-            out[i] = f(self.0[i], other.0[i]);
-        }
-        LaneMask(out)
+        LaneMask(fill!([false; N], |i| f(self.0[i], other.0[i])))
     }
 }
 
 impl<F: Copy, const N: usize> Mask<Lanes<F, N>> for LaneMask<N> {
     #[inline(always)]
     fn select(self, yes: Lanes<F, N>, no: Lanes<F, N>) -> Lanes<F, N> {
-        let mut out = no;
-        for i in 0..N {
-            out.0[i] = if self.0[i] { yes.0[i] } else { no.0[i] };
-        }
-        out
+        Lanes(fill!(no.0, |i| if self.0[i] { yes.0[i] } else { no.0[i] }))
     }
 }
 
 impl<const N: usize> BitAnd for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
-    fn bitand(mut self, other: Self) -> Self {
-        for i in 0..N {
-            self.0[i] &= other.0[i];
-        }
-        self
+    fn bitand(self, other: Self) -> Self {
+        LaneMask(fill!(self.0, |i| self.0[i] & other.0[i]))
     }
 }
 
 impl<const N: usize> BitOr for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
-    fn bitor(mut self, other: Self) -> Self {
-        for i in 0..N {
-            self.0[i] |= other.0[i];
-        }
-        self
+    fn bitor(self, other: Self) -> Self {
+        LaneMask(fill!(self.0, |i| self.0[i] | other.0[i]))
     }
 }
 
 impl<const N: usize> Not for LaneMask<N> {
     type Output = Self;
     #[inline(always)]
-    fn not(mut self) -> Self {
-        for i in 0..N {
-            self.0[i] = !self.0[i];
-        }
-        self
+    fn not(self) -> Self {
+        LaneMask(fill!(self.0, |i| !self.0[i]))
     }
 }
 

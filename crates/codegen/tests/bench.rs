@@ -1,0 +1,32 @@
+//! The whole virtual bench, software and machine, as every kind of number and as C.
+
+mod support;
+
+use stickslip_codegen::c;
+use support::bench::{PLANT_STEP, bench};
+use support::bits_agree;
+
+/// The slopes of its parts are compared in `agree.rs`.
+#[test]
+fn the_whole_bench_agrees() {
+    bits_agree(bench(), PLANT_STEP);
+}
+
+#[test]
+fn the_whole_bench_is_at_most_three_thousand_lines_of_c() {
+    let code = c::generate::<_, f64>(&bench(), "bench").expect("a good name");
+    let lines = |text: &str| text.lines().count();
+    println!("bench.h {} lines, bench.c {} lines", lines(&code.header), lines(&code.source));
+    assert!(lines(&code.header) + lines(&code.source) <= 3000);
+    // A sub-step is a call, not a copy: ten of them in a tick.
+    assert_eq!(code.source.matches("    bench_machine_step(").count(), 10);
+    assert_eq!(code.source.matches("static void bench_machine_step(").count(), 1);
+    let longest = code.source.lines().map(|line| line.chars().count()).max();
+    assert!(longest <= Some(120), "a line of {longest:?} characters");
+}
+
+#[test]
+fn the_same_bench_gives_the_same_text() {
+    let code = || c::generate::<_, f64>(&bench(), "bench").expect("a good name");
+    assert_eq!(code(), code());
+}

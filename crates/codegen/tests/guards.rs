@@ -1,0 +1,162 @@
+//! Each check of the generated code and of its comparison fires where it must.
+
+mod support;
+
+use std::process::Command;
+
+use stickslip_codegen::c::{self, CSource, NotAName};
+use stickslip_codegen::record::{self, Recorded};
+use stickslip_core::Fields;
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields as _;
+use stickslip_core::scalar::{Dual, Scalar};
+use support::blocks::{Lag, LagState, SlidingFriction};
+use support::compiler::compile_and_run;
+use support::{assert_same, case, number};
+
+const DT: f64 = 1e-3;
+
+/// Like [`Lag`], but what it gives is halved.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+struct Halved<T> {
+    /// The lag.
+    lag: Lag<T>,
+}
+
+impl<T: Scalar> Block<T> for Halved<T> {
+    type State = LagState<T>;
+    type Input = T;
+    type Output = T;
+
+    fn step(&self, state: &mut LagState<T>, input: T, dt: T) -> T {
+        self.lag.step(state, input, dt) * T::of(0.5)
+    }
+}
+
+#[test]
+fn one_wrong_bit_is_found_and_nan_is_nan() {
+    assert_same("equal", &[vec![1.0, f64::NAN]], &[vec![1.0, -f64::NAN]]);
+    for wrong in [1.0 + f64::EPSILON, f64::NAN] {
+        assert!(std::panic::catch_unwind(|| assert_same("one bit", &[vec![1.0]], &[vec![wrong]])).is_err());
+    }
+    assert!(std::panic::catch_unwind(|| assert_same("zeros", &[vec![0.0]], &[vec![-0.0]])).is_err());
+}
+
+#[test]
+fn a_wrong_slope_is_found() {
+    let lag = Lag::<f64>::default();
+    let trajectories = case::trajectories(&lag, DT);
+    let right = lag.map(&mut |v: f64| <Dual<6> as Scalar>::of(v));
+    support::slope::check(&lag, &right, &trajectories);
+    let wrong = Halved { lag: right };
+    assert!(std::panic::catch_unwind(|| support::slope::check(&lag, &wrong, &trajectories)).is_err());
+}
+
+/// Whether C compiled so has the bits of Rust.
+fn has_the_bits(code: &CSource, flags: &[&str]) -> bool {
+    let block = SlidingFriction::<f64>::default();
+    let program = record::record::<_, f64>(&block);
+    let trajectories = case::trajectories(&block, DT);
+    let expected = number::run(&block, &trajectories);
+    let got = compile_and_run(&program, code, flags, &trajectories).rows;
+    expected.iter().flatten().zip(got.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits() || a.is_nan())
+}
+
+#[test]
+fn the_source_itself_forbids_the_compiler_to_contract() {
+    let block = SlidingFriction::<f64>::default();
+    let code = c::generate::<_, f64>(&block, "block").expect("a good name");
+    let greedy = ["-std=gnu99", "-O3", "-march=native", "-ffp-contract=fast"];
+    assert!(has_the_bits(&code, &greedy), "the pragma of the source holds against the command line");
+    if !std::arch::is_x86_feature_detected!("fma") {
+        println!("NOT RUN: this processor lacks fma, so that nothing can be contracted");
+        return;
+    }
+    let pragma = "#pragma GCC optimize (\"fp-contract=off\")";
+    let bare = CSource { source: code.source.replace(pragma, ""), ..code };
+    assert!(!has_the_bits(&bare, &greedy), "without the pragma the compiler contracts, and the comparison sees it");
+}
+
+#[test]
+fn fast_math_is_refused_with_a_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let code = c::generate::<_, f64>(&Lag::<f64>::default(), "lag").expect("a good name");
+    std::fs::write(folder.path().join("lag.h"), code.header).expect("a small file can be written");
+    std::fs::write(folder.path().join("lag.c"), code.source).expect("a small file can be written");
+    let gcc = Command::new("gcc").args(["-ffast-math", "-c", "lag.c"]).current_dir(folder.path()).output();
+    let gcc = gcc.expect("gcc starts: apt-get install gcc libc6-dev");
+    assert!(!gcc.status.success());
+    assert!(String::from_utf8_lossy(&gcc.stderr).contains("compile without -ffast-math"));
+}
+
+#[test]
+fn a_name_that_c_would_not_take_is_refused() {
+    for name in ["", "2fast", "my-lag", "double", "a b", "größe"] {
+        let refused = c::generate::<_, f64>(&Lag::<f64>::default(), name);
+        assert_eq!(refused, Err(NotAName(name.into())));
+    }
+    assert!(NotAName("2fast".into()).to_string().contains("a letter first"));
+}
+
+#[test]
+fn recorded_numbers_do_not_live_outside_a_recording() {
+    let outside = std::panic::catch_unwind(|| Recorded::<f64>::of(1.0));
+    let panic = outside.expect_err("there is no recording");
+    let plain = panic.downcast_ref::<&str>().map(|text| text.to_string());
+    let message = plain.or(panic.downcast_ref::<String>().cloned()).expect("a panic has a message");
+    assert!(message.contains("within `record`"), "{message}");
+}
+
+/// The text for a small block, as a reader sees it.
+#[test]
+fn the_c_of_a_lag_reads_like_the_lag() {
+    let code = c::generate::<_, f32>(&Lag::<f64>::default(), "lag").expect("a good name");
+    let expected = "\
+void lag_step(const lag_parameters *p, lag_state *s, const lag_input *in, float dt, lag_output *out) {
+    const float value = s->value;
+    const float t1 = (dt / (p->double_ + dt)) * (in->value - value);
+    const float t2 = value + t1;
+    const float t3 = -p->limit;
+    const float t4 = (t2 < t3) ? t3 : t2;
+    const float value_2 = (p->limit < t4) ? p->limit : t4;
+    s->value = value_2;
+    out->value = value_2;
+}
+";
+    assert!(code.source.contains(expected), "{}", code.source);
+    assert!(code.header.contains("    /* Largest value.\n     * [1], 0.0 to 1000000000.0 */\n    float limit;\n"));
+    assert!(code.header.contains("void lag_parameters_init(lag_parameters *p);"));
+    assert!(code.source.contains("    s->value = 0.25f;\n"), "the state starts at its default");
+}
+
+/// Numbers that are known beforehand leave no operation.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+struct Constants<T> {
+    /// A factor.
+    #[field(unit = "1", default = 2.0)]
+    factor: T,
+}
+
+impl<T: Scalar> Block<T> for Constants<T> {
+    type State = ();
+    type Input = T;
+    type Output = [T; 3];
+
+    fn step(&self, _state: &mut (), input: T, _dt: T) -> [T; 3] {
+        let none = T::of(f64::INFINITY) - T::of(f64::INFINITY);
+        let known = (T::of(0.1) + T::of(0.2)).exp();
+        let shared = input * self.factor;
+        [known * T::of(1.0) * shared, shared - T::of(0.0), shared + none]
+    }
+}
+
+#[test]
+fn constants_are_folded_as_rust_computes_them_and_nan_is_not() {
+    let source = |code: CSource| code.source.split("_step(").nth(1).unwrap_or_default().to_string();
+    let double = source(c::generate::<_, f64>(&Constants::<f64>::default(), "block").expect("a good name"));
+    assert!(double.contains(&format!("{:?}", Scalar::exp(0.1 + 0.2))), "{double}");
+    let single = source(c::generate::<_, f32>(&Constants::<f64>::default(), "block").expect("a good name"));
+    assert!(single.contains(&format!("{:?}f", Scalar::exp(0.1f32 + 0.2f32))), "{single}");
+    assert!(double.contains("INFINITY - INFINITY"), "a NaN is left to the machine: {double}");
+    assert_eq!(double.matches("p->factor").count(), 1, "a product that is needed three times is computed once");
+}

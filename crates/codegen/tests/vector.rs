@@ -1,0 +1,218 @@
+//! Lanes become vector instructions, without a call, and keep their bits under every instruction set.
+
+#[path = "support/bench.rs"]
+#[allow(missing_docs, unreachable_pub, reason = "support of tests")]
+mod bench;
+#[path = "support/kernels.rs"]
+#[allow(missing_docs, unreachable_pub, reason = "support of tests")]
+mod kernels;
+
+use std::collections::HashMap;
+use std::process::Command;
+
+use bench::{PLANT_STEP, bench};
+use kernels::{avx2_8, avx2_32, avx512_8, avx512_32};
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::scalar::{Lanes, Scalar};
+use stickslip_core::tick::{BenchInput, BenchState};
+
+/// What a function consists of.
+#[derive(Debug, Default)]
+struct Mix {
+    packed: usize,
+    scalar: usize,
+    /// Calls, without those that copy a struct.
+    calls: Vec<String>,
+    /// Calls of memcpy and its like: structs of 32 lanes, handed over by value, are kilobytes.
+    copies: usize,
+    instructions: usize,
+}
+
+impl Mix {
+    /// Packed among all arithmetic on doubles.
+    fn share(&self) -> f64 {
+        self.packed as f64 / (self.packed + self.scalar).max(1) as f64
+    }
+}
+
+fn output_of(tool: &str, arguments: &[&str]) -> String {
+    let executable = std::env::current_exe().expect("a running test knows its file");
+    let out = Command::new(tool).args(arguments).arg(executable).output();
+    let out = out.unwrap_or_else(|error| panic!("cannot start {tool} ({error}). Install it: apt-get install binutils"));
+    assert!(out.status.success(), "{tool} failed: {}", String::from_utf8_lossy(&out.stderr));
+    String::from_utf8(out.stdout).expect("binutils print UTF-8")
+}
+
+/// Arithmetic, comparison and logic on doubles: `vaddpd`, `vcmpltpd`, `mulsd`.
+fn is_arithmetic(instruction: &str, suffix: &str) -> bool {
+    let name = instruction.strip_prefix('v').unwrap_or(instruction);
+    let kinds = ["add", "sub", "mul", "div", "min", "max", "cmp", "and", "or", "xor", "ucomi", "comi", "sqrt"];
+    name.ends_with(suffix) && kinds.iter().any(|kind| name.starts_with(kind))
+}
+
+/// Disassembles the function of this executable whose path ends so.
+fn mix(path: &[&str]) -> Mix {
+    let ending: String = path.iter().map(|name| format!("{}{name}", name.len())).collect();
+    let symbols = output_of("nm", &["-S"]);
+    let line = symbols.lines().find(|line| line.contains(&ending)).unwrap_or_else(|| panic!("no symbol {path:?}"));
+    let number = |n: usize| {
+        let text = line.split_whitespace().nth(n).unwrap_or_default();
+        u64::from_str_radix(text, 16).expect("nm -S prints address and size first")
+    };
+    let (start, stop) = (format!("{:#x}", number(0)), format!("{:#x}", number(0) + number(1)));
+    let flags = ["-d", "--no-show-raw-insn", "--start-address", &start, "--stop-address", &stop];
+    let mut out = Mix::default();
+    // What each register was last loaded with: a function that is called often is called through one.
+    let mut loaded = HashMap::new();
+    for line in output_of("objdump", &flags).lines() {
+        let Some(instruction) = line.split('\t').nth(1) else { continue };
+        let name = instruction.split_whitespace().next().unwrap_or_default();
+        out.instructions += 1;
+        out.packed += usize::from(is_arithmetic(name, "pd"));
+        out.scalar += usize::from(is_arithmetic(name, "sd"));
+        if let (true, Some((_, register)), Some((_, symbol))) =
+            (name == "mov", instruction.rsplit_once(",%"), line.split_once('#'))
+        {
+            let register = register.split_whitespace().next().unwrap_or_default();
+            loaded.insert(register.to_string(), symbol.to_string());
+        }
+        if name.starts_with("call") {
+            let register = instruction.split_once("*%").map(|(_, register)| register.trim());
+            let target = register.and_then(|r| loaded.get(r)).map_or(line, String::as_str);
+            if ["<memcpy@", "<memset@", "<memmove@"].iter().any(|copy| target.contains(copy)) {
+                out.copies += 1;
+            } else {
+                out.calls.push(target.into());
+            }
+        }
+    }
+    out
+}
+
+macro_rules! vectorised {
+    ($($module:ident),+) => {
+        #[test]
+        fn kernels_are_vector_instructions_without_a_call() {
+            $(
+                // The symbols exist only if somebody refers to them.
+                let cycle: unsafe fn(&_, &mut _, &_, &mut _, &_) = $module::cycle;
+                let elastic: unsafe fn(&_, &mut _, &mut _, &_) = $module::elastic;
+                std::hint::black_box(($module::exponential as unsafe fn(&mut _), elastic, cycle));
+                for kernel in ["exponential", "elastic", "cycle"] {
+                    let mix = mix(&["kernels", stringify!($module), kernel]);
+                    println!(
+                        "{} {kernel}: {} instructions, {} packed, {} scalar ({:.1} % packed), {} calls, {} copies",
+                        stringify!($module), mix.instructions, mix.packed, mix.scalar, 100.0 * mix.share(), mix.calls.len(), mix.copies
+                    );
+                    assert!(mix.packed > 20, "{kernel}: nothing was found: {mix:?}");
+                    assert!(mix.calls.is_empty(), "{kernel} calls: {mix:?}");
+                    assert!(mix.copies == 0 || kernel == "cycle", "{kernel} copies structs: {mix:?}");
+                    assert!(mix.share() > 0.95, "{kernel}: {mix:?}");
+                }
+            )+
+        }
+    };
+}
+
+vectorised!(avx2_8, avx2_32, avx512_8, avx512_32);
+
+/// The counter itself: scalar code is seen as scalar, a call as a call.
+#[test]
+fn scalar_code_is_told_from_vector_code() {
+    #[inline(never)]
+    fn deliberately_scalar(x: f64, y: f64) -> f64 {
+        (x * y + 1.0).sqrt() / (x - y)
+    }
+    std::hint::black_box(deliberately_scalar(std::hint::black_box(1.0), std::hint::black_box(2.0)));
+    let scalar = mix(&["deliberately_scalar"]);
+    assert!(scalar.scalar >= 4 && scalar.share() < 0.5, "{scalar:?}");
+    #[inline(never)]
+    fn deliberately_calling(x: f64) -> f64 {
+        deliberately_scalar(x, 1.0) + deliberately_scalar(1.0, x)
+    }
+    std::hint::black_box(deliberately_calling(std::hint::black_box(2.0)));
+    let caller = mix(&["deliberately_calling"]);
+    assert_eq!(caller.calls.len(), 2, "{caller:?}");
+}
+
+/// Inputs of a lane at a tick: a drive back and forth with noise.
+fn input(lane: usize, cycle: usize) -> BenchInput<f64> {
+    let phase = 0.02 * cycle as f64 + lane as f64;
+    let mut input = BenchInput::default();
+    input.order.reference.position = phase.sin();
+    input.order.reference.velocity = 80.0 * phase.cos();
+    input.order.control = 1.0;
+    input.order.render = 1.0;
+    input.order.control_due = f64::from(u8::from(cycle % 4 == 0));
+    input.order.control_release = f64::from(u8::from(cycle % 4 == 3));
+    input.noise.acceleration = (37.0 * phase).sin();
+    input.noise.tacho = (91.0 * phase).cos();
+    input
+}
+
+/// The numbers of a value.
+fn numbers<T: Scalar>(value: &impl Fields<T>) -> Vec<T> {
+    let mut out = Vec::new();
+    value.map(&mut |v: T| {
+        out.push(v);
+        v
+    });
+    out
+}
+
+/// A struct of lanes from one struct a lane.
+fn side_by_side<V: Fields<f64>, const N: usize>(lanes: [V; N]) -> V::With<Lanes<f64, N>> {
+    let rows = lanes.map(|lane| numbers(&lane));
+    let mut field = 0;
+    lanes[0].map(&mut |_| {
+        field += 1;
+        Lanes(std::array::from_fn(|lane| rows[lane][field - 1]))
+    })
+}
+
+const CYCLES: usize = 400;
+
+/// Outputs of one lane's trajectory, computed alone.
+fn alone(lane: usize) -> Vec<u64> {
+    let (bench, mut state, mut out) = (bench(), BenchState::default(), Vec::new());
+    for cycle in 0..CYCLES {
+        let output = bench.step(&mut state, input(lane, cycle), PLANT_STEP);
+        out.extend(numbers(&output).into_iter().map(f64::to_bits));
+    }
+    out
+}
+
+macro_rules! same_bits {
+    ($test:ident, $module:ident, $lanes:literal, $($feature:tt),+) => {
+        #[test]
+        fn $test() {
+            if !($(std::arch::is_x86_feature_detected!($feature))&&+) {
+                println!("NOT RUN: this processor lacks {}", [$($feature),+].join(" or "));
+                return;
+            }
+            let bench = bench().map(&mut |v: f64| $module::Wide::of(v));
+            let (dt, mut state, mut output) = ($module::Wide::of(PLANT_STEP), BenchState::default(), Default::default());
+            let mut lanes: [Vec<u64>; $lanes] = std::array::from_fn(|_| Vec::new());
+            for cycle in 0..CYCLES {
+                let input = side_by_side::<_, $lanes>(std::array::from_fn(|lane| input(lane, cycle)));
+                #[expect(unsafe_code, reason = "the one way to call a function for other processors")]
+                // SAFETY: the features were detected above.
+                unsafe {
+                    $module::cycle(&bench, &mut state, &input, &mut output, &dt);
+                }
+                for number in numbers(&output) {
+                    lanes.iter_mut().zip(number.0).for_each(|(lane, v)| lane.push(v.to_bits()));
+                }
+            }
+            for (lane, bits) in lanes.iter().enumerate() {
+                assert!(*bits == alone(lane), "lane {lane} differs");
+            }
+        }
+    };
+}
+
+same_bits!(eight_lanes_of_avx2_have_the_bits_of_f64, avx2_8, 8, "avx2");
+same_bits!(thirty_two_lanes_of_avx2_have_the_bits_of_f64, avx2_32, 32, "avx2");
+same_bits!(eight_lanes_of_avx512_have_the_bits_of_f64, avx512_8, 8, "avx512f", "avx512dq", "avx512vl");
+same_bits!(thirty_two_lanes_of_avx512_have_the_bits_of_f64, avx512_32, 32, "avx512f", "avx512dq", "avx512vl");
