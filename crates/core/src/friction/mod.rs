@@ -13,6 +13,8 @@
 
 mod bristle;
 mod stribeck;
+#[cfg(test)]
+mod tests;
 
 use core::f64::consts::TAU;
 
@@ -201,7 +203,10 @@ impl<T: Scalar> Friction<T> {
             }
             Model::Dahl(model) => self.bristle(&model, deflection, probe, &contact, dt),
             Model::Lugre(model) => self.bristle(&model, deflection, probe, &contact, dt),
-            Model::ElastoPlastic(model) => self.bristle(&model, deflection, probe, &contact, dt),
+            Model::ElastoPlastic(model) => {
+                let (next, torque) = self.bristle(&model, deflection, probe, &contact, dt);
+                (model.limit(deflection, next, contact.velocity), torque)
+            }
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }
