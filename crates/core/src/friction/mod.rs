@@ -9,7 +9,8 @@
 //!
 //! "Exactly" holds within the well-balanced step of [`plant`](crate::plant), the only integrator used here. Direction,
 //! position and load multiply the torque of any model, its damping and its stiffness together, so that the breakaway
-//! twist stays, nothing is divided by zero, and a passive model stays passive.
+//! twist stays, nothing is divided by zero, and a passive model stays passive; only a load that changes while the
+//! bristles are bent does work on them, in proportion to the energy that they store.
 
 mod bristle;
 mod stribeck;

@@ -4,7 +4,7 @@
 
 mod derivative;
 mod modifiers;
-//mod passivity;
+mod passivity;
 
 use core::f64::consts::FRAC_PI_2;
 use std::vec::Vec;
@@ -73,7 +73,13 @@ fn dahl(stiffness: impl Strategy<Value = f64>) -> impl Strategy<Value = Dahl<f64
 /// Any model with friction; the bristles' stiffness between two numbers [N m/rad].
 fn model(low: f64, high: f64) -> impl Strategy<Value = Model<f64>> {
     prop_oneof![
-        curve().prop_map(|sliding| Model::Static(Static { sliding })),
+        1 => curve().prop_map(|sliding| Model::Static(Static { sliding })),
+        3 => bristles(low, high),
+    ]
+}
+
+fn bristles(low: f64, high: f64) -> impl Strategy<Value = Model<f64>> {
+    prop_oneof![
         dahl(decades(low, high)).prop_map(Model::Dahl),
         lugre(decades(low, high), 0.05..=1.0).prop_map(Model::Lugre),
         elasto_plastic(decades(low, high)).prop_map(Model::ElastoPlastic),
