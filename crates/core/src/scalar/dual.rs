@@ -61,7 +61,6 @@ impl<const N: usize> Sub for Dual<N> {
     }
 }
 
-#[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule")]
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline]
@@ -71,7 +70,6 @@ impl<const N: usize> Mul for Dual<N> {
     }
 }
 
-#[expect(clippy::suspicious_arithmetic_impl, reason = "the quotient rule")]
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline]

@@ -119,8 +119,8 @@ impl Balance<'_> {
             torque,
             standard_error: error_of_mean(frames),
             deviation,
-            // Not `deviation > limit`: no windows at all is no sliding either.
-            dropped: (!(deviation <= LARGEST_DEVIATION)).then_some(Dropped::Sticks { deviation }),
+            // Without a single window the deviation is infinite: that is no sliding either.
+            dropped: (deviation > LARGEST_DEVIATION).then_some(Dropped::Sticks { deviation }),
             harmonics: whole_turns.then(|| harmonics(frames, no_friction, torque)),
             blocks,
         }
