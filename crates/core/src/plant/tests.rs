@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::*;
-use crate::friction::{Decay, Direction, ElastoPlastic, LuGre, Model, Static, Stribeck};
+use crate::friction::{Decay, Direction, ElastoPlastic, Load, LuGre, Model, Position, Ripple, Static, Stribeck};
 
 const STEP: f64 = 25e-6;
 
@@ -42,25 +42,48 @@ fn run(
     motion
 }
 
+/// Largest way [rad] in a thousand seconds under a torque [N m], once twenty seconds have brought it to rest.
+fn creep(plant: Plant<f64>, torque: f64) -> f64 {
+    let machine = plant.prepare(10, STEP);
+    let mut state = MachineState::default();
+    let start = run(&machine, &mut state, 20.0, |t| torque * (t / 0.1).min(1.0)).angle;
+    let input = MachineInput { external_torque: torque, ..MachineInput::default() };
+    let (mut way, mut earlier): (f64, _) = (0.0, state);
+    for step in 1_u32..=40_000_000 {
+        machine.step(&mut state, input, STEP);
+        way = way.max((state.angle - start).abs());
+        // A state that was there before, to the bit: the rest of the thousand seconds is the same cycle again.
+        if state == earlier {
+            break;
+        }
+        if step.is_power_of_two() {
+            earlier = state;
+        }
+    }
+    way
+}
+
 #[test]
 fn a_load_below_breakaway_does_not_creep_in_a_thousand_seconds() {
     for (name, model) in models() {
-        let machine = plant(model).prepare(10, STEP);
-        let mut state = MachineState::default();
         // Dahl's bristles have no breakaway peak: 0.9 of its sliding level, of the others 0.9·M_S.
         let level = if name == "Dahl" { 0.18 } else { 0.3 };
-        let start = run(&machine, &mut state, 20.0, |t| 0.9 * level * (t / 0.1).min(1.0)).angle;
-        // A step that changes no bit is a fixed point: the rest of the thousand seconds is the same step again.
-        let input = MachineInput { external_torque: 0.9 * level, ..MachineInput::default() };
-        for _ in 0..40_000_000 {
-            let before = state;
-            machine.step(&mut state, input, STEP);
-            if state == before {
-                break;
-            }
-        }
-        let end = state.angle;
-        assert!((end - start).abs() <= 1e-9, "{name}: crept by {} rad", end - start);
+        let way = creep(plant(model), 0.9 * level);
+        assert!(way <= 1e-9, "{name}: crept by {way} rad");
+    }
+}
+
+#[test]
+fn neither_does_it_with_direction_position_and_load_on_the_friction() {
+    for (name, model) in models() {
+        let mut plant = plant(model);
+        plant.screw_friction.direction = Direction { asymmetry: 0.2, viscous_asymmetry: -0.1, offset: 0.01 };
+        plant.screw_friction.position = Position::Ripple(Ripple { amplitude: 0.3, periods: 5.0, phase: 1.0 });
+        plant.screw_friction.load = Load { sensitivity: 0.5 };
+        // The least that friction can be: 0.8 by direction, 0.7 by position, and nothing carried; the offset pulls along.
+        let level = if name == "Dahl" { 0.18 } else { 0.3 };
+        let way = creep(plant, -0.9 * (0.8 * 0.7 * level - 0.01));
+        assert!(way <= 1e-9, "{name}: crept by {way} rad");
     }
 }
 
