@@ -1,8 +1,9 @@
-//! Chores of the repository: `cargo xtask test`, `cargo xtask bless`.
+//! Chores of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask bless`.
 //!
 //! Nothing here is needed to build or to use stickslip.
 #![forbid(unsafe_code)]
 
+mod bench;
 mod bless;
 mod documentation;
 mod licences;
@@ -16,14 +17,17 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test    check everything as continuous integration does, in a copy of the tracked files
-  bless   rewrite the golden files from what the program gives now; read the difference before you commit it
+  test          check everything as continuous integration does, in a copy of the tracked files
+  bench [NAME]  ratios against named peers: name, our time, the peer's, peer / ours
+  bless         rewrite the golden files from what the program gives now; read the difference before you commit it
 ";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let outcome = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["test"] => test::test(),
+        ["bench"] => bench::bench(None),
+        ["bench", name] => bench::bench(Some(name)),
         ["bless"] => bless::bless(),
         _ => Err(USAGE.into()),
     };

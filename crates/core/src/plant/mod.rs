@@ -18,6 +18,7 @@ use crate::drive::{LoadAmplifier, Servo, TwoMass, Winding};
 use crate::friction::Friction;
 use crate::scalar::Scalar;
 use crate::sensor::{Accelerometer, Converter, CurrentSensor, Encoder, EncoderState, PickupsState, Tacho};
+use crate::tick::Measurement;
 
 /// The virtual machine with its mismatch and its faults.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -118,29 +119,6 @@ pub struct Noise<T> {
     /// A/D converters: tacho, accelerometer, current.
     #[field(unit = "1")]
     pub converters: [T; 3],
-}
-
-/// What the interfaces deliver at a tick: all that the software side sees.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Measurement<T> {
-    /// Encoder counter.
-    #[field(symbol = "n", unit = "counts")]
-    pub count: T,
-    /// 1 if the index pulse came since the last tick.
-    #[field(symbol = "n_i", unit = "1", flag)]
-    pub index: T,
-    /// Encoder counter at the last index pulse.
-    #[field(symbol = "n_l", unit = "counts")]
-    pub latch: T,
-    /// Voltage of the tacho.
-    #[field(symbol = "u_tacho", unit = "V")]
-    pub tacho_voltage: T,
-    /// Voltage of the accelerometer.
-    #[field(symbol = "u_acc", unit = "V")]
-    pub accelerometer_voltage: T,
-    /// Voltage of the current sensor.
-    #[field(symbol = "u_i", unit = "V")]
-    pub current_voltage: T,
 }
 
 impl<T: Scalar> Machine<T> {

@@ -5,6 +5,7 @@ use core::f64::consts::TAU;
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
+use crate::tick::EncoderReading;
 
 /// An encoder on the screw.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -56,20 +57,6 @@ pub struct EncoderState<T> {
     /// Whether there was a reading before.
     #[field(unit = "1", flag)]
     pub running: T,
-}
-
-/// What the counter card delivers.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct EncoderReading<T> {
-    /// Counter, 0 … range − 1.
-    #[field(unit = "counts")]
-    pub count: T,
-    /// 1 if the index pulse came since the last reading.
-    #[field(unit = "1", flag)]
-    pub index: T,
-    /// Counter at the last index pulse.
-    #[field(unit = "counts")]
-    pub latch: T,
 }
 
 impl<T: Scalar> Encoder<T> {

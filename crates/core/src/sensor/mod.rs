@@ -7,6 +7,6 @@ mod analogue;
 mod encoder;
 
 pub use analogue::{
-    Accelerometer, Converter, CurrentSensor, Fault, Pickups, PickupsInput, PickupsState, Tacho, Voltages,
+    Accelerometer, Converter, CurrentSensor, Fault, Pickups, PickupsInput, PickupsState, Stuck, Tacho, Voltages,
 };
-pub use encoder::{Encoder, EncoderFault, EncoderReading, EncoderState};
+pub use encoder::{Encoder, EncoderFault, EncoderState, LostLines};

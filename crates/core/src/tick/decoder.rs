@@ -5,7 +5,6 @@ use core::f64::consts::TAU;
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
-use crate::sensor::EncoderReading;
 
 /// Unwraps the encoder's counter. Right as long as the screw turns by less than half the counter's range in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -16,6 +15,20 @@ pub struct Decoder<T> {
     /// Numbers that the counter has before it wraps to 0.
     #[field(symbol = "N_c", unit = "counts", range = 256.0..=4_294_967_296.0, default = 65_536.0, whole)]
     pub counter_range: T,
+}
+
+/// What the counter card delivers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct EncoderReading<T> {
+    /// Counter, 0 … range − 1.
+    #[field(unit = "counts")]
+    pub count: T,
+    /// 1 if the index pulse came since the last reading.
+    #[field(unit = "1", flag)]
+    pub index: T,
+    /// Counter at the last index pulse.
+    #[field(unit = "counts")]
+    pub latch: T,
 }
 
 /// What the decoder remembers.

@@ -7,7 +7,7 @@
 mod decoder;
 mod virtual_bench;
 
-pub use decoder::{Decoder, DecoderOutput, DecoderState};
+pub use decoder::{Decoder, DecoderOutput, DecoderState, EncoderReading};
 pub use virtual_bench::{BenchInput, BenchState, VirtualBench};
 
 use crate::Fields;
@@ -19,10 +19,8 @@ use crate::control::{
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
-use crate::plant::Measurement;
 use crate::render::Law;
 use crate::scalar::{Mask, Scalar};
-use crate::sensor::EncoderReading;
 
 /// Data-sheet scaling of instruments and servo amplifier.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -42,6 +40,29 @@ pub struct Scaling<T> {
     /// Largest input voltage of that amplifier.
     #[field(symbol = "u_max", unit = "V", range = 0.1..=100.0, default = 10.0)]
     pub servo_limit: T,
+}
+
+/// What the interfaces deliver at a tick: all that the software side sees.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Measurement<T> {
+    /// Encoder counter.
+    #[field(symbol = "n", unit = "counts")]
+    pub count: T,
+    /// 1 if the index pulse came since the last tick.
+    #[field(symbol = "n_i", unit = "1", flag)]
+    pub index: T,
+    /// Encoder counter at the last index pulse.
+    #[field(symbol = "n_l", unit = "counts")]
+    pub latch: T,
+    /// Voltage of the tacho.
+    #[field(symbol = "u_tacho", unit = "V")]
+    pub tacho_voltage: T,
+    /// Voltage of the accelerometer.
+    #[field(symbol = "u_acc", unit = "V")]
+    pub accelerometer_voltage: T,
+    /// Voltage of the current sensor.
+    #[field(symbol = "u_i", unit = "V")]
+    pub current_voltage: T,
 }
 
 /// The software side of the bench, prepared for its rates.

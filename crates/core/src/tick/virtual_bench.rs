@@ -1,9 +1,9 @@
 //! The tick closed over the virtual machine, in lockstep.
 
-use super::{Order, Tick, TickInput, TickOutput, TickState};
+use super::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 use crate::Fields;
 use crate::block::Block;
-use crate::plant::{Machine, Measurement, Noise, PlantInput, PlantState};
+use crate::plant::{Machine, Noise, PlantInput, PlantState};
 use crate::scalar::Scalar;
 
 /// The whole bench: virtual machine and software.

@@ -1,0 +1,55 @@
+//! Ratios against named peers: `cargo xtask bench [NAME]`.
+//!
+//! One line a peer: name, our time, the peer's time, ratio = peer / ours (> 1: we are faster). Ours and the peer run in
+//! turn and the best round of each counts; absolute times mean nothing on another machine, ratios do.
+#![forbid(unsafe_code)]
+
+use std::error::Error;
+use std::time::Instant;
+
+use stickslip::bench::{Bench, VirtualBench};
+use stickslip::experiment::{FrictionPlan, home, measure_friction};
+use stickslip::{Preset, Watch, parameters};
+
+/// Rounds of each contestant.
+const ROUNDS: usize = 5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wanted = std::env::args().nth(1);
+    let all: [(&str, fn() -> Result<(f64, f64), Box<dyn Error>>); 3] = [
+        ("demo_1khz/real_time", || real_time(1000.0)),
+        ("demo_4khz/real_time", || real_time(4000.0)),
+        ("demo_10khz/real_time", || real_time(10_000.0)),
+    ];
+    let chosen: Vec<_> =
+        all.iter().filter(|(name, _)| wanted.as_ref().is_none_or(|part| name.contains(part))).collect();
+    if chosen.is_empty() {
+        let names: Vec<_> = all.iter().map(|(name, _)| *name).collect();
+        return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
+    }
+    println!("name ours peer ratio");
+    for (name, run) in chosen {
+        let (ours, peer) = run()?;
+        println!("{name} {ours:.4} {peer:.4} {:.1}", peer / ours);
+    }
+    Ok(())
+}
+
+/// The demonstration's longest part, a friction measurement under the rendering law's tick, on one core, against the
+/// time that the bench itself would take. Seconds each.
+fn real_time(tick_rate: f64) -> Result<(f64, f64), Box<dyn Error>> {
+    let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+    preset.bench.tick_rate = tick_rate;
+    let plan = FrictionPlan { slowest: 2.0, speeds: 5.0, ..FrictionPlan::quick() };
+    let (mut best, mut bench_time) = (f64::INFINITY, 0.0);
+    for seed in 0..ROUNDS as u64 {
+        let mut bench = VirtualBench::new(&preset, seed)?;
+        home(&mut bench, &Watch::silent())?;
+        let begin = Instant::now();
+        bench_time = measure_friction(&plan, &mut bench, true, &Watch::silent())?.duration;
+        best = best.min(begin.elapsed().as_secs_f64());
+        // What the bench learnt is used, so that nothing of the run can be left out.
+        assert!(bench.safety().zero().is_some());
+    }
+    Ok((best, bench_time))
+}
