@@ -144,7 +144,7 @@ fn input(lane: usize, cycle: usize) -> BenchInput<f64> {
     input.order.reference.velocity = 80.0 * phase.cos();
     input.order.control = 1.0;
     input.order.render = 1.0;
-    input.order.control_due = f64::from(u8::from(cycle % 4 == 0));
+    input.order.control_due = f64::from(u8::from(cycle.is_multiple_of(4)));
     input.order.control_release = f64::from(u8::from(cycle % 4 == 3));
     input.noise.acceleration = (37.0 * phase).sin();
     input.noise.tacho = (91.0 * phase).cos();
