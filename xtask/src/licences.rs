@@ -4,8 +4,8 @@ use serde_json::Value;
 use spdx::{Expression, ParseMode};
 
 /// Licences that ask for no more than their text and a name. Copyleft of any kind is not among them.
-const ALLOWED: [&str; 9] =
-    ["0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "ISC", "MIT", "Unicode-3.0", "Zlib"];
+const ALLOWED: [&str; 10] =
+    ["0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "ISC", "MIT", "Unicode-3.0", "Zlib"];
 
 /// `Err` with a line for each package of `cargo metadata` that may not be used.
 pub(crate) fn check(metadata: &Value) -> Result<(), String> {

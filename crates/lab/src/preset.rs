@@ -38,6 +38,9 @@ pub struct Model<T> {
     pub scaling: Scaling<T>,
     /// The encoder's counts.
     pub encoder: Decoder<T>,
+    /// Lag of servo amplifier and tacho together: it bounds how stiff a velocity loop may be.
+    #[field(symbol = "τ", unit = "s", range = 0.0..=0.1, default = 0.85e-3)]
+    pub drive_lag: T,
     /// Noise density of the accelerometer, one-sided.
     #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
     pub accelerometer_noise: T,

@@ -219,6 +219,17 @@ pub struct ElastoPlastic<T> {
     pub elastic_fraction: T,
 }
 
+impl<T: Scalar> ElastoPlastic<T> {
+    /// The end of a step within what the bristles can reach [rad]: no motion bends them beyond the steady deflection,
+    /// or beyond where they started. A release held over a step longer than the elastic zone does.
+    #[inline(always)]
+    pub(super) fn limit(&self, start: T, end: T, velocity: T) -> T {
+        let steady = self.sliding(velocity.abs()) / self.lugre.bristle_stiffness;
+        let most = start.abs().max(steady);
+        end.clamp(-most, most)
+    }
+}
+
 impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
     #[inline(always)]
     fn sliding(&self, speed: T) -> T {

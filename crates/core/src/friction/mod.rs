@@ -9,10 +9,13 @@
 //!
 //! "Exactly" holds within the well-balanced step of [`plant`](crate::plant), the only integrator used here. Direction,
 //! position and load multiply the torque of any model, its damping and its stiffness together, so that the breakaway
-//! twist stays, nothing is divided by zero, and a passive model stays passive.
+//! twist stays, nothing is divided by zero, and a passive model stays passive; only a load that changes while the
+//! bristles are bent does work on them, in proportion to the energy that they store.
 
 mod bristle;
 mod stribeck;
+#[cfg(test)]
+mod tests;
 
 use core::f64::consts::TAU;
 
@@ -201,7 +204,10 @@ impl<T: Scalar> Friction<T> {
             }
             Model::Dahl(model) => self.bristle(&model, deflection, probe, &contact, dt),
             Model::Lugre(model) => self.bristle(&model, deflection, probe, &contact, dt),
-            Model::ElastoPlastic(model) => self.bristle(&model, deflection, probe, &contact, dt),
+            Model::ElastoPlastic(model) => {
+                let (next, torque) = self.bristle(&model, deflection, probe, &contact, dt);
+                (model.limit(deflection, next, contact.velocity), torque)
+            }
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

@@ -92,7 +92,7 @@ mod tests {
             let torque = law.torque(velocity);
             assert_eq!(torque, -law.torque(-velocity));
             let full = law.desired.magnitude(velocity) - law.own.magnitude(velocity);
-            let expected = if velocity > 0.3 { full.max(-0.05).min(0.05) } else { 0.0 };
+            let expected = if velocity > 0.3 { full.clamp(-0.05, 0.05) } else { 0.0 };
             assert_eq!(torque, expected, "at {velocity}");
         }
         assert!(law.torque(5.0) < 0.0 && law.torque(150.0) > 0.0, "the difference changes its sign");

@@ -9,6 +9,7 @@ mod virtual_bench;
 pub use traveller::Traveller;
 pub use virtual_bench::VirtualBench;
 
+use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::Law;
@@ -60,6 +61,9 @@ pub trait Bench {
 
     /// Supervision: requests of the operator, the screw's zero, the state.
     fn safety(&mut self) -> &mut Safety;
+
+    /// The position controller in force from the next tick on, run every `divider` ticks; it takes the torque over.
+    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64);
 
     /// The rendering law in force from the next tick on.
     fn set_law(&mut self, law: Law<f64>);

@@ -1,6 +1,6 @@
 //! The virtual bench in lockstep, faster than real time.
 
-use stickslip_core::control::CurrentControl;
+use stickslip_core::control::{ControllerInput, CurrentControl, PositionController};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::plant::{Plant, PlantInput};
 use stickslip_core::render::Law;
@@ -21,6 +21,8 @@ pub struct VirtualBench {
     safety: Safety,
     normals: Normals,
     cycle: u64,
+    /// What a position controller would have read in the last tick.
+    last: ControllerInput<f64>,
     divider: u64,
     steps: usize,
     step: f64,
@@ -46,6 +48,7 @@ impl VirtualBench {
             safety: Safety::new(settings.safety),
             normals: Normals::new(seed),
             cycle: 0,
+            last: ControllerInput::default(),
             divider: settings.divider(),
             steps,
             step,
@@ -116,6 +119,13 @@ impl Bench for VirtualBench {
             setpoint: command.setpoint,
             signals,
         };
+        self.last = ControllerInput {
+            reference_position: order.reference.position,
+            reference_velocity: order.reference.velocity,
+            reference_acceleration: order.reference.acceleration,
+            measured_angle: signals.measured_angle,
+            measured_velocity: signals.measured_motor_velocity,
+        };
         self.supervise(&order, &signals)?;
         self.cycle += 1;
         Ok(frame)
@@ -123,6 +133,14 @@ impl Bench for VirtualBench {
 
     fn safety(&mut self) -> &mut Safety {
         &mut self.safety
+    }
+
+    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) {
+        let tick = &mut self.bench.tick;
+        tick.controller = controller;
+        tick.control_period = self.preset.bench.tick_time() * divider as f64;
+        self.divider = divider;
+        self.state.tick.controller = controller.take_over(self.state.tick.commanded_torque, self.last);
     }
 
     fn set_law(&mut self, law: Law<f64>) {

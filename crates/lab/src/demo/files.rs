@@ -77,6 +77,11 @@ impl Demo {
             .result("render.rms_error_over_breakaway", outside / breakaway, "1")
             .result("render.rms_error_inside_fade_over_breakaway", self.error_inside_fade() / breakaway, "1")
             .result("render.expected_inside_fade_over_breakaway", self.expected_inside_fade() / breakaway, "1")
+            .result(
+                "render.expected_inside_fade_if_steady_over_breakaway",
+                self.expected_inside_fade_if_steady() / breakaway,
+                "1",
+            )
             .result("render.fade_velocity", self.law.fade_velocity, "rad/s")
             .result("render.velocity_noise", self.velocity_noise, "rad/s")
             .result("render.step_at_fade", self.step_at_fade(), "N m")
@@ -205,6 +210,7 @@ fn rows(summary: &mut Summary, measurement: &str, curve: &FrictionCurve) {
             ("measurement", Value::from(measurement)),
             ("set_velocity", plateau.set_velocity.into()),
             ("velocity", plateau.velocity.into()),
+            ("velocity_spread", plateau.velocity_spread.into()),
             ("torque", plateau.torque.into()),
             ("standard_error", plateau.standard_error.into()),
             ("speed_deviation", plateau.deviation.into()),

@@ -121,9 +121,16 @@ impl Demo {
         self.rendered.rms_from(&self.law.desired, |speed| speed <= self.law.fade_velocity)
     }
 
-    /// What the law can be expected to leave inside [N m].
+    /// What the law can be expected to leave inside [N m], for the spread of the estimated velocity on each plateau:
+    /// noise of the observer and motion of the load, which the steps at the fade limits shake.
     pub fn expected_inside_fade(&self) -> f64 {
-        expected_inside_fade(&self.law, self.plan.speeds(), self.velocity_noise)
+        let plateaus = self.rendered.kept().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
+        expected_inside_fade(&self.law, plateaus)
+    }
+
+    /// The same for a load that moves steadily [N m]: by the observer's noise alone, as the data sheet predicts it.
+    pub fn expected_inside_fade_if_steady(&self) -> f64 {
+        expected_inside_fade(&self.law, self.plan.speeds().map(|speed| (speed, self.velocity_noise)))
     }
 }
 

@@ -8,7 +8,7 @@ mod lyapunov;
 mod placement;
 mod velocity_observer;
 
-pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth};
+pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, speed_holder};
 pub use discretise::zero_order_hold;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};

@@ -1,15 +1,20 @@
 //! Friction at constant speeds, both directions.
 
+use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;
 
 use super::plan::{FrictionPlan, Phase};
 use super::plateau::{Balance, HARMONICS, Plateau};
 use crate::bench::{Bench, Command};
 use crate::fit::{CurvePoint, Side, StribeckFit, StribeckPlan, fit_stribeck};
-use crate::{Error, Watch};
+use crate::{Error, Watch, design};
 
 /// How many standard errors an angle dependence must have to be believed.
 const SIGNIFICANT: f64 = 4.0;
+
+/// Relative uncertainty of a torque besides its noise: no Stribeck curve and no torque constant is better than that.
+/// Without it a few quiet plateaus would decide the whole fit.
+pub const TORQUE_UNCERTAINTY: f64 = 2e-3;
 
 /// A measured friction characteristic.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,13 +28,13 @@ pub struct FrictionCurve {
 }
 
 impl FrictionCurve {
-    /// The plateaus that count, as points for a fit.
+    /// The plateaus that count, as points for a fit; the error of each includes [`TORQUE_UNCERTAINTY`].
     pub fn points(&self) -> Vec<CurvePoint> {
         self.kept()
             .map(|plateau| CurvePoint {
                 velocity: plateau.velocity,
                 torque: plateau.torque,
-                standard_error: plateau.standard_error,
+                standard_error: plateau.standard_error.hypot(TORQUE_UNCERTAINTY * plateau.torque),
             })
             .collect()
     }
@@ -88,7 +93,8 @@ pub fn measure_friction(
         count: model.encoder.resolution(),
         dt,
     };
-    let start = bench.step(Command { control: false, ..Command::default() })?.angle;
+    let start = bench.step(Command::default())?.angle;
+    hold_speed(bench)?;
     let ticks = (plan.duration(start, dt) / dt).round();
     let mut plateaus: Vec<Plateau> = Vec::new();
     let mut frames = Vec::new();
@@ -118,8 +124,24 @@ pub fn measure_friction(
         Ok(())
     })?;
     close(current, &mut frames);
+    let settings = *bench.settings();
+    bench.set_controller(settings.controller, settings.divider());
     let ripple = remove_ripple(&mut plateaus, plan);
     Ok(FrictionCurve { plateaus, ripple, duration: ticks * dt })
+}
+
+/// Hands the axis to a P-PI cascade as stiff as its delays admit, run in every tick: a controller under test would
+/// measure itself.
+///
+/// # Errors
+/// As [`design::speed_holder`].
+pub(super) fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
+    let (model, dt) = (*bench.model(), bench.settings().tick_time());
+    let base =
+        Cascade { torque_limit: model.scaling.torque_per_volt * model.scaling.servo_limit, ..Cascade::default() };
+    let holder = design::speed_holder(base, &model.drive, model.drive_lag, dt)?;
+    bench.set_controller(PositionController::Cascade(holder), 1);
+    Ok(())
 }
 
 /// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence that the fast

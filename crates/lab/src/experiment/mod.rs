@@ -9,7 +9,7 @@ mod plan;
 mod plateau;
 mod rendering;
 
-pub use friction::{FrictionCurve, measure_friction};
+pub use friction::{FrictionCurve, TORQUE_UNCERTAINTY, measure_friction};
 pub use homing::home;
 pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};

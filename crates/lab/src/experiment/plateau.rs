@@ -60,6 +60,8 @@ pub struct Plateau {
     pub set_velocity: f64,
     /// Mean velocity by the encoder [rad/s].
     pub velocity: f64,
+    /// Standard deviation of the estimated velocity about its mean: noise of the observer and true motion [rad/s].
+    pub velocity_spread: f64,
     /// Friction torque of the load side, of the velocity's sign [N m].
     pub torque: f64,
     /// Its standard error [N m].
@@ -108,14 +110,17 @@ impl Balance<'_> {
             .collect();
         let torque = mean(frames, |frame| frame.signals.commanded_torque) - no_friction;
         let deviation = self.deviation(set_velocity, frames);
+        let estimate = mean(frames, |frame| frame.signals.estimated_velocity);
+        let variance = mean(frames, |frame| (frame.signals.estimated_velocity - estimate).powi(2));
         Plateau {
             set_velocity,
             velocity,
+            velocity_spread: variance.sqrt(),
             torque,
             standard_error: error_of_mean(frames),
             deviation,
-            // Not `deviation > limit`: no windows at all is no sliding either.
-            dropped: (!(deviation <= LARGEST_DEVIATION)).then_some(Dropped::Sticks { deviation }),
+            // Without a single window the deviation is infinite: that is no sliding either.
+            dropped: (deviation > LARGEST_DEVIATION).then_some(Dropped::Sticks { deviation }),
             harmonics: whole_turns.then(|| harmonics(frames, no_friction, torque)),
             blocks,
         }

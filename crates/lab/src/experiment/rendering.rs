@@ -3,6 +3,7 @@
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::DifferenceTorque;
 
+use super::friction::hold_speed;
 use crate::bench::{Bench, Command, Frame, Traveller};
 use crate::design;
 use crate::preset::{Model, Settings};
@@ -41,11 +42,12 @@ pub fn expected_deviation(law: &DifferenceTorque<f64>, velocity: f64, sigma: f64
     wanted - mean / weights
 }
 
-/// RMS of [`expected_deviation`] over those of these speeds [rad/s] that lie inside the fade-out; NaN if none does.
-pub fn expected_inside_fade(law: &DifferenceTorque<f64>, speeds: impl Iterator<Item = f64>, sigma: f64) -> f64 {
-    let squares: Vec<f64> = speeds
-        .filter(|speed| *speed <= law.fade_velocity)
-        .map(|speed| expected_deviation(law, speed, sigma).powi(2))
+/// RMS of [`expected_deviation`] over the velocities [rad/s] that lie inside the fade-out, each with the standard
+/// deviation of its estimate [rad/s]; NaN if none does.
+pub fn expected_inside_fade(law: &DifferenceTorque<f64>, velocities: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let squares: Vec<f64> = velocities
+        .filter(|(velocity, _)| velocity.abs() <= law.fade_velocity)
+        .map(|(velocity, sigma)| expected_deviation(law, velocity, sigma).powi(2))
         .collect();
     libm::sqrt(squares.iter().sum::<f64>() / squares.len() as f64)
 }
@@ -82,6 +84,7 @@ pub fn sweep_through_standstill(
 ) -> Result<Vec<Frame>, Error> {
     let dt = bench.settings().tick_time();
     let start = bench.step(Command::default())?.angle;
+    hold_speed(bench)?;
     let mut traveller = Traveller::new(start, acceleration, dt);
     let mut frames = Vec::new();
     for target in [amplitude, -amplitude, amplitude, 0.0] {
@@ -121,7 +124,7 @@ mod tests {
         // The estimate lies beyond the upper limit with Φ(−1) = 16 % at one σ: about that share is rendered.
         let expected = expected_deviation(&law, 0.2, 0.1).abs();
         assert!(expected < 0.87 * missing && expected > 0.7 * missing, "{expected} of {missing}");
-        let rms = expected_inside_fade(&law, [0.2, 5.0].into_iter(), 0.1);
+        let rms = expected_inside_fade(&law, [(0.2, 0.1), (5.0, 0.1)].into_iter());
         assert!((rms - expected).abs() < 1e-15);
     }
 

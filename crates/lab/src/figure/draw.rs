@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::axis::{Axis, Scale};
 use super::series::{Data, Series, can_be_shown};
 use super::theme::{AXIS, Colour, GRID, INK, INTERVAL, SURFACE, TEXT_2, TEXT_3};
-use super::{Figure, Interval, thin};
+use super::{Figure, Interval, legend, thin};
 
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 440.0;
@@ -15,18 +15,11 @@ const BOTTOM: f64 = HEIGHT - 56.0;
 /// Title and legend stand above this, in one line; in two lines where they need it.
 const TOP: f64 = 52.0;
 const LINE: f64 = 24.0;
-/// Space for the mark of an entry of the legend.
-const MARK: f64 = 31.0;
 const DOT: f64 = 2.3;
 
-/// Writes into the text; a `String` takes everything.
-macro_rules! put {
-    ($text:expr, $($part:tt)*) => { writeln!($text, $($part)*).expect("a String takes everything") };
-}
-
 pub(super) fn svg(figure: &Figure) -> String {
-    let legend = legend_width(&figure.series);
-    let beside = LEFT + width(&figure.title, 14.0) + 2.0 * LINE + legend <= RIGHT;
+    let legend = legend::width(&figure.series);
+    let beside = LEFT + legend::text_width(&figure.title, 14.0) + 2.0 * LINE + legend <= RIGHT;
     let (top, legend_line) = if beside { (TOP, 26.0) } else { (TOP + LINE, 26.0 + LINE) };
     let values: Vec<[f64; 2]> = figure.series.iter().flat_map(Series::values).collect();
     let x = figure.x.scale(values.iter().map(|value| value[0]), LEFT, RIGHT);
@@ -77,7 +70,7 @@ pub(super) fn svg(figure: &Figure) -> String {
     for interval in &figure.intervals {
         name_interval(&mut text, interval, &x);
     }
-    draw_legend(&mut text, &figure.series, RIGHT - legend, legend_line);
+    legend::draw(&mut text, &figure.series, RIGHT - legend, legend_line);
     put!(text, "</svg>");
     text
 }
@@ -190,7 +183,7 @@ fn draw_series(text: &mut String, series: &Series, x: &Scale, y: &Scale) {
 }
 
 /// A cloud: strokes of no length, whose round caps are the dots.
-fn dots(text: &mut String, series: &Series, places: &[[f64; 2]]) {
+pub(super) fn dots(text: &mut String, series: &Series, places: &[[f64; 2]]) {
     let path: String = places.iter().map(|place| format!("M{},{}h0", pixel(place[0]), pixel(place[1]))).collect();
     put!(
         text,
@@ -200,7 +193,7 @@ fn dots(text: &mut String, series: &Series, places: &[[f64; 2]]) {
     );
 }
 
-fn curve(text: &mut String, series: &Series, path: &str) {
+pub(super) fn curve(text: &mut String, series: &Series, path: &str) {
     let (width, _) = series.role.line();
     let dashes = series.dashes.map(|dashes| format!(" stroke-dasharray=\"{dashes}\"")).unwrap_or_default();
     put!(
@@ -214,50 +207,6 @@ fn curve(text: &mut String, series: &Series, path: &str) {
 fn polyline(places: &[[f64; 2]]) -> String {
     let pairs: Vec<_> = places.iter().map(|place| format!("{},{}", pixel(place[0]), pixel(place[1]))).collect();
     if pairs.is_empty() { String::new() } else { format!("M{}", pairs.join(" ")) }
-}
-
-fn draw_legend(text: &mut String, series: &[Series], left: f64, line: f64) {
-    let mut left = left;
-    for entry in series {
-        let middle = line - 4.0;
-        match entry.data {
-            Data::Points(_) => {
-                let wave = [[2.0, 2.0], [7.0, -2.5], [12.0, 1.5], [17.0, -2.0], [22.0, 1.0]];
-                dots(text, entry, &wave.map(|[across, down]| [left + across, middle + down]));
-            }
-            Data::Line(_) => curve(text, entry, &format!("M{},{middle}h{}", pixel(left), MARK - 7.0)),
-            Data::Band(_) => put!(
-                text,
-                "<rect {} fill=\"currentColor\" opacity=\"0.2\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"9\" rx=\"1.5\"/>",
-                role(entry),
-                pixel(left),
-                middle - 4.5,
-                MARK - 7.0
-            ),
-        }
-        put!(text, "<text {} x=\"{}\" y=\"{line}\">{}</text>", fill(TEXT_2), pixel(left + MARK), escape(&entry.name));
-        left += entry_width(entry);
-    }
-}
-
-fn legend_width(series: &[Series]) -> f64 {
-    series.iter().map(entry_width).sum::<f64>() - if series.is_empty() { 0.0 } else { 16.0 }
-}
-
-/// Mark, name and the space behind it.
-fn entry_width(entry: &Series) -> f64 {
-    MARK + width(&entry.name, 12.0) + 16.0
-}
-
-/// About how wide a text is [px]: the font is known only where it is shown.
-fn width(text: &str, size: f64) -> f64 {
-    let wide = |letter: char| match letter {
-        'i' | 'j' | 'l' | 'f' | 't' | 'r' | ' ' | '.' | ',' | '\'' | '(' | ')' => 0.34,
-        'm' | 'w' | 'M' | 'W' | '±' | '−' => 0.88,
-        letter if letter.is_uppercase() || letter.is_ascii_digit() => 0.68,
-        _ => 0.6,
-    };
-    text.chars().map(wide).sum::<f64>() * size
 }
 
 /// What a reader who does not see it should know.
@@ -297,12 +246,12 @@ fn short(value: f64) -> String {
 }
 
 /// A place [px], always with one decimal, so that equal figures are equal files.
-fn pixel(value: f64) -> String {
+pub(super) fn pixel(value: f64) -> String {
     // Adding zero takes the sign off a negative zero.
     format!("{:.1}", (value * 10.0).round() / 10.0 + 0.0)
 }
 
-fn fill(colour: Colour) -> String {
+pub(super) fn fill(colour: Colour) -> String {
     format!("class=\"{}\" fill=\"{}\"", colour.class, colour.light)
 }
 
@@ -310,7 +259,7 @@ fn stroke(colour: Colour) -> String {
     format!("class=\"{}\" stroke=\"{}\"", colour.class, colour.light)
 }
 
-fn role(series: &Series) -> String {
+pub(super) fn role(series: &Series) -> String {
     let colour = series.role.colour();
     format!("class=\"{}\" color=\"{}\"", colour.class, colour.light)
 }

@@ -16,8 +16,14 @@
 //! assert!(figure.svg().starts_with("<svg "));
 //! ```
 
+/// Writes into the text; a `String` takes everything.
+macro_rules! put {
+    ($text:expr, $($part:tt)*) => { writeln!($text, $($part)*).expect("a String takes everything") };
+}
+
 mod axis;
 mod draw;
+mod legend;
 mod series;
 #[cfg(test)]
 mod tests;

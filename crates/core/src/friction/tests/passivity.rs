@@ -1,0 +1,178 @@
+//! Friction takes energy: from rest, whatever the motion, the work ∫ M dφ is never negative.
+
+use core::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use proptest::array::uniform3;
+
+use super::*;
+use crate::fields::{Field, Fields, Laws, ParameterError};
+
+/// Elastic energy of the bristles [J], without direction, position and load.
+fn stored(model: &Model<f64>, deflection: f64) -> f64 {
+    let stiffness = match model {
+        Model::Nothing | Model::Static(_) => 0.0,
+        Model::Dahl(model) => model.bristle_stiffness,
+        Model::Lugre(model) => model.bristle_stiffness,
+        Model::ElastoPlastic(model) => model.lugre.bristle_stiffness,
+    };
+    0.5 * stiffness * deflection * deflection
+}
+
+/// Harmonics of a periodic motion: sine and cosine of each.
+type Harmonics = ([f64; 3], [f64; 3]);
+
+fn harmonics() -> impl Strategy<Value = Harmonics> {
+    (uniform3(-1.0..1.0), uniform3(-1.0..1.0))
+}
+
+fn angle((sines, cosines): &Harmonics, phase: f64) -> f64 {
+    let harmonic = |k: usize| {
+        let phase = phase * (k + 1) as f64;
+        sines[k] * phase.sin() + cosines[k] * (phase.cos() - 1.0)
+    };
+    (0..3).map(harmonic).sum()
+}
+
+proptest! {
+    #[test]
+    fn in_every_step_the_bristles_take_at_least_what_they_store(
+        model in model(1e-3, 1e7), start in -1.0..1.0f64, dt in decades(1e-9, 1.0),
+        velocities in vec((decades(1e-6, 1e3), any::<bool>()), 1..30),
+    ) {
+        let friction = plain(model);
+        let mut deflection = start * steady_deflection(&model, 0.0);
+        for (speed, forward) in velocities {
+            let velocity = if forward { speed } else { -speed };
+            let (end, torque) = midpoint(&friction, deflection, driven(velocity), dt);
+            // The torque is the mean over the step: this is the work, not an approximation.
+            let work = torque * velocity * dt;
+            let gain = stored(&model, end) - stored(&model, deflection);
+            let rounding = 1e-12 * (work.abs() + stored(&model, end) + stored(&model, deflection));
+            prop_assert!(work - gain >= -rounding, "{work} J for {gain} J");
+            deflection = end;
+        }
+    }
+
+    #[test]
+    fn closed_cycles_of_any_size_take_energy_with_any_direction_position_and_load(
+        friction in friction(1.0, 1e6), cycle in harmonics(), size in decades(1e-2, 1e3), period in decades(1e-3, 10.0),
+        load in -1.0..1.0f64,
+    ) {
+        let scale = match steady_deflection(&friction.model, 0.0) {
+            0.0 => size * 1e-3,
+            steady => (size * steady).min(1.0),
+        };
+        let (cycles, steps) = (10, 400);
+        let dt = period / f64::from(steps);
+        let (mut deflection, mut work, mut turnover, mut swings) = (0.0, 0.0, 0.0, 0.0);
+        let way = |step: i32| scale * angle(&cycle, TAU * f64::from(step % steps) / f64::from(steps));
+        for step in 0..cycles * steps {
+            let (from, to) = (way(step), way(step + 1));
+            let contact = Contact { angle: 0.5 * (from + to), load, ..driven((to - from) / dt) };
+            let (end, torque) = midpoint(&friction, deflection, contact, dt);
+            work += torque * (to - from);
+            turnover += (torque * (to - from)).abs();
+            // Where the bristles swing over, one side's factor is held over the step: at most a quarter of the way's
+            // energy is booked on the wrong side, the ripple (below 1.9) and the load multiply it.
+            if deflection * end < 0.0 {
+                let factor = 1.9 * (1.0 + friction.load.sensitivity * load.abs());
+                swings += 0.5 * factor * friction.direction.asymmetry.abs() * stored(&friction.model, end - deflection);
+            }
+            deflection = end;
+        }
+        // The rest is the rounding of the sums.
+        prop_assert!(work >= -1e-9 * turnover - swings, "{work} J of {turnover} J");
+    }
+
+    #[test]
+    fn the_passive_bound_is_where_the_damping_reaches_four_times_the_smallest_level(
+        model in lugre(decades(1e-3, 1e7), Just(1.0)),
+    ) {
+        let (Fading::Gaussian(fading) | Fading::Rational(fading)) = model.fading;
+        // 4000 points a factor of e apart in v_c: the peak is flat, its square distance to the next point 1e-8.
+        let largest = (-12_000..12_000)
+            .map(|i| f64::exp(f64::from(i) / 4000.0) * fading.velocity)
+            .map(|speed| model.damping(speed) * speed)
+            .fold(0.0, f64::max);
+        let expected = 4.0 * model.sliding.smallest_level();
+        prop_assert!((largest / expected - 1.0).abs() <= 1e-7, "{largest} instead of {expected}");
+    }
+}
+
+/// What the laws of a parameter set object to.
+#[derive(Default)]
+struct Objections(Vec<ParameterError>);
+
+impl Laws for Objections {
+    fn enter(&mut self, _field: &'static Field) {}
+    fn leave(&mut self) {}
+    fn broken(&mut self, error: ParameterError) {
+        self.0.push(error);
+    }
+}
+
+fn objections(model: &LuGre<f64>) -> Vec<ParameterError> {
+    let mut objections = Objections::default();
+    <LuGre<f64> as Fields<f64>>::laws(model, &mut objections);
+    objections.0
+}
+
+/// Work [J] of ten cycles from rest: the bristles are bent slowly, up to the breakaway torque, and pulled off in a
+/// burst; then the same backwards.
+fn bursts(model: LuGre<f64>, speed: f64) -> f64 {
+    let friction = plain(Model::Lugre(model));
+    let bend = model.sliding.breakaway_torque / model.bristle_stiffness;
+    let (mut deflection, mut work) = (0.0, 0.0);
+    for cycle in 0..20 {
+        let side = if cycle % 2 == 0 { 1.0 } else { -1.0 };
+        for (way, speed) in [(4.0 * bend, 1e-3), (bend, speed)] {
+            for _ in 0..100 {
+                let step = way / 100.0;
+                let (end, torque) = friction.step(deflection, deflection, driven(side * speed), step / speed);
+                work += torque * side * step;
+                deflection = end;
+            }
+        }
+    }
+    work
+}
+
+#[test]
+fn beyond_its_passive_bound_lugre_makes_energy_and_is_refused() {
+    type Shape = fn(DampingVelocity<f64>) -> Fading<f64>;
+    // σ₁(Ω)·Ω peaks at v_c/√2 in the Gaussian form, at v_c in the rational one.
+    for (fading, peak) in [(Fading::Gaussian as Shape, FRAC_1_SQRT_2), (Fading::Rational, 1.0)] {
+        let model = |velocity| LuGre { fading: fading(DampingVelocity { velocity }), ..LuGre::default() };
+        let bound = model(1.0).passive_damping_velocity();
+        assert!(bursts(model(bound), peak * bound) > 0.0 && objections(&model(bound)).is_empty());
+        let beyond = 10.0 * bound;
+        let work = bursts(model(beyond), peak * beyond);
+        assert!(work < 0.0, "ten cycles make energy: {work} J");
+        let [error] = &objections(&model(beyond))[..] else { panic!("one law is broken") };
+        assert_eq!((error.field, error.value, error.bound), ("fading", beyond, bound));
+        assert!(!objections(&model(1.001 * bound)).is_empty());
+    }
+}
+
+#[test]
+fn a_load_that_changes_while_the_bristles_are_bent_does_work_on_them() {
+    let model = ElastoPlastic::<f64>::default();
+    let friction = Friction { load: Load { sensitivity: 1.0 }, ..plain(Model::ElastoPlastic(model)) };
+    let dt = 1e-3;
+    let bend = 0.5 * model.elastic_fraction * steady_deflection(&friction.model, 0.0);
+    let cycle = |pressed: f64| {
+        let (mut deflection, mut work) = (0.0, 0.0);
+        for (velocity, load) in [(bend / dt, 0.0), (-bend / dt, pressed)] {
+            let (end, torque) = friction.step(deflection, deflection, Contact { load, ..driven(velocity) }, dt);
+            work += torque * velocity * dt;
+            deflection = end;
+        }
+        work
+    };
+    let bent = stored(&friction.model, bend);
+    // Damping and viscous friction take their share; twice the stiffness gives ½·σ₀·z² more back than was put in.
+    let resistance = model.damping(bend / dt) + model.lugre.sliding.viscous_friction;
+    let damped = |factor: f64| (1.0 + factor) * resistance * bend * bend / dt;
+    assert!((cycle(0.0) - damped(1.0)).abs() <= 1e-12 * bent);
+    assert!((cycle(1.0) - (damped(2.0) - bent)).abs() <= 1e-12 * bent);
+}
