@@ -132,14 +132,14 @@ macro_rules! wide {
 }
 
 fn main() {
-    let mut columns = vec![
+    let mut columns = [
         ("f64", scalar()),
         ("AVX2, 8", wide!(avx2_8, 8, "avx2")),
         ("AVX2, 32", wide!(avx2_32, 32, "avx2")),
         ("AVX-512, 8", wide!(avx512_8, 8, "avx512f", "avx512dq", "avx512vl")),
         ("AVX-512, 32", wide!(avx512_32, 32, "avx512f", "avx512dq", "avx512vl")),
     ];
-    let mut best = vec![[f64::INFINITY; 3]; columns.len()];
+    let mut best = [[f64::INFINITY; 3]; 5];
     for _ in 0..ROUNDS {
         for (column, best) in columns.iter_mut().zip(&mut best) {
             for (contestant, best) in column.1.iter_mut().zip(best) {

@@ -45,21 +45,21 @@ pub struct Program {
 
 /// What is being recorded on this thread: a graph for each block between the outermost and the one at work.
 #[derive(Default)]
-struct Session {
+struct Recorder {
     graphs: Vec<Graph>,
     steps: Vec<Step>,
 }
 
 thread_local! {
-    static SESSION: RefCell<Session> = RefCell::default();
+    static RECORDER: RefCell<Recorder> = RefCell::default();
 }
 
-fn session<R>(f: impl FnOnce(&mut Session) -> R) -> R {
-    SESSION.with_borrow_mut(f)
+fn recorder<R>(f: impl FnOnce(&mut Recorder) -> R) -> R {
+    RECORDER.with_borrow_mut(f)
 }
 
 fn graph<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
-    session(|s| f(s.graphs.last_mut().expect("recorded numbers live within `record`; none is at work on this thread")))
+    recorder(|s| f(s.graphs.last_mut().expect("recorded numbers live within `record`; none is at work on this thread")))
 }
 
 /// The position of an operation in the graph at work.
@@ -96,13 +96,13 @@ fn record_step<F: Precision, B: Block<Recorded<F>>>(
     state: &B::State,
     input: &B::Input,
 ) -> (Step, B::State, B::Output) {
-    session(|s| s.graphs.push(Graph::default()));
+    recorder(|s| s.graphs.push(Graph::default()));
     let parameters = renumber(block, |i| Node::Source(Source::Parameters, i));
     let mut new_state = renumber(state, |i| Node::Source(Source::State, i));
     let input = renumber(input, |i| Node::Source(Source::Input, i));
     let dt = number(Node::Source(Source::Step, 0));
     let output = parameters.step(&mut new_state, input, dt);
-    let graph = session(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
+    let graph = recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
     assert_eq!(Tree::of(state), Tree::of(&new_state), "{}: a step does not change the choices of its state", B::NAME);
     let step = Step {
         name: B::NAME,
@@ -130,7 +130,7 @@ pub(super) fn call<F: Precision, B: Block<Recorded<F>>>(
 ) -> B::Output {
     let (step, new_state, output) = record_step(block, state, &input);
     let numbers = step.new_state.len() as u32;
-    let function = session(|s| {
+    let function = recorder(|s| {
         s.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
             s.steps.push(step);
             s.steps.len() - 1
@@ -149,7 +149,7 @@ where
     B: Fields<f64>,
     B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
 {
-    session(|s| *s = Session { graphs: vec![Graph::default()], steps: Vec::new() });
+    recorder(|s| *s = Recorder { graphs: vec![Graph::default()], steps: Vec::new() });
     let mut values = Vec::new();
     let block = parameters.map(&mut |v: f64| {
         values.push(v);
@@ -159,14 +159,14 @@ where
     let start = ids::<F>(&state);
     let start = graph(|g| start.iter().map(|id| g.constant(*id).unwrap_or(0.0)).collect());
     let (top, _, _) = record_step(&block, &state, &Default::default());
-    let mut steps = session(std::mem::take).steps;
+    let mut steps = recorder(std::mem::take).steps;
     steps.push(top);
     Program { steps, parameters: values, start }
 }
 
 /// Records a function of one number. Its argument is the first input.
 pub fn record_function<F: Precision>(function: impl FnOnce(Recorded<F>) -> Recorded<F>) -> (Graph, Id) {
-    session(|s| s.graphs.push(Graph::default()));
+    recorder(|s| s.graphs.push(Graph::default()));
     let out = function(number(Node::Source(Source::Input, 0))).id;
-    (session(|s| s.graphs.pop()).expect("each graph is closed where it was opened"), out)
+    (recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened"), out)
 }
