@@ -29,8 +29,7 @@ impl Identify {
         watch.stage("read", 0.0)?;
         let machine = Machine::read(&self.machine)?;
         let recording = Recording::read(&self.recording)?;
-        watch.stage("identify", 0.0)?;
-        let found = identify(&recording, &machine)?;
+        let found = identify(&recording, &machine, watch)?;
         watch.stage("write", 0.0)?;
         write(&found, &machine, &self.out)?;
         Ok(show(&found, &machine, out)?)
