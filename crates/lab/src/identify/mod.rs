@@ -7,10 +7,14 @@
 
 mod axis;
 mod curve;
+mod figures;
 mod files;
+mod limits;
 mod models;
 mod motion;
+mod parameters;
 mod refine;
+mod report;
 mod results;
 mod rigid;
 
@@ -19,7 +23,9 @@ pub use curve::{FrictionCurve, Plateau};
 pub use files::{feedforward_csv, model_toml};
 pub use models::{Candidate, Kind};
 pub use motion::{Motion, Regression};
+pub use parameters::{ParameterLine, parameter_lines};
 pub use refine::{CLOSED_LOOP, Refined};
+pub use report::report;
 pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 
