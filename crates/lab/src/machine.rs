@@ -36,6 +36,8 @@ pub struct Machine {
     pub recipe: Recipe,
     /// Results of others, `[value, standard deviation]` by table and name: shown, never used.
     pub published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
+    /// The file as it was read, for reports.
+    pub text: String,
 }
 
 /// How the machine moves.
@@ -174,6 +176,7 @@ impl Machine {
             controller: file.controller,
             recipe: file.recipe,
             published: file.published,
+            text: text.to_owned(),
         };
         machine.check(path)?;
         Ok(machine)

@@ -5,7 +5,7 @@
 //! use stickslip::report::{Provenance, Report, Table};
 //!
 //! let key = Table::of_estimates([("breakaway torque M_S", Estimate::new(0.2994, "N m").with_half_width(0.004))]);
-//! let origin = Provenance { command: "stickslip demo".into(), version: "0.1.0".into(), seed: 1, parameters: String::new() };
+//! let origin = Provenance { command: "stickslip demo".into(), version: "0.1.0".into(), seed: Some(1), parameters: String::new() };
 //! let report = Report::new("Friction of an axis", origin).heading("Own friction").table(key);
 //! assert!(report.html().contains("<td class=\"value\">0.299</td>"));
 //! ```
@@ -31,8 +31,8 @@ pub struct Provenance {
     pub command: String,
     /// Version of the program.
     pub version: String,
-    /// Seed of the noise.
-    pub seed: u64,
+    /// Seed of the noise; none where nothing was drawn.
+    pub seed: Option<u64>,
     /// All parameters, as in a file.
     pub parameters: String,
 }
@@ -140,13 +140,14 @@ impl Report {
         let title = escape(&self.title);
         let body: String = self.sections.iter().map(html_of).collect();
         let Provenance { command, version, seed, parameters } = &self.provenance;
+        let seed = seed.map(|seed| format!("<dt>Seed</dt><dd>{seed}</dd>\n")).unwrap_or_default();
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
              <style>\n{STYLE}{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}\
              <footer>\n<h2>Where this comes from</h2>\n<dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n\
-             <dt>Version</dt><dd>stickslip {}</dd>\n<dt>Seed</dt><dd>{seed}</dd>\n</dl>\n\
+             <dt>Version</dt><dd>stickslip {}</dd>\n{seed}</dl>\n\
              <details>\n<summary>Parameters</summary>\n<pre>{}</pre>\n</details>\n</footer>\n</main>\n</body>\n</html>\n",
             colours(),
             escape(command),

@@ -12,6 +12,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::parameters::number::rounded;
+use crate::quantity::Estimate;
 use crate::{Error, output};
 
 /// The results of one run of a command.
@@ -90,6 +91,13 @@ impl Summary {
     /// The value of a result.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.results.get(name).map(|quantity| quantity.value)
+    }
+
+    /// A result as people read it: with half the width of its interval and its unit.
+    pub fn estimate(&self, name: &str) -> Option<Estimate> {
+        let Quantity { value, unit, ci95 } = self.results.get(name)?;
+        let half_width = ci95.map(|[low, high]| 0.5 * (high - low));
+        Some(Estimate { value: *value, half_width, unit: unit.clone() })
     }
 
     /// The text of `summary.json`.

@@ -30,11 +30,17 @@ impl Watch {
     /// # Errors
     /// [`Error::Cancelled`]: return it, and leave what is finished in a usable state.
     pub fn stage(&self, name: &str, fraction: f64) -> Result<(), Error> {
-        if self.cancelled.load(Ordering::Relaxed) {
-            return Err(Error::Cancelled);
-        }
+        self.check()?;
         (self.report)(name, fraction.clamp(0.0, 1.0));
         Ok(())
+    }
+
+    /// Whether the work shall go on, for loops too short to report.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], as from [`stage`](Self::stage).
+    pub fn check(&self) -> Result<(), Error> {
+        if self.cancelled.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
     }
 }
 
@@ -55,6 +61,7 @@ mod tests {
         assert!(watch.stage("measure", 1.5).is_ok());
         cancelled.store(true, Ordering::Relaxed);
         assert!(matches!(watch.stage("fit", 0.0), Err(Error::Cancelled)));
+        assert!(matches!(watch.check(), Err(Error::Cancelled)));
         assert_eq!(*heard.lock().unwrap(), [("measure".to_string(), 0.25), ("measure".to_string(), 1.0)]);
     }
 

@@ -1,13 +1,14 @@
 //! `stickslip identify`: inertia and friction of an axis from a recording.
 
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
-use stickslip::Watch;
-use stickslip::identify::{ASYMMETRIC, Identification, SYMMETRIC, identify, write};
+use stickslip::identify::{Identification, ParameterLine, identify, parameter_lines, write};
 use stickslip::machine::Machine;
+use stickslip::quantity::number;
 use stickslip::recording::Recording;
+use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
 
@@ -19,7 +20,7 @@ pub(crate) struct Identify {
     /// What is known of the machine: columns, units, drive gain, controller.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
-    /// Folder for model.toml, feedforward.csv and summary.json.
+    /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/identify")]
     out: PathBuf,
 }
@@ -29,35 +30,32 @@ impl Identify {
         watch.stage("read", 0.0)?;
         let machine = Machine::read(&self.machine)?;
         let recording = Recording::read(&self.recording)?;
-        watch.stage("identify", 0.0)?;
-        let found = identify(&recording, &machine)?;
+        let found = identify(&recording, &machine, watch)?;
         watch.stage("write", 0.0)?;
-        write(&found, &machine, &self.out)?;
-        Ok(show(&found, &machine, out)?)
+        let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
+        let summary = write(&found, &machine, &recording, &command, &self.out)?;
+        show(&found, &summary, &machine, out)?;
+        Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
     }
 }
 
-fn show(found: &Identification, machine: &Machine, out: &mut dyn Write) -> std::io::Result<()> {
-    let least_squares =
-        [("symmetric", &SYMMETRIC[..], &found.symmetric.fit), ("asymmetric", &ASYMMETRIC[..], &found.asymmetric.fit)];
-    for (table, names, fit) in least_squares {
-        writeln!(out, "{table}, force error {:.2} %", 100.0 * fit.relative_error)?;
-        for ((name, value), [low, high]) in names.iter().zip(&fit.coefficients).zip(&fit.ci95) {
-            let published = machine.published.get(table).and_then(|t| t.get(*name)).and_then(|v| v.first());
-            let beside = published.map_or(String::new(), |p| format!("   published {p}"));
-            writeln!(out, "  {name:18} {value:10.4}   {low:.4} … {high:.4}{beside}")?;
+fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut dyn Write) -> io::Result<()> {
+    let heads = ["A friction for each direction:", "One friction for both directions, and an offset:"];
+    for (head, lines) in heads.into_iter().zip(parameter_lines(summary, machine)) {
+        writeln!(out, "{head}")?;
+        for ParameterLine { name, identified, published } in lines {
+            let published = published.map_or(String::new(), |p| format!("   published {p}"));
+            writeln!(out, "  {name:36} {identified}{published}")?;
         }
     }
-    for (side, verdict) in ["positive", "negative"].into_iter().zip(found.stribeck_verdicts()) {
-        writeln!(out, "{side}: {verdict}")?;
+    writeln!(out, "What this recording cannot tell:")?;
+    for limit in found.limits() {
+        writeln!(out, "  {limit}")?;
     }
+    writeln!(out, "Error on halves of the recording that the fit has not seen:")?;
     for candidate in &found.candidates {
-        let best = if candidate.kind == found.best().kind { "   <- best" } else { "" };
-        let seen = candidate.prediction.map_or(String::new(), |p| {
-            format!(", whole recording {:.2} %, position {:.3e} rms", 100.0 * p.voltage_error, p.position_rms)
-        });
-        let held_out = 100.0 * candidate.held_out;
-        writeln!(out, "{:10} error on held-out half {held_out:.2} %{seen}{best}", candidate.kind.name())?;
+        let best = if candidate.kind == found.best().kind { "   best" } else { "" };
+        writeln!(out, "  {:44} {} %{best}", candidate.kind.title(), number(100.0 * candidate.held_out, 2))?;
     }
     Ok(())
 }

@@ -102,7 +102,7 @@ impl Demo {
         let provenance = Provenance {
             command: command.into(),
             version: env!("CARGO_PKG_VERSION").into(),
-            seed: self.seed,
+            seed: Some(self.seed),
             parameters: parameters::write_commented(&self.preset),
         };
         let breakaway = self.law.desired.breakaway_torque;

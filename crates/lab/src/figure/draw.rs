@@ -15,7 +15,6 @@ const BOTTOM: f64 = HEIGHT - 56.0;
 /// Title and legend stand above this, in one line; in two lines where they need it.
 const TOP: f64 = 52.0;
 const LINE: f64 = 24.0;
-const DOT: f64 = 2.3;
 
 pub(super) fn svg(figure: &Figure) -> String {
     let legend = legend::width(&figure.series);
@@ -187,9 +186,10 @@ pub(super) fn dots(text: &mut String, series: &Series, places: &[[f64; 2]]) {
     let path: String = places.iter().map(|place| format!("M{},{}h0", pixel(place[0]), pixel(place[1]))).collect();
     put!(
         text,
-        "<path {} fill=\"none\" stroke=\"currentColor\" stroke-width=\"{DOT}\" stroke-linecap=\"round\" \
+        "<path {} fill=\"none\" stroke=\"currentColor\" stroke-width=\"{}\" stroke-linecap=\"round\" \
          opacity=\"0.7\" d=\"{path}\"/>",
-        role(series)
+        role(series),
+        series.dot
     );
 }
 

@@ -16,8 +16,11 @@ pub(super) fn draw(text: &mut String, series: &[Series], left: f64, line: f64) {
         let middle = line - 4.0;
         match entry.data {
             Data::Points(_) => {
+                // Large dots would run into each other.
+                let step = if entry.dot > 4.0 { 2 } else { 1 };
                 let wave = [[2.0, 2.0], [7.0, -2.5], [12.0, 1.5], [17.0, -2.0], [22.0, 1.0]];
-                dots(text, entry, &wave.map(|[across, down]| [left + across, middle + down]));
+                let wave = wave.into_iter().step_by(step).map(|[across, down]| [left + across, middle + down]);
+                dots(text, entry, &wave.collect::<Vec<_>>());
             }
             Data::Line(_) => curve(text, entry, &format!("M{},{middle}h{}", pixel(left), MARK - 7.0)),
             Data::Band(_) => put!(

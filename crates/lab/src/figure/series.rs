@@ -11,6 +11,8 @@ pub struct Series {
     pub(super) role: Role,
     pub(super) name: String,
     pub(super) dashes: Option<&'static str>,
+    /// Diameter of a dot [px].
+    pub(super) dot: f64,
     pub(super) data: Data,
 }
 
@@ -43,8 +45,13 @@ impl Series {
         Self { dashes: Some("6 4"), ..self }
     }
 
+    /// The same points larger: few, and each of them counts.
+    pub fn large(self) -> Self {
+        Self { dot: 6.0, ..self }
+    }
+
     fn new(role: Role, name: impl Into<String>, data: Data) -> Self {
-        Self { role, name: name.into(), dashes: role.line().1, data }
+        Self { role, name: name.into(), dashes: role.line().1, dot: 2.3, data }
     }
 
     /// The values that can be shown: x and each y.

@@ -32,15 +32,20 @@ pub struct Minimum<const N: usize> {
 const DAMPING: f64 = 1e-4;
 
 /// Minimises the sum of squared residuals from a start, within `low … high` of each parameter.
-pub fn minimise<const N: usize>(
+///
+/// # Errors
+/// The first that the residuals return; with [`Infallible`](std::convert::Infallible) there is none.
+pub fn minimise<const N: usize, E>(
     start: [f64; N],
     bounds: [[f64; 2]; N],
     stop: Stop,
-    residuals: impl Fn([Dual<N>; N]) -> Vec<Dual<N>>,
-) -> Minimum<N> {
-    let evaluate = |p: [f64; N]| Normal::of(&residuals(std::array::from_fn(|i| Dual::variable(p[i], i))), &p);
+    residuals: impl Fn([Dual<N>; N]) -> Result<Vec<Dual<N>>, E>,
+) -> Result<Minimum<N>, E> {
+    let evaluate = |p: [f64; N]| -> Result<_, E> {
+        Ok(Normal::of(&residuals(std::array::from_fn(|i| Dual::variable(p[i], i)))?, &p))
+    };
     let mut minimum = Minimum { parameters: start, cost: f64::INFINITY, converged: false };
-    let mut normal = evaluate(start);
+    let mut normal = evaluate(start)?;
     minimum.cost = normal.cost;
     let mut damping = DAMPING;
     for _ in 1..stop.evaluations {
@@ -54,7 +59,7 @@ pub fn minimise<const N: usize>(
             // At most a factor of e at once: beyond, the linear model says nothing.
             next[i] = (next[i] * step[i].clamp(-1.0, 1.0).exp()).clamp(bounds[i][0], bounds[i][1]);
         }
-        let candidate = evaluate(next);
+        let candidate = evaluate(next)?;
         // Within rounding of the cost a step still improves the parameters.
         if candidate.cost <= minimum.cost * (1.0 + 1e-12) {
             let fall = 1.0 - candidate.cost / minimum.cost;
@@ -71,7 +76,7 @@ pub fn minimise<const N: usize>(
             }
         }
     }
-    minimum
+    Ok(minimum)
 }
 
 /// Normal equations in the logarithms.
@@ -117,8 +122,9 @@ mod tests {
     use super::*;
 
     /// Rosenbrock's valley over positive parameters: minimum at (1, 1).
-    fn valley([x, y]: [Dual<2>; 2]) -> Vec<Dual<2>> {
-        vec![(y - x * x) * Dual::of(10.0), Dual::of(1.0) - x]
+    fn valley([x, y]: [Dual<2>; 2]) -> Result<Vec<Dual<2>>, f64> {
+        let here = x.value;
+        if here > 50.0 { Err(here) } else { Ok(vec![(y - x * x) * Dual::of(10.0), Dual::of(1.0) - x]) }
     }
 
     const FREE: [[f64; 2]; 2] = [[0.0, f64::INFINITY]; 2];
@@ -126,15 +132,20 @@ mod tests {
 
     #[test]
     fn it_walks_down_a_crooked_valley() {
-        let minimum = minimise([0.01, 3.0], FREE, STOP, valley);
+        let minimum = minimise([0.01, 3.0], FREE, STOP, valley).unwrap();
         assert!(minimum.converged && minimum.cost < 1e-20, "{minimum:?}");
         assert!(minimum.parameters.iter().all(|p| (p - 1.0).abs() < 1e-9));
     }
 
     #[test]
     fn bounds_and_zeros_hold_and_a_small_budget_is_admitted() {
-        assert_eq!(minimise([0.3, 0.2], [[0.0, 0.5], [0.0, f64::INFINITY]], STOP, valley).parameters[0], 0.5);
-        assert_eq!(minimise([0.0, 0.2], FREE, STOP, valley).parameters[0], 0.0);
-        assert!(!minimise([0.01, 3.0], FREE, Stop { evaluations: 3, ..STOP }, valley).converged);
+        assert_eq!(minimise([0.3, 0.2], [[0.0, 0.5], [0.0, f64::INFINITY]], STOP, valley).unwrap().parameters[0], 0.5);
+        assert_eq!(minimise([0.0, 0.2], FREE, STOP, valley).unwrap().parameters[0], 0.0);
+        assert!(!minimise([0.01, 3.0], FREE, Stop { evaluations: 3, ..STOP }, valley).unwrap().converged);
+    }
+
+    #[test]
+    fn a_refusal_of_the_residuals_ends_the_search() {
+        assert_eq!(minimise([60.0, 3.0], FREE, STOP, valley), Err(60.0));
     }
 }

@@ -3,6 +3,8 @@
 //! A global search by variable projection, then Levenberg-Marquardt in log-parameters, whose derivatives are those of
 //! the curve itself over dual numbers. Whether a drop is in the data at all is judged apart: [`StribeckDrop`].
 
+use std::convert::Infallible;
+
 use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::{Dual, Scalar};
@@ -190,10 +192,11 @@ fn polish(samples: &[Sample], start: Parameters<f64>, bounds: [f64; 2]) -> Param
     };
     let residuals = |parameters| {
         let curve = curve(parameters);
-        samples.iter().map(|s| residual(&curve, s)).collect()
+        Ok::<_, Infallible>(samples.iter().map(|s| residual(&curve, s)).collect())
     };
     let stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 100 };
-    minimise(start, [FREE, FREE, bounds, FREE], stop, residuals).parameters
+    let Ok(minimum) = minimise(start, [FREE, FREE, bounds, FREE], stop, residuals);
+    minimum.parameters
 }
 
 fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {

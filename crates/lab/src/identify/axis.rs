@@ -15,6 +15,7 @@ use stickslip_core::scalar::{Mask, Scalar};
 
 use super::motion::Motion;
 use crate::machine::{Cascade, Signals};
+use crate::{Error, Watch};
 
 /// An axis with a sliding curve for each direction; units as the axis has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,9 +159,17 @@ impl Loop<'_> {
 
     /// Simulates samples from the measured state at the first of them; the recorded command is not used.
     ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    ///
     /// # Panics
     /// If the range does not begin with two samples before it, or ends beyond the recording.
-    pub fn simulate<T: Scalar>(&self, model: &AxisModel<T>, range: Range<usize>) -> ClosedLoop<T> {
+    pub fn simulate<T: Scalar>(
+        &self,
+        model: &AxisModel<T>,
+        range: Range<usize>,
+        watch: &Watch,
+    ) -> Result<ClosedLoop<T>, Error> {
         assert!(range.start >= 2, "the controller remembers two positions");
         let Cascade { position_gain, velocity_gain, limit } = self.controller;
         let dt = T::of(self.signals.period / self.sub_steps as f64);
@@ -173,6 +182,10 @@ impl Loop<'_> {
         let mut drive = T::of(self.motion.force[first - 1]);
         let mut run = ClosedLoop { range: range.clone(), position: Vec::new(), command: Vec::new() };
         for i in range {
+            // A thousand samples take some milliseconds.
+            if i % 1000 == 0 {
+                watch.check()?;
+            }
             // The difference of two means of neighbours spans two periods.
             let rate = (axis.position - before[1]) * T::of(0.5 / self.signals.period);
             let wanted = T::of(position_gain) * (T::of(self.reference[i]) - axis.position);
@@ -187,7 +200,7 @@ impl Loop<'_> {
                 axis = model.advance(axis, drive, dt, kick, hold);
             }
         }
-        run
+        Ok(run)
     }
 
     /// How far a simulation is from the recording, without its first `skip` samples.
@@ -242,6 +255,18 @@ mod tests {
         look(&Loop { signals: &signals, reference: &reference, motion: &motion, controller, gain, sub_steps: 20 })
     }
 
+    fn simulated(around: &Loop<'_>, model: &AxisModel<f64>, range: Range<usize>) -> ClosedLoop<f64> {
+        around.simulate(model, range, &Watch::silent()).unwrap()
+    }
+
+    #[test]
+    fn a_simulation_ends_when_it_is_cancelled() {
+        let watch = Watch::new(std::sync::Arc::new(true.into()), |_, _| {});
+        at_rest(1.0, |around| {
+            assert!(matches!(around.simulate(&axis(), 2..20_000, &watch), Err(Error::Cancelled)));
+        });
+    }
+
     fn axis() -> AxisModel<f64> {
         let side = coulomb(20.0, 200.0);
         AxisModel { inertia: 95.0, positive: side, negative: side, offset: 3.0, lag: 3e-4, bristles: None }
@@ -251,7 +276,7 @@ mod tests {
     fn an_axis_held_below_breakaway_does_not_move_at_all_and_above_it_moves() {
         // Breakaway against the offset: 23 N forward, 17 N backward, at 1.344e6 N per metre of distance.
         for (distance, moves) in [(1.70e-5, false), (1.72e-5, true), (-1.26e-5, false), (-1.27e-5, true)] {
-            let last = at_rest(distance, |around| *around.simulate(&axis(), 2..20_000).position.last().unwrap());
+            let last = at_rest(distance, |around| *simulated(around, &axis(), 2..20_000).position.last().unwrap());
             assert_eq!(last != 0.0, moves, "{distance}: {last}");
             assert!(!moves || last * distance > 0.0);
         }
@@ -263,11 +288,11 @@ mod tests {
             let mut signals = around.signals.clone();
             signals.injected = Some(vec![-10.0; signals.position.len()]);
             let balanced = Loop { signals: &signals, ..*around };
-            let run = balanced.simulate(&AxisModel { offset: 0.0, ..axis() }, 2..500);
+            let run = simulated(&balanced, &AxisModel { offset: 0.0, ..axis() }, 2..500);
             assert!(run.command.iter().all(|u| *u == 10.0));
             // 10 V of the controller against 10 V injected: nothing is left to move the axis.
             assert!(run.position.iter().all(|q| *q == 0.0));
-            assert!(around.simulate(&axis(), 2..500).position[400] > 0.1);
+            assert!(simulated(around, &axis(), 2..500).position[400] > 0.1);
         });
     }
 
@@ -275,7 +300,7 @@ mod tests {
     fn bristles_hold_elastically_and_slide_on_the_curve() {
         let mut model = axis();
         model.bristles = Some(Bristles::passive(9e5, 3e3, [&model.positive, &model.negative]));
-        let last = at_rest(1.5e-5, |around| *around.simulate(&model, 2..20_000).position.last().unwrap());
+        let last = at_rest(1.5e-5, |around| *simulated(around, &model, 2..20_000).position.last().unwrap());
         // Spring of the loop against spring of the bristles: 1.344e6·(1.5e-5 − q) = 9e5·q + 3, less what slides.
         let elastic = (1.344e6 * 1.5e-5 - 3.0) / (1.344e6 + 9e5);
         assert!(last > elastic && last < 1.5e-5, "{last} {elastic}");

@@ -7,10 +7,14 @@
 
 mod axis;
 mod curve;
+mod figures;
 mod files;
+mod limits;
 mod models;
 mod motion;
+mod parameters;
 mod refine;
+mod report;
 mod results;
 mod rigid;
 
@@ -19,14 +23,16 @@ pub use curve::{FrictionCurve, Plateau};
 pub use files::{feedforward_csv, model_toml};
 pub use models::{Candidate, Kind};
 pub use motion::{Motion, Regression};
+pub use parameters::{ParameterLine, parameter_lines};
 pub use refine::{CLOSED_LOOP, Refined};
+pub use report::report;
 pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 
-use crate::Error;
 use crate::fit::{Side, StribeckFit, StribeckPlan, fit_stribeck};
 use crate::machine::{Axis, Controller, Machine, Signals};
 use crate::recording::Recording;
+use crate::{Error, Watch};
 
 /// All that a recording tells about its axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,8 +63,9 @@ pub struct Identification {
 ///
 /// # Errors
 /// Whatever keeps the recording from being read as the machine file says, too short a recording, a motion that does
-/// not tell the parameters apart, or an inertia that is not positive.
-pub fn identify(recording: &Recording, machine: &Machine) -> Result<Identification, Error> {
+/// not tell the parameters apart, or an inertia that is not positive; [`Error::Cancelled`].
+pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
+    watch.stage("balance of forces", 0.0)?;
     let signals = machine.signals(recording)?;
     let motion = Motion::of(&signals, machine)?;
     let (samples, recipe) = (motion.samples(), machine.recipe);
@@ -84,10 +91,11 @@ pub fn identify(recording: &Recording, machine: &Machine) -> Result<Identificati
         }
         _ => None,
     };
-    let candidates = models::candidates(&motion, around.as_ref(), &recipe)?;
+    let candidates = models::candidates(&motion, around.as_ref(), &recipe, watch)?;
     let error = |i: &usize| candidates[*i].held_out;
     let best = (0..candidates.len()).min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0);
-    let closed_loop = around.map(|around| around.simulate(&candidates[best].model, 2..samples));
+    let simulate = |around: Loop<'_>| around.simulate(&candidates[best].model, 2..samples, watch);
+    let closed_loop = around.map(simulate).transpose()?;
     Ok(Identification {
         axis: machine.axis,
         symmetric,

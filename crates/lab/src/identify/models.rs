@@ -1,14 +1,18 @@
 //! The candidates, from a rigid body to bristles, each fitted and then judged on what it has not seen.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
 use super::axis::{AxisModel, Bristles, Loop, Prediction, coulomb};
 use super::motion::Motion;
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
-use super::rigid::{Asymmetric, Symmetric};
-use crate::Error;
+use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
+use crate::{Error, Watch};
+
+/// Name of the stage that takes longest.
+const FIT: &str = "fit models in the closed loop";
 
 /// How rich a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +37,26 @@ impl Kind {
             Kind::Lugre => "lugre",
         }
     }
+
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Kind::Symmetric => "Coulomb and viscous, both alike",
+            Kind::Asymmetric => "Coulomb and viscous, each direction",
+            Kind::Stribeck => "Stribeck curve, each direction",
+            Kind::Lugre => "LuGre bristles on Stribeck curves",
+        }
+    }
+
+    /// Number of parameters that were fitted.
+    pub fn parameters(self) -> usize {
+        match self {
+            Kind::Symmetric => SYMMETRIC.len(),
+            Kind::Asymmetric => ASYMMETRIC.len(),
+            Kind::Stribeck => STRIBECK,
+            Kind::Lugre => LUGRE,
+        }
+    }
 }
 
 /// A fitted model and how it did.
@@ -53,7 +77,12 @@ pub struct Candidate {
 }
 
 /// Fits and judges all candidates that the recording allows.
-pub(super) fn candidates(motion: &Motion, around: Option<&Loop<'_>>, recipe: &Recipe) -> Result<Vec<Candidate>, Error> {
+pub(super) fn candidates(
+    motion: &Motion,
+    around: Option<&Loop<'_>>,
+    recipe: &Recipe,
+    watch: &Watch,
+) -> Result<Vec<Candidate>, Error> {
     let (samples, middle) = (motion.samples(), motion.samples() / 2);
     let [first, second] = [recipe.skip..middle, middle..samples];
     let Some(around) = around else {
@@ -68,7 +97,11 @@ pub(super) fn candidates(motion: &Motion, around: Option<&Loop<'_>>, recipe: &Re
             |((kind, model), held_out)| Candidate { kind, model, refined: None, held_out, prediction: None };
         return Ok(whole.into_iter().zip(held_out).map(candidate).collect());
     };
-    let job = |range: Range<usize>| move || fit_all(motion, around, range, recipe);
+    // Two fits in the closed loop on each of three stretches.
+    let fits = AtomicU32::new(0);
+    watch.stage(FIT, 0.0)?;
+    let done = || watch.stage(FIT, f64::from(fits.fetch_add(1, Ordering::Relaxed) + 1) / 6.0);
+    let job = |range: Range<usize>| move || fit_all(motion, around, range, recipe, (watch, &done));
     let (whole, by_first, by_second) = thread::scope(|scope| {
         let [a, b] = [first.clone(), second.clone()].map(|range| scope.spawn(job(range)));
         let whole = job(recipe.skip..samples)();
@@ -78,18 +111,21 @@ pub(super) fn candidates(motion: &Motion, around: Option<&Loop<'_>>, recipe: &Re
     let (by_first, by_second) = (by_first?, by_second?);
     // Of each run the first samples are dropped: they still know the state that the run began with.
     let drop = recipe.skip.saturating_sub(2);
-    let predict = |model: &AxisModel<f64>, range: Range<usize>| {
-        around.compare(&around.simulate(model, range.start.max(2)..range.end), drop)
+    let predict = |model: &AxisModel<f64>, range: Range<usize>| -> Result<Prediction, Error> {
+        Ok(around.compare(&around.simulate(model, range.start.max(2)..range.end, watch)?, drop))
     };
-    let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| Candidate {
-        kind: fit.0,
-        held_out: 0.5
-            * (predict(&first_fit.1, second.clone()).voltage_error + predict(&second_fit.1, 2..middle).voltage_error),
-        prediction: Some(predict(&fit.1, 2..samples)),
-        model: fit.1,
-        refined: fit.2,
+    watch.stage("judge the models", 0.0)?;
+    let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| {
+        let [one, other] = [predict(&first_fit.1, second.clone())?, predict(&second_fit.1, 2..middle)?];
+        Ok(Candidate {
+            kind: fit.0,
+            held_out: 0.5 * (one.voltage_error + other.voltage_error),
+            prediction: Some(predict(&fit.1, 2..samples)?),
+            model: fit.1,
+            refined: fit.2,
+        })
     });
-    Ok(judged.collect())
+    judged.collect()
 }
 
 type Fit = (Kind, AxisModel<f64>, Option<Refined>);
@@ -117,7 +153,13 @@ fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind
 }
 
 /// All models from one range. Each starts from the one before; nothing else is assumed.
-fn fit_all(motion: &Motion, around: &Loop<'_>, range: Range<usize>, recipe: &Recipe) -> Result<Vec<Fit>, Error> {
+fn fit_all(
+    motion: &Motion,
+    around: &Loop<'_>,
+    range: Range<usize>,
+    recipe: &Recipe,
+    (watch, done): (&Watch, &(impl Fn() -> Result<(), Error> + Sync)),
+) -> Result<Vec<Fit>, Error> {
     let bodies = rigid(motion, range.clone(), recipe)?;
     let asymmetric = bodies[1].1;
     let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
@@ -136,13 +178,15 @@ fn fit_all(motion: &Motion, around: &Loop<'_>, range: Range<usize>, recipe: &Rec
         side.breakaway_torque = 0.8 * side.kinetic_torque;
         side.stribeck_velocity = 0.1 * fastest;
     }
-    let stribeck = refine::<STRIBECK>(around, &start, range.clone(), recipe.skip);
+    let stribeck = refine::<STRIBECK>(around, &start, range.clone(), recipe.skip, watch)?;
+    done()?;
     let mut start = stribeck.model;
     fits.push((Kind::Stribeck, stribeck.model, Some(stribeck)));
     let stiffness = start.positive.kinetic_torque / (1e-4 * stroke);
     let damping = 0.5 * (stiffness * start.inertia).sqrt();
     start.bristles = Some(Bristles::passive(stiffness, damping, [&start.positive, &start.negative]));
-    let lugre = refine::<LUGRE>(around, &start, range, recipe.skip);
+    let lugre = refine::<LUGRE>(around, &start, range, recipe.skip, watch)?;
+    done()?;
     fits.push((Kind::Lugre, lugre.model, Some(lugre)));
     Ok(fits)
 }

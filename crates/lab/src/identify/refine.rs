@@ -11,6 +11,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::axis::{AxisModel, Bristles, Loop};
 use crate::fit::{LongRun, Stop, minimise};
+use crate::{Error, Watch};
 
 /// Names of the parameters, in order.
 pub const CLOSED_LOOP: [&str; 12] = [
@@ -69,32 +70,36 @@ fn model<const N: usize, T: Scalar>(p: [T; N], offset: f64) -> AxisModel<T> {
 
 /// Minimises the error of the predicted command over a range of samples, without the first `skip` of them. N says what
 /// is free: [`STRIBECK`] or [`LUGRE`].
+///
+/// # Errors
+/// [`Error::Cancelled`].
 pub(super) fn refine<const N: usize>(
     around: &Loop<'_>,
     start: &AxisModel<f64>,
     range: Range<usize>,
     skip: usize,
-) -> Refined {
-    let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| {
-        let run = around.simulate(&model(p, start.offset), range.clone());
+    watch: &Watch,
+) -> Result<Refined, Error> {
+    let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| -> Result<Vec<Dual<N>>, Error> {
+        let run = around.simulate(&model(p, start.offset), range.clone(), watch)?;
         let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
-        pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect::<Vec<_>>()
+        Ok(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect())
     };
     // Most of the way in coarse steps, at a fraction of the time. Stick makes the sum of squares rough: below 1e-5 of it
     // (coarse) and 1e-4 (near the end) a search only wanders, by far less than the parameters' errors.
     let coarse = Loop { sub_steps: around.sub_steps.div_ceil(5), ..*around };
     let free = [[0.0, f64::INFINITY]; N];
     let near =
-        minimise(parameters(start), free, Stop { step: 1e-6, fall: 1e-5, evaluations: 40 }, |p| residuals(&coarse, p));
+        minimise(parameters(start), free, Stop { step: 1e-6, fall: 1e-5, evaluations: 40 }, |p| residuals(&coarse, p))?;
     let stop = Stop { step: 1e-6, fall: 1e-4, evaluations: 10 };
-    let best = minimise(near.parameters, free, stop, |p| residuals(around, p)).parameters;
-    let (shares, critical) = errors(&best, &residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i))));
-    Refined {
+    let best = minimise(near.parameters, free, stop, |p| residuals(around, p))?.parameters;
+    let (shares, critical) = errors(&best, &residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i)))?);
+    Ok(Refined {
         model: model(best, start.offset),
         parameters: best.to_vec(),
         standard_errors: best.iter().zip(&shares).map(|(p, s)| p * s).collect(),
         ci95: best.iter().zip(&shares).map(|(p, s)| [p / (critical * s).exp(), p * (critical * s).exp()]).collect(),
-    }
+    })
 }
 
 /// Standard errors of the logarithms, and the half-width of a 95 % interval in them.

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use super::files::{feedforward_csv, model_toml};
+use super::report::report;
 use super::{ASYMMETRIC, CLOSED_LOOP, Identification, SYMMETRIC};
 use crate::machine::{Axis, Machine};
+use crate::recording::Recording;
 use crate::{Error, Summary, output};
 
 /// What `stickslip identify` found, under the names that scripts rely on.
@@ -52,7 +54,7 @@ pub fn summary(found: &Identification) -> Summary {
     match &best.prediction {
         Some(prediction) => {
             summary.result("prediction.voltage_error", prediction.voltage_error, "1");
-            summary.result("prediction.position_rms", prediction.position_rms, position(found.axis));
+            summary.result("prediction.position_rms", prediction.position_rms, unit("position"));
             summary.result("prediction.held_out_error", best.held_out, "1");
         }
         None => _ = summary.result("prediction.torque_error", best.held_out, "1"),
@@ -70,11 +72,18 @@ pub fn summary(found: &Identification) -> Summary {
     summary
 }
 
-/// Writes `model.toml`, `feedforward.csv` and `summary.json` into a folder.
+/// Writes `model.toml`, `feedforward.csv`, figures, `report.html` and `summary.json` into a folder. `command` is the
+/// command line that makes them again.
 ///
 /// # Errors
 /// A file that cannot be written.
-pub fn write(found: &Identification, machine: &Machine, directory: &Path) -> Result<Summary, Error> {
+pub fn write(
+    found: &Identification,
+    machine: &Machine,
+    recording: &Recording,
+    command: &str,
+    directory: &Path,
+) -> Result<Summary, Error> {
     output::create_folder(directory)?;
     let mut summary = summary(found);
     for (name, text) in
@@ -83,19 +92,18 @@ pub fn write(found: &Identification, machine: &Machine, directory: &Path) -> Res
         output::write(&directory.join(name), text)?;
         summary.file(name);
     }
+    for (name, figure, _) in found.figures() {
+        output::write(&directory.join(name), figure.svg())?;
+        summary.file(name);
+    }
+    report(found, machine, recording, &summary, command).write(&directory.join("report.html"))?;
+    summary.file("report.html");
     summary.write(directory)?;
     Ok(summary)
 }
 
-fn position(axis: Axis) -> &'static str {
-    match axis {
-        Axis::Linear => "m",
-        Axis::Rotary => "rad",
-    }
-}
-
 /// Unit of a parameter by the last part of its name.
-fn unit(axis: Axis, name: &str) -> &'static str {
+pub(super) fn unit(axis: Axis, name: &str) -> &'static str {
     let name = name.rsplit(['.', '_']).next().unwrap_or(name);
     match (name, axis) {
         ("lag", _) => "s",
@@ -105,6 +113,8 @@ fn unit(axis: Axis, name: &str) -> &'static str {
         ("viscous" | "damping", Axis::Rotary) => "N m s/rad",
         ("velocity", Axis::Linear) => "m/s",
         ("velocity", Axis::Rotary) => "rad/s",
+        ("position", Axis::Linear) => "m",
+        ("position", Axis::Rotary) => "rad",
         ("stiffness", Axis::Linear) => "N/m",
         ("stiffness", Axis::Rotary) => "N m/rad",
         (_, Axis::Linear) => "N",
@@ -118,9 +128,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_promised_names_are_there_with_their_units_and_the_files_beside() {
+    fn the_promised_names_are_there_with_their_units_and_the_files_beside_always_the_same() {
         let folder = tempfile::tempdir().unwrap();
-        let summary = write(found(), &emps().0, folder.path()).unwrap();
+        let summary = write(found(), &emps().0, &emps().1, "stickslip identify", folder.path()).unwrap();
         for name in [
             "inertia.mass",
             "friction.positive.coulomb",
@@ -137,8 +147,15 @@ mod tests {
         assert_eq!(summary.value("stribeck.identifiable"), Some(0.0));
         assert_eq!(summary.value("friction.negative.viscous"), Some(found().asymmetric.fit.coefficients[3]));
         assert_eq!(summary.value("friction.positive.breakaway"), None);
-        for name in ["model.toml", "feedforward.csv", "summary.json"] {
-            assert!(folder.path().join(name).is_file(), "{name}");
+        let names =
+            ["model.toml", "feedforward.csv", "figure-friction.svg", "figure-prediction.svg", "figure-error.svg"];
+        let written: serde_json::Value = serde_json::from_str(&summary.to_json()).unwrap();
+        assert_eq!(written["files"], serde_json::json!([&names[..], &["report.html"]].concat()));
+        let again = tempfile::tempdir().unwrap();
+        write(found(), &emps().0, &emps().1, "stickslip identify", again.path()).unwrap();
+        for name in names.into_iter().chain(["report.html", "summary.json"]) {
+            let [one, other] = [&folder, &again].map(|folder| std::fs::read(folder.path().join(name)).unwrap());
+            assert!(!one.is_empty() && one == other, "{name}");
         }
         for (name, expected) in
             [("positive.stribeck_velocity", "rad/s"), ("bristle_damping", "N m s/rad"), ("positive.breakaway", "N m")]

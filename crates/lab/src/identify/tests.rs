@@ -1,5 +1,6 @@
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use super::*;
 use crate::fit::LinearFit;
@@ -19,7 +20,12 @@ pub(super) fn emps() -> &'static (Machine, Recording) {
 /// The whole recording, identified once for all tests.
 pub(super) fn found() -> &'static Identification {
     static FOUND: OnceLock<Identification> = OnceLock::new();
-    FOUND.get_or_init(|| identify(&emps().1, &emps().0).unwrap())
+    FOUND.get_or_init(|| silent(&emps().1, &emps().0).unwrap())
+}
+
+/// Without anybody who watches.
+fn silent(recording: &Recording, machine: &Machine) -> Result<Identification, Error> {
+    identify(recording, machine, &Watch::silent())
 }
 
 /// The recording with other signals, and of it the first so many rows.
@@ -157,14 +163,14 @@ fn published_values_take_no_part() {
     let mut other = machine.clone();
     other.published.clear();
     other.published.insert("symmetric".into(), [("mass".to_owned(), vec![1e6])].into());
-    assert_eq!(identify(&short, machine).unwrap(), identify(&short, &other).unwrap());
+    assert_eq!(silent(&short, machine).unwrap(), silent(&short, &other).unwrap());
 }
 
 #[test]
 fn without_a_controller_the_force_of_the_second_half_is_the_judge() {
     let mut machine = emps().0.clone();
     machine.controller = Controller::Unknown;
-    let found = identify(&emps().1, &machine).unwrap();
+    let found = silent(&emps().1, &machine).unwrap();
     assert_eq!(found.candidates.len(), 2);
     assert!(found.closed_loop.is_none() && found.candidates.iter().all(|c| c.prediction.is_none()));
     assert_eq!(found.best().kind, Kind::Asymmetric);
@@ -187,7 +193,7 @@ fn a_recorded_model_is_found_again() {
         gain: machine.gain,
         sub_steps: Loop::SUB_STEPS,
     };
-    let run = around.simulate(&truth, 2..8002);
+    let run = around.simulate(&truth, 2..8002, &Watch::silent()).unwrap();
     let columns = vec![
         Column::new("t", (0..8000).map(|i| f64::from(i) * 1e-3).collect()),
         // As the encoder reads it, grid 5e-8 m.
@@ -195,7 +201,7 @@ fn a_recorded_model_is_found_again() {
         Column::new("qg", reference[2..8002].to_vec()),
         Column::new("vir", run.command),
     ];
-    let again = identify(&Recording::from_columns("simulated", columns), machine).unwrap();
+    let again = silent(&Recording::from_columns("simulated", columns), machine).unwrap();
     let refined = again.candidates[2].refined.as_ref().unwrap();
     let theirs = found().candidates[2].refined.as_ref().unwrap();
     // What the encoder's grid leaves: its command noise of some mV against 40 mV of misfit in the real recording.
@@ -209,12 +215,20 @@ fn a_reversed_gain_a_short_recording_and_an_axis_at_rest_are_refused() {
     let (machine, recording) = emps();
     let mut reversed = machine.clone();
     reversed.gain = -machine.gain;
-    let error = identify(recording, &reversed).unwrap_err().to_string();
+    let error = silent(recording, &reversed).unwrap_err().to_string();
     assert!(error.contains("inertia is -9.5") && error.contains("drive.gain"), "{error}");
-    let short = identify(&changed(600, |_, v| v), machine);
+    let short = silent(&changed(600, |_, v| v), machine);
     assert!(matches!(short, Err(Error::TooFew { found: 600, needed: 700, .. })));
     let at_rest = changed(2000, |name, v| if name == "qm" { 0.1 } else { v });
-    assert!(matches!(identify(&at_rest, machine), Err(Error::Dependent { .. })));
+    assert!(matches!(silent(&at_rest, machine), Err(Error::Dependent { .. })));
+}
+
+#[test]
+fn a_cancellation_during_the_fits_is_heard() {
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let flag = cancelled.clone();
+    let watch = Watch::new(cancelled, move |stage, _| flag.store(stage.starts_with("fit"), Ordering::Relaxed));
+    assert!(matches!(identify(&emps().1, &emps().0, &watch), Err(Error::Cancelled)));
 }
 
 #[test]

@@ -8,7 +8,7 @@ fn report(text: &str) -> Report {
     let provenance = Provenance {
         command: format!("stickslip demo --out {text}"),
         version: "0.1.0".into(),
-        seed: 7,
+        seed: Some(7),
         parameters: format!("# {text}\n[model.load.friction]\nbreakaway_torque = 0.3\n"),
     };
     let figure = Figure::new(text)

@@ -1,0 +1,233 @@
+//! The report of an identification: what is known, how well, and what the recording cannot tell.
+
+use super::limits::{percent, tied};
+use super::parameters::{BEST, ParameterLine, lines, parameter_lines};
+use super::results::unit;
+use super::{Candidate, Identification};
+use crate::Summary;
+use crate::fit::StribeckFit;
+use crate::machine::{Axis, Machine};
+use crate::quantity::Estimate;
+use crate::recording::Recording;
+use crate::report::{Cell, Provenance, Report, Table};
+
+/// The whole report. `command` is the command line that makes it again.
+pub fn report(
+    found: &Identification,
+    machine: &Machine,
+    recording: &Recording,
+    summary: &Summary,
+    command: &str,
+) -> Report {
+    let provenance = Provenance {
+        command: command.into(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        seed: None,
+        parameters: machine.text.clone(),
+    };
+    let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let [directions, alike] = parameter_lines(summary, machine);
+    let mut report = Report::new(format!("{}: inertia and friction from {file}", machine.name), provenance)
+        .paragraph(main_result(found, summary))
+        .paragraph(prediction(found, summary))
+        .heading("A friction for each direction")
+        .table(table(&directions));
+    let mut intervals = "Intervals are for 95\u{a0}% and count that residuals follow each other.".to_owned();
+    if !machine.published.is_empty() {
+        intervals.push_str(
+            " Published values come from the machine file and took no part; their intervals are 1.96 published \
+             standard deviations, which take every sample for news and are therefore narrower.",
+        );
+    }
+    report = report.paragraph(intervals);
+    let mut figures = found.figures().into_iter();
+    if let Some((_, figure, caption)) = figures.next() {
+        report = report.figure(figure, caption);
+    }
+    report = report.heading("What this recording cannot tell");
+    for limit in found.limits() {
+        report = report.paragraph(limit);
+    }
+    report = report
+        .heading("One friction for both directions, and an offset")
+        .table(table(&alike))
+        .heading("Which model predicts best")
+        .paragraph(
+            "Each model was fitted to one half of the recording and judged on the other; the one with the smallest \
+             error there is best and stands in model.toml.",
+        )
+        .table(candidates(found));
+    for (_, figure, caption) in figures {
+        report = report.figure(figure, caption);
+    }
+    let refined = lines(&BEST, "", summary, machine);
+    if !refined.is_empty() {
+        report = report.heading("Parameters of the best model").table(table(&refined)).paragraph(
+            "Fitted to the recorded command in the simulated closed loop; each ± is half of the width of the 95\u{a0}% interval. The \
+             intervals themselves, which are not symmetric, stand in summary.json.",
+        );
+    }
+    report
+}
+
+fn table(lines: &[ParameterLine]) -> Table {
+    let published = lines.iter().any(|line| line.published.is_some());
+    let head: &[&str] = if published { &["", "identified", "published"] } else { &["", "identified"] };
+    lines.iter().fold(Table::new(head.iter().copied()), |table, line| {
+        let cells = [Some(Cell::from(line.name)), Some(line.identified.clone().into())];
+        table.row(cells.into_iter().chain([line.published.clone().map(Cell::from)]).flatten())
+    })
+}
+
+/// Inertia, the friction of each direction, and whether there is a Stribeck drop.
+fn main_result(found: &Identification, summary: &Summary) -> String {
+    let read = |name: &str| summary.estimate(name).map_or_else(|| "unknown".to_owned(), |e| tied(&e));
+    let inertia = match found.axis {
+        Axis::Linear => "The moving mass",
+        Axis::Rotary => "The moment of inertia",
+    };
+    let side = |side: &str| {
+        let [coulomb, viscous] = ["coulomb", "viscous"].map(|name| read(&format!("friction.{side}.{name}")));
+        format!("against {side} velocity {coulomb} plus {viscous} times the speed")
+    };
+    let drop = |fit: &&Option<StribeckFit>| fit.as_ref().is_some_and(|fit| fit.drop.is_identified());
+    let drops = match found.stribeck.iter().filter(drop).count() {
+        0 => "No Stribeck drop is identifiable",
+        1 => "A Stribeck drop is identifiable in one direction only",
+        _ => "Both directions show a Stribeck drop",
+    };
+    format!(
+        "{inertia} is {}. Friction is {}, and {}. {drops}. Inertia and friction explain {} of drive {} with an error \
+         of {}.",
+        read("inertia.mass"),
+        side("positive"),
+        side("negative"),
+        tied(&Estimate::new(found.motion.samples() as f64 * found.motion.period, "s")),
+        found.force().0,
+        percent(found.asymmetric.fit.relative_error),
+    )
+}
+
+/// How good the best model is, on what.
+fn prediction(found: &Identification, summary: &Summary) -> String {
+    let best = found.best();
+    let title = best.kind.title();
+    match (&best.prediction, summary.estimate("prediction.position_rms")) {
+        (Some(prediction), Some(position)) => format!(
+            "Simulated with the known controller, the best model ({title}) gives the recorded command with an error of {} \
+             and the position within {} rms. On halves of the recording that its fit had not \
+             seen, the error of the command is {}.",
+            percent(prediction.voltage_error),
+            tied(&position),
+            percent(best.held_out),
+        ),
+        _ => format!(
+            "The controller is not known, so no closed loop is simulated. The best model ({title}), fitted to the \
+             first half, explains the drive {} of the second with an error of {}.",
+            found.force().0,
+            percent(best.held_out),
+        ),
+    }
+}
+
+fn candidates(found: &Identification) -> Table {
+    let simulated = found.closed_loop.is_some();
+    let head: &[&str] = if simulated {
+        &["error of the command", "parameters", "unseen halves", "whole", "position, rms"]
+    } else {
+        &["error of the force", "parameters", "unseen half"]
+    };
+    let share = |error: f64| Cell::from(Estimate::new(100.0 * error, "%"));
+    let row = |candidate: &Candidate| {
+        let best = if candidate.kind == found.best().kind { " (best)" } else { "" };
+        let name = Cell::Text(format!("{}{best}", candidate.kind.title()));
+        let parameters = Cell::Text(candidate.kind.parameters().to_string());
+        let mut cells = vec![name, parameters, share(candidate.held_out)];
+        if let Some(prediction) = candidate.prediction {
+            cells.push(share(prediction.voltage_error));
+            cells.push(Estimate::new(prediction.position_rms, unit(found.axis, "position")).into());
+        }
+        cells
+    };
+    found.candidates.iter().fold(Table::new(head.iter().copied()), |table, candidate| table.row(row(candidate)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::results;
+    use super::super::tests::{emps, found};
+    use super::*;
+
+    fn page(machine: &Machine) -> String {
+        report(found(), machine, &emps().1, &results::summary(found()), "stickslip identify emps.csv.gz").html()
+    }
+
+    #[test]
+    fn every_number_of_the_summary_is_on_the_page() {
+        let page = page(&emps().0);
+        let summary: serde_json::Value = serde_json::from_str(&results::summary(found()).to_json()).unwrap();
+        let mut seen = 0;
+        for (name, result) in summary["results"].as_object().unwrap() {
+            let (value, unit) = (result["value"].as_f64().unwrap(), result["unit"].as_str().unwrap());
+            let share = name.starts_with("prediction.") && unit == "1";
+            let mut estimate = Estimate::new(value, unit);
+            if let Some(ci95) = result["ci95"].as_array() {
+                estimate = estimate.with_half_width(0.5 * (ci95[1].as_f64().unwrap() - ci95[0].as_f64().unwrap()));
+            } else if share {
+                estimate = Estimate::new(100.0 * value, "%");
+            } else if name != "prediction.position_rms" {
+                continue;
+            }
+            let written = estimate.written();
+            let half_width =
+                if written.half_width.is_empty() { String::new() } else { format!("± {}", written.half_width) };
+            let cells = format!(
+                "<td class=\"value\">{}</td><td class=\"half-width\">{half_width}</td><td class=\"unit\">{}</td>",
+                written.value, written.unit
+            );
+            assert!(page.contains(&cells), "{name}: {cells}");
+            seen += 1;
+        }
+        // 9 of the least squares, 12 of the closed loop, 3 of the prediction.
+        assert_eq!(seen, 24);
+    }
+
+    #[test]
+    fn published_values_stand_beside_and_are_left_out_where_there_are_none() {
+        let mut machine = emps().0.clone();
+        assert!(page(&machine).contains("<td class=\"value\">95.1</td><td class=\"half-width\">± 0.2</td>"));
+        machine.published.clear();
+        assert!(!page(&machine).contains("published</th>"));
+    }
+
+    #[test]
+    fn names_and_text_of_the_machine_file_are_escaped() {
+        let mut machine = emps().0.clone();
+        machine.name = "<b>Axis & co</b>".into();
+        machine.text = "# <script>alert(1)</script>".into();
+        let page = page(&machine);
+        assert!(!page.contains("<b>") && !page.contains("<script>"));
+        assert!(page.contains("<h1>&lt;b&gt;Axis &amp; co&lt;/b&gt;: inertia and friction from emps.csv.gz</h1>"));
+    }
+
+    #[test]
+    fn without_a_controller_the_report_speaks_of_forces_and_of_a_rotary_axis_in_torques() {
+        let mut open = found().clone();
+        open.closed_loop = None;
+        open.candidates.truncate(2);
+        open.best = 1;
+        open.candidates.iter_mut().for_each(|candidate| candidate.prediction = None);
+        open.axis = Axis::Rotary;
+        let mut machine = emps().0.clone();
+        machine.axis = Axis::Rotary;
+        let summary = results::summary(&open);
+        let page = report(&open, &machine, &emps().1, &summary, "").html();
+        assert!(page.contains("moment of inertia J") && page.contains("<td class=\"unit\">kg·m²</td>"));
+        assert!(
+            page.contains("The controller is not known")
+                && page.contains("Balance of forces")
+                && page.contains("torque, N·m")
+        );
+        assert!(!page.contains("whole</th>") && !page.contains("bristle stiffness"));
+    }
+}
