@@ -80,8 +80,8 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
     /// Rate at which the bristle slides, α·σ₀·|Ω|/g [1/s].
     fn slide(&self, x: &DriveState) -> f64 {
         let speed = x[VELOCITY].abs();
-        let release = self.bristle.release(x[DEFLECTION], x[VELOCITY]);
-        release * self.bristle.stiffness() * speed / self.bristle.sliding(speed)
+        let level = self.bristle.sliding(speed);
+        self.bristle.release(x[DEFLECTION], x[VELOCITY], level) * self.bristle.stiffness() * speed / level
     }
 
     /// The largest step [s] of a scheme at a velocity of the load [rad/s].

@@ -15,8 +15,9 @@ use crate::scalar::{Mask, Scalar};
 pub trait Bristle<T: Scalar> {
     /// Sliding level g [N m] at a speed ≥ 0 [rad/s], without the viscous part.
     fn sliding(&self, speed: T) -> T;
-    /// Share α of the motion that slides: 0 elastic … 1 sliding, at a deflection [rad] and a velocity [rad/s].
-    fn release(&self, deflection: T, velocity: T) -> T;
+    /// Share α of the motion that slides: 0 elastic … 1 sliding, at a deflection [rad] and a velocity [rad/s], where
+    /// the sliding level is `level` [N m].
+    fn release(&self, deflection: T, velocity: T, level: T) -> T;
     /// Damping σ₁ of the bristles [N m s/rad] at a velocity [rad/s].
     fn damping(&self, velocity: T) -> T;
     /// Stiffness σ₀ of the bristles [N m/rad].
@@ -27,7 +28,8 @@ pub trait Bristle<T: Scalar> {
 #[inline(always)]
 pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (T, T) {
     let speed = velocity.abs();
-    let slide = model.release(deflection, velocity) * model.stiffness() * speed / model.sliding(speed);
+    let level = model.sliding(speed);
+    let slide = model.release(deflection, velocity, level) * (model.stiffness() * speed / level);
     let rate = velocity - slide * deflection;
     (rate, model.stiffness() * deflection + model.damping(velocity) * rate)
 }
@@ -35,30 +37,32 @@ pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (
 /// One step with the velocity held: z relaxes exponentially to its steady value, so that the step is stable for any
 /// stiffness and any `dt` [s].
 ///
-/// `release` (α) is handed in: a splitting scheme takes it at the midpoint. Returns the new deflection [rad] and the
+/// The sliding level [N m] at this speed and the release α are handed in: a splitting scheme takes the release at the
+/// midpoint, and the level is needed for both. Returns the new deflection [rad] and the
 /// mean bristle torque over the step [N m]; b·Ω is added outside.
 ///
 /// With λ = α·σ₀·|Ω|/g and x = λ·dt: z⁺ = z + (Ω − λ·z)·dt·φ₁(x), mean z = z + (Ω − λ·z)·dt·φ₂(x), where
 /// φ₁ = (1 − e^(−x))/x and φ₂ = (1 − φ₁)/x.
 #[inline(always)]
-pub fn advance<T: Scalar>(model: &impl Bristle<T>, deflection: T, release: T, velocity: T, dt: T) -> (T, T) {
+pub fn advance<T: Scalar>(model: &impl Bristle<T>, level: T, release: T, deflection: T, velocity: T, dt: T) -> (T, T) {
     let one = T::of(1.0);
-    let speed = velocity.abs();
-    let slide = release * model.stiffness() * speed / model.sliding(speed);
+    // The quotient does not wait for the release.
+    let slide = release * (model.stiffness() * velocity.abs() / level);
     let x = slide * dt;
-    // The quotients cancel for small x: there the series up to x⁷/9! (remainder 2e-18 at 1/32).
-    let small = x.lt(T::of(0.031_25));
-    let mut series = T::of(1.0 / 362_880.0);
-    for factorial in [40_320.0, 5_040.0, 720.0, 120.0, 24.0, 6.0, 2.0] {
+    // The quotients cancel for small x: there the series up to x⁴/6!. At 1/128 it lacks 6e-15, the quotients 2e-12.
+    let small = x.lt(T::of(0.007_812_5));
+    let mut series = T::of(1.0 / 720.0);
+    for factorial in [120.0, 24.0, 6.0, 2.0] {
         series = T::of(1.0 / factorial) - x * series;
     }
-    let quotient = (one - (-x).exp()) / small.select(one, x);
+    let inverse = one / small.select(one, x);
+    let quotient = (one - (-x).exp()) * inverse;
     let phi1 = small.select(one - x * series, quotient);
-    let phi2 = small.select(series, (one - quotient) / small.select(one, x));
-    let drive = (velocity - slide * deflection) * dt;
-    let next = deflection + drive * phi1;
-    let mean = deflection + drive * phi2;
-    (next, model.stiffness() * mean + model.damping(velocity) * ((next - deflection) / dt))
+    let phi2 = small.select(series, (one - quotient) * inverse);
+    let rate = velocity - slide * deflection;
+    let mean_rate = rate * phi1;
+    let mean = deflection + rate * dt * phi2;
+    (deflection + mean_rate * dt, model.stiffness() * mean + model.damping(velocity) * mean_rate)
 }
 
 /// Dahl friction: presliding with hysteresis, no Stribeck drop, no damping.
@@ -88,7 +92,7 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     #[inline(always)]
-    fn release(&self, _deflection: T, _velocity: T) -> T {
+    fn release(&self, _deflection: T, _velocity: T, _level: T) -> T {
         T::of(1.0)
     }
 
@@ -152,13 +156,13 @@ impl<T: Scalar> Bristle<T> for LuGre<T> {
     }
 
     #[inline(always)]
-    fn release(&self, _deflection: T, _velocity: T) -> T {
+    fn release(&self, _deflection: T, _velocity: T, _level: T) -> T {
         T::of(1.0)
     }
 
     #[inline(always)]
     fn damping(&self, velocity: T) -> T {
-        match self.fading {
+        match &self.fading {
             Fading::Gaussian(fading) => {
                 let s = velocity / fading.velocity;
                 self.bristle_damping * (-(s * s)).exp()
@@ -223,8 +227,8 @@ impl<T: Scalar> ElastoPlastic<T> {
     /// The end of a step within what the bristles can reach [rad]: no motion bends them beyond the steady deflection,
     /// or beyond where they started. A release held over a step longer than the elastic zone does.
     #[inline(always)]
-    pub(super) fn limit(&self, start: T, end: T, velocity: T) -> T {
-        let steady = self.sliding(velocity.abs()) / self.lugre.bristle_stiffness;
+    pub(super) fn limit(&self, level: T, start: T, end: T) -> T {
+        let steady = level / self.lugre.bristle_stiffness;
         let most = start.abs().max(steady);
         end.clamp(-most, most)
     }
@@ -237,11 +241,11 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
     }
 
     #[inline(always)]
-    fn release(&self, deflection: T, velocity: T) -> T {
-        let steady = self.sliding(velocity.abs()) / self.lugre.bristle_stiffness;
-        let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque / self.lugre.bristle_stiffness)
-            .min(T::of(0.95) * steady);
-        let size = deflection.abs();
+    fn release(&self, deflection: T, velocity: T, level: T) -> T {
+        // All in torques σ₀·z, which saves the divisions.
+        let steady = level;
+        let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque).min(T::of(0.95) * steady);
+        let size = self.lugre.bristle_stiffness * deflection.abs();
         // u runs from 0 at the elastic limit to 1 at the steady deflection. Half a sine over it,
         // ½ + ½·sin(π·(u − ½)) = sin²(π·u/2) = 4·s²·(1 − s²) with s = sin(π·u/4).
         let u = ((size - elastic) / (steady - elastic)).clamp(T::of(0.0), T::of(1.0));

@@ -179,9 +179,17 @@ impl<T: Scalar> Friction<T> {
 
     /// One step of a bristle model: deflection, torque with the factor of its own direction.
     #[inline(always)]
-    fn bristle(&self, model: &impl Bristle<T>, deflection: T, probe: T, contact: &Contact<T>, dt: T) -> (T, T) {
-        let release = model.release(probe, contact.velocity);
-        let (next, torque) = advance(model, deflection, release, contact.velocity, dt);
+    fn bristle(
+        &self,
+        model: &impl Bristle<T>,
+        level: T,
+        deflection: T,
+        probe: T,
+        contact: &Contact<T>,
+        dt: T,
+    ) -> (T, T) {
+        let release = model.release(probe, contact.velocity, level);
+        let (next, torque) = advance(model, level, release, deflection, contact.velocity, dt);
         // By the sign of the deflection, not of the velocity: the torque then has no jump at a reversal.
         (next, torque * self.direction.factor(T::of(0.5) * (deflection + next)))
     }
@@ -193,8 +201,9 @@ impl<T: Scalar> Friction<T> {
     #[inline(always)]
     pub fn step(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
         let factor = self.factor(&contact);
+        let speed = contact.velocity.abs();
         let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
-        let (next, torque) = match self.model {
+        let (next, torque) = match &self.model {
             Model::Nothing => (deflection, T::of(0.0)),
             Model::Static(model) => {
                 // What is left for the sliding law, in its own scale.
@@ -202,12 +211,17 @@ impl<T: Scalar> Friction<T> {
                 let side = self.direction.factor(arrest);
                 (deflection, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => self.bristle(&model, deflection, probe, &contact, dt),
-            Model::Lugre(model) => self.bristle(&model, deflection, probe, &contact, dt),
-            Model::ElastoPlastic(model) => {
-                let (next, torque) = self.bristle(&model, deflection, probe, &contact, dt);
-                (model.limit(deflection, next, contact.velocity), torque)
+            Model::Dahl(model) => {
+                T::apart(|| self.bristle(model, model.sliding(speed), deflection, probe, &contact, dt))
             }
+            Model::Lugre(model) => {
+                T::apart(|| self.bristle(model, model.sliding(speed), deflection, probe, &contact, dt))
+            }
+            Model::ElastoPlastic(model) => T::apart(|| {
+                let level = model.sliding(speed);
+                let (next, torque) = self.bristle(model, level, deflection, probe, &contact, dt);
+                (model.limit(level, deflection, next), torque)
+            }),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

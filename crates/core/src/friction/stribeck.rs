@@ -56,13 +56,13 @@ impl<T: Scalar> Stribeck<T> {
         let s = speed / self.stribeck_velocity;
         match self.decay {
             Decay::Exponential => (-s).exp(),
-            Decay::Gaussian => (-(s * s)).exp(),
-            Decay::Power(Exponent { exponent }) => {
+            Decay::Gaussian => T::apart(|| (-(s * s)).exp()),
+            Decay::Power(Exponent { exponent }) => T::apart(|| {
                 // ln needs s > 0; at rest the whole drop is left.
                 let moving = s.gt(T::of(0.0));
                 let power = (exponent * moving.select(s, T::of(1.0)).ln()).exp();
                 moving.select((-power).exp(), T::of(1.0))
-            }
+            }),
         }
     }
 

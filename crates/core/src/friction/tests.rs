@@ -231,7 +231,7 @@ proptest! {
         let elastic = (model.elastic_fraction * model.lugre.sliding.breakaway_torque / model.stiffness()).min(0.95 * steady);
         let between = elastic + share * (steady - elastic);
         for side in [1.0, -1.0] {
-            let release = |deflection: f64| model.release(side * deflection, side * velocity);
+            let release = |deflection: f64| model.release(side * deflection, side * velocity, model.sliding(velocity.abs()));
             prop_assert_eq!(release(share * elastic), 0.0, "elastic zone");
             prop_assert_eq!(release(steady * (1.0 + share)), 1.0, "sliding");
             prop_assert_eq!(release(-2.0 * between), 0.0, "receding");
@@ -315,6 +315,7 @@ fn the_release_does_not_jump_the_bristles_at_a_reversal() {
     let deflection = 0.9 * model.sliding(0.0) / model.stiffness();
     let change = |velocity| rate(&model, deflection, velocity).0;
     // α jumps from 0 to its value at Ω = 0, but it stands before |Ω|: ż is continuous.
-    assert!(model.release(deflection, 1e-9) > 0.5 && model.release(deflection, -1e-9) == 0.0);
+    let level = model.sliding(1e-9);
+    assert!(model.release(deflection, 1e-9, level) > 0.5 && model.release(deflection, -1e-9, level) == 0.0);
     assert!((change(1e-9) - change(-1e-9)).abs() <= 2e-9);
 }

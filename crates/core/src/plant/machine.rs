@@ -29,9 +29,9 @@ pub struct Machine<T> {
     /// √(f_tick/2): from a noise density to a standard deviation.
     #[field(unit = "√Hz")]
     pub noise_bandwidth_root: T,
-    /// Flow over half a step: rows the states and the gain in angle, columns the states and the inputs.
+    /// Flow over half a step, column by column: one a state and an input, each with the states and the gain in angle.
     #[field(unit = "1")]
-    half_flow: [[T; STATES + INPUTS]; STATES + 1],
+    half_flow: [[T; STATES + 1]; STATES + INPUTS],
 }
 
 /// What the moving parts remember.
@@ -162,9 +162,11 @@ impl<T: Scalar> Machine<T> {
         // φ̇ = Ω
         a[ANGLE][2] = one;
         let phi = flow(&a, T::of(0.5) * dt);
-        let mut half_flow = [[zero; STATES + INPUTS]; STATES + 1];
-        for (row, source) in half_flow.iter_mut().zip([0, 1, 2, 3, 4, ANGLE]) {
-            row.copy_from_slice(&phi[source][..STATES + INPUTS]);
+        let mut half_flow = [[zero; STATES + 1]; STATES + INPUTS];
+        for (column, out) in half_flow.iter_mut().enumerate() {
+            for (row, source) in [0, 1, 2, 3, 4, ANGLE].into_iter().enumerate() {
+                out[row] = phi[source][column];
+            }
         }
         let pickups = Pickups::new(plant.tacho, plant.accelerometer, dt);
         Machine { plant: *plant, pickups, noise_bandwidth_root, half_flow }
@@ -184,14 +186,14 @@ impl<T: Scalar> Machine<T> {
             held.voltage,
             held.torque,
         ];
-        // Column by column: six independent sums instead of six chains.
-        let mut sum = [T::of(0.0); STATES + 1];
+        // Column by column: six independent sums instead of six chains, side by side in memory.
+        let mut sum = self.half_flow[0];
         for row in 0..=STATES {
-            sum[row] = self.half_flow[row][0] * x[0];
+            sum[row] *= x[0];
         }
         for column in 1..STATES + INPUTS {
             for row in 0..=STATES {
-                sum[row] += self.half_flow[row][column] * x[column];
+                sum[row] += self.half_flow[column][row] * x[column];
             }
         }
         let [twist, motor_velocity, velocity, load_current, motor_torque, way] = sum;
@@ -219,20 +221,34 @@ struct Sliding<T> {
     others: T,
 }
 
-/// Renews the friction of several contacts on one mass: returns its new velocity and the new torque to hold.
-/// A contact is its friction, a factor of its torque, and its deflection, which advances.
+/// Predictor of several contacts on one mass: half a step at the velocity of the start. Leaves the deflections of the
+/// middle in `contacts`, returns the velocity of the middle [rad/s]. A contact is its friction, a factor of its torque,
+/// and its deflection.
 #[inline(always)]
-fn kick<T: Scalar, const N: usize>(mass: Sliding<T>, contacts: &mut [(&Friction<T>, T, T); N], dt: T) -> (T, T) {
+fn predict<T: Scalar, const N: usize>(mass: &Sliding<T>, contacts: &mut [(&Friction<T>, T, T); N], dt: T) -> T {
     let start = deflections(contacts);
     let half = T::of(0.5) * dt;
-    // Predictor: half a step at the velocity of the start.
-    let (_, predicted) = pass(&mass, mass.velocity, contacts, start, start, half);
-    let middle = mass.velocity - (predicted - mass.held) * half / mass.inertia;
-    // Corrector: the whole step at the velocity of the middle, α at the deflection of the middle.
+    let (middle, torque) = pass(mass, mass.velocity, contacts, start, start, half);
+    for i in 0..N {
+        contacts[i].2 = middle[i];
+    }
+    mass.velocity - (torque - mass.held) * half / mass.inertia
+}
+
+/// Corrector: the whole step at the velocity of the middle, α at the deflections of the middle. Leaves the deflections
+/// of the end in `contacts`, returns the new velocity [rad/s] and the new torque to hold [N m].
+#[inline(always)]
+fn correct<T: Scalar, const N: usize>(
+    mass: &Sliding<T>,
+    middle: T,
+    start: [T; N],
+    contacts: &mut [(&Friction<T>, T, T); N],
+    dt: T,
+) -> (T, T) {
     let probe = deflections(contacts);
-    let (ends, torque) = pass(&mass, middle, contacts, start, probe, dt);
-    for (contact, end) in contacts.iter_mut().zip(ends) {
-        contact.2 = end;
+    let (ends, torque) = pass(mass, middle, contacts, start, probe, dt);
+    for i in 0..N {
+        contacts[i].2 = ends[i];
     }
     (mass.velocity - (torque - mass.held) * dt / mass.inertia, torque)
 }
@@ -247,12 +263,12 @@ fn deflections<T: Scalar, const N: usize>(contacts: &[(&Friction<T>, T, T); N]) 
     out
 }
 
-/// One evaluation of all contacts over `dt`: leaves the new deflections in `contacts`, returns them and the torque.
+/// One evaluation of all contacts over `dt`: the new deflections and the torque.
 #[inline(always)]
 fn pass<T: Scalar, const N: usize>(
     mass: &Sliding<T>,
     velocity: T,
-    contacts: &mut [(&Friction<T>, T, T); N],
+    contacts: &[(&Friction<T>, T, T); N],
     start: [T; N],
     probe: [T; N],
     dt: T,
@@ -267,7 +283,6 @@ fn pass<T: Scalar, const N: usize>(
         let share = arrest / factor.max(T::of(1e-12));
         let contact = Contact { velocity, angle: mass.angle, load: mass.load, arrest: share };
         let (end, torque) = friction.step(start[i], probe[i], contact, dt);
-        contacts[i].2 = end;
         ends[i] = end;
         arrest -= factor * torque;
         total += factor * torque;
@@ -306,9 +321,6 @@ impl<T: Scalar> Block<T> for Machine<T> {
             held: held.motor_resistance,
             others: T::of(0.0),
         };
-        (state.motor_velocity, state.motor_resistance) = kick(motor, &mut brushes, dt);
-        [(_, _, state.motor_deflection)] = brushes;
-
         let (arm, arm_velocity) = plant.arm.kick(state.arm_twist, state.arm_velocity, state.velocity, dt);
         let mut contacts = [
             (&plant.screw_friction, T::of(1.0), state.screw_deflection),
@@ -322,7 +334,13 @@ impl<T: Scalar> Block<T> for Machine<T> {
             held: held.load_resistance,
             others: ripple - input.external_torque - arm,
         };
-        (state.velocity, state.load_resistance) = kick(load, &mut contacts, dt);
+        // Both predictors before both correctors: each chain of dependent operations is long, these are independent.
+        let (brush_start, contact_start) = (deflections(&brushes), deflections(&contacts));
+        let motor_middle = predict(&motor, &mut brushes, dt);
+        let load_middle = predict(&load, &mut contacts, dt);
+        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, brush_start, &mut brushes, dt);
+        (state.velocity, state.load_resistance) = correct(&load, load_middle, contact_start, &mut contacts, dt);
+        [(_, _, state.motor_deflection)] = brushes;
         [(_, _, state.screw_deflection), (_, _, state.wheel_deflection)] = contacts;
         state.arm_velocity = arm_velocity;
 

@@ -135,6 +135,16 @@ pub trait Scalar:
         self.gt(zero).select(Self::of(1.0), self.lt(zero).select(Self::of(-1.0), zero))
     }
 
+    /// Runs a piece of a signal path that belongs to one choice of the configuration.
+    ///
+    /// A compiler that sees all choices at once computes them all and selects. For plain floats this is a call that it
+    /// does not see through, so that only the choice in force is computed; lanes, where a call would cost more than it
+    /// saves, and all others run it in place.
+    #[inline(always)]
+    fn apart<R>(piece: impl FnOnce() -> R) -> R {
+        piece()
+    }
+
     /// Runs a block within another. The recorder makes a function call of it; every other number just steps.
     #[inline(always)]
     fn call<B: Block<Self>>(block: &B, state: &mut B::State, input: B::Input, dt: Self) -> B::Output {
@@ -172,6 +182,11 @@ macro_rules! float {
             #[inline(always)]
             fn le(self, other: Self) -> bool {
                 self <= other
+            }
+
+            #[inline(never)]
+            fn apart<R>(piece: impl FnOnce() -> R) -> R {
+                piece()
             }
 
             #[inline(always)]

@@ -235,9 +235,7 @@ impl<T: Scalar> Block<T> for Pickups<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut PickupsState<T>, input: PickupsInput<T>, dt: T) -> Voltages<T> {
-        let turns = input.motor_angle * T::of(1.0 / TAU);
-        let angle = (turns - turns.floor()) * T::of(TAU);
-        let ripple = T::of(1.0) + self.tacho.ripple * (self.tacho.ripple_periods * angle).sin();
+        let ripple = T::of(1.0) + self.tacho.ripple * (self.tacho.ripple_periods * input.motor_angle).sin();
         let generated = self.tacho.constant * input.motor_velocity * ripple;
         state.tacho += self.tacho_share * (generated - state.tacho);
 

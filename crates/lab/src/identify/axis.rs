@@ -104,7 +104,10 @@ impl<T: Scalar> AxisModel<T> {
                 let level = self.side(arrest).level(velocity.abs());
                 (deflection, arrest.clamp(-level, level))
             }
-            Some(bristles) => advance(&bristles.lugre(moving), deflection, T::of(1.0), velocity, dt),
+            Some(bristles) => {
+                let level = moving.level(velocity.abs());
+                advance(&bristles.lugre(moving), level, T::of(1.0), deflection, velocity, dt)
+            }
         };
         let next = velocity + kick * (free - friction);
         AxisState { position: position + T::of(0.5) * dt * (velocity + next), velocity: next, deflection }
