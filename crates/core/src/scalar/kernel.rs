@@ -14,7 +14,8 @@ pub fn exp<T: Scalar>(x: T) -> T {
     // ln 2 in two parts: k times the first is exact.
     let r = x - k * T::by_precision(6.931_471_803_691_238_16e-1, 0.693_359_375);
     let r = r - k * T::by_precision(1.908_214_929_270_587_70e-10, -2.121_944_400_546_905_8e-4);
-    // Taylor series up to r^13/13!, |r| ≤ ln 2/2: remainder 4e-18. Pairs keep the chain of latencies short.
+    // Taylor series up to r^13/13!, |r| ≤ ln 2/2: remainder 4e-18. Pairs, and the small terms apart from the large
+    // ones, keep the chain of latencies short.
     let term = |n: f64| T::of(1.0 / n);
     let r2 = r * r;
     let r4 = r2 * r2;
@@ -24,12 +25,11 @@ pub fn exp<T: Scalar>(x: T) -> T {
     let p3 = term(40_320.0) + r * term(362_880.0);
     let p4 = term(3_628_800.0) + r * term(39_916_800.0);
     let p5 = term(479_001_600.0) + r * term(6_227_020_800.0);
-    let low = p0 + r2 * p1;
-    let high = (p2 + r2 * p3) + r4 * (p4 + r2 * p5);
-    let e = T::of(1.0) + (r + r2 * (low + r4 * high));
+    let small = r4 * r2 * ((p2 + r2 * p3) + r4 * (p4 + r2 * p5));
+    let large = T::of(1.0) + (r + r2 * (p0 + r2 * p1));
     // Two factors, so that results below the normal range round once, in the last product.
     let half = nearest(k * T::of(0.5));
-    e * half.power_of_two() * (k - half).power_of_two()
+    (large + small) * half.power_of_two() * (k - half).power_of_two()
 }
 
 /// ln x of a normal positive number, within 2 ulp. Otherwise −∞ at 0 and NaN below are not promised.
@@ -121,11 +121,11 @@ fn turn<T: Scalar>(n: T, r: T) -> T {
 #[inline(always)]
 pub fn sine<T: Scalar>(r: T) -> T {
     let z = r * r;
-    let high = T::of(-1.984_126_982_985_794_931_34e-4)
-        + z * (T::of(2.755_731_370_707_006_767_89e-6)
-            + z * (T::of(-2.505_076_025_340_686_341_95e-8) + z * T::of(1.589_690_995_211_550_102_21e-10)));
-    let p = T::of(-1.666_666_666_666_663_243_48e-1) + z * (T::of(8.333_333_333_322_489_461_24e-3) + z * high);
-    r + r * z * p
+    let z2 = z * z;
+    let p0 = T::of(-1.666_666_666_666_663_243_48e-1) + z * T::of(8.333_333_333_322_489_461_24e-3);
+    let p1 = T::of(-1.984_126_982_985_794_931_34e-4) + z * T::of(2.755_731_370_707_006_767_89e-6);
+    let p2 = T::of(-2.505_076_025_340_686_341_95e-8) + z * T::of(1.589_690_995_211_550_102_21e-10);
+    r + r * z * (p0 + z2 * (p1 + z2 * p2))
 }
 
 #[inline(always)]
