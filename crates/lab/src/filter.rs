@@ -35,11 +35,11 @@ impl LowPass {
     /// # Errors
     /// A cut-off that is not between 0 and half the rate.
     pub fn chebyshev(order: usize, ripple: f64, cutoff: f64, rate: f64) -> Result<Self, Error> {
-        let epsilon = (10f64.powf(0.1 * ripple) - 1.0).sqrt();
+        let epsilon = (libm::pow(10.0, 0.1 * ripple) - 1.0).sqrt();
         let mu = (1.0 / epsilon).asinh() / order as f64;
         // With an even order the gain at rest is the bottom of the ripple.
-        let gain = if order.is_multiple_of(2) { 10f64.powf(-ripple / 20.0) } else { 1.0 };
-        Self::design(order, cutoff, rate, mu.sinh(), mu.cosh(), gain)
+        let gain = if order.is_multiple_of(2) { libm::pow(10.0, -ripple / 20.0) } else { 1.0 };
+        Self::design(order, cutoff, rate, libm::sinh(mu), libm::cosh(mu), gain)
     }
 
     /// Poles on an ellipse with the given half-axes, mapped by the bilinear transform with the cut-off prewarped.
@@ -47,12 +47,12 @@ impl LowPass {
         if !(cutoff > 0.0 && cutoff < 0.5 * rate) {
             return Err(Error::Cutoff { cutoff, rate });
         }
-        let warped = (PI * cutoff / rate).tan();
+        let warped = libm::tan(PI * cutoff / rate);
         let mut sections = Vec::new();
         for k in 0..order.div_ceil(2) {
             let angle = PI * (order - 1 - 2 * k) as f64 / (2 * order) as f64;
             // The analogue pole pair, in units where the bilinear transform is s = (1 − z⁻¹)/(1 + z⁻¹).
-            let (re, im) = (-warped * real * angle.cos(), warped * imaginary * angle.sin());
+            let (re, im) = (-warped * real * libm::cos(angle), warped * imaginary * libm::sin(angle));
             let single = 2 * k + 1 == order;
             let mut section = if single {
                 let pole = (1.0 + re) / (1.0 - re);

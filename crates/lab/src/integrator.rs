@@ -209,9 +209,9 @@ impl Phi {
             let one = 1.0 + x * two;
             Phi { exp: 1.0 + x * one, one, two, three }
         } else {
-            let one = x.exp_m1() / x;
+            let one = libm::expm1(x) / x;
             let two = (one - 1.0) / x;
-            Phi { exp: x.exp(), one, two, three: (two - 0.5) / x }
+            Phi { exp: libm::exp(x), one, two, three: (two - 0.5) / x }
         }
     }
 }

@@ -41,7 +41,14 @@ impl DemoCommand {
         let command = format!("stickslip demo --preset {} --seed {}", self.preset, self.seed);
         demo.write(&self.out, &command)?;
 
-        writeln!(out, "Own friction at preload {}, measured at constant speeds:", number(demo.preload.preload, 3))?;
+        writeln!(
+            out,
+            "Friction wheel: preload {} brings the breakaway torque to {} N·m ({} would be exact, 1 is the most).",
+            number(demo.preload.preload, 3),
+            number(demo.preload.breakaway_torque, 3),
+            number(demo.preload.wanted, 3)
+        )?;
+        writeln!(out, "Own friction at this preload, measured at constant speeds:")?;
         for (name, estimate) in demo.own.lines() {
             writeln!(out, "  {name:<26} {estimate}")?;
         }

@@ -10,8 +10,9 @@ use super::bench::Cycle;
 /// One step of elasto-plastic friction: deflection and velocity in, deflection and torque out.
 #[inline(always)]
 pub fn elastic_step<T: Scalar>(model: &ElastoPlastic<T>, deflection: T, velocity: T, dt: T) -> (T, T) {
-    let release = model.release(deflection, velocity);
-    advance(model, deflection, release, velocity, dt)
+    let level = model.sliding(velocity.abs());
+    let release = model.release(deflection, velocity, level);
+    advance(model, level, release, deflection, velocity, dt)
 }
 
 macro_rules! kernels {

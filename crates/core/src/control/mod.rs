@@ -1,7 +1,7 @@
 //! Estimation of the screw's motion and control of its two motors.
 //!
 //! Blocks over any kind of number: the velocity observer, the current control of the load motor, and the
-//! position controllers under test ([`PositionController`]) and what they follow ([`reference`]). Their parameters are
+//! position controllers under test ([`PositionController`]) and what they follow ([`mod@reference`]). Their parameters are
 //! computed for a sampling time by `stickslip::design`; the step has no constant that depends on it.
 //!
 //! A measurement that is no number must not stay in a state or reach a motor: each block says what it does instead.

@@ -10,7 +10,7 @@ use stickslip_core::tick::{self, BenchInput, BenchState, Order, Tick, TickOutput
 use super::{Bench, Command, Frame};
 use crate::noise::Normals;
 use crate::preset::{Model, Preset, Settings};
-use crate::{Error, design};
+use crate::{Error, design, integrator};
 
 /// The virtual machine behind the software of the bench.
 #[derive(Clone, Debug)]
@@ -32,11 +32,11 @@ impl VirtualBench {
     /// The bench of a preset, switched on and at rest.
     ///
     /// # Errors
-    /// Whatever the design of observer and current control refuses.
+    /// A step too long for the virtual machine; whatever the design of observer and current control refuses.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         let settings = &preset.bench;
         let (steps, step) = settings.plant_steps();
-        let machine = preset.plant.prepare(steps, step);
+        let machine = integrator::prepare(&preset.plant, steps, step)?;
         let mut state = BenchState::default();
         state.plant.machine.angle = preset.plant.start_angle;
         // One tick at rest fills the pickups and gives the first readings.

@@ -10,20 +10,25 @@ use stickslip_core::friction::Stribeck;
 const POINTS: usize = 400;
 
 impl Demo {
+    /// Speed up to which curves are drawn [rad/s]: beyond the plan, where the difference torque changes its sign.
+    fn drawn_to(&self) -> f64 {
+        1.6 * self.plan.fastest
+    }
+
     /// Figure 5: released, pressed and desired.
     pub fn figure_5(&self) -> Figure {
-        let fastest = self.plan.fastest;
+        let fastest = self.drawn_to();
         friction("Own friction with linings released (1) and pressed on (2), and the desired (3)")
-            .series(Series::points(Role::Reference, "1 measured", points(&self.released.curve)))
+            .series(Series::points(Role::Reference, "1 measured", folded_points(&self.released.curve)))
             .series(Series::line(Role::Reference, "1 fitted", folded(&self.released.fit.curve(), fastest)))
-            .series(Series::points(Role::Measured, "2 measured", points(&self.pressed.curve)))
+            .series(Series::points(Role::Measured, "2 measured", folded_points(&self.pressed.curve)))
             .series(Series::line(Role::Fitted, "2 fitted", folded(&self.pressed.fit.curve(), fastest)))
             .series(Series::line(Role::Desired, "3 desired", folded(&self.law.desired, fastest)))
     }
 
     /// Figure 12: own friction as measured, and the desired characteristic.
     pub fn figure_12(&self) -> Figure {
-        let fastest = self.plan.fastest;
+        let fastest = self.drawn_to();
         friction("Measured friction with friction wheel, and desired characteristic")
             .series(Series::points(Role::Measured, "measured", points(&self.own.curve)))
             .series(Series::line(Role::Own, "fitted", curve(&self.law.own, fastest)))
@@ -32,7 +37,7 @@ impl Demo {
 
     /// Figure 13: desired characteristic, and the friction measured under the rendering law.
     pub fn figure_13(&self) -> Figure {
-        let (fastest, fade) = (self.plan.fastest, self.law.fade_velocity);
+        let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
         friction("Desired characteristic, and friction measured while the load motor renders it")
             .interval(-fade, fade, "fade-out")
             .series(Series::points(Role::Rendered, "measured", points(&self.rendered)))
@@ -42,7 +47,7 @@ impl Demo {
 
     /// Figure 14: difference torque as the law asks for it, and the load motor's by its current.
     pub fn figure_14(&self) -> Figure {
-        let (fastest, fade) = (self.plan.fastest, self.law.fade_velocity);
+        let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
         let measured = self
             .rendered
             .kept()
@@ -82,6 +87,14 @@ fn friction(title: &str) -> Figure {
 /// The parts of all plateaus that slid: the noisy course.
 fn points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
     curve.kept().flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.torque)))
+}
+
+/// The same with both directions on the positive side.
+fn folded_points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
+    curve.kept().flat_map(|plateau| {
+        let sign = plateau.set_velocity.signum();
+        plateau.blocks.iter().map(move |block| (sign * block.velocity, sign * block.torque))
+    })
 }
 
 /// Velocities from −fastest to fastest, dense around standstill, without 0 itself.

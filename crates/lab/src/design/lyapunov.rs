@@ -18,11 +18,11 @@ pub fn spectral_radius(a: &DMatrix<f64>) -> Result<f64, Error> {
         if size == 0.0 {
             return Ok(0.0);
         }
-        logarithm += size.ln() / 2f64.powi(k);
+        logarithm += libm::log(size) / 2f64.powi(k);
         power /= size;
         power = &power * &power;
     }
-    Ok(logarithm.exp())
+    Ok(libm::exp(logarithm))
 }
 
 /// Stationary covariance P = A·P·Aᵀ + Q of x⁺ = A·x + w with white w of covariance Q.

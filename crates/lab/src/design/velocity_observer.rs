@@ -22,7 +22,7 @@ pub fn velocity_observer(poles: [f64; 3], screw_lead: f64, dt: f64) -> Result<Ve
         let remedy = "Give the decay rate as a positive number; faster than the sampling it means nothing.";
         within("the observer pole", pole, "1/s", (1e-3, 3.0 / dt), remedy)?;
     }
-    let [a, b, c] = poles.map(|pole| -(-pole * dt).exp_m1());
+    let [a, b, c] = poles.map(|pole| -libm::expm1(-pole * dt));
     let (e1, e2, e3) = (a + b + c, a * b + b * c + c * a, a * b * c);
     let screw_ratio = std::f64::consts::TAU / screw_lead;
     Ok(VelocityObserver {

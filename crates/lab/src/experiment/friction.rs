@@ -34,7 +34,7 @@ impl FrictionCurve {
             .map(|plateau| CurvePoint {
                 velocity: plateau.velocity,
                 torque: plateau.torque,
-                standard_error: plateau.standard_error.hypot(TORQUE_UNCERTAINTY * plateau.torque),
+                standard_error: libm::hypot(plateau.standard_error, TORQUE_UNCERTAINTY * plateau.torque),
             })
             .collect()
     }
@@ -162,7 +162,7 @@ fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
         let mean = [0, 1].map(|part| fast.iter().map(|h| h[order][part]).sum::<f64>() / n);
         let scatter: f64 = fast.iter().map(|h| (h[order][0] - mean[0]).powi(2) + (h[order][1] - mean[1]).powi(2)).sum();
         let error = (scatter / (n - 1.0) / n).sqrt();
-        if mean[0].hypot(mean[1]) > SIGNIFICANT * error {
+        if libm::hypot(mean[0], mean[1]) > SIGNIFICANT * error {
             believed[order] = mean;
         }
     }
@@ -179,5 +179,5 @@ fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
         plateau.torque /= factor;
         plateau.standard_error /= factor;
     }
-    believed.iter().map(|[cos, sin]| cos.hypot(*sin)).fold(0.0, f64::max)
+    believed.iter().map(|[cos, sin]| libm::hypot(*cos, *sin)).fold(0.0, f64::max)
 }

@@ -87,7 +87,7 @@ impl FrictionPlan<f64> {
     /// The speeds [rad/s], rising.
     pub fn speeds(&self) -> impl Iterator<Item = f64> {
         let (slowest, last) = (self.slowest, self.speeds - 1.0);
-        let ratio = (self.fastest / slowest).ln();
+        let ratio = libm::log(self.fastest / slowest);
         (0..self.speeds as usize).map(move |k| slowest * libm::exp(ratio * k as f64 / last))
     }
 

@@ -75,7 +75,7 @@ impl Axis {
     }
 
     fn stretch(&self, value: f64) -> f64 {
-        if self.stretched { (value / LINEAR_PART).asinh() } else { value }
+        if self.stretched { libm::asinh(value / LINEAR_PART) } else { value }
     }
 }
 
@@ -92,13 +92,13 @@ pub(super) struct Scale {
 impl Scale {
     /// Where a value lies [px].
     pub(super) fn place(&self, value: f64) -> f64 {
-        let value = if self.stretched { (value / LINEAR_PART).asinh() } else { value };
+        let value = if self.stretched { libm::asinh(value / LINEAR_PART) } else { value };
         self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
     }
 
     /// The values at both ends.
     pub(super) fn ends(&self) -> (f64, f64) {
-        let back = |value: f64| if self.stretched { LINEAR_PART * value.sinh() } else { value };
+        let back = |value: f64| if self.stretched { LINEAR_PART * libm::sinh(value) } else { value };
         (back(self.low), back(self.high))
     }
 
@@ -157,7 +157,7 @@ impl Scale {
 
 /// 1, 2, 5 times powers of ten, from `least` up, with the power of ten.
 fn steps(least: f64) -> impl Iterator<Item = (i32, f64)> {
-    let power = least.log10().floor() as i32;
+    let power = libm::log10(least).floor() as i32;
     let step =
         |power: i32, factor: f64| if power < 0 { factor / 10f64.powi(-power) } else { factor * 10f64.powi(power) };
     (power..=308)

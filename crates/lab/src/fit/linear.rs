@@ -23,7 +23,7 @@ pub struct LinearFit {
     pub white_standard_errors: Vec<f64>,
     /// 95 % intervals.
     pub ci95: Vec<[f64; 2]>,
-    /// Lag up to which the residuals were taken as correlated [rows].
+    /// Lag up to which the residuals were taken as correlated, in rows.
     pub lag: usize,
     /// Largest over smallest singular value of the regressors.
     pub condition: f64,

@@ -57,7 +57,7 @@ pub fn minimise<const N: usize, E>(
         let mut next = minimum.parameters;
         for i in 0..N {
             // At most a factor of e at once: beyond, the linear model says nothing.
-            next[i] = (next[i] * step[i].clamp(-1.0, 1.0).exp()).clamp(bounds[i][0], bounds[i][1]);
+            next[i] = (next[i] * libm::exp(step[i].clamp(-1.0, 1.0))).clamp(bounds[i][0], bounds[i][1]);
         }
         let candidate = evaluate(next)?;
         // Within rounding of the cost a step still improves the parameters.

@@ -29,9 +29,9 @@ pub(super) fn cost(parameters: Parameters<f64>, samples: &[Sample]) -> f64 {
 /// The best parameters over all Stribeck velocities within `range`.
 pub(super) fn search(samples: &[Sample], range: [f64; 2]) -> Parameters<f64> {
     const GRID: usize = 96;
-    let (low, high) = (range[0].ln(), range[1].ln());
+    let (low, high) = (libm::log(range[0]), libm::log(range[1]));
     let at = |logarithm: f64| {
-        let parameters = project(samples, logarithm.exp().clamp(range[0], range[1]));
+        let parameters = project(samples, libm::exp(logarithm).clamp(range[0], range[1]));
         (cost(parameters, samples), parameters)
     };
     let spacing = (high - low) / (GRID - 1) as f64;
@@ -78,7 +78,7 @@ fn golden_section(at: &impl Fn(f64) -> Valued, mut low: f64, mut high: f64) -> V
 fn project(samples: &[Sample], stribeck_velocity: f64) -> Parameters<f64> {
     let (mut gram, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
     for s in samples {
-        let falling = (-s.speed / stribeck_velocity).exp();
+        let falling = libm::exp(-s.speed / stribeck_velocity);
         let columns = [falling, 1.0 - falling, s.speed];
         for i in 0..3 {
             right[i] += s.weight * columns[i] * s.torque;

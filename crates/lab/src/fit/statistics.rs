@@ -5,7 +5,8 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 /// Half-width of a two-sided 95 % interval in standard errors, with so many degrees of freedom (≥ 1).
 pub fn student_t95(degrees_of_freedom: f64) -> f64 {
     let t = StudentsT::new(0.0, 1.0, degrees_of_freedom).expect("at least one degree of freedom");
-    t.inverse_cdf(0.975)
+    // Its last bits depend on the system's logarithm, the quantile itself on ten digits at most.
+    (t.inverse_cdf(0.975) * 1e9).round() / 1e9
 }
 
 /// Probability that noise alone makes the sum of squares fall from `simple` to `full` with `extra` more parameters and

@@ -250,7 +250,7 @@ fn interval(value: f64, half_width: f64) -> [f64; 2] {
     if value == 0.0 {
         return [0.0, half_width];
     }
-    let factor = (half_width / value).exp();
+    let factor = libm::exp(half_width / value);
     [value / factor, value * factor]
 }
 

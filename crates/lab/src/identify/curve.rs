@@ -65,7 +65,7 @@ impl FrictionCurve {
         let fastest = motion.velocity[range.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let bin = |i: usize| {
             let velocity = motion.velocity[i];
-            let share = (velocity.abs() / slowest).ln() / (fastest / slowest).ln();
+            let share = libm::log(velocity.abs() / slowest) / libm::log(fastest / slowest);
             (share >= 0.0).then(|| (velocity > 0.0, ((share * BINS as f64) as usize).min(BINS - 1)))
         };
         let friction = |i: usize| motion.smooth_force[i] - inertia * motion.acceleration[i];

@@ -98,7 +98,11 @@ pub(super) fn refine<const N: usize>(
         model: model(best, start.offset),
         parameters: best.to_vec(),
         standard_errors: best.iter().zip(&shares).map(|(p, s)| p * s).collect(),
-        ci95: best.iter().zip(&shares).map(|(p, s)| [p / (critical * s).exp(), p * (critical * s).exp()]).collect(),
+        ci95: best
+            .iter()
+            .zip(&shares)
+            .map(|(p, s)| [p / libm::exp(critical * s), p * libm::exp(critical * s)])
+            .collect(),
     })
 }
 
