@@ -11,12 +11,15 @@ use stickslip::bench::{Bench, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
 use stickslip::{Preset, Watch, parameters};
 
+/// Seconds that ours and the peer took.
+type Times = Result<(f64, f64), Box<dyn Error>>;
+
 /// Rounds of each contestant.
 const ROUNDS: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
-    let all: [(&str, fn() -> Result<(f64, f64), Box<dyn Error>>); 3] = [
+    let all: [(&str, fn() -> Times); 3] = [
         ("demo_1khz/real_time", || real_time(1000.0)),
         ("demo_4khz/real_time", || real_time(4000.0)),
         ("demo_10khz/real_time", || real_time(10_000.0)),
@@ -37,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The demonstration's longest part, a friction measurement under the rendering law's tick, on one core, against the
 /// time that the bench itself would take. Seconds each.
-fn real_time(tick_rate: f64) -> Result<(f64, f64), Box<dyn Error>> {
+fn real_time(tick_rate: f64) -> Times {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     preset.bench.tick_rate = tick_rate;
     let plan = FrictionPlan { slowest: 2.0, speeds: 5.0, ..FrictionPlan::quick() };
