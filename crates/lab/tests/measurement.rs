@@ -14,8 +14,8 @@ fn preset(name: &str) -> Preset<f64> {
 }
 
 fn homed(preset: &Preset<f64>) -> VirtualBench {
-    let mut bench = VirtualBench::new(preset, 1).unwrap();
-    home(&mut bench, &Watch::silent()).unwrap();
+    let mut bench = VirtualBench::new(preset, 1).expect("a preset that can be prepared");
+    home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
     bench
 }
 
@@ -123,14 +123,17 @@ fn a_missing_index_pulse_is_a_fault() {
 
 #[test]
 fn a_lying_sensor_stops_the_bench() {
-    let break_it: [(&str, fn(&mut Preset<f64>)); 3] = [
-        ("tacho velocity is no number", |preset| preset.plant.tacho.fault = Fault::NotANumber),
-        ("load current is no number", |preset| preset.plant.current_sensor.fault = Fault::NotANumber),
-        ("encoder has stood", |preset| preset.plant.encoder.fault = EncoderFault::Frozen),
-    ];
-    for (message, fault) in break_it {
-        let mut preset = preset("clm-bench");
-        fault(&mut preset);
+    let mut deaf_tacho = preset("clm-bench");
+    deaf_tacho.plant.tacho.fault = Fault::NotANumber;
+    let mut deaf_current = preset("clm-bench");
+    deaf_current.plant.current_sensor.fault = Fault::NotANumber;
+    let mut frozen = preset("clm-bench");
+    frozen.plant.encoder.fault = EncoderFault::Frozen;
+    for (message, preset) in [
+        ("tacho velocity is no number", deaf_tacho),
+        ("load current is no number", deaf_current),
+        ("encoder has stood", frozen),
+    ] {
         let mut bench = VirtualBench::new(&preset, 1).unwrap();
         let error = home(&mut bench, &Watch::silent()).unwrap_err().to_string();
         assert!(error.contains(message) || error.contains("set-point"), "{message}: {error}");
