@@ -11,19 +11,12 @@ use stickslip::bench::{Bench, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
 use stickslip::{Preset, Watch, parameters};
 
-/// Seconds that ours and the peer took.
-type Times = Result<(f64, f64), Box<dyn Error>>;
-
 /// Rounds of each contestant.
 const ROUNDS: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
-    let all: [(&str, fn() -> Times); 3] = [
-        ("demo_1khz/real_time", || real_time(1000.0)),
-        ("demo_4khz/real_time", || real_time(4000.0)),
-        ("demo_10khz/real_time", || real_time(10_000.0)),
-    ];
+    let all = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
     let chosen: Vec<_> =
         all.iter().filter(|(name, _)| wanted.as_ref().is_none_or(|part| name.contains(part))).collect();
     if chosen.is_empty() {
@@ -31,8 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
     println!("name ours peer ratio");
-    for (name, run) in chosen {
-        let (ours, peer) = run()?;
+    for (name, tick_rate) in chosen {
+        let (ours, peer) = real_time(*tick_rate)?;
         println!("{name} {ours:.4} {peer:.4} {:.1}", peer / ours);
     }
     Ok(())
@@ -40,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The demonstration's longest part, a friction measurement under the rendering law's tick, on one core, against the
 /// time that the bench itself would take. Seconds each.
-fn real_time(tick_rate: f64) -> Times {
+fn real_time(tick_rate: f64) -> Result<(f64, f64), Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     preset.bench.tick_rate = tick_rate;
     let plan = FrictionPlan { slowest: 2.0, speeds: 5.0, ..FrictionPlan::quick() };
