@@ -117,6 +117,32 @@ pub struct Contact<T> {
     pub arrest: T,
 }
 
+/// What happens to bristles in a step.
+#[derive(Clone, Copy)]
+struct Bend<T> {
+    deflection: T,
+    /// Deflection at which the release is taken.
+    probe: T,
+    velocity: T,
+    dt: T,
+}
+
+/// One step of a bristle model: the new deflection and the mean torque.
+#[inline(always)]
+fn bristles<T: Scalar, B: Bristle<T>>((model, bend): (&B, Bend<T>)) -> (T, T) {
+    let level = model.sliding(bend.velocity.abs());
+    let release = model.release(bend.probe, bend.velocity, level);
+    advance(model, level, release, bend.deflection, bend.velocity, bend.dt)
+}
+
+/// The same for the elasto-plastic model, within what its bristles can reach.
+#[inline(always)]
+fn elastic_bristles<T: Scalar>((model, bend): (&ElastoPlastic<T>, Bend<T>)) -> (T, T) {
+    let (next, torque) = bristles((model, bend));
+    let level = model.sliding(bend.velocity.abs());
+    (model.limit(level, bend.deflection, next), torque)
+}
+
 impl<T: Scalar> Direction<T> {
     /// Factor of the friction that acts with this sign.
     #[inline(always)]
@@ -177,23 +203,6 @@ impl<T: Scalar> Friction<T> {
         self.factor(&contact) * (sliding + viscous) + self.direction.offset
     }
 
-    /// One step of a bristle model: deflection, torque with the factor of its own direction.
-    #[inline(always)]
-    fn bristle(
-        &self,
-        model: &impl Bristle<T>,
-        level: T,
-        deflection: T,
-        probe: T,
-        contact: &Contact<T>,
-        dt: T,
-    ) -> (T, T) {
-        let release = model.release(probe, contact.velocity, level);
-        let (next, torque) = advance(model, level, release, deflection, contact.velocity, dt);
-        // By the sign of the deflection, not of the velocity: the torque then has no jump at a reversal.
-        (next, torque * self.direction.factor(T::of(0.5) * (deflection + next)))
-    }
-
     /// One step with the velocity held: the new deflection [rad] and the mean torque against positive motion [N m].
     ///
     /// `probe` is the deflection at which the release α is taken: that of the step's start in a predictor, of its
@@ -201,8 +210,10 @@ impl<T: Scalar> Friction<T> {
     #[inline(always)]
     pub fn step(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
         let factor = self.factor(&contact);
-        let speed = contact.velocity.abs();
         let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
+        let bend = Bend { deflection, probe, velocity: contact.velocity, dt };
+        // By the sign of the deflection, not of the velocity: the torque then has no jump at a reversal.
+        let sided = |(next, torque): (T, T)| (next, torque * self.direction.factor(T::of(0.5) * (deflection + next)));
         let (next, torque) = match &self.model {
             Model::Nothing => (deflection, T::of(0.0)),
             Model::Static(model) => {
@@ -211,17 +222,9 @@ impl<T: Scalar> Friction<T> {
                 let side = self.direction.factor(arrest);
                 (deflection, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => {
-                T::apart(|| self.bristle(model, model.sliding(speed), deflection, probe, &contact, dt))
-            }
-            Model::Lugre(model) => {
-                T::apart(|| self.bristle(model, model.sliding(speed), deflection, probe, &contact, dt))
-            }
-            Model::ElastoPlastic(model) => T::apart(|| {
-                let level = model.sliding(speed);
-                let (next, torque) = self.bristle(model, level, deflection, probe, &contact, dt);
-                (model.limit(level, deflection, next), torque)
-            }),
+            Model::Dahl(model) => sided(T::apart(bristles, (model, bend))),
+            Model::Lugre(model) => sided(T::apart(bristles, (model, bend))),
+            Model::ElastoPlastic(model) => sided(T::apart(elastic_bristles, (model, bend))),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

@@ -56,13 +56,8 @@ impl<T: Scalar> Stribeck<T> {
         let s = speed / self.stribeck_velocity;
         match self.decay {
             Decay::Exponential => (-s).exp(),
-            Decay::Gaussian => T::apart(|| (-(s * s)).exp()),
-            Decay::Power(Exponent { exponent }) => T::apart(|| {
-                // ln needs s > 0; at rest the whole drop is left.
-                let moving = s.gt(T::of(0.0));
-                let power = (exponent * moving.select(s, T::of(1.0)).ln()).exp();
-                moving.select((-power).exp(), T::of(1.0))
-            }),
+            Decay::Gaussian => T::apart(gaussian, s),
+            Decay::Power(Exponent { exponent }) => T::apart(power, (s, exponent)),
         }
     }
 
@@ -84,6 +79,21 @@ impl<T: Scalar> Stribeck<T> {
         let magnitude = self.magnitude(velocity.abs());
         velocity.gt(T::of(0.0)).select(magnitude, velocity.lt(T::of(0.0)).select(-magnitude, T::of(0.0)))
     }
+}
+
+/// e^(−s²).
+#[inline(always)]
+fn gaussian<T: Scalar>(s: T) -> T {
+    (-(s * s)).exp()
+}
+
+/// e^(−s^δ) for s ≥ 0.
+#[inline(always)]
+fn power<T: Scalar>((s, exponent): (T, T)) -> T {
+    // ln needs s > 0; at rest the whole drop is left.
+    let moving = s.gt(T::of(0.0));
+    let power = (exponent * moving.select(s, T::of(1.0)).ln()).exp();
+    moving.select((-power).exp(), T::of(1.0))
 }
 
 impl Stribeck<f64> {

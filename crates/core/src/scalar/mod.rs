@@ -139,10 +139,10 @@ pub trait Scalar:
     ///
     /// A compiler that sees all choices at once computes them all and selects. For plain floats this is a call that it
     /// does not see through, so that only the choice in force is computed; lanes, where a call would cost more than it
-    /// saves, and all others run it in place.
+    /// saves, and all others run it in place. Give a function that is always inlined: a closure may stay a call.
     #[inline(always)]
-    fn apart<R>(piece: impl FnOnce() -> R) -> R {
-        piece()
+    fn apart<A, R>(piece: impl FnOnce(A) -> R, argument: A) -> R {
+        piece(argument)
     }
 
     /// Runs a block within another. The recorder makes a function call of it; every other number just steps.
@@ -185,8 +185,8 @@ macro_rules! float {
             }
 
             #[inline(never)]
-            fn apart<R>(piece: impl FnOnce() -> R) -> R {
-                piece()
+            fn apart<A, R>(piece: impl FnOnce(A) -> R, argument: A) -> R {
+                piece(argument)
             }
 
             #[inline(always)]
