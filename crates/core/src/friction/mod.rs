@@ -127,9 +127,17 @@ struct Bend<T> {
     dt: T,
 }
 
+impl<T: Scalar> Bend<T> {
+    /// See [`Scalar::apart`].
+    #[inline(always)]
+    fn apart(self) -> Self {
+        Bend { velocity: self.velocity.apart(), ..self }
+    }
+}
+
 /// One step of a bristle model: the new deflection and the mean torque.
 #[inline(always)]
-fn bristles<T: Scalar, B: Bristle<T>>((model, bend): (&B, Bend<T>)) -> (T, T) {
+fn bristles<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
     let level = model.sliding(bend.velocity.abs());
     let release = model.release(bend.probe, bend.velocity, level);
     advance(model, level, release, bend.deflection, bend.velocity, bend.dt)
@@ -137,8 +145,8 @@ fn bristles<T: Scalar, B: Bristle<T>>((model, bend): (&B, Bend<T>)) -> (T, T) {
 
 /// The same for the elasto-plastic model, within what its bristles can reach.
 #[inline(always)]
-fn elastic_bristles<T: Scalar>((model, bend): (&ElastoPlastic<T>, Bend<T>)) -> (T, T) {
-    let (next, torque) = bristles((model, bend));
+fn elastic_bristles<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+    let (next, torque) = bristles(model, bend);
     let level = model.sliding(bend.velocity.abs());
     (model.limit(level, bend.deflection, next), torque)
 }
@@ -203,6 +211,13 @@ impl<T: Scalar> Friction<T> {
         self.factor(&contact) * (sliding + viscous) + self.direction.offset
     }
 
+    /// A step of bristles with the factor of their direction: by the sign of the deflection, not of the velocity, so
+    /// that the torque has no jump at a reversal.
+    #[inline(always)]
+    fn sided(&self, start: T, (next, torque): (T, T)) -> (T, T) {
+        (next, torque * self.direction.factor(T::of(0.5) * (start + next)))
+    }
+
     /// One step with the velocity held: the new deflection [rad] and the mean torque against positive motion [N m].
     ///
     /// `probe` is the deflection at which the release α is taken: that of the step's start in a predictor, of its
@@ -212,8 +227,6 @@ impl<T: Scalar> Friction<T> {
         let factor = self.factor(&contact);
         let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
         let bend = Bend { deflection, probe, velocity: contact.velocity, dt };
-        // By the sign of the deflection, not of the velocity: the torque then has no jump at a reversal.
-        let sided = |(next, torque): (T, T)| (next, torque * self.direction.factor(T::of(0.5) * (deflection + next)));
         let (next, torque) = match &self.model {
             Model::Nothing => (deflection, T::of(0.0)),
             Model::Static(model) => {
@@ -222,9 +235,9 @@ impl<T: Scalar> Friction<T> {
                 let side = self.direction.factor(arrest);
                 (deflection, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => sided(T::apart(bristles, (model, bend))),
-            Model::Lugre(model) => sided(T::apart(bristles, (model, bend))),
-            Model::ElastoPlastic(model) => sided(T::apart(elastic_bristles, (model, bend))),
+            Model::Dahl(model) => self.sided(deflection, bristles(model, bend.apart())),
+            Model::Lugre(model) => self.sided(deflection, bristles(model, bend.apart())),
+            Model::ElastoPlastic(model) => self.sided(deflection, elastic_bristles(model, bend)),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

@@ -56,8 +56,8 @@ impl<T: Scalar> Stribeck<T> {
         let s = speed / self.stribeck_velocity;
         match self.decay {
             Decay::Exponential => (-s).exp(),
-            Decay::Gaussian => T::apart(gaussian, s),
-            Decay::Power(Exponent { exponent }) => T::apart(power, (s, exponent)),
+            Decay::Gaussian => gaussian(s.apart()),
+            Decay::Power(Exponent { exponent }) => power(s.apart(), exponent),
         }
     }
 
@@ -89,7 +89,7 @@ fn gaussian<T: Scalar>(s: T) -> T {
 
 /// e^(−s^δ) for s ≥ 0.
 #[inline(always)]
-fn power<T: Scalar>((s, exponent): (T, T)) -> T {
+fn power<T: Scalar>(s: T, exponent: T) -> T {
     // ln needs s > 0; at rest the whole drop is left.
     let moving = s.gt(T::of(0.0));
     let power = (exponent * moving.select(s, T::of(1.0)).ln()).exp();

@@ -135,14 +135,13 @@ pub trait Scalar:
         self.gt(zero).select(Self::of(1.0), self.lt(zero).select(Self::of(-1.0), zero))
     }
 
-    /// Runs a piece of a signal path that belongs to one choice of the configuration.
+    /// This number at the begin of what belongs to one choice of the configuration.
     ///
-    /// A compiler that sees all choices at once computes them all and selects. For plain floats this is a call that it
-    /// does not see through, so that only the choice in force is computed; lanes, where a call would cost more than it
-    /// saves, and all others run it in place. Give a function that is always inlined: a closure may stay a call.
+    /// A compiler that sees all choices at once computes them all and selects. For plain floats it does not see where
+    /// the result comes from, so that only the choice in force is computed; all others pass the number on.
     #[inline(always)]
-    fn apart<A, R>(piece: impl FnOnce(A) -> R, argument: A) -> R {
-        piece(argument)
+    fn apart(self) -> Self {
+        self
     }
 
     /// Runs a block within another. The recorder makes a function call of it; every other number just steps.
@@ -184,9 +183,9 @@ macro_rules! float {
                 self <= other
             }
 
-            #[inline(never)]
-            fn apart<A, R>(piece: impl FnOnce(A) -> R, argument: A) -> R {
-                piece(argument)
+            #[inline(always)]
+            fn apart(self) -> Self {
+                core::hint::black_box(self)
             }
 
             #[inline(always)]
