@@ -11,8 +11,8 @@ use stickslip::bench::{Bench, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
 use stickslip::{Preset, Watch, parameters};
 
-/// Rounds of each contestant.
-const ROUNDS: usize = 5;
+/// Rounds of each contestant: enough that one of them meets a quiet machine.
+const ROUNDS: usize = 15;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);

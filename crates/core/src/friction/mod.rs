@@ -151,6 +151,16 @@ fn elastic_bristles<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T
     (model.limit(level, bend.deflection, next), torque)
 }
 
+/// The same as a call where calls are cheap: short code, of which several contacts overlap in the processor.
+#[inline(always)]
+fn elastic_bristles_apart<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+    #[inline(never)]
+    fn called<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+        elastic_bristles(model, bend)
+    }
+    if T::CALLS_ARE_CHEAP { called(model, bend) } else { elastic_bristles(model, bend) }
+}
+
 impl<T: Scalar> Direction<T> {
     /// Factor of the friction that acts with this sign.
     #[inline(always)]
@@ -237,7 +247,7 @@ impl<T: Scalar> Friction<T> {
             }
             Model::Dahl(model) => self.sided(deflection, bristles(model, bend.apart())),
             Model::Lugre(model) => self.sided(deflection, bristles(model, bend.apart())),
-            Model::ElastoPlastic(model) => self.sided(deflection, elastic_bristles(model, bend)),
+            Model::ElastoPlastic(model) => self.sided(deflection, elastic_bristles_apart(model, bend)),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

@@ -41,6 +41,9 @@ pub trait Scalar:
     /// What a comparison gives.
     type Mask: Mask<Self>;
 
+    /// Whether a function call costs little against what is computed in it: true for plain floats.
+    const CALLS_ARE_CHEAP: bool = false;
+
     /// A constant; `f32` instances round it.
     fn of(value: f64) -> Self;
 
@@ -162,6 +165,8 @@ macro_rules! float {
     ($float:ident, $single:literal, $whole:literal, $bias:literal, $mantissa:literal) => {
         impl Scalar for $float {
             type Mask = bool;
+
+            const CALLS_ARE_CHEAP: bool = true;
 
             #[inline(always)]
             fn of(value: f64) -> Self {
