@@ -81,7 +81,7 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
     fn slide(&self, x: &DriveState) -> f64 {
         let speed = x[VELOCITY].abs();
         let level = self.bristle.sliding(speed);
-        self.bristle.release(x[DEFLECTION], x[VELOCITY], level) * self.bristle.stiffness() * speed / level
+        self.bristle.release(x[DEFLECTION], x[VELOCITY], level).share * self.bristle.stiffness() * speed / level
     }
 
     /// The largest step [s] of a scheme at a velocity of the load [rad/s].

@@ -11,21 +11,17 @@ use study::{clm_bench, creep, prototype};
 
 #[test]
 fn the_default_bench_follows_the_reference_within_a_millionth_of_its_range() {
-    // Measured: 1.4e-7.
+    // Measured: 5e-8.
     let error = clm_bench().well_balanced(25e-6).expect("25 µs is within the bound");
     assert!(error <= 1e-6, "{error}");
 }
 
 #[test]
-fn the_stiff_prototype_follows_the_reference_within_a_millionth_at_five_microseconds() {
-    // Its α falls within 5 % of the deflection and is frozen over a step: measured 9e-8, 4e-7 and 4e-7 at 5 µs, but
-    // 3e-6, 5e-5 and 8e-6 at 25 µs.
-    for (stiffness, coarse) in [(300.0, 5e-6), (3000.0, 8e-5), (10_000.0, 2e-5)] {
-        let case = prototype(stiffness);
-        let error = case.well_balanced(5e-6).expect("5 µs is within the bound");
+fn the_stiff_prototype_follows_the_reference_within_a_millionth_as_well() {
+    // Its α falls within 5 % of the deflection. Measured: 2e-7, 2e-7 and 5e-7.
+    for stiffness in [300.0, 3000.0, 10_000.0] {
+        let error = prototype(stiffness).well_balanced(25e-6).expect("25 µs is within the bound");
         assert!(error <= 1e-6, "σ₀ = {stiffness}: {error}");
-        let error = case.well_balanced(25e-6).expect("25 µs is within the bound");
-        assert!(error <= coarse, "σ₀ = {stiffness}: {error}");
     }
 }
 
@@ -34,7 +30,7 @@ fn the_well_balanced_step_converges_with_order_two() {
     let case = prototype(300.0);
     let errors = [1e-5, 5e-6, 2.5e-6].map(|dt| case.well_balanced(dt).expect("small"));
     for pair in errors.windows(2) {
-        // 4 for order 2; where in a step a kink falls changes it a little. Measured: 4.3, 4.1.
+        // 4 for order 2; where in a step a kink falls changes it a little. Measured: 4.6, 4.1.
         assert!((3.0..6.0).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
 }

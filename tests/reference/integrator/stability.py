@@ -155,21 +155,38 @@ class Sliding:
             return 0.0
         return 0.5 + 0.5 * np.sin(np.pi * (abs(z) - 0.5 * (slide + zone)) / (slide - zone))
 
-    def advance(self, z, alpha, w, h):
-        rate = alpha * self.stiffness * abs(w) / self.level(w)
-        x = rate * h
-        phi1 = -np.expm1(-x) / x if x > 1e-6 else 1.0
-        phi2 = (1 - phi1) / x if x > 1e-6 else 0.5
-        gain = (w - rate * z) * h
-        return z + gain * phi1, self.stiffness * (z + gain * phi2) + self.sigma1(w) * gain * phi1 / h + self.viscous * w
+    def slope(self, z, w):
+        """z times the derivative of alpha, by a central difference; 0 beside the kinks, where alpha is constant."""
+        h = 1e-7 * abs(z)
+        slide = self.level(w) / self.stiffness
+        if abs(z) >= slide or self.alpha(z, w) == 0.0:
+            return 0.0
+        return z * (self.alpha(z + h, w) - self.alpha(z - h, w)) / (2 * h)
+
+    def advance(self, z, probe, w, h, predicts=False):
+        quick = self.stiffness * abs(w) / self.level(w)
+        alpha, slope = self.alpha(probe, w), self.slope(probe, w)
+        decay = (alpha + slope) * quick
+        x = decay * h
+        if predicts:
+            phi1 = 1 / (1 + x)
+            phi2 = 0.5 * phi1
+        else:
+            phi1 = -np.expm1(-x) / x if x > 1e-6 else 1.0
+            phi2 = (1 - phi1) / x if x > 1e-6 else 0.5
+        gain = (w + slope * quick * probe - decay * z) * h
+        end = z + gain * phi1
+        if self.elastic:
+            end = np.clip(end, -max(abs(z), self.level(w) / self.stiffness), max(abs(z), self.level(w) / self.stiffness))
+        return end, self.stiffness * (z + gain * phi2) + self.sigma1(w) * gain * phi1 / h + self.viscous * w
 
     def map(self, x):
         w, z, held = x
         h, j = self.step, self.inertia
         w = w + 0.5 * h * (self.torque - held) / j
-        probe, predictor = self.advance(z, self.alpha(z, w), w, 0.5 * h)
+        probe, predictor = self.advance(z, z, w, 0.5 * h, predicts=True)
         middle = w - 0.5 * (predictor - held) * h / j
-        z, torque = self.advance(z, self.alpha(probe, middle), middle, h)
+        z, torque = self.advance(z, probe, middle, h)
         w = w - (torque - held) * h / j
         return np.array([w + 0.5 * h * (self.torque - held) / j, z, torque])
 

@@ -1,7 +1,7 @@
 //! Lanes compiled for an instruction set: what a study runs.
 
 use stickslip_core::block::Block;
-use stickslip_core::friction::{Bristle, ElastoPlastic, advance};
+use stickslip_core::friction::{Bend, ElastoPlastic, advance};
 use stickslip_core::scalar::{Lanes, Scalar};
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput};
 
@@ -10,9 +10,7 @@ use super::bench::Cycle;
 /// One step of elasto-plastic friction: deflection and velocity in, deflection and torque out.
 #[inline(always)]
 pub fn elastic_step<T: Scalar>(model: &ElastoPlastic<T>, deflection: T, velocity: T, dt: T) -> (T, T) {
-    let level = model.sliding(velocity.abs());
-    let release = model.release(deflection, velocity, level);
-    advance(model, level, release, deflection, velocity, dt)
+    advance(model, Bend { deflection, probe: deflection, velocity, dt })
 }
 
 macro_rules! kernels {

@@ -8,20 +8,42 @@ use core::f64::consts::PI;
 use super::Stribeck;
 use crate::Fields;
 use crate::fields::{ParameterError, at_most};
-use crate::scalar::kernel::sine;
+use crate::scalar::kernel::{cosine, sine};
 use crate::scalar::{Mask, Scalar};
 
 /// What a bristle model says about itself.
 pub trait Bristle<T: Scalar> {
     /// Sliding level g [N m] at a speed ≥ 0 [rad/s], without the viscous part.
     fn sliding(&self, speed: T) -> T;
-    /// Share α of the motion that slides: 0 elastic … 1 sliding, at a deflection [rad] and a velocity [rad/s], where
-    /// the sliding level is `level` [N m].
-    fn release(&self, deflection: T, velocity: T, level: T) -> T;
+    /// How much of the motion slides at a deflection [rad] and a velocity [rad/s], where the sliding level is `level`
+    /// [N m].
+    fn release(&self, deflection: T, velocity: T, level: T) -> Release<T>;
     /// Damping σ₁ of the bristles [N m s/rad] at a velocity [rad/s].
     fn damping(&self, velocity: T) -> T;
     /// Stiffness σ₀ of the bristles [N m/rad].
     fn stiffness(&self) -> T;
+    /// The `end` of a step within what no motion bends further [rad], from its `start`.
+    #[inline(always)]
+    fn within_reach(&self, _level: T, _start: T, end: T) -> T {
+        end
+    }
+}
+
+/// How much of a motion slides, and how that rises with the deflection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Release<T> {
+    /// Share α: 0 elastic … 1 sliding.
+    pub share: T,
+    /// z·∂α/∂z.
+    pub slope: T,
+}
+
+impl<T: Scalar> Release<T> {
+    /// All of it, whatever the deflection.
+    #[inline(always)]
+    pub fn sliding() -> Self {
+        Release { share: T::of(1.0), slope: T::of(0.0) }
+    }
 }
 
 /// ż [rad/s] = Ω − α·σ₀·|Ω|·z/g(|Ω|), and the bristle torque σ₀·z + σ₁·ż [N m].
@@ -29,26 +51,66 @@ pub trait Bristle<T: Scalar> {
 pub fn rate<T: Scalar>(model: &impl Bristle<T>, deflection: T, velocity: T) -> (T, T) {
     let speed = velocity.abs();
     let level = model.sliding(speed);
-    let slide = model.release(deflection, velocity, level) * (model.stiffness() * speed / level);
+    let slide = model.release(deflection, velocity, level).share * (model.stiffness() * speed / level);
     let rate = velocity - slide * deflection;
     (rate, model.stiffness() * deflection + model.damping(velocity) * rate)
 }
 
-/// One step with the velocity held: z relaxes exponentially to its steady value, so that the step is stable for any
-/// stiffness and any `dt` [s].
+/// What happens to bristles in a step: the velocity is held.
+#[derive(Clone, Copy, Debug)]
+pub struct Bend<T> {
+    /// Deflection at the start [rad].
+    pub deflection: T,
+    /// Deflection about which the release is linear [rad]: the middle's where it is known, else the start's.
+    pub probe: T,
+    /// Velocity [rad/s].
+    pub velocity: T,
+    /// Duration [s].
+    pub dt: T,
+}
+
+/// One step with the velocity held: the new deflection [rad] and the mean bristle torque [N m]; b·Ω is added outside.
 ///
-/// The sliding level [N m] at this speed and the release α are handed in: a splitting scheme takes the release at the
-/// midpoint, and the level is needed for both. Returns the new deflection [rad] and the
-/// mean bristle torque over the step [N m]; b·Ω is added outside.
+/// With α(z)·z linear about the probe z_p and k = σ₀·|Ω|/g the bristles relax exponentially, so that the step is stable
+/// for any stiffness and any `dt`, and follows the steep release of elasto-plastic bristles at any speed
+/// (exponential Rosenbrock; Hochbruck & Ostermann, Acta Numerica 19 (2010) 209):
 ///
-/// With λ = α·σ₀·|Ω|/g and x = λ·dt: z⁺ = z + (Ω − λ·z)·dt·φ₁(x), mean z = z + (Ω − λ·z)·dt·φ₂(x), where
-/// φ₁ = (1 − e^(−x))/x and φ₂ = (1 − φ₁)/x.
+/// ```text
+/// ż = Ω + k·z_p²·α′ − λ·z,   λ = k·(α + z_p·α′),   x = λ·dt
+/// z⁺ = z + ż·dt·φ₁(x),   mean z = z + ż·dt·φ₂(x),   φ₁ = (1 − e^(−x))/x,   φ₂ = (1 − φ₁)/x
+/// ```
 #[inline(always)]
-pub fn advance<T: Scalar>(model: &impl Bristle<T>, level: T, release: T, deflection: T, velocity: T, dt: T) -> (T, T) {
-    let one = T::of(1.0);
+pub fn advance<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
+    relax::<T, false>(model, bend)
+}
+
+/// The same to first order only, for a predictor: φ₁ = 1/(1 + x) and φ₂ = φ₁/2 cost no exponential, and are as stable.
+#[inline(always)]
+pub fn predict<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
+    relax::<T, true>(model, bend)
+}
+
+#[inline(always)]
+pub(super) fn relax<T: Scalar, const PREDICTS: bool>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
+    let Bend { deflection, probe, velocity, dt } = bend;
+    let speed = velocity.abs();
+    let level = model.sliding(speed);
+    let release = model.release(probe, velocity, level);
     // The quotient does not wait for the release.
-    let slide = release * (model.stiffness() * velocity.abs() / level);
-    let x = slide * dt;
+    let quick = model.stiffness() * speed / level;
+    let decay = (release.share + release.slope) * quick;
+    let rate = velocity + release.slope * quick * probe - decay * deflection;
+    let (phi1, phi2) = if PREDICTS { rational_phi(decay * dt) } else { phi(decay * dt) };
+    let mean_rate = rate * phi1;
+    let mean = deflection + rate * dt * phi2;
+    let end = model.within_reach(level, deflection, deflection + mean_rate * dt);
+    (end, model.stiffness() * mean + model.damping(velocity) * mean_rate)
+}
+
+/// φ₁ and φ₂ of −x for x ≥ 0.
+#[inline(always)]
+fn phi<T: Scalar>(x: T) -> (T, T) {
+    let one = T::of(1.0);
     // The quotients cancel for small x: there the series up to x⁴/6!. At 1/128 it lacks 6e-15, the quotients 2e-12.
     let small = x.lt(T::of(0.007_812_5));
     let mut series = T::of(1.0 / 720.0);
@@ -57,12 +119,14 @@ pub fn advance<T: Scalar>(model: &impl Bristle<T>, level: T, release: T, deflect
     }
     let inverse = one / small.select(one, x);
     let quotient = (one - (-x).exp()) * inverse;
-    let phi1 = small.select(one - x * series, quotient);
-    let phi2 = small.select(series, (one - quotient) * inverse);
-    let rate = velocity - slide * deflection;
-    let mean_rate = rate * phi1;
-    let mean = deflection + rate * dt * phi2;
-    (deflection + mean_rate * dt, model.stiffness() * mean + model.damping(velocity) * mean_rate)
+    (small.select(one - x * series, quotient), small.select(series, (one - quotient) * inverse))
+}
+
+/// The same to first order.
+#[inline(always)]
+fn rational_phi<T: Scalar>(x: T) -> (T, T) {
+    let phi1 = T::of(1.0) / (T::of(1.0) + x);
+    (phi1, T::of(0.5) * phi1)
 }
 
 /// Dahl friction: presliding with hysteresis, no Stribeck drop, no damping.
@@ -92,8 +156,8 @@ impl<T: Scalar> Bristle<T> for Dahl<T> {
     }
 
     #[inline(always)]
-    fn release(&self, _deflection: T, _velocity: T, _level: T) -> T {
-        T::of(1.0)
+    fn release(&self, _deflection: T, _velocity: T, _level: T) -> Release<T> {
+        Release::sliding()
     }
 
     #[inline(always)]
@@ -156,8 +220,8 @@ impl<T: Scalar> Bristle<T> for LuGre<T> {
     }
 
     #[inline(always)]
-    fn release(&self, _deflection: T, _velocity: T, _level: T) -> T {
-        T::of(1.0)
+    fn release(&self, _deflection: T, _velocity: T, _level: T) -> Release<T> {
+        Release::sliding()
     }
 
     #[inline(always)]
@@ -223,17 +287,6 @@ pub struct ElastoPlastic<T> {
     pub elastic_fraction: T,
 }
 
-impl<T: Scalar> ElastoPlastic<T> {
-    /// The end of a step within what the bristles can reach [rad]: no motion bends them beyond the steady deflection,
-    /// or beyond where they started. A release held over a step longer than the elastic zone does.
-    #[inline(always)]
-    pub(super) fn limit(&self, level: T, start: T, end: T) -> T {
-        let steady = level / self.lugre.bristle_stiffness;
-        let most = start.abs().max(steady);
-        end.clamp(-most, most)
-    }
-}
-
 impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
     #[inline(always)]
     fn sliding(&self, speed: T) -> T {
@@ -241,19 +294,26 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
     }
 
     #[inline(always)]
-    fn release(&self, deflection: T, velocity: T, level: T) -> T {
+    fn release(&self, deflection: T, velocity: T, level: T) -> Release<T> {
         // All in torques σ₀·z, which saves the divisions.
         let steady = level;
         let elastic = (self.elastic_fraction * self.lugre.sliding.breakaway_torque).min(T::of(0.95) * steady);
         let size = self.lugre.bristle_stiffness * deflection.abs();
         // u runs from 0 at the elastic limit to 1 at the steady deflection. Half a sine over it,
-        // ½ + ½·sin(π·(u − ½)) = sin²(π·u/2) = 4·s²·(1 − s²) with s = sin(π·u/4).
-        let u = ((size - elastic) / (steady - elastic)).clamp(T::of(0.0), T::of(1.0));
-        let s = sine(T::of(0.25 * PI) * u);
-        let rising = T::of(4.0) * s * s * (T::of(1.0) - s * s);
-        let zero = T::of(0.0);
+        // α = ½ + ½·sin(π·(u − ½)) = sin²(π·u/2) = 4·s²·(1 − s²) and ∂α/∂u = 2·π·s·c·(1 − 2·s²), with s and c of π·u/4.
+        let per_width = T::of(1.0) / (steady - elastic);
+        let u = ((size - elastic) * per_width).clamp(T::of(0.0), T::of(1.0));
+        let quarter = T::of(0.25 * PI) * u;
+        let (s, c) = (sine(quarter), cosine(quarter));
+        let square = s * s;
+        let rising = T::of(4.0) * square * (T::of(1.0) - square);
+        let steep = T::of(2.0 * PI) * (s * c) * (T::of(1.0) - T::of(2.0) * square) * (size * per_width);
+        let (zero, one) = (T::of(0.0), T::of(1.0));
         let elastic_zone = (deflection * velocity).le(zero) | size.le(elastic);
-        elastic_zone.select(zero, size.ge(steady).select(T::of(1.0), rising))
+        let sliding = size.ge(steady);
+        let share = elastic_zone.select(zero, sliding.select(one, rising));
+        let slope = (elastic_zone | sliding).select(zero, steep);
+        Release { share, slope }
     }
 
     #[inline(always)]
@@ -264,5 +324,13 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
     #[inline(always)]
     fn stiffness(&self) -> T {
         self.lugre.bristle_stiffness
+    }
+
+    /// No motion bends the bristles beyond the steady deflection, or beyond where they started. A release that is
+    /// linear over a step longer than the elastic zone does.
+    #[inline(always)]
+    fn within_reach(&self, level: T, start: T, end: T) -> T {
+        let most = start.abs().max(level / self.lugre.bristle_stiffness);
+        end.clamp(-most, most)
     }
 }

@@ -19,7 +19,10 @@ mod tests;
 
 use core::f64::consts::TAU;
 
-pub use bristle::{Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, advance, rate};
+use bristle::relax;
+pub use bristle::{
+    Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
+};
 pub use stribeck::{Decay, Exponent, Static, Stribeck};
 
 use crate::Fields;
@@ -117,16 +120,6 @@ pub struct Contact<T> {
     pub arrest: T,
 }
 
-/// What happens to bristles in a step.
-#[derive(Clone, Copy)]
-struct Bend<T> {
-    deflection: T,
-    /// Deflection at which the release is taken.
-    probe: T,
-    velocity: T,
-    dt: T,
-}
-
 impl<T: Scalar> Bend<T> {
     /// See [`Scalar::apart`].
     #[inline(always)]
@@ -135,30 +128,15 @@ impl<T: Scalar> Bend<T> {
     }
 }
 
-/// One step of a bristle model: the new deflection and the mean torque.
+/// A step of elasto-plastic bristles, as a call where calls are cheap: short code, of which several contacts overlap in
+/// the processor.
 #[inline(always)]
-fn bristles<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
-    let level = model.sliding(bend.velocity.abs());
-    let release = model.release(bend.probe, bend.velocity, level);
-    advance(model, level, release, bend.deflection, bend.velocity, bend.dt)
-}
-
-/// The same for the elasto-plastic model, within what its bristles can reach.
-#[inline(always)]
-fn elastic_bristles<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
-    let (next, torque) = bristles(model, bend);
-    let level = model.sliding(bend.velocity.abs());
-    (model.limit(level, bend.deflection, next), torque)
-}
-
-/// The same as a call where calls are cheap: short code, of which several contacts overlap in the processor.
-#[inline(always)]
-fn elastic_bristles_apart<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+fn relax_apart<T: Scalar, const PREDICTS: bool>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
     #[inline(never)]
-    fn called<T: Scalar>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
-        elastic_bristles(model, bend)
+    fn called<T: Scalar, const PREDICTS: bool>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+        relax::<T, PREDICTS>(model, bend)
     }
-    if T::CALLS_ARE_CHEAP { called(model, bend) } else { elastic_bristles(model, bend) }
+    if T::CALLS_ARE_CHEAP { called::<T, PREDICTS>(model, bend) } else { relax::<T, PREDICTS>(model, bend) }
 }
 
 impl<T: Scalar> Direction<T> {
@@ -230,10 +208,20 @@ impl<T: Scalar> Friction<T> {
 
     /// One step with the velocity held: the new deflection [rad] and the mean torque against positive motion [N m].
     ///
-    /// `probe` is the deflection at which the release α is taken: that of the step's start in a predictor, of its
-    /// middle in a corrector.
+    /// `probe` is the deflection about which the release is linear: that of the step's middle.
     #[inline(always)]
     pub fn step(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
+        self.bend::<false>(deflection, probe, contact, dt)
+    }
+
+    /// The same to first order, from the start alone: what a predictor needs.
+    #[inline(always)]
+    pub fn predict(&self, deflection: T, contact: Contact<T>, dt: T) -> (T, T) {
+        self.bend::<true>(deflection, deflection, contact, dt)
+    }
+
+    #[inline(always)]
+    fn bend<const PREDICTS: bool>(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
         let factor = self.factor(&contact);
         let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
         let bend = Bend { deflection, probe, velocity: contact.velocity, dt };
@@ -245,9 +233,9 @@ impl<T: Scalar> Friction<T> {
                 let side = self.direction.factor(arrest);
                 (deflection, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => self.sided(deflection, bristles(model, bend.apart())),
-            Model::Lugre(model) => self.sided(deflection, bristles(model, bend.apart())),
-            Model::ElastoPlastic(model) => self.sided(deflection, elastic_bristles_apart(model, bend)),
+            Model::Dahl(model) => self.sided(deflection, relax::<T, PREDICTS>(model, bend.apart())),
+            Model::Lugre(model) => self.sided(deflection, relax::<T, PREDICTS>(model, bend.apart())),
+            Model::ElastoPlastic(model) => self.sided(deflection, relax_apart::<T, PREDICTS>(model, bend)),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
     }

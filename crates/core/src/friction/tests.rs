@@ -232,15 +232,18 @@ proptest! {
         let between = elastic + share * (steady - elastic);
         for side in [1.0, -1.0] {
             let release = |deflection: f64| model.release(side * deflection, side * velocity, model.sliding(velocity.abs()));
-            prop_assert_eq!(release(share * elastic), 0.0, "elastic zone");
-            prop_assert_eq!(release(steady * (1.0 + share)), 1.0, "sliding");
-            prop_assert_eq!(release(-2.0 * between), 0.0, "receding");
+            let constant = |share| Release { share, slope: 0.0 };
+            prop_assert_eq!(release(share * elastic), constant(0.0), "elastic zone");
+            prop_assert_eq!(release(steady * (1.0 + share)), constant(1.0), "sliding");
+            prop_assert_eq!(release(-2.0 * between), constant(0.0), "receding");
             // Half a sine over the zone between: nowhere steeper than π/2 over its width. Rounding of u: 20 ε at 0.95.
-            let (here, next) = (release(between), release(between + 1e-6 * steady));
+            let (Release { share: here, slope }, Release { share: next, .. }) = (release(between), release(between + 1e-6 * steady));
             prop_assert!((0.0..=1.0).contains(&here));
             let expected = (FRAC_PI_2 * share).sin().powi(2);
             prop_assert!((here - expected).abs() <= 1e-13, "{here}, expected {expected}");
             prop_assert!((next - here).abs() <= FRAC_PI_2 * 1e-6 * steady / (steady - elastic) + 1e-13);
+            let rising = FRAC_PI_2 * (2.0 * FRAC_PI_2 * share).sin() * between / (steady - elastic);
+            prop_assert!((slope - rising).abs() <= 1e-11, "slope {slope}, expected {rising}");
         }
     }
 
@@ -316,6 +319,6 @@ fn the_release_does_not_jump_the_bristles_at_a_reversal() {
     let change = |velocity| rate(&model, deflection, velocity).0;
     // α jumps from 0 to its value at Ω = 0, but it stands before |Ω|: ż is continuous.
     let level = model.sliding(1e-9);
-    assert!(model.release(deflection, 1e-9, level) > 0.5 && model.release(deflection, -1e-9, level) == 0.0);
+    assert!(model.release(deflection, 1e-9, level).share > 0.5 && model.release(deflection, -1e-9, level).share == 0.0);
     assert!((change(1e-9) - change(-1e-9)).abs() <= 2e-9);
 }

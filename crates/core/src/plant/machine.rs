@@ -228,14 +228,14 @@ struct Sliding<T> {
 fn predict<T: Scalar, const N: usize>(mass: &Sliding<T>, contacts: &mut [(&Friction<T>, T, T); N], dt: T) -> T {
     let start = deflections(contacts);
     let half = T::of(0.5) * dt;
-    let (middle, torque) = pass(mass, mass.velocity, contacts, start, start, half);
+    let (middle, torque) = pass::<T, true, N>(mass, mass.velocity, contacts, start, start, half);
     for i in 0..N {
         contacts[i].2 = middle[i];
     }
     mass.velocity - (torque - mass.held) * half / mass.inertia
 }
 
-/// Corrector: the whole step at the velocity of the middle, α at the deflections of the middle. Leaves the deflections
+/// Corrector: the whole step at the velocity of the middle, α linear about the deflections of the middle. Leaves the deflections
 /// of the end in `contacts`, returns the new velocity [rad/s] and the new torque to hold [N m].
 #[inline(always)]
 fn correct<T: Scalar, const N: usize>(
@@ -246,7 +246,7 @@ fn correct<T: Scalar, const N: usize>(
     dt: T,
 ) -> (T, T) {
     let probe = deflections(contacts);
-    let (ends, torque) = pass(mass, middle, contacts, start, probe, dt);
+    let (ends, torque) = pass::<T, false, N>(mass, middle, contacts, start, probe, dt);
     for i in 0..N {
         contacts[i].2 = ends[i];
     }
@@ -265,7 +265,7 @@ fn deflections<T: Scalar, const N: usize>(contacts: &[(&Friction<T>, T, T); N]) 
 
 /// One evaluation of all contacts over `dt`: the new deflections and the torque.
 #[inline(always)]
-fn pass<T: Scalar, const N: usize>(
+fn pass<T: Scalar, const PREDICTS: bool, const N: usize>(
     mass: &Sliding<T>,
     velocity: T,
     contacts: &[(&Friction<T>, T, T); N],
@@ -282,7 +282,11 @@ fn pass<T: Scalar, const N: usize>(
         // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.
         let share = arrest / factor.max(T::of(1e-12));
         let contact = Contact { velocity, angle: mass.angle, load: mass.load, arrest: share };
-        let (end, torque) = friction.step(start[i], probe[i], contact, dt);
+        let (end, torque) = if PREDICTS {
+            friction.predict(start[i], contact, dt)
+        } else {
+            friction.step(start[i], probe[i], contact, dt)
+        };
         ends[i] = end;
         arrest -= factor * torque;
         total += factor * torque;

@@ -128,8 +128,9 @@ pub fn sine<T: Scalar>(r: T) -> T {
     r + r * z * (p0 + z2 * (p1 + z2 * p2))
 }
 
+/// cos r for |r| ≤ π/4, without reduction.
 #[inline(always)]
-fn cosine<T: Scalar>(r: T) -> T {
+pub fn cosine<T: Scalar>(r: T) -> T {
     let z = r * r;
     let high = T::of(2.480_158_728_947_672_941_78e-5)
         + z * (T::of(-2.755_731_435_139_066_330_35e-7)

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use stickslip_core::friction::{DampingVelocity, Decay, Fading, LuGre, Stribeck, advance};
+use stickslip_core::friction::{Bend, DampingVelocity, Decay, Fading, LuGre, Stribeck, advance};
 use stickslip_core::scalar::{Mask, Scalar};
 
 use super::motion::Motion;
@@ -105,8 +105,8 @@ impl<T: Scalar> AxisModel<T> {
                 (deflection, arrest.clamp(-level, level))
             }
             Some(bristles) => {
-                let level = moving.level(velocity.abs());
-                advance(&bristles.lugre(moving), level, T::of(1.0), deflection, velocity, dt)
+                let bend = Bend { deflection, probe: deflection, velocity, dt };
+                advance(&bristles.lugre(moving), bend)
             }
         };
         let next = velocity + kick * (free - friction);
