@@ -312,7 +312,7 @@ impl<T: Scalar> Bristle<T> for ElastoPlastic<T> {
         let elastic_zone = (deflection * velocity).le(zero) | size.le(elastic);
         let sliding = size.ge(steady);
         let share = elastic_zone.select(zero, sliding.select(one, rising));
-        let slope = (elastic_zone | sliding).select(zero, steep);
+        let slope = elastic_zone.select(zero, sliding.select(zero, steep));
         Release { share, slope }
     }
 
