@@ -19,8 +19,8 @@ impl Role {
         match self {
             Role::Time => &["t", "time", "zeit", "timestamp", "temps", "sec", "seconds"],
             Role::Position => &[
-                "position", "pos", "x", "q", "qm", "y", "angle", "phi", "theta", "weg", "lage", "istwert", "ist",
-                "actual", "act", "measured", "encoder", "enc", "carriage", "slide",
+                "position", "pos", "x", "q", "qm", "y", "angle", "phi", "theta", "weg", "lage", "winkel", "encoder",
+                "enc", "carriage", "slide",
             ],
             Role::Reference => &[
                 "reference",
@@ -73,9 +73,18 @@ impl Role {
     }
 }
 
+/// Words that say that something was measured, and not what.
+const MEASURED: &[&str] = &["ist", "istwert", "actual", "act", "measured", "meas"];
+
 /// Words of a name, in small letters: `Pos_Soll (act)` has three.
 fn words(name: &str) -> Vec<String> {
     name.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).map(str::to_lowercase).collect()
+}
+
+/// Whether a name has one of these words, a longer one also within a compound: `Sollposition`.
+fn named(name: &str, among: &[&str]) -> bool {
+    let is = |word: &str, known: &str| word == known || (known.len() >= 4 && word.contains(known));
+    words(name).iter().any(|word| among.iter().any(|known| is(word, known)))
 }
 
 /// The likeliest column for a role that is not taken; none where nothing speaks for any.
@@ -89,7 +98,7 @@ pub(super) fn proposed<'a>(recording: &'a Recording, role: Role, taken: &[&str])
 }
 
 fn score(column: &Column, role: Role) -> i32 {
-    let named = |role: Role| words(&column.name).iter().any(|word| role.words().contains(&word.as_str()));
+    let named = |role: Role| named(&column.name, role.words());
     let constant = column.values.iter().all(|v| *v == column.values[0]);
     let rises = column.values.windows(2).all(|w| w[1] > w[0]);
     let mut score = if named(role) { 4 } else { 0 };
@@ -101,6 +110,7 @@ fn score(column: &Column, role: Role) -> i32 {
         Role::Time => score += 2,
         _ if constant || (rises && named(Role::Time)) => score -= 20,
         Role::Position if named(Role::Reference) => score -= 5,
+        Role::Position if self::named(&column.name, MEASURED) => score += 1,
         // A second position may be another encoder: only its name makes it a reference.
         Role::Reference if !named(Role::Reference) => score -= 20,
         _ => {}
@@ -121,7 +131,7 @@ pub(super) fn unit_of(column: &Column, role: Role) -> String {
         return unit;
     }
     let (low, high) = column.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let named = |parts: &[&str]| words(&column.name).iter().any(|word| parts.iter().any(|part| word.contains(part)));
+    let named = |among: &[&str]| named(&column.name, among);
     let unit = match role {
         // Drives record at 20 Hz at least.
         Role::Time => match (high - low) / column.values.len() as f64 {
@@ -142,7 +152,7 @@ pub(super) fn unit_of(column: &Column, role: Role) -> String {
             _ => "mm",
         },
         Role::Command => match () {
-            () if named(&["current", "strom"]) || words(&column.name).iter().any(|w| w == "i" || w == "iq") => "A",
+            () if named(&["current", "strom", "i", "iq"]) => "A",
             () if named(&["torque", "moment"]) => "N m",
             () if named(&["force", "kraft"]) => "N",
             () if named(&["duty", "pwm", "load", "percent"]) => "%",

@@ -371,3 +371,7 @@ fn inline(text: &str) -> String {
 fn string(text: &str) -> String {
     toml_edit::Value::from(text).to_string().trim().to_owned()
 }
+
+#[cfg(test)]
+#[path = "guess_tests.rs"]
+mod tests;
