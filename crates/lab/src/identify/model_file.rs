@@ -33,6 +33,7 @@ pub fn model_toml(found: &Identification, machine: &Machine) -> String {
     for difference in parameters::diff(&Preset::default(), &preset(found, machine)) {
         let Some(entry) = difference.after else { continue };
         match entry.value {
+            Value::Number(value) if entry.field.unit == "1" => line(format_args!("{} = {value:?}", entry.path)),
             Value::Number(value) => line(format_args!("{} = {value:?} # {}", entry.path, entry.field.unit)),
             Value::Variant(name) => line(format_args!("{} = {name:?}", entry.path)),
         }
