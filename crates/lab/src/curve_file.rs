@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn joint_1_has_a_drop_whose_velocity_is_poorly_known_and_joint_2_has_none() {
+    fn joint_1_falls_at_a_poorly_known_velocity_and_joint_2_does_not_fall() {
         let file = data("direct_drive_joint/friction_curve.csv");
         assert!(file.axis == Axis::Rotary && !file.weighted);
         let [one, two] = &file.curves[..] else { panic!("{} curves", file.curves.len()) };
@@ -172,7 +172,14 @@ mod tests {
             }
         }
         let positive = fit(one, Side::Positive);
-        assert!(positive.parameters[0] > positive.parameters[1]);
+        // 20 points, of which the fast ones scatter by 3 N m: a drop of 2.8 N m has the probability 0.016 by chance.
+        match positive.drop {
+            StribeckDrop::Identified { drop, .. } => assert!((2.0..4.0).contains(&drop)),
+            StribeckDrop::Insignificant { drop, probability } => {
+                assert!((2.0..4.0).contains(&drop) && (0.01..0.05).contains(&probability), "{}", positive.drop);
+            }
+            other => panic!("{other}"),
+        }
         let [low, high] = positive.ci95[2];
         assert!(high > 5.0 * low, "the Stribeck velocity is known within {low} … {high}");
         for side in [Side::Positive, Side::Negative] {
