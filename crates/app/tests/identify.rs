@@ -46,7 +46,7 @@ fn refusal(folder: &Path, recording: &str) -> String {
 }
 
 fn rows(rows: usize, cell: impl Fn(usize) -> String) -> String {
-    let row = |i: usize| format!("{:.3},{},1.5\n", i as f64 * 1e-3, cell(i));
+    let row = |i: usize| format!("{:.3},{},{}\n", i as f64 * 1e-3, cell(i), (i as f64 * 0.01).cos());
     "t,q,u\n".to_owned() + &(0..rows).map(row).collect::<String>()
 }
 

@@ -324,6 +324,32 @@ pub enum Error {
     /// The user cancelled; results so far are kept by whoever has them.
     #[error("cancelled")]
     Cancelled,
+    /// A recording, or a column of it, that cannot be what it is taken for.
+    #[error("{}: {fault}. {remedy}", path.display())]
+    Recording {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A file that would be overwritten.
+    #[error("{}: it exists already. Add --force to replace it, or give another name with --out.", path.display())]
+    Exists {
+        /// Which file.
+        path: PathBuf,
+    },
+    /// An answer that is none.
+    #[error("{question}: \"{answer}\" is no answer. {remedy}")]
+    Answer {
+        /// What was asked.
+        question: String,
+        /// What was said.
+        answer: String,
+        /// What can be said.
+        remedy: String,
+    },
 }
 
 impl Error {

@@ -1,17 +1,22 @@
 //! What is known of the machine that was recorded: a TOML file beside the recording.
 //!
-//! Columns and their units, gain of the drive, controller, recipe. Linear axes are identified in kg and N, rotary ones
-//! in kg m² and N m; the equations are the same.
+//! Columns and their units, the drive from command to force, controller, recipe. Linear axes are identified in kg and
+//! N, rotary ones in kg m² and N m; the equations are the same. [`guess`] proposes a file for a recording.
+
+mod columns;
+mod drive;
+pub mod guess;
+mod signals;
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+pub use drive::Drive;
 use serde::Deserialize;
+pub use signals::Signals;
 
 use crate::Error;
-use crate::recording::Recording;
-use crate::units::{Dimension, Quantity, si_factor};
+use crate::units::{Dimension, Quantity};
 
 /// A machine file, checked, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,13 +27,25 @@ pub struct Machine {
     pub axis: Axis,
     /// Sampling period of controller and recording [s].
     pub sampling_period: f64,
+    /// Whether uneven samples are interpolated on a grid of the sampling period.
+    pub resample: bool,
     /// Travel per turn of the screw [m].
     pub screw_lead: Option<f64>,
+    /// Turns of the motor per turn of the screw or of the load.
+    pub gear_ratio: f64,
     /// Smallest step of the position [m or rad].
     pub encoder_grid: Option<f64>,
+    /// Moving mass or inertia, rotor included, where it is known and need not be found [kg or kg m²].
+    pub inertia: Option<f64>,
+    /// Whether the axis lifts: its offset is then a weight, and no difference between two frictions.
+    pub vertical: bool,
+    /// What is lifted [kg].
+    pub lifted_mass: Option<f64>,
     /// Which column is what.
     pub columns: Columns,
-    /// Force or torque per command [N/V or N m/V].
+    /// Unit of the command in the recording.
+    pub drive: Drive,
+    /// Force or torque on the axis per command in its SI unit [N/V, N m/A, …].
     pub gain: f64,
     /// What closes the loop.
     pub controller: Controller,
@@ -51,13 +68,17 @@ pub enum Axis {
 }
 
 /// Which column is what.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Columns {
     /// Time of the sample; without it the sampling period counts.
     pub time: Option<Channel>,
     /// Measured position.
     pub position: Channel,
+    /// Measured velocity, where it is better than differences of the position.
+    pub velocity: Option<Channel>,
+    /// Position of the motor, where `position` is that of the load: their difference tells of twist and backlash.
+    pub motor_position: Option<Channel>,
     /// Reference position; needed to predict the closed loop.
     pub reference: Option<Channel>,
     /// Command of the controller to the drive.
@@ -67,13 +88,29 @@ pub struct Columns {
 }
 
 /// A column and its unit; the unit may stand in the header instead.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Channel {
     /// As in the header.
     pub name: String,
     /// As in the [table of units](crate::units).
     pub unit: Option<String>,
+    /// For `counts`: how many a turn has.
+    pub counts_per_rev: Option<f64>,
+    /// Where an angle is measured, before or behind the gear.
+    #[serde(default)]
+    pub at: Place,
+}
+
+/// A side of the gear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Place {
+    /// Behind it: screw or load.
+    #[default]
+    Load,
+    /// Before it.
+    Motor,
 }
 
 /// The position controller.
@@ -94,9 +131,9 @@ pub enum Controller {
 pub struct Cascade {
     /// k_p [1/s].
     pub position_gain: f64,
-    /// k_v [V/(m/s) or V/(rad/s)].
+    /// k_v [command per m/s or rad/s: V/(m/s), A/(rad/s), …].
     pub velocity_gain: f64,
-    /// Magnitude of the largest command [V].
+    /// Magnitude of the largest command, in its SI unit.
     pub limit: f64,
 }
 
@@ -127,10 +164,17 @@ struct File {
     name: String,
     axis: Axis,
     sampling_period: Quantity,
+    #[serde(default)]
+    resample: bool,
     screw_lead: Option<Quantity>,
+    gear_ratio: Option<f64>,
     encoder_grid: Option<Quantity>,
+    inertia: Option<Quantity>,
+    #[serde(default)]
+    vertical: bool,
+    lifted_mass: Option<Quantity>,
     columns: Columns,
-    drive: Drive,
+    drive: drive::Table,
     #[serde(default)]
     controller: Controller,
     #[serde(default)]
@@ -139,20 +183,13 @@ struct File {
     published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Drive {
-    gain: Quantity,
-}
-
 impl Machine {
     /// Reads and checks a machine file.
     ///
     /// # Errors
     /// A file that cannot be read, is no machine file, or holds values that cannot be.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let failed = |source| Error::File { path: path.to_owned(), action: "read", source };
-        Self::parse(path, &std::fs::read_to_string(path).map_err(failed)?)
+        Self::parse(path, &std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?)
     }
 
     /// From the text of a machine file.
@@ -162,14 +199,24 @@ impl Machine {
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
         let file: File =
             toml::from_str(text).map_err(|e| Error::MachineFile { path: path.to_owned(), message: e.to_string() })?;
-        let place = |field: &str| format!("{}: {field}", path.display());
-        let length = file.axis.position();
-        let screw_lead = optional(&file.screw_lead, Dimension::Length, &place("screw_lead"))?;
+        let si = |quantity: &Option<Quantity>, field: &str, dimension| {
+            quantity.as_ref().map(|q| q.si(dimension, &format!("{}: {field}", path.display()))).transpose()
+        };
+        let screw_lead = si(&file.screw_lead, "screw_lead", Dimension::Length)?;
+        let gear_ratio = file.gear_ratio.unwrap_or(1.0);
+        let chain = drive::Chain { axis: file.axis, screw_lead, gear_ratio };
+        let (drive, gain) = chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?;
         let machine = Machine {
-            sampling_period: file.sampling_period.si(Dimension::Time, &place("sampling_period"))?,
+            sampling_period: si(&Some(file.sampling_period), "sampling_period", Dimension::Time)?.unwrap_or(f64::NAN),
+            encoder_grid: si(&file.encoder_grid, "encoder_grid", file.axis.position())?,
+            inertia: si(&file.inertia, "inertia", file.axis.inertia())?,
+            lifted_mass: si(&file.lifted_mass, "lifted_mass", Dimension::Mass)?,
+            resample: file.resample,
             screw_lead,
-            encoder_grid: optional(&file.encoder_grid, length, &place("encoder_grid"))?,
-            gain: drive_gain(&file, screw_lead, path)?,
+            gear_ratio,
+            vertical: file.vertical,
+            drive,
+            gain,
             name: file.name,
             axis: file.axis,
             columns: file.columns,
@@ -184,11 +231,19 @@ impl Machine {
 
     fn check(&self, path: &Path) -> Result<(), Error> {
         let positive = "must be positive.";
-        let mut numbers = vec![("sampling_period", self.sampling_period)];
-        numbers.extend(self.screw_lead.map(|v| ("screw_lead", v)));
-        numbers.extend(self.encoder_grid.map(|v| ("encoder_grid", v)));
-        numbers.extend([("recipe.low_pass", self.recipe.low_pass), ("recipe.order", self.recipe.order as f64)]);
-        numbers.push(("recipe.decimation", self.recipe.decimation as f64));
+        let recipe = &self.recipe;
+        let mut numbers = vec![("sampling_period", self.sampling_period), ("gear_ratio", self.gear_ratio)];
+        numbers.extend([("recipe.low_pass", recipe.low_pass), ("recipe.order", recipe.order as f64)]);
+        numbers.push(("recipe.decimation", recipe.decimation as f64));
+        let mut optional = |name, value: Option<f64>| numbers.extend(value.map(|v| (name, v)));
+        optional("screw_lead", self.screw_lead);
+        optional("encoder_grid", self.encoder_grid);
+        optional("inertia", self.inertia);
+        optional("lifted_mass", self.lifted_mass);
+        optional("drive.limit", self.drive.limit);
+        for (name, channel) in self.columns.positions() {
+            optional(name, channel.counts_per_rev);
+        }
         if let Controller::Cascade(cascade) = self.controller {
             numbers.push(("controller.position_gain", cascade.position_gain));
             numbers.push(("controller.velocity_gain", cascade.velocity_gain));
@@ -201,7 +256,11 @@ impl Machine {
             }
         }
         if !(self.gain.is_finite() && self.gain != 0.0) {
-            return refuse("drive.gain", self.gain, "must be a force per volt; its sign is that of the motion.");
+            return refuse(
+                "drive.gain",
+                self.gain,
+                "on the axis must be a finite force per command; its sign is that of the motion.",
+            );
         }
         // The filter's continuation is 3·(order + 1) samples, and orders beyond 10 are a slip of the pen.
         if self.recipe.order > 10 {
@@ -209,95 +268,43 @@ impl Machine {
         }
         Ok(())
     }
-
-    /// The signals of a recording, in SI units, on the grid of the sampling period.
-    ///
-    /// # Errors
-    /// A missing column, a bad cell, a unit that does not fit, uneven time, or another period than the machine's.
-    pub fn signals(&self, recording: &Recording) -> Result<Signals, Error> {
-        let take = |channel: &Channel, dimension| channel.values(recording, dimension);
-        let optional = |channel: &Option<Channel>, dimension| channel.as_ref().map(|c| take(c, dimension)).transpose();
-        if let Some(time) = optional(&self.columns.time, Dimension::Time)? {
-            let found = recording.spacing(&time)?.period;
-            // Clocks differ by 100 ppm at most; 0.1 % is another sampling rate.
-            if (found / self.sampling_period - 1.0).abs() > 1e-3 {
-                let path: PathBuf = recording.path().to_owned();
-                return Err(Error::OtherPeriod { path, found, expected: self.sampling_period });
-            }
-        }
-        Ok(Signals {
-            period: self.sampling_period,
-            position: take(&self.columns.position, self.axis.position())?,
-            reference: optional(&self.columns.reference, self.axis.position())?,
-            command: take(&self.columns.command, Dimension::Voltage)?,
-            injected: optional(&self.columns.injected, Dimension::Voltage)?,
-        })
-    }
 }
 
-/// What a recording says, in SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Signals {
-    /// Sampling period [s].
-    pub period: f64,
-    /// Measured position [m or rad].
-    pub position: Vec<f64>,
-    /// Reference position [m or rad].
-    pub reference: Option<Vec<f64>>,
-    /// Command of the controller [V].
-    pub command: Vec<f64>,
-    /// Known signal added to it [V].
-    pub injected: Option<Vec<f64>>,
-}
-
-impl Signals {
-    /// What reaches the drive: command and injected signal [V].
-    pub fn drive_input(&self) -> Vec<f64> {
-        match &self.injected {
-            Some(injected) => self.command.iter().zip(injected).map(|(u, w)| u + w).collect(),
-            None => self.command.clone(),
-        }
+impl Columns {
+    /// Those that measure where something is.
+    fn positions(&self) -> impl Iterator<Item = (&'static str, &Channel)> {
+        let all = [
+            ("columns.position.counts_per_rev", Some(&self.position)),
+            ("columns.motor_position.counts_per_rev", self.motor_position.as_ref()),
+            ("columns.reference.counts_per_rev", self.reference.as_ref()),
+        ];
+        all.into_iter().filter_map(|(name, channel)| Some((name, channel?)))
     }
 }
 
 impl Axis {
-    fn position(self) -> Dimension {
+    /// What its position measures.
+    pub fn position(self) -> Dimension {
         match self {
             Axis::Linear => Dimension::Length,
             Axis::Rotary => Dimension::Angle,
         }
     }
-}
 
-impl Channel {
-    fn values(&self, recording: &Recording, dimension: Dimension) -> Result<Vec<f64>, Error> {
-        let column = recording.column(&self.name)?;
-        let place = format!("{}: column `{}`", recording.path().display(), self.name);
-        let unit = match (&self.unit, &column.unit) {
-            (Some(told), Some(header)) if told != header => {
-                return Err(Error::TwoUnits { place, told: told.clone(), header: header.clone() });
-            }
-            (Some(unit), _) | (None, Some(unit)) => unit,
-            (None, None) => "",
-        };
-        let factor = si_factor(unit, dimension, &place)?;
-        Ok(column.values.iter().map(|v| v * factor).collect())
-    }
-}
-
-fn optional(quantity: &Option<Quantity>, dimension: Dimension, place: &str) -> Result<Option<f64>, Error> {
-    quantity.as_ref().map(|q| q.si(dimension, place)).transpose()
-}
-
-/// On a linear axis a torque per volt at the screw becomes a force per volt by the lead.
-fn drive_gain(file: &File, screw_lead: Option<f64>, path: &Path) -> Result<f64, Error> {
-    let place = format!("{}: drive.gain", path.display());
-    match (file.axis, screw_lead) {
-        (Axis::Rotary, _) => file.drive.gain.si(Dimension::TorqueGain, &place),
-        (Axis::Linear, Some(lead)) if file.drive.gain.unit.contains("N m") => {
-            Ok(file.drive.gain.si(Dimension::TorqueGain, &place)? * TAU / lead)
+    /// What its velocity measures.
+    pub fn velocity(self) -> Dimension {
+        match self {
+            Axis::Linear => Dimension::Velocity,
+            Axis::Rotary => Dimension::AngularVelocity,
         }
-        (Axis::Linear, _) => file.drive.gain.si(Dimension::ForceGain, &place),
+    }
+
+    /// What resists its acceleration.
+    pub fn inertia(self) -> Dimension {
+        match self {
+            Axis::Linear => Dimension::Mass,
+            Axis::Rotary => Dimension::Inertia,
+        }
     }
 }
 

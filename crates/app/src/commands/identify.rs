@@ -15,9 +15,9 @@ use crate::failure::Failure;
 /// What to identify.
 #[derive(Args)]
 pub(crate) struct Identify {
-    /// CSV file, may be gzipped: a header, then one row a sample.
+    /// Recording: CSV (a header, then one row a sample; may be gzipped), MAT or Parquet.
     recording: PathBuf,
-    /// What is known of the machine: columns, units, drive gain, controller.
+    /// What is known of the machine: columns, units, drive, controller. `stickslip machine init` writes one.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
     /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.

@@ -2,7 +2,9 @@
 
 mod demo;
 mod identify;
+mod machine;
 mod params;
+mod validate;
 
 use std::io::Write;
 
@@ -22,6 +24,14 @@ pub(crate) enum Command {
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
     )]
     Identify(identify::Identify),
+    /// An identified model on another recording: simulate its closed loop there, and say how far off it is.
+    #[command(
+        after_help = "Example: stickslip validate other.csv --model emps/model.toml --machine data/emps/emps-machine.toml"
+    )]
+    Validate(validate::Validate),
+    /// Describe a machine in a file.
+    #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
+    Machine(machine::Machine),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
@@ -41,6 +51,8 @@ impl Command {
         match self {
             Command::Demo(command) => command.run(out, &watch()),
             Command::Identify(command) => command.run(out, &watch()),
+            Command::Validate(command) => command.run(out, &watch()),
+            Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
         }
     }

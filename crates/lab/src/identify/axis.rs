@@ -14,7 +14,7 @@ use stickslip_core::friction::{Bend, DampingVelocity, Decay, Fading, LuGre, Stri
 use stickslip_core::scalar::{Mask, Scalar};
 
 use super::motion::Motion;
-use crate::machine::{Cascade, Signals};
+use crate::machine::{Cascade, Controller, Machine, Signals};
 use crate::{Error, Watch};
 
 /// An axis with a sliding curve for each direction; units as the axis has them.
@@ -135,7 +135,7 @@ pub struct ClosedLoop<T> {
     pub range: Range<usize>,
     /// Position at each.
     pub position: Vec<T>,
-    /// Command of the controller at each [V].
+    /// Command of the controller at each, in its SI unit.
     pub command: Vec<T>,
 }
 
@@ -150,13 +150,21 @@ pub struct Loop<'a> {
     pub motion: &'a Motion,
     /// The controller.
     pub controller: Cascade,
-    /// Force per command [N/V or N m/V].
+    /// Force or torque per command in its SI unit.
     pub gain: f64,
     /// Steps of the axis in a sampling period; [`SUB_STEPS`](Self::SUB_STEPS) unless time presses.
     pub sub_steps: usize,
 }
 
-impl Loop<'_> {
+impl<'a> Loop<'a> {
+    /// As a machine file describes it; none where the controller is unknown or its reference was not recorded.
+    pub fn of(signals: &'a Signals, motion: &'a Motion, machine: &Machine) -> Option<Self> {
+        let (Controller::Cascade(controller), Some(reference)) = (machine.controller, &signals.reference) else {
+            return None;
+        };
+        Some(Loop { signals, reference, motion, controller, gain: machine.gain, sub_steps: Self::SUB_STEPS })
+    }
+
     /// 50 µs at a sampling rate of 1 kHz: twice as many change the prediction errors of the EMPS by 5e-4 of themselves.
     pub const SUB_STEPS: usize = 20;
 
@@ -182,7 +190,7 @@ impl Loop<'_> {
         let (position, velocity) = (T::of(self.motion.position[first]), T::of(self.motion.velocity[first]));
         let mut axis = AxisState { position, velocity, deflection: model.steady_deflection(velocity) };
         let mut before = [1, 2].map(|k| T::of(self.signals.position[first - k]));
-        let mut drive = T::of(self.motion.force[first - 1]);
+        let mut drive = T::of(self.motion.force[first - 1] + self.motion.offset);
         let mut run = ClosedLoop { range: range.clone(), position: Vec::new(), command: Vec::new() };
         for i in range {
             // A thousand samples take some milliseconds.
@@ -228,7 +236,7 @@ impl Loop<'_> {
 pub struct Prediction {
     /// ‖u − û‖/‖u‖.
     pub voltage_error: f64,
-    /// rms(u − û) [V].
+    /// rms(u − û), in the SI unit of the command.
     pub voltage_rms: f64,
     /// rms(q − q̂) [m or rad].
     pub position_rms: f64,
@@ -242,9 +250,18 @@ mod tests {
     fn at_rest<R>(distance: f64, look: impl Fn(&Loop<'_>) -> R) -> R {
         const SAMPLES: usize = 20_000;
         let zeros = vec![0.0; SAMPLES];
-        let signals =
-            Signals { period: 1e-3, position: zeros.clone(), reference: None, command: zeros.clone(), injected: None };
+        let signals = Signals {
+            period: 1e-3,
+            position: zeros.clone(),
+            velocity: None,
+            reference: None,
+            command: zeros.clone(),
+            injected: None,
+            notes: Vec::new(),
+        };
         let motion = Motion {
+            offset: 0.0,
+            inertia: None,
             period: 1e-3,
             position: zeros.clone(),
             velocity: zeros.clone(),

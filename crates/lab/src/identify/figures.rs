@@ -43,7 +43,7 @@ impl Identification {
         let plateaus = curve.plateaus.iter().map(|p| (p.point.velocity, p.point.torque));
         let fit = &self.asymmetric.fit;
         let band = || grid(self.fastest()).map(|velocity| asymmetric(fit, velocity));
-        let best = grid(self.fastest()).map(|v| (v, self.best().model.steady_force(v)));
+        let best = grid(self.fastest()).map(|v| (v, self.best().model.steady_force(v) - self.motion.offset));
         Figure::new("Friction over velocity")
             .x(velocity)
             .y(FigureAxis::new(format!("friction {quantity}"), unit))
@@ -78,7 +78,7 @@ impl Identification {
     fn predicted_quantity(&self) -> (&'static str, &'static str, &'static str) {
         let (quantity, unit) = self.force();
         match self.closed_loop {
-            Some(_) => ("Command of the controller, recorded and simulated", "voltage", "V"),
+            Some(_) => ("Command of the controller, recorded and simulated", "command", self.command_unit),
             None => ("Balance of forces, recorded and explained", quantity, unit),
         }
     }
@@ -90,7 +90,7 @@ impl Identification {
             let model = &self.best().model;
             let predicted =
                 model.inertia * self.motion.acceleration[sample] + model.steady_force(self.motion.velocity[sample]);
-            return Some([time, self.motion.smooth_force[sample], predicted]);
+            return Some([time, self.motion.smooth_force[sample] + self.motion.offset, predicted]);
         };
         let predicted = run.command.get(sample.checked_sub(run.range.start)?)?;
         Some([time, self.signals.command[sample], *predicted])
@@ -147,7 +147,7 @@ fn asymmetric(fit: &LinearFit, velocity: f64) -> [f64; 4] {
     let weights = if velocity > 0.0 { [0.0, velocity, 1.0, 0.0, 0.0] } else { [0.0, 0.0, 0.0, velocity, -1.0] };
     let force: f64 = fit.coefficients.iter().zip(&weights).map(|(c, w)| c * w).sum();
     // The interval of a coefficient tells how many standard errors make 95 %.
-    let critical = 0.5 * (fit.ci95[0][1] - fit.ci95[0][0]) / fit.standard_errors[0];
+    let critical = 0.5 * (fit.ci95[1][1] - fit.ci95[1][0]) / fit.standard_errors[1];
     let half_width = critical * fit.variance(&weights).sqrt();
     [velocity, force - half_width, force, force + half_width]
 }

@@ -1,59 +1,35 @@
-//! What an identification leaves behind: the model as TOML, and a feedforward table.
+//! What an identification leaves behind for a drive: a feedforward table.
 
 use std::fmt::Write;
 
-use stickslip_core::friction::Stribeck;
-
 use super::Identification;
-use super::axis::AxisModel;
-use crate::machine::{Axis, Machine};
+use crate::machine::Machine;
+use crate::units::measure;
 
-/// `model.toml`: the best model, SI units.
-pub fn model_toml(identification: &Identification, machine: &Machine) -> String {
-    let AxisModel { inertia, positive, negative, offset, lag, bristles } = &identification.best().model;
-    let (mass, force, viscous, speed) = match identification.axis {
-        Axis::Linear => ("kg", "N", "N s/m", "m/s"),
-        Axis::Rotary => ("kg m²", "N m", "N m s/rad", "rad/s"),
-    };
-    let mut text = format!("# Identified by stickslip {}. SI units.\n", env!("CARGO_PKG_VERSION"));
-    let mut line = |arguments: std::fmt::Arguments<'_>| writeln!(text, "{arguments}").expect("a string takes all");
-    line(format_args!("machine = {:?}", machine.name));
-    line(format_args!("kind = {:?}", identification.best().kind.name()));
-    line(format_args!("inertia = {inertia} # {mass}"));
-    line(format_args!("offset = {offset} # {force}, against positive motion"));
-    line(format_args!("lag = {lag} # s, of the drive"));
-    for (name, side) in [("positive", positive), ("negative", negative)] {
-        let Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, .. } = side;
-        line(format_args!("\n[{name}]"));
-        line(format_args!("breakaway = {breakaway_torque} # {force}"));
-        line(format_args!("coulomb = {kinetic_torque} # {force}"));
-        line(format_args!("stribeck_velocity = {stribeck_velocity} # {speed}"));
-        line(format_args!("viscous = {viscous_friction} # {viscous}"));
-    }
-    if let Some(bristles) = bristles {
-        line(format_args!("\n[bristles]"));
-        line(format_args!("stiffness = {} # {force}/{}", bristles.stiffness, speed.trim_end_matches("/s")));
-        line(format_args!("damping = {} # {viscous}", bristles.damping));
-        line(format_args!("damping_velocity = {} # {speed}", bristles.damping_velocity));
+/// `feedforward.csv`: force, and the command that makes it, to keep a speed up in both directions, up to the fastest
+/// recorded speed. Speed and command are in the units of the recording, force in N or N m. Rest is left out: there
+/// friction jumps.
+pub fn feedforward_csv(found: &Identification, machine: &Machine) -> String {
+    const STEPS: i32 = 50;
+    let (speed, factor) = speed_unit(machine);
+    let command = measure(&machine.drive.unit).map_or(1.0, |(_, factor)| factor);
+    let fastest = found.motion.velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let mut text = format!("velocity [{speed}],force [{}],command [{}]\n", found.force().1, machine.drive.unit);
+    for step in (-STEPS..=STEPS).filter(|step| *step != 0) {
+        // Finer towards rest, where the curve bends.
+        let share = f64::from(step) / f64::from(STEPS);
+        let velocity = fastest * share * share.abs();
+        let needed = found.best().model.steady_force(velocity);
+        let row = [velocity / factor, needed, needed / machine.gain / command];
+        writeln!(text, "{:.9e},{:.9e},{:.9e}", row[0], row[1], row[2]).expect("a string takes all");
     }
     text
 }
 
-/// `feedforward.csv`: force and command that keep a speed up, in both directions up to the fastest recorded speed.
-pub fn feedforward_csv(identification: &Identification, machine: &Machine) -> String {
-    const STEPS: i32 = 50;
-    let (speed, force) = match identification.axis {
-        Axis::Linear => ("m/s", "N"),
-        Axis::Rotary => ("rad/s", "N m"),
-    };
-    let fastest = identification.motion.velocity.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let mut text = format!("velocity [{speed}],force [{force}],command [V]\n");
-    for step in -STEPS..=STEPS {
-        // Finer towards rest, where the curve bends.
-        let share = f64::from(step) / f64::from(STEPS);
-        let velocity = fastest * share * share.abs();
-        let needed = identification.best().model.steady_force(velocity);
-        writeln!(text, "{velocity:.9e},{needed:.9e},{:.9e}", needed / machine.gain).expect("a string takes all");
-    }
-    text
+/// Unit of speed that goes with the unit of position, and how many SI units it is.
+fn speed_unit(machine: &Machine) -> (String, f64) {
+    let speed = machine.axis.velocity();
+    let told = machine.columns.position.unit.as_ref().map(|unit| format!("{unit}/s"));
+    let known = told.and_then(|unit| Some((measure(&unit).filter(|(measures, _)| *measures == speed)?.1, unit)));
+    known.map_or((speed.si_unit().to_owned(), 1.0), |(factor, unit)| (unit, factor))
 }

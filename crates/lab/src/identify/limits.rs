@@ -17,11 +17,7 @@ impl Identification {
              would tell.",
             tied(&Estimate::new(self.curve.slowest, unit("velocity")))
         ));
-        limits.push(
-            "Whether the directions differ by friction or by a constant force: a weight, a tilt or an offset of the \
-             drive looks the same in motion. The offset given here holds if Coulomb friction is alike both ways."
-                .into(),
-        );
+        limits.push(self.constant_force());
         let index = CLOSED_LOOP.iter().position(|name| *name == "bristle_stiffness").unwrap_or(usize::MAX);
         let bristles = self.best().refined.as_ref().and_then(|fit| fit.ci95.get(index).zip(fit.parameters.get(index)));
         if let Some(([low, high], stiffness)) = bristles.filter(|([low, high], _)| *high > 2.0 * low) {
@@ -32,7 +28,30 @@ impl Identification {
                 number((high / low).sqrt(), 1)
             ));
         }
+        limits.extend(self.signals.notes.iter().cloned());
         limits
+    }
+
+    /// What a constant force may be.
+    fn constant_force(&self) -> String {
+        let force = |value| tied(&Estimate::new(value, unit(self.axis, "offset")));
+        let offset = force(self.symmetric.fit.coefficients[3]);
+        match (self.lift, self.weight()) {
+            (None, _) => "Whether the directions differ by friction or by a constant force: a weight, a tilt or an \
+                          offset of the drive looks the same in motion. The offset given here holds if Coulomb \
+                          friction is alike both ways."
+                .into(),
+            (Some(_), Some([weight, rest])) => format!(
+                "Where {} come from that are left of the constant force of {offset} after the weight of {}: an offset \
+                 of the drive, a counterweight, or Coulomb friction that is not alike both ways.",
+                force(rest),
+                force(weight)
+            ),
+            (Some(_), None) => format!(
+                "Which part of the constant force of {offset} is weight. Give the machine file lifted_mass, if it is \
+                 known; Coulomb friction is taken as alike both ways on average."
+            ),
+        }
     }
 }
 

@@ -10,27 +10,33 @@ mod curve;
 mod figures;
 mod files;
 mod limits;
+mod model_file;
 mod models;
 mod motion;
 mod parameters;
+mod preset;
 mod refine;
 mod report;
 mod results;
 mod rigid;
+mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
 pub use curve::{FrictionCurve, Plateau};
-pub use files::{feedforward_csv, model_toml};
+pub use files::feedforward_csv;
+pub(crate) use model_file::TABLE;
+pub use model_file::{IdentifiedModel, model_toml, read_model};
 pub use models::{Candidate, Kind};
-pub use motion::{Motion, Regression};
+pub use motion::{Motion, Regression, force_error};
 pub use parameters::{ParameterLine, parameter_lines};
 pub use refine::{CLOSED_LOOP, Refined};
 pub use report::report;
 pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
+pub use validate::{Validation, validate};
 
 use crate::fit::{Side, StribeckFit, StribeckPlan, fit_stribeck};
-use crate::machine::{Axis, Controller, Machine, Signals};
+use crate::machine::{Axis, Machine, Signals};
 use crate::recording::Recording;
 use crate::{Error, Watch};
 
@@ -39,6 +45,8 @@ use crate::{Error, Watch};
 pub struct Identification {
     /// Linear or rotary: which units the numbers have.
     pub axis: Axis,
+    /// Whether the axis lifts, and what.
+    pub lift: Option<Lift>,
     /// One Coulomb and viscous friction for both directions, and an offset.
     pub symmetric: Symmetric,
     /// One a direction.
@@ -53,10 +61,19 @@ pub struct Identification {
     pub best: usize,
     /// What the best one would have done over the whole recording; none where the controller is unknown.
     pub closed_loop: Option<ClosedLoop<f64>>,
+    /// SI unit of the command.
+    pub command_unit: &'static str,
     /// The recording in SI units.
     pub signals: Signals,
     /// Its motion.
     pub motion: Motion,
+}
+
+/// What a vertical axis holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lift {
+    /// Lifted mass, where it is known [kg].
+    pub mass: Option<f64>,
 }
 
 /// Identifies an axis from a recording.
@@ -67,7 +84,7 @@ pub struct Identification {
 pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
     watch.stage("balance of forces", 0.0)?;
     let signals = machine.signals(recording)?;
-    let motion = Motion::of(&signals, machine)?;
+    let mut motion = Motion::of(&signals, machine)?;
     let (samples, recipe) = (motion.samples(), machine.recipe);
     let needed = 2 * (recipe.skip + 30 * recipe.decimation);
     if samples < needed {
@@ -75,22 +92,21 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         return Err(Error::TooFew { what: "samples in the recording", found: samples, needed, remedy });
     }
     let symmetric = Symmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    if machine.vertical {
+        motion.unload(symmetric.fit.coefficients[3]);
+    }
     let asymmetric = Asymmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
     let mass = asymmetric.fit.coefficients[0];
     if mass.is_nan() || mass <= 0.0 {
-        let remedy = "Reverse the sign of drive.gain, or check the columns.";
+        let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
+                      column counts against the motion. A force that depends on the position, a spring or a weight on \
+                      an arm, is no part of the model and can do the same.";
         return Err(Error::Implausible { what: "the identified inertia", value: mass, remedy });
     }
     let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);
     let stribeck = [Side::Positive, Side::Negative]
         .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
-    let around = match (machine.controller, &signals.reference) {
-        (Controller::Cascade(controller), Some(reference)) => {
-            let sub_steps = Loop::SUB_STEPS;
-            Some(Loop { signals: &signals, reference, motion: &motion, controller, gain: machine.gain, sub_steps })
-        }
-        _ => None,
-    };
+    let around = Loop::of(&signals, &motion, machine);
     let candidates = models::candidates(&motion, around.as_ref(), &recipe, watch)?;
     let error = |i: &usize| candidates[*i].held_out;
     let best = (0..candidates.len()).min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0);
@@ -98,6 +114,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
     let closed_loop = around.map(simulate).transpose()?;
     Ok(Identification {
         axis: machine.axis,
+        lift: machine.vertical.then_some(Lift { mass: machine.lifted_mass }),
         symmetric,
         asymmetric,
         curve,
@@ -105,6 +122,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         candidates,
         best,
         closed_loop,
+        command_unit: machine.drive.command.si_unit(),
         motion,
         signals,
     })
@@ -114,6 +132,17 @@ impl Identification {
     /// The model to use.
     pub fn best(&self) -> &Candidate {
         &self.candidates[self.best]
+    }
+
+    /// Weight of the lifted mass [N], and what the constant force has besides; only where both are known.
+    pub fn weight(&self) -> Option<[f64; 2]> {
+        /// Standard acceleration of free fall [m/s²].
+        const GRAVITY: f64 = 9.80665;
+        let mass = self.lift.filter(|_| self.axis == Axis::Linear)?.mass?;
+        // Which way is up, the sign of the constant force tells.
+        let offset = self.symmetric.fit.coefficients[3];
+        let weight = (GRAVITY * mass).copysign(offset);
+        Some([weight, offset - weight])
     }
 
     /// Whether the friction curve shows M_S > M_K, in both directions.

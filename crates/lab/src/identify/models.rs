@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
 use super::axis::{AxisModel, Bristles, Loop, Prediction, coulomb};
-use super::motion::Motion;
+use super::motion::{Motion, force_error};
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
 use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
@@ -86,16 +86,12 @@ pub(super) fn candidates(
     let (samples, middle) = (motion.samples(), motion.samples() / 2);
     let [first, second] = [recipe.skip..middle, middle..samples];
     let Some(around) = around else {
-        let symmetric = Symmetric::identify(motion, first.clone(), recipe.decimation)?;
-        let asymmetric = Asymmetric::identify(motion, first, recipe.decimation)?;
-        let held_out = [
-            symmetric.force_error(motion, second.clone(), recipe.decimation)?,
-            asymmetric.force_error(motion, second, recipe.decimation)?,
-        ];
         let whole = rigid(motion, recipe.skip..samples, recipe)?;
-        let candidate =
-            |((kind, model), held_out)| Candidate { kind, model, refined: None, held_out, prediction: None };
-        return Ok(whole.into_iter().zip(held_out).map(candidate).collect());
+        let judged = whole.into_iter().zip(rigid(motion, first, recipe)?).map(|((kind, model), (_, by_first))| {
+            let held_out = force_error(&by_first, motion, second.clone(), recipe.decimation)?;
+            Ok(Candidate { kind, model, refined: None, held_out, prediction: None })
+        });
+        return judged.collect();
     };
     // Two fits in the closed loop on each of three stretches.
     let fits = AtomicU32::new(0);
@@ -134,11 +130,11 @@ fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind
     let symmetric = Symmetric::identify(motion, range.clone(), recipe.decimation)?.fit.coefficients;
     let asymmetric = Asymmetric::identify(motion, range, recipe.decimation)?.fit.coefficients;
     let both = coulomb(symmetric[2], symmetric[1]);
-    let body = |inertia, positive, negative, offset| AxisModel {
+    let body = |inertia, positive, negative, offset: f64| AxisModel {
         inertia,
         positive,
         negative,
-        offset,
+        offset: offset + motion.offset,
         lag: 0.0,
         bristles: None,
     };

@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use super::axis::AxisModel;
 use crate::Error;
 use crate::filter::{LowPass, central_difference, decimate};
+use crate::fit::{LinearFit, fit_linear};
 use crate::machine::{Machine, Signals};
 
 /// Motion and force at every sample, all of one length. Units as the axis has them: m and N, or rad and N m.
@@ -21,6 +23,10 @@ pub struct Motion {
     pub force: Vec<f64>,
     /// The same through the low-pass of the position.
     pub smooth_force: Vec<f64>,
+    /// Constant force that was taken out of both: the weight on a vertical axis, else 0.
+    pub offset: f64,
+    /// Inertia, where the machine file knows it [kg or kg m²].
+    pub inertia: Option<f64>,
 }
 
 impl Motion {
@@ -32,11 +38,31 @@ impl Motion {
         let period = signals.period;
         let low_pass = LowPass::butterworth(machine.recipe.order, machine.recipe.low_pass, 1.0 / period)?;
         let position = low_pass.both_ways(&signals.position)?;
-        let velocity = central_difference(&position, period);
+        let velocity = match &signals.velocity {
+            Some(measured) => low_pass.both_ways(measured)?,
+            None => central_difference(&position, period),
+        };
         let acceleration = central_difference(&velocity, period);
         let force: Vec<f64> = signals.drive_input().iter().map(|u| machine.gain * u).collect();
         let smooth_force = low_pass.both_ways(&force)?;
-        Ok(Motion { period, position, velocity, acceleration, force, smooth_force })
+        Ok(Motion {
+            period,
+            position,
+            velocity,
+            acceleration,
+            force,
+            smooth_force,
+            offset: 0.0,
+            inertia: machine.inertia,
+        })
+    }
+
+    /// Takes a constant force out, so that friction alone is left beside inertia.
+    pub(super) fn unload(&mut self, offset: f64) {
+        for force in self.force.iter_mut().chain(&mut self.smooth_force) {
+            *force -= offset;
+        }
+        self.offset += offset;
     }
 
     /// Number of samples.
@@ -73,10 +99,45 @@ impl Regression {
         Ok(Regression { columns, measured: decimate(&motion.force[range], decimation)? })
     }
 
-    /// ‖measured − columns·coefficients‖ / ‖measured‖.
-    pub fn relative_error(&self, coefficients: &[f64]) -> f64 {
-        let fitted = |i: usize| self.columns.iter().zip(coefficients).map(|(c, p)| c[i] * p).sum::<f64>();
-        let residual: f64 = self.measured.iter().enumerate().map(|(i, y)| (y - fitted(i)).powi(2)).sum();
-        (residual / self.measured.iter().map(|y| y * y).sum::<f64>()).sqrt()
+    /// Least squares. The first column is the acceleration; where its coefficient, the inertia, is known, the others
+    /// explain what it leaves.
+    ///
+    /// # Errors
+    /// Too few rows, or a motion that does not tell the parameters apart.
+    pub fn fit(&self, inertia: Option<f64>) -> Result<LinearFit, Error> {
+        let Some(inertia) = inertia else { return fit_linear(&self.columns, &self.measured) };
+        let rest: Vec<f64> = self.measured.iter().zip(&self.columns[0]).map(|(f, a)| f - inertia * a).collect();
+        let mut fit = fit_linear(&self.columns[1..], &rest)?;
+        fit.coefficients.insert(0, inertia);
+        fit.ci95.insert(0, [inertia; 2]);
+        fit.standard_errors.insert(0, 0.0);
+        fit.white_standard_errors.insert(0, 0.0);
+        fit.covariance.iter_mut().for_each(|row| row.insert(0, 0.0));
+        fit.covariance.insert(0, vec![0.0; self.columns.len()]);
+        fit.relative_error *= norm(&rest) / norm(&self.measured);
+        Ok(fit)
     }
+}
+
+/// ‖measured − predicted‖ / ‖measured‖ of the force over a range, decimated: what a model says of a motion that it is
+/// given.
+///
+/// # Errors
+/// A range too short to decimate.
+pub fn force_error(
+    model: &AxisModel<f64>,
+    motion: &Motion,
+    range: Range<usize>,
+    decimation: usize,
+) -> Result<f64, Error> {
+    let predicted = |velocity: f64, acceleration: f64| {
+        [model.inertia * acceleration + model.steady_force(velocity) - motion.offset]
+    };
+    let rows = Regression::of(motion, range, decimation, predicted)?;
+    let residual: Vec<f64> = rows.measured.iter().zip(&rows.columns[0]).map(|(f, p)| f - p).collect();
+    Ok(norm(&residual) / norm(&rows.measured))
+}
+
+fn norm(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }

@@ -81,6 +81,10 @@ pub(super) fn refine<const N: usize>(
     watch: &Watch,
 ) -> Result<Refined, Error> {
     let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| -> Result<Vec<Dual<N>>, Error> {
+        let mut p = p;
+        if let Some(inertia) = around.motion.inertia {
+            p[0] = Dual::of(inertia);
+        }
         let run = around.simulate(&model(p, start.offset), range.clone(), watch)?;
         let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
         Ok(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect())
@@ -93,7 +97,8 @@ pub(super) fn refine<const N: usize>(
         minimise(parameters(start), free, Stop { step: 1e-6, fall: 1e-5, evaluations: 40 }, |p| residuals(&coarse, p))?;
     let stop = Stop { step: 1e-6, fall: 1e-4, evaluations: 10 };
     let best = minimise(near.parameters, free, stop, |p| residuals(around, p))?.parameters;
-    let (shares, critical) = errors(&best, &residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i)))?);
+    let slopes = residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i)))?;
+    let (shares, critical) = errors(&best, &slopes, around.motion.inertia.is_some());
     Ok(Refined {
         model: model(best, start.offset),
         parameters: best.to_vec(),
@@ -107,7 +112,7 @@ pub(super) fn refine<const N: usize>(
 }
 
 /// Standard errors of the logarithms, and the half-width of a 95 % interval in them.
-fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>]) -> ([f64; N], f64) {
+fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>], known_inertia: bool) -> ([f64; N], f64) {
     // Ten samples make a row: their sum moves the parameters as they do, and the covariance needs a tenth of the time.
     const ROW: usize = 10;
     let mut normal = SMatrix::<f64, N, N>::zeros();
@@ -116,6 +121,10 @@ fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>]) -> ([f64
         let slope = SVector::<f64, N>::from_fn(|i, _| residual.gradient[i] * parameters[i]);
         normal += slope * slope.transpose();
         rows[t / ROW] += slope * residual.value;
+    }
+    if known_inertia {
+        // Nothing depends on it: it moves nothing and has no error.
+        normal[(0, 0)] = 1.0;
     }
     let Some(inverse) = normal.cholesky().map(|factor| factor.inverse()) else {
         return ([f64::INFINITY; N], 1.96);

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::files::{feedforward_csv, model_toml};
+use super::files::feedforward_csv;
+use super::model_file::model_toml;
 use super::report::report;
 use super::{ASYMMETRIC, CLOSED_LOOP, Identification, SYMMETRIC};
 use crate::machine::{Axis, Machine};
@@ -32,6 +33,10 @@ pub fn summary(found: &Identification) -> Summary {
         }
         summary.result(&format!("{table}.force_error"), fit.relative_error, "1");
         summary.result(&format!("{table}.condition"), fit.condition, "1");
+    }
+    if let Some([weight, rest]) = found.weight() {
+        summary.result("offset.weight", weight, unit("offset"));
+        summary.result("offset.rest", rest, unit("offset"));
     }
     summary.result("stribeck.identifiable", f64::from(u8::from(found.stribeck_identifiable())), "1");
     for (side, fit) in ["positive", "negative"].into_iter().zip(&found.stribeck) {

@@ -9,12 +9,13 @@
 //! Inverse dynamic identification by least squares, Janot, Gautier, Brunot (2019). A common offset beside two Coulomb
 //! levels cannot be told from their difference: F_c⁺ + F_0 and F_c⁻ − F_0 are all that motion shows. The asymmetric
 //! model therefore has none; where Coulomb friction is symmetric, half the difference of the two levels is the offset.
+//! On a vertical axis the offset is a weight, taken out before (`Motion::unload`).
 
 use std::ops::Range;
 
 use super::motion::{Motion, Regression};
 use crate::Error;
-use crate::fit::{LinearFit, fit_linear};
+use crate::fit::LinearFit;
 
 /// One friction for both directions and an offset.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,15 +58,7 @@ impl Symmetric {
     /// A range too short, or a motion that does not tell the parameters apart.
     pub fn identify(motion: &Motion, range: Range<usize>, decimation: usize) -> Result<Self, Error> {
         let rows = Regression::of(motion, range, decimation, symmetric)?;
-        Ok(Symmetric { fit: fit_linear(&rows.columns, &rows.measured)? })
-    }
-
-    /// Relative force error on other samples.
-    ///
-    /// # Errors
-    /// A range too short to decimate.
-    pub fn force_error(&self, motion: &Motion, range: Range<usize>, decimation: usize) -> Result<f64, Error> {
-        Ok(Regression::of(motion, range, decimation, symmetric)?.relative_error(&self.fit.coefficients))
+        Ok(Symmetric { fit: rows.fit(motion.inertia)? })
     }
 }
 
@@ -76,14 +69,6 @@ impl Asymmetric {
     /// A range too short, or a motion that does not tell the parameters apart.
     pub fn identify(motion: &Motion, range: Range<usize>, decimation: usize) -> Result<Self, Error> {
         let rows = Regression::of(motion, range, decimation, asymmetric)?;
-        Ok(Asymmetric { fit: fit_linear(&rows.columns, &rows.measured)? })
-    }
-
-    /// Relative force error on other samples.
-    ///
-    /// # Errors
-    /// A range too short to decimate.
-    pub fn force_error(&self, motion: &Motion, range: Range<usize>, decimation: usize) -> Result<f64, Error> {
-        Ok(Regression::of(motion, range, decimation, asymmetric)?.relative_error(&self.fit.coefficients))
+        Ok(Asymmetric { fit: rows.fit(motion.inertia)? })
     }
 }

@@ -99,7 +99,8 @@ impl Found {
         }
         for (key, item) in table.iter() {
             let Some(node) = Node::of_item(item) else { continue };
-            if choices.iter().any(|(tag, ..)| *tag == key) {
+            // What an identification found stands beside the preset that follows from it.
+            if choices.iter().any(|(tag, ..)| *tag == key) || (path.is_empty() && key == crate::identify::TABLE) {
                 continue;
             }
             let path = join(path, &bare_or_quoted(key));

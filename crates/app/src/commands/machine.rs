@@ -1,0 +1,90 @@
+//! `stickslip machine`: files that say what is known of a machine.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use stickslip::machine::guess::Draft;
+use stickslip::recording::Recording;
+use stickslip::{Error, output};
+
+use crate::failure::Failure;
+
+/// What can be done with machine files.
+#[derive(Subcommand)]
+pub(crate) enum Machine {
+    /// Write a machine file for a recording: which column is what, in which unit, and what the drive makes of it.
+    #[command(after_help = "Each answer has a guess; Enter takes it. In a pipe, answers are read line by line.\n\n\
+                      Example: stickslip machine init axis.csv --out axis-machine.toml")]
+    Init(Init),
+}
+
+/// For which recording.
+#[derive(Args)]
+pub(crate) struct Init {
+    /// Recording: CSV, MAT or Parquet.
+    recording: PathBuf,
+    /// The file to write; without it NAME-machine.toml beside the recording.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Take all guesses.
+    #[arg(long)]
+    yes: bool,
+    /// Replace the file if it exists.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Machine {
+    pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let Machine::Init(init) = self;
+        init.run(out)
+    }
+}
+
+impl Init {
+    fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let file = self.out.clone().unwrap_or_else(|| {
+            let name = self.recording.file_name().unwrap_or_default().to_string_lossy();
+            let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("axis").to_owned();
+            self.recording.with_file_name(format!("{stem}-machine.toml"))
+        });
+        if file.exists() && !self.force {
+            return Err(Error::Exists { path: file }.into());
+        }
+        let recording = Recording::read(&self.recording)?;
+        let columns: Vec<_> = recording.columns().iter().map(|c| c.name.as_str()).collect();
+        writeln!(out, "{} rows, columns: {}", recording.rows(), columns.join(", "))?;
+        let mut draft = Draft::new(&recording);
+        self.ask(&mut draft, out)?;
+        let (text, _) = draft.toml(&file)?;
+        output::write(&file, text)?;
+        writeln!(out, "Written: {}. Look through it, then:", file.display())?;
+        Ok(writeln!(out, "  stickslip identify {} --machine {}", self.recording.display(), file.display())?)
+    }
+
+    /// All questions, on the terminal, from a pipe, or with no answer but the guess.
+    fn ask(&self, draft: &mut Draft<'_>, out: &mut dyn Write) -> Result<(), Failure> {
+        let terminal = io::stdin().is_terminal();
+        let mut answers = io::stdin().lock().lines();
+        while let Some(question) = draft.next() {
+            write!(out, "{} [{}]: ", question.text, question.guess)?;
+            out.flush()?;
+            let unreadable = |source| Error::file(Path::new("standard input"), "read", source);
+            let said = if self.yes { Some(String::new()) } else { answers.next().transpose().map_err(unreadable)? };
+            let Some(said) = said else {
+                let remedy = "Give one answer a line, an empty one for the guess, or take all guesses with --yes.";
+                let (question, answer) = (question.text, "the end of the input".into());
+                return Err(Error::Answer { question, answer, remedy: remedy.into() }.into());
+            };
+            if self.yes || !terminal {
+                writeln!(out, "{said}")?;
+            }
+            match draft.answer(&question, &said) {
+                Err(error) if terminal && !self.yes => writeln!(out, "{error}")?,
+                result => result?,
+            }
+        }
+        Ok(())
+    }
+}

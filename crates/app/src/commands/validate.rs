@@ -1,0 +1,50 @@
+//! `stickslip validate`: an identified model on another recording.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::identify::{read_model, validate};
+use stickslip::machine::Machine;
+use stickslip::recording::Recording;
+
+use crate::failure::Failure;
+
+/// What to validate on what.
+#[derive(Args)]
+pub(crate) struct Validate {
+    /// Recording that the model has not seen: CSV, MAT or Parquet.
+    recording: PathBuf,
+    /// The model.toml of an identification.
+    #[arg(long, value_name = "FILE")]
+    model: PathBuf,
+    /// What is known of the machine: columns, units, drive, controller.
+    #[arg(long, value_name = "FILE")]
+    machine: PathBuf,
+    /// Folder for report.html, figures and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
+    out: PathBuf,
+}
+
+impl Validate {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        watch.stage("read", 0.0)?;
+        let model = read_model(&self.model)?;
+        let machine = Machine::read(&self.machine)?;
+        let recording = Recording::read(&self.recording)?;
+        let found = validate(&recording, &model, &machine, watch)?;
+        let command = format!(
+            "stickslip validate {} --model {} --machine {}",
+            self.recording.display(),
+            self.model.display(),
+            self.machine.display()
+        );
+        found.write(&machine, &recording, &command, &self.out)?;
+        writeln!(out, "{}", found.verdict().replace('\u{a0}', " "))?;
+        for note in &found.signals.notes {
+            writeln!(out, "  {note}")?;
+        }
+        Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+    }
+}

@@ -1,0 +1,132 @@
+use super::*;
+use crate::machine::{Controller, Recipe};
+
+fn emps() -> Recording {
+    Recording::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/emps/emps.csv.gz")).unwrap()
+}
+
+/// All guesses but for what is said.
+fn settle<'a>(recording: &'a Recording, said: &[(&str, &str)]) -> Result<Draft<'a>, Error> {
+    let mut draft = Draft::new(recording);
+    while let Some(question) = draft.next() {
+        let answer = said.iter().find(|(about, _)| question.text.starts_with(about)).map_or("", |(_, answer)| answer);
+        draft.answer(&question, answer)?;
+    }
+    Ok(draft)
+}
+
+fn machine(recording: &Recording, said: &[(&str, &str)]) -> Machine {
+    settle(recording, said).unwrap().toml(Path::new("machine.toml")).unwrap().1
+}
+
+#[test]
+fn the_columns_of_the_committed_recording_are_guessed() {
+    let recording = emps();
+    let found = machine(&recording, &[("Position gain", "160.18"), ("Controller", "p-p")]);
+    let columns = &found.columns;
+    assert_eq!(columns.time.as_ref().unwrap().name, "t");
+    assert_eq!((columns.position.name.as_str(), columns.position.unit.as_deref()), ("qm", Some("m")));
+    assert_eq!(columns.reference.as_ref().unwrap().name, "qg");
+    assert_eq!((columns.command.name.as_str(), found.drive.unit.as_str()), ("vir", "V"));
+    assert_eq!((found.axis, found.name.as_str(), found.resample), (Axis::Linear, "emps", false));
+    assert!((found.sampling_period - 1e-3).abs() < 1e-8 && found.recipe == Recipe::default());
+    let Controller::Cascade(cascade) = found.controller else { panic!("{:?}", found.controller) };
+    assert_eq!(cascade.position_gain, 160.18);
+}
+
+#[test]
+fn an_unsure_gain_is_marked_and_a_told_one_is_not() {
+    let recording = emps();
+    let text = |said: &[(&str, &str)]| settle(&recording, said).unwrap().toml(Path::new("m.toml")).unwrap().0;
+    assert!(text(&[]).contains("unit = \"N/V\" } # CHECK"));
+    assert!(!text(&[("Force or torque", "35.15 N/V")]).contains("CHECK"));
+}
+
+#[test]
+fn the_log_of_a_servo_is_rotary_in_shares_and_needs_resampling() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/xl330_pendulum/logs.csv.gz");
+    let all = Recording::read(&path).unwrap();
+    let first = all.column("log").unwrap().values.iter().take_while(|log| **log == 0.0).count();
+    let log = all.rows_of(0..first);
+    let found =
+        machine(&log, &[("Unit of position", "rad"), ("Unit of the command", "‰"), ("What is a command", "0.5 N m")]);
+    let columns = &found.columns;
+    assert_eq!(columns.reference.as_ref().unwrap().name, "goal");
+    assert_eq!((columns.position.name.as_str(), columns.command.name.as_str()), ("position", "load"));
+    assert!(found.resample && found.axis == Axis::Rotary && (found.sampling_period - 5e-3).abs() < 5e-4);
+    assert!((found.gain - 0.5).abs() < 1e-15);
+    let signals = found.signals(&log).unwrap();
+    assert!(signals.notes[0].contains("interpolated"), "{:?}", signals.notes);
+    let time = &log.column("t").unwrap().values;
+    let duration = time[time.len() - 1] - time[0];
+    assert!((signals.position.len() as f64 * signals.period - duration).abs() < 2.0 * signals.period);
+}
+
+#[test]
+fn names_with_units_behind_them_and_words_of_other_languages_are_understood() {
+    let column = |name: &str, scale: f64| {
+        Column::new(name, (0..900).map(|i| scale * libm::sin(f64::from(i) * 0.02 + scale)).collect())
+    };
+    let time = |name: &str, step: f64| Column::new(name, (0..900).map(|i| step * f64::from(i)).collect());
+    for (columns, expected) in [
+        (
+            vec![time("Zeit", 2.0), column("Soll_deg", 90.0), column("Ist_deg", 91.0), column("Strom", 2.0)],
+            ["Zeit", "ms", "Ist_deg", "deg", "Strom", "A"],
+        ),
+        (
+            vec![column("iq_actual", 3.0), column("encoder", 3.0), time("time_us", 500.0)],
+            ["time_us", "us", "encoder", "mm", "iq_actual", "A"],
+        ),
+        (
+            vec![time("t", 1e-3), column("torque", 3.0), column("angle", 3.0)],
+            ["t", "s", "angle", "rad", "torque", "N m"],
+        ),
+    ] {
+        let recording = Recording::from_columns("axis.csv", columns);
+        let draft = settle(&recording, &[("Does it move", "rotary"), ("Unit of position", "")]);
+        let draft = draft.unwrap();
+        let keys = [Key::Time, Key::TimeUnit, Key::Position, Key::PositionUnit, Key::Command, Key::CommandUnit];
+        assert_eq!(keys.map(|key| draft.said(key).unwrap()), expected);
+    }
+}
+
+#[test]
+fn an_answer_that_is_none_is_refused_and_the_question_stays() {
+    let recording = emps();
+    for (about, answer, says) in [
+        ("Column of time", "tt", "Is it `t`?"),
+        ("Unit of position", "V", "m, mm"),
+        ("Does it move", "sideways", "linear or rotary"),
+        ("Force or torque", "35", "\"1 N/V\""),
+        ("Force or torque", "35 furlongs", "a number and its unit"),
+        ("Controller", "pid", "p-p or unknown"),
+    ] {
+        let error = settle(&recording, &[(about, answer)]).unwrap_err().to_string();
+        assert!(error.contains(&format!("\"{answer}\" is no answer")) && error.contains(says), "{error}");
+    }
+    let mut draft = Draft::new(&recording);
+    let name = draft.next().unwrap();
+    draft.answer(&name, "axis \"7\"").unwrap();
+    let time = draft.next().unwrap();
+    assert!(draft.answer(&time, "nothing").is_err());
+    assert_eq!(draft.next(), Some(time));
+}
+
+#[test]
+fn a_screw_is_asked_for_where_an_angle_must_become_a_way() {
+    let recording = emps();
+    let found = machine(
+        &recording,
+        &[
+            ("Name", "axis \"7\" = #1"),
+            ("Unit of position", "counts"),
+            ("Does it move", "linear"),
+            ("Travel", "2,5 mm"),
+            ("Unit of the command", "%"),
+            ("What is a command", "2.4 A"),
+            ("Force or torque", "0.05 N m/A"),
+        ],
+    );
+    assert_eq!((found.name.as_str(), found.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));
+    assert!((found.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
+}
