@@ -3,6 +3,7 @@
 mod demo;
 mod identify;
 mod params;
+mod report;
 
 use std::io::Write;
 
@@ -25,6 +26,9 @@ pub(crate) enum Command {
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
+    /// The page of saved results again, or one page of several with their curves over each other.
+    #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
+    Report(report::ReportCommand),
 }
 
 impl Default for Command {
@@ -42,6 +46,7 @@ impl Command {
             Command::Demo(command) => command.run(out, &watch()),
             Command::Identify(command) => command.run(out, &watch()),
             Command::Params(command) => command.run(out),
+            Command::Report(command) => command.run(out),
         }
     }
 }
