@@ -13,15 +13,15 @@ fn stickslip(arguments: &[&str], folder: &Path) -> Output {
 
 /// Two results and a folder without one.
 fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("the temporary folder takes files");
     for (name, torque) in [("old", 0.18), ("new", 0.2)] {
         let directory = folder.path().join(name);
-        std::fs::create_dir(&directory).unwrap();
+        std::fs::create_dir(&directory).expect("the temporary folder takes files");
         let report = Report::new(format!("The {name} axis"), Provenance::new("stickslip demo", Some(1), ""))
             .key("kinetic torque M_K", Estimate::new(torque, "N m"));
-        report.write(&directory).unwrap();
+        report.write(&directory).expect("the temporary folder takes files");
     }
-    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    std::fs::create_dir(folder.path().join("empty")).expect("the temporary folder takes files");
     folder
 }
 

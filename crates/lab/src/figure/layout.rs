@@ -49,8 +49,8 @@ impl Layout {
 
     /// The rows of a series that are drawn, in unbroken pieces: what cannot be shown or seen is left out.
     pub(super) fn pieces<'a>(&self, series: &'a Series) -> Vec<Vec<&'a [f64]>> {
-        let thinned = |rows: Vec<&'a [f64]>, thin: &dyn Fn(&[[f64; 2]]) -> Vec<usize>, column: usize| {
-            let places: Vec<_> = rows.iter().map(|row| self.place([row[0], row[column]])).collect();
+        let thinned = |rows: Vec<&'a [f64]>, thin: &dyn Fn(&[[f64; 2]]) -> Vec<usize>| {
+            let places: Vec<_> = rows.iter().map(|row| self.place([row[0], row[1]])).collect();
             thin(&places).into_iter().map(|index| rows[index]).collect::<Vec<_>>()
         };
         fn shown<const N: usize>(rows: &[[f64; N]], count: usize) -> Vec<&[f64]> {
@@ -60,9 +60,9 @@ impl Layout {
             rows.split(|row| !can_be_shown(row)).map(|piece| piece.iter().map(<[f64; N]>::as_slice).collect())
         }
         let pieces: Vec<_> = match &series.data {
-            Data::Points(pairs) => vec![thinned(shown(pairs, 2), &thin::points, 1)],
+            Data::Points(pairs) => vec![thinned(shown(pairs, 2), &thin::points)],
             Data::Bars(bars) => vec![shown(bars, 2)],
-            Data::Line(pairs) => unbroken(pairs).map(|piece| thinned(piece, &thin::line, 1)).collect(),
+            Data::Line(pairs) => unbroken(pairs).map(|piece| thinned(piece, &thin::line)).collect(),
             Data::Band(edges) => unbroken(edges)
                 .map(|piece| {
                     // A row that either edge needs.
