@@ -350,6 +350,18 @@ pub enum Error {
         /// What can be said.
         remedy: String,
     },
+    /// A saved document that is not one, or not of a kind that is understood here.
+    #[error("{}{}: {reason}. {remedy}", path.display(), place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default())]
+    Document {
+        /// Which file.
+        path: PathBuf,
+        /// Line and column, counted from 1, where the text breaks off.
+        place: Option<[usize; 2]>,
+        /// What is wrong.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 impl Error {

@@ -2,11 +2,16 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Deserializer, Serialize};
+
 /// What stands for a number that is not known; never 0, never NaN.
 const UNKNOWN: &str = "unknown";
 
 /// Groups digits; narrow, and a line does not break there.
 const THIN_SPACE: char = '\u{202f}';
+
+/// Half of a 95 % interval in standard errors of a normal distribution.
+pub(crate) const NORMAL95: f64 = 1.959_964;
 
 const MINUS: char = '\u{2212}';
 
@@ -18,11 +23,15 @@ const MINUS: char = '\u{2212}';
 /// let kinetic = Estimate::new(0.181_23, "N m").with_half_width(0.000_61);
 /// assert_eq!(kinetic.to_string(), "0.1812 ± 0.0006 N·m");
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+///
+/// In JSON a number that is not known is `null`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// In the unit below.
+    #[serde(deserialize_with = "number_or_null")]
     pub value: f64,
     /// Half the width of the 95 % interval, in the unit below; `None` for a number that is exact or given.
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "some_number_or_null")]
     pub half_width: Option<f64>,
     /// SI unit as in a field: `N m/rad`; `1` for a pure number.
     pub unit: String,
@@ -53,11 +62,16 @@ impl Estimate {
     /// The uncertainty to one significant digit (two if it begins with 1) and the value to the same place; four
     /// significant digits of a value without uncertainty. Small and large values take a prefix of the SI.
     pub fn written(&self) -> Written {
+        self.written_beside(0.0)
+    }
+
+    /// The same with the prefix that suits `size`, the largest value of a column, where that is larger.
+    pub(crate) fn written_beside(&self, size: f64) -> Written {
         if !self.value.is_finite() {
             return Written { value: UNKNOWN.into(), half_width: String::new(), unit: unit(&self.unit) };
         }
         let known = self.half_width.filter(|half_width| half_width.is_finite() && *half_width >= 0.0);
-        let (factor, unit) = scaled_unit(self.value.abs().max(known.unwrap_or(0.0)), &self.unit);
+        let (factor, unit) = scaled_unit(self.value.abs().max(known.unwrap_or(0.0)).max(size), &self.unit);
         let place = known.filter(|half_width| *half_width > 0.0).map(|half_width| last_place(half_width * factor));
         let value = self.value * factor;
         let place = place.unwrap_or_else(|| exponent(value) - 3);
@@ -68,6 +82,20 @@ impl Estimate {
         };
         Written { value: to_place(value, place), half_width, unit }
     }
+}
+
+/// An estimate that a line does not break.
+pub(crate) fn tied(estimate: &Estimate) -> String {
+    estimate.to_string().replace(' ', "\u{a0}")
+}
+
+fn number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+/// An uncertainty that is there but not known is not one that is not there.
+fn some_number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    number_or_null(from).map(Some)
 }
 
 impl fmt::Display for Estimate {
@@ -202,6 +230,14 @@ mod tests {
         assert_eq!(Estimate::new(2.53e-4, "kg m^2").to_string(), "2.530 × 10⁻⁴ kg·m²");
         assert_eq!(Estimate::new(3.2e7, "1").to_string(), "3.200 × 10⁷");
         assert_eq!(known(1e-6, 0.004, "N m"), "0 ± 4 mN·m");
+    }
+
+    #[test]
+    fn a_column_has_one_prefix_that_of_its_largest_value() {
+        let small = Estimate::new(0.005_112, "m/s");
+        assert_eq!(small.written().unit, "mm/s");
+        let Written { value, unit, .. } = small.written_beside(0.128);
+        assert_eq!((value.as_str(), unit.as_str()), ("0.005112", "m/s"));
     }
 
     #[test]

@@ -1,112 +1,121 @@
-//! A report: one HTML file that holds everything, readable in ten years without this program.
+//! A report: a document of numbers (`report.json`), and the page that is made of it (`report.html`), one file that
+//! holds everything and is readable in ten years without this program.
+//!
+//! The page is a function of the document alone: saved, read and rendered again it has the same bytes. Times that a
+//! run took are therefore no part of it; they stand in `summary.json`.
 //!
 //! ```
 //! use stickslip::quantity::Estimate;
-//! use stickslip::report::{Provenance, Report, Table};
+//! use stickslip::report::{Provenance, Report};
 //!
-//! let key = Table::of_estimates([("breakaway torque M_S", Estimate::new(0.2994, "N m").with_half_width(0.004))]);
-//! let origin = Provenance { command: "stickslip demo".into(), version: "0.1.0".into(), seed: Some(1), parameters: String::new() };
-//! let report = Report::new("Friction of an axis", origin).heading("Own friction").table(key);
-//! assert!(report.html().contains("<td class=\"value\">0.299</td>"));
+//! let report = Report::new("Friction of an axis", Provenance::new("stickslip demo", Some(1), ""))
+//!     .summary("The axis breaks away at 0.3 N·m.")
+//!     .key("breakaway torque M_S", Estimate::new(0.2994, "N m").with_half_width(0.004))
+//!     .heading("Own friction");
+//! assert!(report.html().contains("<i>M</i><sub>S</sub>"));
+//! assert_eq!(Report::from_json(&report.to_json()).unwrap(), report);
 //! ```
+
+mod compare;
+mod figure;
+mod html;
+mod json;
+mod table;
 
 use std::path::Path;
 
-use crate::figure::{Figure, escape, theme};
-use crate::quantity::{Estimate, Written};
+use serde::{Deserialize, Serialize};
+
+pub use table::{Cell, Table};
+
+use crate::figure::Figure;
+use crate::quantity::Estimate;
 use crate::{Error, output};
 
-/// Headings, paragraphs, tables and figures in their order, and where they come from.
-#[derive(Clone, Debug, PartialEq)]
+/// Title, summary, key numbers and sections in their order, and where they come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     title: String,
-    provenance: Provenance,
+    summary: String,
+    key: Vec<Key>,
     sections: Vec<Section>,
+    /// One; several where reports were put together.
+    provenance: Vec<Provenance>,
+}
+
+/// A number that a reader looks for first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Key {
+    name: String,
+    number: Estimate,
 }
 
 /// What it takes to get the same report again.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// The command line.
     pub command: String,
     /// Version of the program.
     pub version: String,
+    /// Commit that the program was built from, where the build said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
     /// Seed of the noise; none where nothing was drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// All parameters, as in a file.
     pub parameters: String,
 }
 
+impl Provenance {
+    /// Of this program. The commit is that of the environment variable `STICKSLIP_COMMIT` at build time: a build from
+    /// an archive, where nobody can know it, has none, and no build script has to ask for it.
+    pub fn new(command: impl Into<String>, seed: Option<u64>, parameters: impl Into<String>) -> Self {
+        let commit = option_env!("STICKSLIP_COMMIT").filter(|commit| !commit.is_empty()).map(Into::into);
+        let version = env!("CARGO_PKG_VERSION").into();
+        Provenance { command: command.into(), version, commit, seed, parameters: parameters.into() }
+    }
+}
+
 /// A part of a report.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "content", rename_all = "lowercase")]
 pub enum Section {
+    /// The title of a report within a report.
+    Part(String),
     /// The title of what follows.
     Heading(String),
     /// Some sentences.
     Paragraph(String),
+    /// Sentences of equal rank.
+    List(Vec<String>),
     /// Rows of text or of estimates.
     Table(Table),
-    /// A figure with a sentence about it.
-    Figure(Box<Figure>, String),
-}
-
-/// Rows under a head.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Table {
-    head: Vec<String>,
-    rows: Vec<Vec<Cell>>,
-}
-
-/// What stands in a table.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Cell {
-    /// Words, to the left.
-    Text(String),
-    /// A number with its uncertainty and unit, each in a column of its own.
-    Estimate(Estimate),
-}
-
-impl Table {
-    /// A table with these titles of columns. An estimate takes three on the page.
-    pub fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
-    }
-
-    /// One more row. Cells that it lacks stay empty.
-    pub fn row(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
-        self.rows.push(cells.into_iter().collect());
-        self
-    }
-
-    /// The usual table of key numbers: name, value ± half width, unit.
-    pub fn of_estimates<N: Into<String>>(estimates: impl IntoIterator<Item = (N, Estimate)>) -> Self {
-        estimates.into_iter().fold(Self::new(["", "value"]), |table, (name, estimate)| {
-            table.row([Cell::Text(name.into()), Cell::Estimate(estimate)])
-        })
-    }
-
-    /// Whether a column takes three on the page.
-    fn holds_estimates(&self, column: usize) -> bool {
-        self.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Estimate(_))))
-    }
-}
-
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Cell::Text(text.into())
-    }
-}
-
-impl From<Estimate> for Cell {
-    fn from(estimate: Estimate) -> Self {
-        Cell::Estimate(estimate)
-    }
+    /// A figure with its caption: what one sees, and the numbers.
+    Figure {
+        /// The figure.
+        figure: Box<Figure>,
+        /// The caption, without its number.
+        caption: String,
+    },
 }
 
 impl Report {
     /// A report without sections.
     pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
-        Self { title: title.into(), provenance, sections: Vec::new() }
+        let (title, provenance) = (title.into(), vec![provenance]);
+        Self { title, summary: String::new(), key: Vec::new(), sections: Vec::new(), provenance }
+    }
+
+    /// What came out, in a sentence or two with the numbers.
+    pub fn summary(self, text: impl Into<String>) -> Self {
+        Self { summary: text.into(), ..self }
+    }
+
+    /// Adds a key number; they stand together below the summary.
+    pub fn key(mut self, name: impl Into<String>, number: Estimate) -> Self {
+        self.key.push(Key { name: name.into(), number });
+        self
     }
 
     /// Adds a heading.
@@ -119,6 +128,11 @@ impl Report {
         self.section(Section::Paragraph(text.into()))
     }
 
+    /// Adds a list.
+    pub fn list(self, items: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        self.section(Section::List(items.into_iter().map(Into::into).collect()))
+    }
+
     /// Adds a table.
     pub fn table(self, table: Table) -> Self {
         self.section(Section::Table(table))
@@ -126,7 +140,7 @@ impl Report {
 
     /// Adds a figure with its caption.
     pub fn figure(self, figure: Figure, caption: impl Into<String>) -> Self {
-        self.section(Section::Figure(Box::new(figure), caption.into()))
+        self.section(Section::Figure { figure: Box::new(figure), caption: caption.into() })
     }
 
     /// Adds any section.
@@ -137,105 +151,21 @@ impl Report {
 
     /// The whole page.
     pub fn html(&self) -> String {
-        let title = escape(&self.title);
-        let body: String = self.sections.iter().map(html_of).collect();
-        let Provenance { command, version, seed, parameters } = &self.provenance;
-        let seed = seed.map(|seed| format!("<dt>Seed</dt><dd>{seed}</dd>\n")).unwrap_or_default();
-        format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
-             <style>\n{STYLE}{}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}\
-             <footer>\n<h2>Where this comes from</h2>\n<dl>\n<dt>Command</dt><dd><code>{}</code></dd>\n\
-             <dt>Version</dt><dd>stickslip {}</dd>\n{seed}</dl>\n\
-             <details>\n<summary>Parameters</summary>\n<pre>{}</pre>\n</details>\n</footer>\n</main>\n</body>\n</html>\n",
-            colours(),
-            escape(command),
-            escape(version),
-            escape(parameters),
-        )
+        html::page(self)
     }
 
-    /// Writes the page.
+    /// Writes `report.json` and `report.html` into a folder; returns their names.
     ///
     /// # Errors
     /// [`Error::File`] if the system refuses.
-    pub fn write(&self, path: &Path) -> Result<(), Error> {
-        output::write(path, self.html())
+    pub fn write(&self, directory: &Path) -> Result<[&'static str; 2], Error> {
+        let names = ["report.json", "report.html"];
+        for (name, text) in names.into_iter().zip([self.to_json(), self.html()]) {
+            output::write(&directory.join(name), text)?;
+        }
+        Ok(names)
     }
 }
-
-fn html_of(section: &Section) -> String {
-    match section {
-        Section::Heading(text) => format!("<h2>{}</h2>\n", escape(text)),
-        Section::Paragraph(text) => format!("<p>{}</p>\n", escape(text)),
-        Section::Table(table) => html_of_table(table),
-        Section::Figure(figure, caption) => {
-            format!("<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n", figure.svg(), escape(caption))
-        }
-    }
-}
-
-fn html_of_table(table: &Table) -> String {
-    let columns = table.rows.iter().map(Vec::len).chain([table.head.len()]).max().unwrap_or(0);
-    let head = (0..columns).map(|column| {
-        let title = table.head.get(column).map_or("", String::as_str);
-        match (title, table.holds_estimates(column)) {
-            ("", _) => cells("td", "", "", table.holds_estimates(column)),
-            (_, true) => cells("th scope=\"col\"", "value", &escape(title), true),
-            (_, false) => cells("th scope=\"col\"", "", &escape(title), false),
-        }
-    });
-    let head: String = head.collect();
-    let rows: String = table.rows.iter().map(|row| html_of_row(table, row, columns)).collect();
-    format!("<div class=\"table\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n")
-}
-
-fn html_of_row(table: &Table, row: &[Cell], columns: usize) -> String {
-    let row = (0..columns).map(|column| match row.get(column) {
-        None => cells("td", "", "", table.holds_estimates(column)),
-        Some(Cell::Text(text)) if column == 0 => cells("th scope=\"row\"", "", &escape(text), false),
-        Some(Cell::Text(text)) => cells("td", "", &escape(text), table.holds_estimates(column)),
-        Some(Cell::Estimate(estimate)) => {
-            let Written { value, half_width, unit } = estimate.written();
-            let half_width = if half_width.is_empty() { half_width } else { format!("± {half_width}") };
-            cells("td", "value", &value, false)
-                + &cells("td", "half-width", &half_width, false)
-                + &cells("td", "unit", &escape(&unit), false)
-        }
-    });
-    format!("<tr>{}</tr>\n", row.collect::<String>())
-}
-
-/// A cell, and two empty ones behind it in a column of estimates, which has a value, a half width and a unit.
-fn cells(tag: &str, class: &str, content: &str, in_estimates: bool) -> String {
-    let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
-    let end = tag.split(' ').next().unwrap_or(tag);
-    let rest = if in_estimates { "<td></td><td></td>" } else { "" };
-    format!("<{tag}{class}>{content}</{end}>{rest}")
-}
-
-/// The page's colours; figures take theirs from the classes of their elements.
-fn colours() -> String {
-    let list = |dark: bool| -> String {
-        let value = |colour: &theme::Colour| if dark { colour.dark } else { colour.light };
-        theme::COLOURS.iter().map(|colour| format!("--{}:{};", colour.class, value(colour))).collect()
-    };
-    let classes: String = theme::COLOURS.iter().map(|colour| rule(colour.class)).collect();
-    let rim = "svg .rim{stroke:var(--surface)}\n";
-    format!(":root{{{}}}\n@media (prefers-color-scheme:dark){{:root{{{}}}}}\n{classes}{rim}", list(false), list(true))
-}
-
-fn rule(class: &str) -> String {
-    let property = match class {
-        "grid" | "axis" => "stroke",
-        "surface" | "ink" | "text-2" | "text-3" | "interval" => "fill",
-        _ => "color",
-    };
-    format!("svg .{class}{{{property}:var(--{class})}}\n")
-}
-
-const STYLE: &str = include_str!("report/style.css");
 
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ mod demo;
 mod identify;
 mod machine;
 mod params;
+mod report;
 mod validate;
 
 use std::io::Write;
@@ -35,6 +36,9 @@ pub(crate) enum Command {
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
+    /// The page of saved results again, or one page of several with their curves over each other.
+    #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
+    Report(report::ReportCommand),
 }
 
 impl Default for Command {
@@ -54,6 +58,7 @@ impl Command {
             Command::Validate(command) => command.run(out, &watch()),
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
+            Command::Report(command) => command.run(out),
         }
     }
 }

@@ -6,10 +6,9 @@ use serde_json::Value;
 
 use super::{Demo, Measured};
 use crate::experiment::FrictionCurve;
-use crate::figure::Figure;
 use crate::fit::StribeckFit;
-use crate::quantity::Estimate;
-use crate::report::{Cell, Provenance, Report, Table};
+use crate::quantity::{Estimate, number};
+use crate::report::{Cell, Provenance, Report, Section, Table};
 use crate::table::{Column, write_parquet};
 use crate::{Error, Summary, output, parameters};
 
@@ -22,37 +21,6 @@ const PARAMETERS: [(&str, &str, &str); 4] = [
 ];
 
 impl Demo {
-    /// All figures with file name and caption.
-    pub fn figures(&self) -> [(&'static str, Figure, &'static str); 5] {
-        [
-            (
-                "figure-05.svg",
-                self.figure_5(),
-                "The friction wheel brings the breakaway torque to the desired value; the load motor does the rest.",
-            ),
-            (
-                "figure-12.svg",
-                self.figure_12(),
-                "Own friction at the preload that was set, measured at constant speeds, and what the axis shall feel like.",
-            ),
-            (
-                "figure-13.svg",
-                self.figure_13(),
-                "Measured again under the rendering law. Inside the fade-out only the mechanics acts.",
-            ),
-            (
-                "figure-14.svg",
-                self.figure_14(),
-                "The reference of the load motor's current control, and what its current sensor shows.",
-            ),
-            (
-                "figure-14-sweep.svg",
-                self.figure_sweep(),
-                "A slow sweep through standstill: the difference torque steps at the limits of the fade-out.",
-            ),
-        ]
-    }
-
     /// The numbers, under their stable names.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("demo");
@@ -91,46 +59,54 @@ impl Demo {
         summary
     }
 
-    /// Height of the torque step at the limits of the fade-out [N m].
-    fn step_at_fade(&self) -> f64 {
-        let fade = self.law.fade_velocity;
-        (self.law.desired.magnitude(fade) - self.law.own.magnitude(fade)).abs()
-    }
-
     /// The report.
     pub fn report(&self, command: &str) -> Report {
-        let provenance = Provenance {
-            command: command.into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            seed: Some(self.seed),
-            parameters: parameters::write_commented(&self.preset),
-        };
-        let breakaway = self.law.desired.breakaway_torque;
-        let percent = |torque: f64| format!("{:.2} % of M_S", 100.0 * torque / breakaway);
-        let mut report = Report::new("Friction rendered on the virtual bench", provenance)
-            .paragraph(format!(
-                "The own friction was measured at {} speeds in both directions, a desired characteristic was set, the \
-                 load motor rendered the difference through observer, current control and all delays, and the \
-                 friction was measured again: {} from the desired characteristic outside the fade-out, {} inside, \
-                 where {} is expected.",
-                self.plan.speeds().count(),
-                percent(self.error_outside_fade()),
-                percent(self.error_inside_fade()),
-                percent(self.expected_inside_fade()),
-            ))
-            .heading("Own friction")
-            .table(self.comparison());
-        for (_, figure, caption) in self.figures() {
-            report = report.figure(figure, caption);
+        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let own = &self.own.fit;
+        let mut report = Report::new("Friction rendered on the virtual bench", provenance).summary(format!(
+            "Rendered by the load motor through observer, current control and all delays, the desired friction is \
+                 met within {} outside the fade-out and {} inside, where {} is expected.",
+            self.over_breakaway(self.error_outside_fade()),
+            self.over_breakaway(self.error_inside_fade()),
+            self.over_breakaway(self.expected_inside_fade()),
+        ));
+        for (k, (_, name, unit)) in PARAMETERS.iter().enumerate() {
+            report = report.key(format!("own {name}"), estimate(own, k, unit));
         }
-        let text = |text: String| Cell::Text(text);
-        let mut dropped = Table::new(["measurement", "velocity, rad/s", "why it does not count"]);
+        report = report
+            .key("RMS error outside the fade-out", Estimate::new(self.error_outside_fade(), "N m"))
+            .key("RMS error inside", Estimate::new(self.error_inside_fade(), "N m"))
+            .key("preload of the friction wheel", Estimate::new(self.preload.preload, "1"))
+            .key("torque step at the fade-out", Estimate::new(self.step_at_fade(), "N m"));
+        let [shaping, measurement, design, own_and_desired, rendered, load_torque, sweep] =
+            self.figures().map(|(_, figure, caption)| Section::Figure { figure: Box::new(figure), caption });
+        report = report
+            .heading("Shaping friction by wheel and load motor")
+            .section(shaping)
+            .heading("Own friction")
+            .paragraph(format!(
+                "Measured at {} speeds in each direction, {} of bench time. The true values are those of the virtual \
+                 machine; the measurement does not know them.",
+                self.plan.speeds().count(),
+                Estimate::new(self.own.curve.duration, "s"),
+            ))
+            .table(self.comparison())
+            .section(measurement)
+            .heading("Desired friction")
+            .section(design)
+            .section(own_and_desired)
+            .heading("Rendered friction")
+            .section(rendered)
+            .section(load_torque)
+            .section(sweep);
+        let mut dropped = Table::new(["measurement", "velocity, rad/s", "why it does not count"])
+            .caption("Plateaus that are left out of fits and errors.");
         let mut any = false;
         for (name, curve) in self.curves() {
             for plateau in curve.dropped() {
                 any = true;
                 let why = plateau.dropped.map(|reason| reason.to_string()).unwrap_or_default();
-                dropped = dropped.row([text(name.into()), text(format!("{:.3}", plateau.set_velocity)), text(why)]);
+                dropped = dropped.row([name.into(), number(plateau.set_velocity, 3).into(), why.into()]);
             }
         }
         if any {
@@ -150,7 +126,8 @@ impl Demo {
 
     /// Measured beside true parameters.
     fn comparison(&self) -> Table {
-        let mut table = Table::new(["parameter", "measured", "true"]);
+        let mut table = Table::new(["parameter", "measured", "true"])
+            .caption("Own friction at the preload in force, as measured with 95\u{a0}% intervals, and as it is.");
         for (k, (_, name, unit)) in PARAMETERS.iter().enumerate() {
             table = table.row([
                 Cell::Text((*name).into()),
@@ -176,8 +153,9 @@ impl Demo {
             write_parquet(&directory.join(name), &columns(curve))?;
             summary.file(name);
         }
-        self.report(command).write(&directory.join("report.html"))?;
-        summary.file("report.html");
+        for name in self.report(command).write(directory)? {
+            summary.file(name);
+        }
         for (name, curve) in self.curves() {
             rows(&mut summary, name, curve);
         }
@@ -193,7 +171,7 @@ impl Measured {
     }
 }
 
-fn estimate(fit: &StribeckFit, index: usize, unit: &str) -> Estimate {
+pub(super) fn estimate(fit: &StribeckFit, index: usize, unit: &str) -> Estimate {
     let [low, high] = fit.ci95[index];
     Estimate::new(fit.parameters[index], unit).with_half_width(0.5 * (high - low))
 }

@@ -1,6 +1,12 @@
 //! Axes: range, stretch, ticks.
 
+use serde::{Deserialize, Serialize};
+
+use super::legend::text_width;
 use crate::quantity;
+
+/// Size of the labels [px].
+pub(super) const LABEL: f64 = 11.5;
 
 /// Up to here [rad/s] a stretched axis is nearly linear: below lies the Stribeck drop.
 const LINEAR_PART: f64 = 2.0;
@@ -9,11 +15,14 @@ const LINEAR_PART: f64 = 2.0;
 const LEAST_SPAN: f64 = 1e-9;
 
 /// What an axis shows and how.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    pub(super) quantity: String,
-    unit: String,
+    pub(crate) quantity: String,
+    /// As in a field.
+    pub(crate) unit: String,
+    #[serde(default)]
     stretched: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<(f64, f64)>,
 }
 
@@ -37,8 +46,7 @@ impl Axis {
 
     /// From `low` to `high`, whatever the data; ignored unless `low < high`, both finite.
     pub fn range(self, low: f64, high: f64) -> Self {
-        let sensible = low < high && low.is_finite() && high.is_finite();
-        Self { range: sensible.then_some((low, high)), ..self }
+        Self { range: Some((low, high)).filter(sensible), ..self }
     }
 
     /// "speed Ω, rad/s"; of a pure number the quantity alone.
@@ -55,7 +63,7 @@ impl Axis {
 
     /// The scale over these values, from pixel `start` to pixel `end`, with 5 % air unless the range is given.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, start: f64, end: f64) -> Scale {
-        let (low, high) = match self.range {
+        let (low, high) = match self.range.filter(sensible) {
             Some((low, high)) => (self.stretch(low), self.stretch(high)),
             None => {
                 let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -77,6 +85,10 @@ impl Axis {
     fn stretch(&self, value: f64) -> f64 {
         if self.stretched { libm::asinh(value / LINEAR_PART) } else { value }
     }
+}
+
+fn sensible(&(low, high): &(f64, f64)) -> bool {
+    low < high && low.is_finite() && high.is_finite()
 }
 
 /// From values to pixels.
@@ -106,6 +118,17 @@ impl Scale {
     pub(super) fn holds(&self, value: f64) -> bool {
         let (low, high) = self.ends();
         low <= value && value <= high
+    }
+
+    /// The most [`ticks`](Self::ticks) whose labels do not run into each other side by side.
+    pub(super) fn columns(&self) -> Vec<Tick> {
+        let clear = |pair: &[Tick]| {
+            let half_widths: f64 = pair.iter().map(|tick| 0.5 * text_width(&tick.label, LABEL)).sum();
+            self.place(pair[1].value) - self.place(pair[0].value) >= half_widths + 0.5 * LABEL
+        };
+        // At 240 px there are three of them, which have room whatever they say.
+        let mut denser_first = (5..=48).map(|gap| self.ticks(5.0 * f64::from(gap)));
+        denser_first.find(|ticks| ticks.windows(2).all(clear)).unwrap_or_default()
     }
 
     /// Marks at 1, 2, 5 times powers of ten, at least `gap` pixels apart.
@@ -141,7 +164,8 @@ impl Scale {
         // From zero outwards, so that both sides have the same marks.
         for sign in [-1.0, 1.0] {
             let mut nearest = self.place(0.0);
-            for (power, size) in steps(1e-3).take_while(|&(_, size)| size <= low.abs().max(high.abs())) {
+            let largest = low.abs().max(high.abs());
+            for (power, size) in steps((0.01 * largest).min(1e-3)).take_while(|&(_, size)| size <= largest) {
                 let value = sign * size;
                 let place = self.place(value);
                 if self.holds(value) && (place - nearest).abs() >= gap {
@@ -194,6 +218,24 @@ mod tests {
             for low in [0.0, -0.37 * span, 0.11 * span] {
                 let count = labels(&axis, low, low + span, 332.0, 32.0).len();
                 assert!((3..=9).contains(&count), "{count} ticks from {low} over {span}");
+            }
+        }
+    }
+
+    #[test]
+    fn labels_side_by_side_do_not_touch_however_long_they_are() {
+        for (axis, low, high) in [
+            (Axis::new("speed", "rad/s").stretched(), -80.0, 80.0),
+            (Axis::new("velocity", "m/s").stretched(), -1e-3, 1e-3),
+            (Axis::new("time", "s"), 0.0, 1.2e-4),
+            (Axis::new("time", "s"), 100_000.0, 100_000.9),
+        ] {
+            let scale = axis.range(low, high).scale(std::iter::empty(), 72.0, 744.0);
+            let ticks = scale.columns();
+            assert!(ticks.len() >= 4, "{ticks:?}");
+            for pair in ticks.windows(2) {
+                let half_widths: f64 = pair.iter().map(|tick| 0.5 * text_width(&tick.label, LABEL)).sum();
+                assert!(scale.place(pair[0].value) + half_widths < scale.place(pair[1].value), "{pair:?}");
             }
         }
     }

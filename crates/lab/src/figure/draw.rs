@@ -2,50 +2,38 @@
 
 use std::fmt::Write as _;
 
-use super::axis::{Axis, Scale};
-use super::series::{Data, Series, can_be_shown};
+use super::axis::{Axis, LABEL, Scale};
+use super::layout::{LEFT, Layout, RIGHT, WIDTH};
+use super::series::{Data, Series, interval};
+use super::symbol::{self, escape};
 use super::theme::{AXIS, Colour, GRID, INK, INTERVAL, SURFACE, TEXT_2, TEXT_3};
-use super::{Figure, Interval, legend, thin};
-
-const WIDTH: f64 = 760.0;
-const HEIGHT: f64 = 440.0;
-const LEFT: f64 = 72.0;
-const RIGHT: f64 = WIDTH - 16.0;
-const BOTTOM: f64 = HEIGHT - 56.0;
-/// Title and legend stand above this, in one line; in two lines where they need it.
-const TOP: f64 = 52.0;
-const LINE: f64 = 24.0;
+use super::{Figure, Interval, legend};
 
 pub(super) fn svg(figure: &Figure) -> String {
-    let legend = legend::width(&figure.series);
-    let beside = LEFT + legend::text_width(&figure.title, 14.0) + 2.0 * LINE + legend <= RIGHT;
-    let (top, legend_line) = if beside { (TOP, 26.0) } else { (TOP + LINE, 26.0 + LINE) };
-    let values: Vec<[f64; 2]> = figure.series.iter().flat_map(Series::values).collect();
-    let x = figure.x.scale(values.iter().map(|value| value[0]), LEFT, RIGHT);
-    let y = figure.y.scale(values.iter().map(|value| value[1]), BOTTOM, top);
-
+    let layout = Layout::of(figure);
+    let Layout { x, y, top, bottom, height, .. } = &layout;
     let mut text = String::new();
     put!(
         text,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
-         viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" font-family=\"Inter, system-ui, sans-serif\" font-size=\"12\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" \
+         viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" font-family=\"Inter, system-ui, sans-serif\" font-size=\"12\" \
          style=\"font-feature-settings:'tnum','calt','ss03','cv05'\">"
     );
     put!(text, "<title>{}</title>", escape(&figure.title));
-    put!(text, "<desc>{}</desc>", escape(&summary(figure, &x, &y)));
-    put!(text, "<rect {} width=\"{WIDTH}\" height=\"{HEIGHT}\"/>", fill(SURFACE));
+    put!(text, "<desc>{}</desc>", escape(&summary(figure, x, y)));
+    put!(text, "<rect {} width=\"{WIDTH}\" height=\"{height}\"/>", fill(SURFACE));
     put!(
         text,
         "<text {} x=\"{LEFT}\" y=\"26\" font-size=\"14\" font-weight=\"600\">{}</text>",
         fill(INK),
-        escape(&figure.title)
+        symbol::svg(&figure.title)
     );
     for interval in &figure.intervals {
-        draw_interval(&mut text, interval, &x, top);
+        draw_interval(&mut text, interval, &layout);
     }
-    draw_axes(&mut text, figure, &x, &y, top);
+    draw_axes(&mut text, figure, &layout);
     // A window of its own clips what lies beyond a given range.
-    let (plot_width, plot_height) = (RIGHT - LEFT, BOTTOM - top);
+    let (plot_width, plot_height) = (RIGHT - LEFT, bottom - top);
     put!(
         text,
         "<svg x=\"{LEFT}\" y=\"{top}\" width=\"{plot_width}\" height=\"{plot_height}\" \
@@ -55,26 +43,27 @@ pub(super) fn svg(figure: &Figure) -> String {
         Data::Points(_) => 0,
         Data::Band(_) => 1,
         Data::Line(_) => 2,
+        Data::Bars(_) => 3,
     };
     let mut layers: Vec<&Series> = figure.series.iter().collect();
     layers.sort_by_key(layer);
     for series in layers {
-        draw_series(&mut text, series, &x, &y);
+        draw_series(&mut text, series, &layout);
     }
     put!(text, "</svg>");
-    if values.is_empty() {
-        let (across, down) = ((LEFT + RIGHT) / 2.0, (top + BOTTOM) / 2.0);
+    if figure.series.iter().all(|series| series.values().is_empty()) {
+        let (across, down) = ((LEFT + RIGHT) / 2.0, (top + bottom) / 2.0);
         put!(text, "<text {} x=\"{across}\" y=\"{down}\" text-anchor=\"middle\">no data</text>", fill(TEXT_3));
     }
     for interval in &figure.intervals {
-        name_interval(&mut text, interval, &x);
+        name_interval(&mut text, interval, &layout);
     }
-    legend::draw(&mut text, &figure.series, RIGHT - legend, legend_line);
+    legend::draw(&mut text, &figure.series, &layout);
     put!(text, "</svg>");
     text
 }
 
-fn draw_interval(text: &mut String, interval: &Interval, x: &Scale, top: f64) {
+fn draw_interval(text: &mut String, interval: &Interval, Layout { x, top, bottom, .. }: &Layout) {
     let within = |value: f64| x.place(value).clamp(LEFT, RIGHT);
     let (from, to) = (within(interval.from), within(interval.to));
     put!(
@@ -83,51 +72,51 @@ fn draw_interval(text: &mut String, interval: &Interval, x: &Scale, top: f64) {
         fill(INTERVAL),
         pixel(from),
         pixel(to - from),
-        pixel(BOTTOM - top)
+        pixel(bottom - top)
     );
 }
 
 /// The name of an interval, with a rim that keeps the grid off.
-fn name_interval(text: &mut String, interval: &Interval, x: &Scale) {
+fn name_interval(text: &mut String, interval: &Interval, Layout { x, bottom, .. }: &Layout) {
     // At the foot, where a friction curve leaves room on the side of positive speed.
     put!(
         text,
         "<text class=\"{} rim\" fill=\"{}\" stroke=\"{}\" stroke-width=\"4\" paint-order=\"stroke\" x=\"{}\" y=\"{}\" \
-         font-size=\"11.5\">{}</text>",
+         font-size=\"{LABEL}\">{}</text>",
         TEXT_3.class,
         TEXT_3.light,
         SURFACE.light,
         pixel(x.place(interval.to).clamp(LEFT, RIGHT) + 6.0),
-        pixel(BOTTOM - 8.0),
-        escape(&interval.name)
+        pixel(bottom - 8.0),
+        symbol::svg(&interval.name)
     );
 }
 
-fn draw_axes(text: &mut String, figure: &Figure, x: &Scale, y: &Scale, top: f64) {
-    let (columns, rows) = (x.ticks(25.0), y.ticks(32.0));
+fn draw_axes(text: &mut String, figure: &Figure, Layout { x, y, top, bottom, .. }: &Layout) {
+    let (columns, rows) = (x.columns(), y.ticks(32.0));
     let mut grid = String::new();
     for tick in columns.iter().filter(|tick| tick.value != 0.0) {
-        write!(grid, "M{},{top}V{BOTTOM}", pixel(x.place(tick.value))).expect("a String takes everything");
+        write!(grid, "M{},{top}V{bottom}", pixel(x.place(tick.value))).expect("a String takes everything");
     }
     for tick in rows.iter().filter(|tick| tick.value != 0.0) {
         write!(grid, "M{LEFT},{}H{RIGHT}", pixel(y.place(tick.value))).expect("a String takes everything");
     }
     put!(text, "<path {} fill=\"none\" d=\"{grid}\"/>", stroke(GRID));
-    let mut lines = format!("M{LEFT},{BOTTOM}H{RIGHT}");
+    let mut lines = format!("M{LEFT},{bottom}H{RIGHT}");
     if x.holds(0.0) {
-        write!(lines, "M{},{top}V{BOTTOM}", pixel(x.place(0.0))).expect("a String takes everything");
+        write!(lines, "M{},{top}V{bottom}", pixel(x.place(0.0))).expect("a String takes everything");
     }
     if y.holds(0.0) {
         write!(lines, "M{LEFT},{}H{RIGHT}", pixel(y.place(0.0))).expect("a String takes everything");
     }
     put!(text, "<path {} fill=\"none\" d=\"{lines}\"/>", stroke(AXIS));
 
-    put!(text, "<g {} font-size=\"11.5\" text-anchor=\"middle\">", fill(TEXT_3));
+    put!(text, "<g {} font-size=\"{LABEL}\" text-anchor=\"middle\">", fill(TEXT_3));
     for tick in &columns {
-        put!(text, "<text x=\"{}\" y=\"{}\">{}</text>", pixel(x.place(tick.value)), BOTTOM + 18.0, tick.label);
+        put!(text, "<text x=\"{}\" y=\"{}\">{}</text>", pixel(x.place(tick.value)), bottom + 18.0, tick.label);
     }
     put!(text, "</g>");
-    put!(text, "<g {} font-size=\"11.5\" text-anchor=\"end\">", fill(TEXT_3));
+    put!(text, "<g {} font-size=\"{LABEL}\" text-anchor=\"end\">", fill(TEXT_3));
     for tick in &rows {
         put!(text, "<text x=\"{}\" y=\"{}\">{}</text>", LEFT - 10.0, pixel(y.place(tick.value) + 4.0), tick.label);
     }
@@ -137,48 +126,53 @@ fn draw_axes(text: &mut String, figure: &Figure, x: &Scale, y: &Scale, top: f64)
         "<text {} x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
         fill(TEXT_2),
         (LEFT + RIGHT) / 2.0,
-        BOTTOM + 42.0,
-        escape(&figure.x.title())
+        bottom + 42.0,
+        symbol::svg(&figure.x.title())
     );
-    let middle = (top + BOTTOM) / 2.0;
+    let middle = (top + bottom) / 2.0;
     put!(
         text,
         "<text {} transform=\"translate(20,{middle}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
         fill(TEXT_2),
-        escape(&figure.y.title())
+        symbol::svg(&figure.y.title())
     );
 }
 
-fn draw_series(text: &mut String, series: &Series, x: &Scale, y: &Scale) {
-    let place = |x_value: f64, y_value: f64| [x.place(x_value), y.place(y_value)];
+fn draw_series(text: &mut String, series: &Series, layout: &Layout) {
+    let pieces = layout.pieces(series);
+    let places = |piece: &[&[f64]], column: usize| -> Vec<[f64; 2]> {
+        piece.iter().map(|row| layout.place([row[0], row[column]])).collect()
+    };
     match &series.data {
-        Data::Points(pairs) => {
-            let finite = pairs.iter().filter(|pair| can_be_shown(*pair));
-            dots(text, series, &thin::points(finite.map(|pair| place(pair[0], pair[1]))));
+        Data::Points(_) => dots(text, series, &pieces.first().map_or_else(Vec::new, |piece| places(piece, 1))),
+        Data::Bars(_) => {
+            let rows = pieces.first().map_or(&[][..], Vec::as_slice);
+            let ends = rows.iter().map(|row| interval([row[0], row[1], row[2]]).map(|end| layout.place(end)));
+            bars(text, series, &ends.collect::<Vec<_>>());
+            dots(text, series, &places(rows, 1));
         }
-        Data::Line(pairs) => {
-            let mut path = String::new();
-            for piece in pairs.split(|pair| !can_be_shown(pair)) {
-                let places: Vec<_> = piece.iter().map(|pair| place(pair[0], pair[1])).collect();
-                path += &polyline(&thin::line(&places));
-            }
-            curve(text, series, &path);
+        Data::Line(_) => {
+            curve(text, series, &pieces.iter().map(|piece| polyline(&places(piece, 1))).collect::<String>());
         }
-        Data::Band(edges) => {
-            let mut path = String::new();
-            for piece in edges.split(|edge| !can_be_shown(edge)) {
-                let upper: Vec<_> = piece.iter().map(|edge| place(edge[0], edge[2])).collect();
-                let lower: Vec<_> = piece.iter().map(|edge| place(edge[0], edge[1])).collect();
-                let around: Vec<_> =
-                    thin::line(&upper).into_iter().chain(thin::line(&lower).into_iter().rev()).collect();
-                if !around.is_empty() {
-                    path += &polyline(&around);
-                    path.push('Z');
-                }
-            }
+        Data::Band(_) => {
+            let around = |piece: &Vec<&[f64]>| {
+                let around: Vec<_> = places(piece, 2).into_iter().chain(places(piece, 1).into_iter().rev()).collect();
+                polyline(&around) + "Z"
+            };
+            let path: String = pieces.iter().map(around).collect();
             put!(text, "<path {} fill=\"currentColor\" opacity=\"0.2\" d=\"{path}\"/>", role(series));
         }
     }
+}
+
+/// Intervals: a stroke with a foot at both ends.
+pub(super) fn bars(text: &mut String, series: &Series, ends: &[[[f64; 2]; 2]]) {
+    let bar = |[[x, low], [_, high]]: &[[f64; 2]; 2]| {
+        let (left, low, high) = (pixel(x - 3.0), pixel(*low), pixel(*high));
+        format!("M{left},{low}h6M{left},{high}h6M{},{low}V{high}", pixel(*x))
+    };
+    let path: String = ends.iter().map(bar).collect();
+    put!(text, "<path {} fill=\"none\" stroke=\"currentColor\" stroke-width=\"1.3\" d=\"{path}\"/>", role(series));
 }
 
 /// A cloud: strokes of no length, whose round caps are the dots.
@@ -189,13 +183,13 @@ pub(super) fn dots(text: &mut String, series: &Series, places: &[[f64; 2]]) {
         "<path {} fill=\"none\" stroke=\"currentColor\" stroke-width=\"{}\" stroke-linecap=\"round\" \
          opacity=\"0.7\" d=\"{path}\"/>",
         role(series),
-        series.dot
+        series.dot()
     );
 }
 
 pub(super) fn curve(text: &mut String, series: &Series, path: &str) {
     let (width, _) = series.role.line();
-    let dashes = series.dashes.map(|dashes| format!(" stroke-dasharray=\"{dashes}\"")).unwrap_or_default();
+    let dashes = series.dashes().map(|dashes| format!(" stroke-dasharray=\"{dashes}\"")).unwrap_or_default();
     put!(
         text,
         "<path {} fill=\"none\" stroke=\"currentColor\" stroke-width=\"{width}\"{dashes} stroke-linejoin=\"round\" \
@@ -217,18 +211,18 @@ fn summary(figure: &Figure, x: &Scale, y: &Scale) -> String {
     };
     let mut parts = vec![format!("Horizontal: {}.", axis(&figure.x, x)), format!("Vertical: {}.", axis(&figure.y, y))];
     for series in &figure.series {
-        let kind = match series.data {
-            Data::Points(_) => "points",
-            Data::Line(_) => "line",
-            Data::Band(_) => "band",
-        };
+        let kind = series.kind();
         let values = series.values();
         let heights = || values.iter().map(|value| value[1]);
         let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let count = match series.data {
+            Data::Bars(_) | Data::Band(_) => values.len() / 2,
+            Data::Points(_) | Data::Line(_) => values.len(),
+        };
         let range = if values.is_empty() {
             "no data".into()
         } else {
-            format!("{} values from {} to {} {}", values.len(), short(low), short(high), figure.y.unit())
+            format!("{count} values from {} to {} {}", short(low), short(high), figure.y.unit())
         };
         parts.push(format!("{} ({kind}): {}.", series.name, range.trim_end()));
     }
@@ -264,7 +258,7 @@ pub(super) fn role(series: &Series) -> String {
     format!("class=\"{}\" color=\"{}\"", colour.class, colour.light)
 }
 
-/// Text between tags or in an attribute.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// The class of a series' colour.
+pub(super) fn class(series: &Series) -> &'static str {
+    series.role.colour().class
 }

@@ -1,4 +1,4 @@
-//! Figures as plain SVG: points, lines and bands over two axes.
+//! Figures as plain SVG: points, error bars, lines and bands over two axes.
 //!
 //! A figure is one text without dependencies, equal for equal data on every machine (fixed decimals), light by itself
 //! and dark on a page that sets the colours of its classes, as [`report`](crate::report) does. Its title and a summary
@@ -23,30 +23,35 @@ macro_rules! put {
 
 mod axis;
 mod draw;
+mod layout;
 mod legend;
 mod series;
+pub(crate) mod shown;
+pub(crate) mod symbol;
 #[cfg(test)]
 mod tests;
 pub(crate) mod theme;
 mod thin;
 
 pub use axis::Axis;
-pub(crate) use draw::escape;
+use serde::{Deserialize, Serialize};
+pub(crate) use series::Data;
 pub use series::Series;
 pub use theme::Role;
 
 /// A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    title: String,
-    x: Axis,
-    y: Axis,
-    series: Vec<Series>,
+    pub(crate) title: String,
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    pub(crate) series: Vec<Series>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     intervals: Vec<Interval>,
 }
 
 /// A part of the horizontal axis with a name.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Interval {
     from: f64,
     to: f64,
@@ -80,6 +85,11 @@ impl Figure {
     pub fn interval(mut self, from: f64, to: f64, name: impl Into<String>) -> Self {
         self.intervals.push(Interval { from: from.min(to), to: from.max(to), name: name.into() });
         self
+    }
+
+    /// The same figure, empty.
+    pub(crate) fn emptied(&self) -> Self {
+        Self { series: Vec::new(), ..self.clone() }
     }
 
     /// What it is called.

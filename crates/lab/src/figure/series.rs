@@ -1,4 +1,6 @@
-//! What is drawn: points, a line, a band.
+//! What is drawn: points, points with their uncertainty, a line, a band.
+
+use serde::{Deserialize, Serialize};
 
 use super::theme::Role;
 
@@ -6,28 +8,36 @@ use super::theme::Role;
 const LARGEST: f64 = 1e15;
 
 /// Values with a role and a name. What is not finite or absurd (beyond 1e15) is left out; a line has a gap there.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    pub(super) role: Role,
-    pub(super) name: String,
-    pub(super) dashes: Option<&'static str>,
-    /// Diameter of a dot [px].
-    pub(super) dot: f64,
-    pub(super) data: Data,
+    pub(crate) role: Role,
+    pub(crate) name: String,
+    #[serde(default, skip_serializing_if = "is_false")]
+    dashed: bool,
+    #[serde(default, skip_serializing_if = "is_false")]
+    large: bool,
+    pub(crate) data: Data,
 }
 
-/// Pairs x, y, or x with the lower and the upper edge, in the units of the axes.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Data {
-    Points(Vec<[f64; 2]>),
-    Line(Vec<[f64; 2]>),
-    Band(Vec<[f64; 3]>),
+/// Pairs x, y; x, y and half width; or x with the lower and the upper edge, in the units of the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "values", rename_all = "lowercase")]
+pub(crate) enum Data {
+    Points(#[serde(with = "rows")] Vec<[f64; 2]>),
+    Bars(#[serde(with = "rows")] Vec<[f64; 3]>),
+    Line(#[serde(with = "rows")] Vec<[f64; 2]>),
+    Band(#[serde(with = "rows")] Vec<[f64; 3]>),
 }
 
 impl Series {
     /// A cloud of measured values.
     pub fn points(role: Role, name: impl Into<String>, values: impl IntoIterator<Item = (f64, f64)>) -> Self {
         Self::new(role, name, Data::Points(values.into_iter().map(|(x, y)| [x, y]).collect()))
+    }
+
+    /// Values with half the width of their 95 % interval: x, y, half width.
+    pub fn bars(role: Role, name: impl Into<String>, values: impl IntoIterator<Item = (f64, f64, f64)>) -> Self {
+        Self::new(role, name, Data::Bars(values.into_iter().map(<[f64; 3]>::from).collect()))
     }
 
     /// A curve or a signal; a value that is not finite breaks it, as at the jump of friction at standstill.
@@ -37,27 +47,57 @@ impl Series {
 
     /// The area between a lower and an upper edge: x, lower, upper.
     pub fn band(role: Role, name: impl Into<String>, values: impl IntoIterator<Item = (f64, f64, f64)>) -> Self {
-        Self::new(role, name, Data::Band(values.into_iter().map(|(x, low, high)| [x, low, high]).collect()))
+        Self::new(role, name, Data::Band(values.into_iter().map(<[f64; 3]>::from).collect()))
     }
 
     /// The same line dashed, whatever its role.
     pub fn dashed(self) -> Self {
-        Self { dashes: Some("6 4"), ..self }
+        Self { dashed: true, ..self }
     }
 
     /// The same points larger: few, and each of them counts.
     pub fn large(self) -> Self {
-        Self { dot: 6.0, ..self }
+        Self { large: true, ..self }
     }
 
     fn new(role: Role, name: impl Into<String>, data: Data) -> Self {
-        Self { role, name: name.into(), dashes: role.line().1, dot: 2.3, data }
+        Self { role, name: name.into(), dashed: false, large: false, data }
     }
 
-    /// The values that can be shown: x and each y.
+    /// The same values in another role and under another name.
+    pub(crate) fn renamed(self, role: Role, name: String) -> Self {
+        Self { role, name, ..self }
+    }
+
+    /// Dashes of a line.
+    pub(super) fn dashes(&self) -> Option<&'static str> {
+        if self.dashed { Some("6 4") } else { self.role.line().1 }
+    }
+
+    /// Diameter of a dot [px].
+    pub(super) fn dot(&self) -> f64 {
+        match self.data {
+            Data::Bars(_) => 5.0,
+            _ if self.large => 6.0,
+            _ => 2.3,
+        }
+    }
+
+    /// What it is, in a word.
+    pub(super) fn kind(&self) -> &'static str {
+        match self.data {
+            Data::Points(_) => "points",
+            Data::Bars(_) => "points with 95 % intervals",
+            Data::Line(_) => "line",
+            Data::Band(_) => "band",
+        }
+    }
+
+    /// The values that can be shown: x and each y, the ends of an interval included.
     pub(super) fn values(&self) -> Vec<[f64; 2]> {
         let mut values: Vec<[f64; 2]> = match &self.data {
             Data::Points(pairs) | Data::Line(pairs) => pairs.clone(),
+            Data::Bars(bars) => bars.iter().flat_map(|&bar| interval(bar)).collect(),
             Data::Band(edges) => edges.iter().flat_map(|&[x, low, high]| [[x, low], [x, high]]).collect(),
         };
         values.retain(|pair| can_be_shown(pair));
@@ -65,8 +105,39 @@ impl Series {
     }
 }
 
+/// Both ends of a bar; an interval that is not known has no length.
+pub(super) fn interval([x, y, half_width]: [f64; 3]) -> [[f64; 2]; 2] {
+    let half_width = if (0.0..=LARGEST).contains(&half_width) { half_width } else { 0.0 };
+    [[x, y - half_width], [x, y + half_width]]
+}
+
 /// Whether all numbers of a value have a place in a figure.
 pub(super) fn can_be_shown(value: &[f64]) -> bool {
     // A NaN is not smaller than anything.
     value.iter().all(|number| number.abs() <= LARGEST)
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_false(flag: &bool) -> bool {
+    !flag
+}
+
+/// Rows of numbers in JSON, where `null` stands for what is not finite.
+mod rows {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer, const N: usize>(rows: &[[f64; N]], to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(rows.iter().map(<[f64; N]>::as_slice))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<Vec<[f64; N]>, D::Error> {
+        let rows: Vec<Vec<Option<f64>>> = Vec::deserialize(from)?;
+        let row = |row: Vec<Option<f64>>| {
+            let numbers: Vec<f64> = row.into_iter().map(|number| number.unwrap_or(f64::NAN)).collect();
+            let wrong = |row: Vec<f64>| D::Error::custom(format!("a row of {} numbers where {N} belong", row.len()));
+            numbers.try_into().map_err(wrong)
+        };
+        rows.into_iter().map(row).collect()
+    }
 }

@@ -1,5 +1,7 @@
 //! Colours by what they mean. A figure carries the light ones; a page may set the others by the class.
 
+use serde::{Deserialize, Serialize};
+
 /// A colour with a meaning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Colour {
@@ -42,7 +44,8 @@ pub(crate) const COLOURS: [Colour; 16] = [
 ];
 
 /// What a series is: it looks the same in every figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Role {
     /// What the instruments gave.
     Measured,

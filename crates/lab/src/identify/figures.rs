@@ -1,11 +1,13 @@
-//! Figures of an identification: friction over speed, and a lap of the recording beside its prediction.
+//! Figures of an identification: friction over speed, and what the recording and its prediction have in common.
 
 use std::ops::Range;
 
 use super::Identification;
+use super::limits::percent;
 use crate::figure::{Axis as FigureAxis, Figure, Role, Series};
-use crate::fit::LinearFit;
+use crate::fit::{CurvePoint, LinearFit};
 use crate::machine::Axis;
+use crate::quantity::NORMAL95;
 
 /// Points of a drawn curve in each direction.
 const POINTS: usize = 200;
@@ -13,21 +15,29 @@ const POINTS: usize = 200;
 impl Identification {
     /// All figures with file name and caption.
     pub fn figures(&self) -> [(&'static str, Figure, String); 3] {
-        let (lap, laps) = self.lap();
-        let which = match laps {
-            0 => "The whole recording".to_owned(),
-            laps => format!("One of {laps} laps, the one with the median error"),
+        let best = self.best();
+        let (which, error) = match &best.unseen {
+            Some(_) => (
+                "The second half of the recording, simulated in the closed loop by the fit to the first: the simulation \
+                 gets the reference alone, neither the recorded command nor the recorded motion.",
+                format!("On unseen halves the best model misses {} of the command.", percent(best.held_out)),
+            ),
+            None => (
+                "The second half of the recording; the model gets the recorded motion alone.",
+                format!("Fitted to the first half alone, the best model misses {} here.", percent(best.held_out)),
+            ),
         };
-        let simulated = match self.closed_loop {
-            Some(_) => "The simulated loop gets the reference alone; the recorded command is not used.",
-            None => "The model gets the recorded motion alone.",
-        };
-        let friction = "What is left of the drive force without inertia. Means over bins of speed while the axis \
-                        speeds up or slows down, and over stretches of constant speed.";
+        let friction = format!(
+            "What is left of the drive {} without inertia: means over bins of speed while the axis speeds up or slows \
+             down, and over stretches of constant speed, with bars of 1.96 standard errors. The band is that of Coulomb \
+             and viscous friction; the best model is {}.",
+            self.force().0,
+            best.kind.title(),
+        );
         [
-            ("figure-friction.svg", self.friction_figure(), friction.into()),
-            ("figure-prediction.svg", self.prediction_figure(lap.clone()), format!("{which}. {simulated}")),
-            ("figure-error.svg", self.error_figure(lap), format!("{which}: measured minus predicted.")),
+            ("figure-friction.svg", self.friction_figure(), friction),
+            ("figure-prediction.svg", self.prediction_figure(), which.into()),
+            ("figure-error.svg", self.error_figure(), format!("What is left of the same stretch. {error}")),
         ]
     }
 
@@ -39,8 +49,9 @@ impl Identification {
         };
         let (quantity, unit) = self.force();
         let curve = &self.curve;
-        let points = curve.points.iter().map(|p| (p.velocity, p.torque));
-        let plateaus = curve.plateaus.iter().map(|p| (p.point.velocity, p.point.torque));
+        let bar = |p: &CurvePoint| (p.velocity, p.torque, NORMAL95 * p.standard_error);
+        let points = curve.points.iter().map(bar);
+        let plateaus = curve.plateaus.iter().map(|p| bar(&p.point));
         let fit = &self.asymmetric.fit;
         let band = || grid(self.fastest()).map(|velocity| asymmetric(fit, velocity));
         let best = grid(self.fastest()).map(|v| (v, self.best().model.steady_force(v) - self.motion.offset));
@@ -48,37 +59,44 @@ impl Identification {
             .x(velocity)
             .y(FigureAxis::new(format!("friction {quantity}"), unit))
             .interval(-curve.slowest, curve.slowest, "too slow to tell")
-            .series(Series::points(Role::Measured, "changing speed", points).large())
-            .series(Series::points(Role::Reference, "constant speed", plateaus).large())
+            .series(Series::bars(Role::Measured, "changing speed", points))
+            .series(Series::bars(Role::Reference, "constant speed", plateaus))
             .series(Series::band(Role::Trace(1), "95 %", band().map(|[v, low, _, high]| (v, low, high))))
             .series(Series::line(Role::Trace(1), "Coulomb and viscous", band().map(|[v, _, f, _]| (v, f))).dashed())
             .series(Series::line(Role::Fitted, "best model", best))
     }
 
-    fn prediction_figure(&self, lap: Range<usize>) -> Figure {
+    fn prediction_figure(&self) -> Figure {
         let (title, quantity, unit) = self.predicted_quantity();
-        let rows = || lap.clone().filter_map(|i| self.compared(i));
+        let rows = || self.unseen().filter_map(|i| self.compared(i));
         Figure::new(title)
-            .x(FigureAxis::new("time", "s"))
+            .x(FigureAxis::new("time t", "s"))
             .y(FigureAxis::new(quantity, unit))
-            .series(Series::points(Role::Measured, "measured", rows().map(|[time, measured, _]| (time, measured))))
+            .series(Series::points(Role::Measured, "recorded", rows().map(|[time, measured, _]| (time, measured))))
             .series(Series::line(Role::Fitted, "predicted", rows().map(|[time, _, predicted]| (time, predicted))))
     }
 
-    fn error_figure(&self, lap: Range<usize>) -> Figure {
+    fn error_figure(&self) -> Figure {
         let (_, quantity, unit) = self.predicted_quantity();
-        let rows = lap.filter_map(|i| self.compared(i)).map(|[time, measured, predicted]| (time, measured - predicted));
-        Figure::new("What the prediction misses")
-            .x(FigureAxis::new("time", "s"))
+        let rows = self.unseen().filter_map(|i| self.compared(i));
+        let residual = rows.map(|[time, measured, predicted]| (time, measured - predicted));
+        Figure::new("Recorded minus predicted")
+            .x(FigureAxis::new("time t", "s"))
             .y(FigureAxis::new(format!("error of the {quantity}"), unit))
-            .series(Series::line(Role::Trace(0), "measured − predicted", rows))
+            .series(Series::line(Role::Trace(0), "residual", residual))
+    }
+
+    /// The samples of the second half.
+    fn unseen(&self) -> Range<usize> {
+        let samples = self.motion.samples();
+        self.best().unseen.as_ref().map_or(samples / 2..samples, |run| run.range.clone())
     }
 
     /// Title, quantity and unit of what the best model predicts.
     fn predicted_quantity(&self) -> (&'static str, &'static str, &'static str) {
         let (quantity, unit) = self.force();
-        match self.closed_loop {
-            Some(_) => ("Command of the controller, recorded and simulated", "command", self.command_unit),
+        match self.best().unseen {
+            Some(_) => ("Command of the controller, recorded and predicted", "command", self.command_unit),
             None => ("Balance of forces, recorded and explained", quantity, unit),
         }
     }
@@ -86,7 +104,7 @@ impl Identification {
     /// Time [s], measured and predicted at a sample: command [V] or, without a known controller, force.
     fn compared(&self, sample: usize) -> Option<[f64; 3]> {
         let time = sample as f64 * self.signals.period;
-        let Some(run) = &self.closed_loop else {
+        let Some(run) = &self.best().unseen else {
             let model = &self.best().model;
             let predicted =
                 model.inertia * self.motion.acceleration[sample] + model.steady_force(self.motion.velocity[sample]);
@@ -94,33 +112,6 @@ impl Identification {
         };
         let predicted = run.command.get(sample.checked_sub(run.range.start)?)?;
         Some([time, self.signals.command[sample], *predicted])
-    }
-
-    /// The samples of a typical lap, and how many laps there are; all samples where there is none.
-    ///
-    /// A lap is from one rise through the middle of the stroke to the next, with a visit below its lower quarter.
-    fn lap(&self) -> (Range<usize>, usize) {
-        let position = &self.motion.position;
-        let (low, high) = position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), q| (l.min(*q), h.max(*q)));
-        let mut starts = Vec::new();
-        let mut was_low = false;
-        for (i, q) in position.iter().enumerate() {
-            let share = (q - low) / (high - low);
-            was_low |= share < 0.25;
-            if was_low && share > 0.5 {
-                starts.push(i);
-                was_low = false;
-            }
-        }
-        let error = |lap: &Range<usize>| {
-            let errors = lap.clone().filter_map(|i| self.compared(i)).map(|[_, a, b]| (a - b).powi(2));
-            errors.sum::<f64>() / lap.len() as f64
-        };
-        let mut laps: Vec<(f64, Range<usize>)> =
-            starts.windows(2).map(|s| s[0]..s[1]).map(|lap| (error(&lap), lap)).collect();
-        laps.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let typical = laps.get(laps.len() / 2).map(|lap| lap.1.clone());
-        (typical.unwrap_or(0..position.len()), laps.len())
     }
 
     /// What friction is called, and its unit.
@@ -169,28 +160,16 @@ mod tests {
     }
 
     #[test]
-    fn the_laps_are_those_of_the_recording() {
-        let (lap, laps) = found().lap();
-        // Four and a half strokes out and back: three times from a rise through the middle to the next.
-        assert_eq!(laps, 3);
-        let middle = |i: usize| (found().motion.position[i] - 0.125).abs() < 2e-3;
-        assert!(middle(lap.start) && middle(lap.end) && lap.len() > 6000, "{lap:?}");
-    }
-
-    #[test]
-    fn a_recording_without_a_lap_is_shown_whole() {
-        let mut once = found().clone();
-        once.motion.position.truncate(2500);
-        assert_eq!(once.lap(), (0..2500, 0));
-    }
-
-    #[test]
-    fn the_error_of_the_lap_is_what_the_summary_says_of_the_whole() {
-        let samples = emps().1.rows();
-        let rows: Vec<_> = (50..samples).filter_map(|i| found().compared(i)).collect();
+    fn the_half_that_is_shown_was_predicted_by_a_fit_that_did_not_see_it() {
+        let (samples, unseen) = (emps().1.rows(), found().unseen());
+        assert_eq!(unseen, samples / 2..samples);
+        let rows: Vec<_> = unseen.clone().filter_map(|i| found().compared(i)).collect();
+        assert_eq!(rows.len(), unseen.len());
         let norm = |f: &dyn Fn(&[f64; 3]) -> f64| rows.iter().map(|r| f(r).powi(2)).sum::<f64>().sqrt();
         let error = norm(&|r| r[1] - r[2]) / norm(&|r| r[1]);
-        let said = found().best().prediction.unwrap().voltage_error;
-        assert!((error / said - 1.0).abs() < 1e-12, "{error} {said}");
+        // The other half of the mean is that of the first half by the second: 20 % is far more than they differ.
+        assert!((error / found().best().held_out - 1.0).abs() < 0.2, "{error} {}", found().best().held_out);
+        let whole = found().closed_loop.as_ref().expect("the controller is known");
+        assert!(rows.iter().zip(&whole.command[unseen.start - whole.range.start..]).any(|(row, all)| row[2] != *all));
     }
 }

@@ -3,7 +3,7 @@
 use super::results::unit;
 use super::{CLOSED_LOOP, Identification};
 use crate::fit::{StribeckDrop, StribeckFit};
-use crate::quantity::{Estimate, number};
+use crate::quantity::{Estimate, number, tied};
 
 impl Identification {
     /// What no analysis of this recording can know, why, and what would help; a sentence or two each.
@@ -76,11 +76,6 @@ fn stribeck(side: &str, fit: Option<&StribeckFit>, force: &str, velocity: &str) 
         ),
     };
     Some(format!("Breakaway and Stribeck velocity against {side} velocity: {why}"))
-}
-
-/// An estimate that a line does not break.
-pub(super) fn tied(estimate: &Estimate) -> String {
-    estimate.to_string().replace(' ', "\u{a0}")
 }
 
 /// A share with two decimals.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
-use super::axis::{AxisModel, Bristles, Loop, Prediction, coulomb};
+use super::axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
 use super::motion::{Motion, force_error};
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
 use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
@@ -72,6 +72,8 @@ pub struct Candidate {
     /// halves, each predicted by a fit to the other; or of the force, for the second half by a fit to the first, where
     /// the controller is unknown.
     pub held_out: f64,
+    /// The closed loop over the second half by the fit to the first.
+    pub unseen: Option<ClosedLoop<f64>>,
     /// The closed loop over the whole recording.
     pub prediction: Option<Prediction>,
 }
@@ -89,7 +91,7 @@ pub(super) fn candidates(
         let whole = rigid(motion, recipe.skip..samples, recipe)?;
         let judged = whole.into_iter().zip(rigid(motion, first, recipe)?).map(|((kind, model), (_, by_first))| {
             let held_out = force_error(&by_first, motion, second.clone(), recipe.decimation)?;
-            Ok(Candidate { kind, model, refined: None, held_out, prediction: None })
+            Ok(Candidate { kind, model, refined: None, held_out, unseen: None, prediction: None })
         });
         return judged.collect();
     };
@@ -112,10 +114,12 @@ pub(super) fn candidates(
     };
     watch.stage("judge the models", 0.0)?;
     let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| {
-        let [one, other] = [predict(&first_fit.1, second.clone())?, predict(&second_fit.1, 2..middle)?];
+        let unseen = around.simulate(&first_fit.1, second.clone(), watch)?;
+        let [one, other] = [around.compare(&unseen, drop), predict(&second_fit.1, 2..middle)?];
         Ok(Candidate {
             kind: fit.0,
             held_out: 0.5 * (one.voltage_error + other.voltage_error),
+            unseen: Some(unseen),
             prediction: Some(predict(&fit.1, 2..samples)?),
             model: fit.1,
             refined: fit.2,

@@ -1,15 +1,15 @@
 //! The report of an identification: what is known, how well, and what the recording cannot tell.
 
-use super::limits::{percent, tied};
+use super::limits::percent;
 use super::parameters::{BEST, ParameterLine, lines, parameter_lines};
 use super::results::unit;
 use super::{Candidate, Identification};
 use crate::Summary;
 use crate::fit::StribeckFit;
 use crate::machine::{Axis, Machine};
-use crate::quantity::Estimate;
+use crate::quantity::{Estimate, tied};
 use crate::recording::Recording;
-use crate::report::{Cell, Provenance, Report, Table};
+use crate::report::{Cell, Provenance, Report, Section, Table};
 
 /// The whole report. `command` is the command line that makes it again.
 pub fn report(
@@ -19,55 +19,89 @@ pub fn report(
     summary: &Summary,
     command: &str,
 ) -> Report {
-    let provenance = Provenance {
-        command: command.into(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        seed: None,
-        parameters: machine.text.clone(),
-    };
+    let provenance = Provenance::new(command, None, machine.text.clone());
     let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let [directions, alike] = parameter_lines(summary, machine);
     let mut report = Report::new(format!("{}: inertia and friction from {file}", machine.name), provenance)
-        .paragraph(main_result(found, summary))
-        .paragraph(prediction(found, summary))
-        .heading("A friction for each direction")
-        .table(table(&directions));
-    let mut intervals = "Intervals are for 95\u{a0}% and count that residuals follow each other.".to_owned();
+        .summary(main_result(found, summary));
+    for line in &directions {
+        report = report.key(line.name, line.identified.clone());
+    }
+    report = report.key("error of prediction, unseen", Estimate::new(100.0 * found.best().held_out, "%"));
+    if let Some(position) = summary.estimate("prediction.position_rms") {
+        report = report.key("error of the position, rms", position);
+    }
+    let mut intervals = "A friction for each direction by least squares. Intervals are for 95\u{a0}% and count that \
+                         residuals follow each other."
+        .to_owned();
     if !machine.published.is_empty() {
         intervals.push_str(
             " Published values come from the machine file and took no part; their intervals are 1.96 published \
              standard deviations, which take every sample for news and are therefore narrower.",
         );
     }
-    report = report.paragraph(intervals);
-    let mut figures = found.figures().into_iter();
-    if let Some((_, figure, caption)) = figures.next() {
-        report = report.figure(figure, caption);
-    }
-    report = report.heading("What this recording cannot tell");
-    for limit in found.limits() {
-        report = report.paragraph(limit);
-    }
+    let [friction, predicted, missed] =
+        found.figures().map(|(_, figure, caption)| Section::Figure { figure: Box::new(figure), caption });
     report = report
-        .heading("One friction for both directions, and an offset")
-        .table(table(&alike))
+        .heading("Friction in each direction")
+        .paragraph(balance(found))
+        .section(friction)
+        .table(table(&directions).caption(intervals))
+        .heading("What this recording cannot tell")
+        .list(found.limits())
         .heading("Which model predicts best")
-        .paragraph(
-            "Each model was fitted to one half of the recording and judged on the other; the one with the smallest \
-             error there is best and stands in model.toml.",
-        )
-        .table(candidates(found));
-    for (_, figure, caption) in figures {
-        report = report.figure(figure, caption);
-    }
+        .paragraph(format!("{} {}", why(found), prediction(found, summary)))
+        .table(candidates(found))
+        .section(predicted)
+        .section(missed);
     let refined = lines(&BEST, "", summary, machine);
     if !refined.is_empty() {
-        report = report.heading("Parameters of the best model").table(table(&refined)).paragraph(
-            "Fitted to the recorded command in the simulated closed loop; each ± is half of the width of the 95\u{a0}% interval. The \
-             intervals themselves, which are not symmetric, stand in summary.json.",
-        );
+        report = report.heading("Parameters of the best model").table(table(&refined).caption(
+            "Fitted to the recorded command in the simulated closed loop; each ± is half of the width of the 95\u{a0}% \
+             interval. The intervals themselves, which are not symmetric, stand in summary.json.",
+        ));
     }
     report
+        .heading("Feedforward")
+        .table(feedforward(found, machine))
+        .heading("One friction for both directions, and an offset")
+        .table(table(&alike).caption("The same balance of forces with one Coulomb and one viscous friction."))
+}
+
+/// Which model is best, by how much, judged on what.
+fn why(found: &Identification) -> String {
+    let best = found.best();
+    let others = found.candidates.iter().filter(|candidate| candidate.kind != best.kind);
+    let second = others.min_by(|a, b| a.held_out.total_cmp(&b.held_out));
+    let ahead = second.map_or_else(String::new, |second| {
+        format!(", before {} with {}", second.kind.title(), percent(second.held_out))
+    });
+    format!(
+        "Each model was fitted to one half of the recording and judged on the other, which it had not seen: a richer \
+         model that only follows the noise loses there. The smallest error there, {}, has {}{ahead}; it stands in \
+         model.toml.",
+        percent(best.held_out),
+        best.kind.title(),
+    )
+}
+
+/// Force and command that keep a speed up, at some speeds of either direction.
+fn feedforward(found: &Identification, machine: &Machine) -> Table {
+    const STEPS: i32 = 5;
+    let (quantity, force) = found.force();
+    let table = Table::new(["velocity", quantity, "command"]).caption(
+        "What the drive must give to keep a speed up, by the best model; the whole table is feedforward.csv. The band \
+         of the figure says how well it is known.",
+    );
+    let fastest = found.motion.velocity.iter().fold(0.0f64, |most, velocity| most.max(velocity.abs()));
+    (-STEPS..=STEPS).filter(|step| *step != 0).fold(table, |table, step| {
+        // Finer towards rest, where the curve bends.
+        let share = f64::from(step) / f64::from(STEPS);
+        let velocity = fastest * share * share.abs();
+        let needed = found.best().model.steady_force(velocity);
+        let numbers = [(velocity, unit(found.axis, "velocity")), (needed, force), (needed / machine.gain, "V")];
+        table.row(numbers.map(|(value, unit)| Estimate::new(value, unit).into()))
+    })
 }
 
 fn table(lines: &[ParameterLine]) -> Table {
@@ -79,7 +113,7 @@ fn table(lines: &[ParameterLine]) -> Table {
     })
 }
 
-/// Inertia, the friction of each direction, and whether there is a Stribeck drop.
+/// The sentence that a reader takes away: inertia, the friction of each direction, how well it predicts.
 fn main_result(found: &Identification, summary: &Summary) -> String {
     let read = |name: &str| summary.estimate(name).map_or_else(|| "unknown".to_owned(), |e| tied(&e));
     let inertia = match found.axis {
@@ -88,8 +122,25 @@ fn main_result(found: &Identification, summary: &Summary) -> String {
     };
     let side = |side: &str| {
         let [coulomb, viscous] = ["coulomb", "viscous"].map(|name| read(&format!("friction.{side}.{name}")));
-        format!("against {side} velocity {coulomb} plus {viscous} times the speed")
+        format!("{coulomb} plus {viscous} times the speed against {side} velocity")
     };
+    format!(
+        "{inertia} is {}, friction is {} and {}, and the best model misses {} of the {} where its fit has not seen it.",
+        read("inertia.mass"),
+        side("positive"),
+        side("negative"),
+        percent(found.best().held_out),
+        predicted(found),
+    )
+}
+
+/// What the best model predicts.
+fn predicted(found: &Identification) -> String {
+    found.closed_loop.as_ref().map_or_else(|| format!("drive {}", found.force().0), |_| "recorded command".into())
+}
+
+/// How far inertia and friction go, and whether there is a Stribeck drop.
+fn balance(found: &Identification) -> String {
     let drop = |fit: &&Option<StribeckFit>| fit.as_ref().is_some_and(|fit| fit.drop.is_identified());
     let drops = match found.stribeck.iter().filter(drop).count() {
         0 => "No Stribeck drop is identifiable",
@@ -97,35 +148,29 @@ fn main_result(found: &Identification, summary: &Summary) -> String {
         _ => "Both directions show a Stribeck drop",
     };
     format!(
-        "{inertia} is {}. Friction is {}, and {}. {drops}. Inertia and friction explain {} of drive {} with an error \
-         of {}.",
-        read("inertia.mass"),
-        side("positive"),
-        side("negative"),
+        "Inertia and a Coulomb and a viscous friction for each direction explain {} of drive {} with an error of {}. \
+         {drops}.",
         tied(&Estimate::new(found.motion.samples() as f64 * found.motion.period, "s")),
         found.force().0,
         percent(found.asymmetric.fit.relative_error),
     )
 }
 
-/// How good the best model is, on what.
+/// How good the best model is over the whole, on what.
 fn prediction(found: &Identification, summary: &Summary) -> String {
     let best = found.best();
     let title = best.kind.title();
     match (&best.prediction, summary.estimate("prediction.position_rms")) {
         (Some(prediction), Some(position)) => format!(
-            "Simulated with the known controller, the best model ({title}) gives the recorded command with an error of {} \
-             and the position within {} rms. On halves of the recording that its fit had not \
-             seen, the error of the command is {}.",
+            "Simulated over the whole recording with the known controller, it gives the recorded command with an error \
+             of {} and the position within {} rms.",
             percent(prediction.voltage_error),
             tied(&position),
-            percent(best.held_out),
         ),
         _ => format!(
-            "The controller is not known, so no closed loop is simulated. The best model ({title}), fitted to the \
-             first half, explains the drive {} of the second with an error of {}.",
+            "The controller is not known, so no closed loop is simulated: what is judged is how {title}, fitted to the \
+             first half, explains the drive {} of the second.",
             found.force().0,
-            percent(best.held_out),
         ),
     }
 }
@@ -133,9 +178,9 @@ fn prediction(found: &Identification, summary: &Summary) -> String {
 fn candidates(found: &Identification) -> Table {
     let simulated = found.closed_loop.is_some();
     let head: &[&str] = if simulated {
-        &["error of the command", "parameters", "unseen halves", "whole", "position, rms"]
+        &["model", "parameters", "unseen halves", "whole", "position, rms"]
     } else {
-        &["error of the force", "parameters", "unseen half"]
+        &["model", "parameters", "unseen half"]
     };
     let share = |error: f64| Cell::from(Estimate::new(100.0 * error, "%"));
     let row = |candidate: &Candidate| {
@@ -149,7 +194,11 @@ fn candidates(found: &Identification) -> Table {
         }
         cells
     };
-    found.candidates.iter().fold(Table::new(head.iter().copied()), |table, candidate| table.row(row(candidate)))
+    let table = Table::new(head.iter().copied()).caption(format!(
+        "The candidates, from a rigid body to bristles: error of the {}, relative to its own rms.",
+        predicted(found)
+    ));
+    found.candidates.iter().fold(table, |table, candidate| table.row(row(candidate)))
 }
 
 #[cfg(test)]
@@ -206,7 +255,7 @@ mod tests {
         machine.name = "<b>Axis & co</b>".into();
         machine.text = "# <script>alert(1)</script>".into();
         let page = page(&machine);
-        assert!(!page.contains("<b>") && !page.contains("<script>"));
+        assert!(!page.contains("<b>Axis") && !page.contains("<script>alert"));
         assert!(page.contains("<h1>&lt;b&gt;Axis &amp; co&lt;/b&gt;: inertia and friction from emps.csv.gz</h1>"));
     }
 
@@ -216,13 +265,15 @@ mod tests {
         open.closed_loop = None;
         open.candidates.truncate(2);
         open.best = 1;
-        open.candidates.iter_mut().for_each(|candidate| candidate.prediction = None);
+        for candidate in &mut open.candidates {
+            (candidate.prediction, candidate.unseen) = (None, None);
+        }
         open.axis = Axis::Rotary;
         let mut machine = emps().0.clone();
         machine.axis = Axis::Rotary;
         let summary = results::summary(&open);
         let page = report(&open, &machine, &emps().1, &summary, "").html();
-        assert!(page.contains("moment of inertia J") && page.contains("<td class=\"unit\">kg·m²</td>"));
+        assert!(page.contains("moment of inertia <i>J</i>") && page.contains("<td class=\"unit\">kg·m²</td>"));
         assert!(
             page.contains("The controller is not known")
                 && page.contains("Balance of forces")

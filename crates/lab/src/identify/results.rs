@@ -77,7 +77,7 @@ pub fn summary(found: &Identification) -> Summary {
     summary
 }
 
-/// Writes `model.toml`, `feedforward.csv`, figures, `report.html` and `summary.json` into a folder. `command` is the
+/// Writes `model.toml`, `feedforward.csv`, figures, `report.json`, `report.html` and `summary.json` into a folder. `command` is the
 /// command line that makes them again.
 ///
 /// # Errors
@@ -101,8 +101,9 @@ pub fn write(
         output::write(&directory.join(name), figure.svg())?;
         summary.file(name);
     }
-    report(found, machine, recording, &summary, command).write(&directory.join("report.html"))?;
-    summary.file("report.html");
+    for name in report(found, machine, recording, &summary, command).write(directory)? {
+        summary.file(name);
+    }
     summary.write(directory)?;
     Ok(summary)
 }
@@ -155,10 +156,10 @@ mod tests {
         let names =
             ["model.toml", "feedforward.csv", "figure-friction.svg", "figure-prediction.svg", "figure-error.svg"];
         let written: serde_json::Value = serde_json::from_str(&summary.to_json()).unwrap();
-        assert_eq!(written["files"], serde_json::json!([&names[..], &["report.html"]].concat()));
+        assert_eq!(written["files"], serde_json::json!([&names[..], &["report.json", "report.html"]].concat()));
         let again = tempfile::tempdir().unwrap();
         write(found(), &emps().0, &emps().1, "stickslip identify", again.path()).unwrap();
-        for name in names.into_iter().chain(["report.html", "summary.json"]) {
+        for name in names.into_iter().chain(["report.json", "report.html", "summary.json"]) {
             let [one, other] = [&folder, &again].map(|folder| std::fs::read(folder.path().join(name)).unwrap());
             assert!(!one.is_empty() && one == other, "{name}");
         }

@@ -8,9 +8,9 @@ use super::results::unit;
 use super::{IdentifiedModel, limits};
 use crate::figure::{Axis as FigureAxis, Figure, Role, Series};
 use crate::machine::{Axis, Machine, Signals};
-use crate::quantity::Estimate;
+use crate::quantity::{Estimate, tied};
 use crate::recording::Recording;
-use crate::report::{Provenance, Report, Table};
+use crate::report::{Provenance, Report};
 use crate::{Error, Summary, Watch, output};
 
 /// A model's account of a recording that took no part in its identification.
@@ -100,7 +100,7 @@ impl Validation {
              position within {} rms.",
             if self.signals.injected.is_some() { " and the injected signal" } else { "" },
             limits::percent(prediction.voltage_error),
-            limits::tied(&Estimate::new(prediction.position_rms, unit(self.axis, "position"))),
+            tied(&Estimate::new(prediction.position_rms, unit(self.axis, "position"))),
         )
     }
 
@@ -179,12 +179,7 @@ impl Validation {
         output::create_folder(directory)?;
         let mut summary = self.summary();
         let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let provenance = Provenance {
-            command: command.into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-            seed: None,
-            parameters: machine.text.clone(),
-        };
+        let provenance = Provenance::new(command, None, machine.text.clone());
         let names = [
             ("error of the command", "prediction.voltage_error"),
             ("error of the position, rms", "prediction.position_rms"),
@@ -196,8 +191,10 @@ impl Validation {
             Some((name, if share { Estimate::new(100.0 * estimate.value, "%") } else { estimate }))
         });
         let mut report = Report::new(format!("{}: the identified model on {file}", machine.name), provenance)
-            .paragraph(self.verdict())
-            .table(Table::of_estimates(key));
+            .summary(self.verdict());
+        for (name, number) in key {
+            report = report.key(name, number);
+        }
         for note in &self.signals.notes {
             report = report.paragraph(note.clone());
         }
@@ -206,8 +203,9 @@ impl Validation {
             summary.file(name);
             report = report.figure(figure, caption);
         }
-        report.write(&directory.join("report.html"))?;
-        summary.file("report.html");
+        for name in report.write(directory)? {
+            summary.file(name);
+        }
         summary.write(directory)?;
         Ok(summary)
     }

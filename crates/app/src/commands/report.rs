@@ -1,0 +1,75 @@
+//! `stickslip report`: the page of saved results again, or of several together.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use stickslip::output;
+use stickslip::report::Report;
+
+use crate::failure::Failure;
+
+/// Which results.
+#[derive(Args)]
+pub(crate) struct ReportCommand {
+    /// Folders with a report.json, as other commands leave them. Several are put over each other.
+    #[arg(required = true, value_name = "DIR")]
+    results: Vec<PathBuf>,
+    /// The page. By default report.html beside the data; stickslip-out/comparison.html of several.
+    #[arg(long, value_name = "FILE.html")]
+    out: Option<PathBuf>,
+}
+
+impl ReportCommand {
+    /// Reads, renders, writes. All folders that are no result are named at once.
+    pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let (mut reports, mut errors) = (Vec::new(), Vec::new());
+        for (path, name) in self.results.iter().zip(names(&self.results)) {
+            match Report::read(path) {
+                Ok(report) => reports.push((name, report)),
+                Err(error) => errors.push(error),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(Failure::Several(errors));
+        }
+        let beside = |path: &Path| match path.is_dir() {
+            true => path.join("report.html"),
+            false => path.with_file_name("report.html"),
+        };
+        let page = self.out.unwrap_or_else(|| match self.results.as_slice() {
+            [one] => beside(one),
+            _ => "stickslip-out/comparison.html".into(),
+        });
+        let report = match reports.len() {
+            1 => reports.remove(0).1,
+            _ => Report::together(reports),
+        };
+        if let Some(folder) = page.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            output::create_folder(folder)?;
+        }
+        output::write(&page, report.html())?;
+        Ok(writeln!(out, "Report with figures: {}", page.display())?)
+    }
+}
+
+/// The folders' own names; the paths as given where two of them are the same.
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let short = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let distinct: std::collections::BTreeSet<_> = paths.iter().map(short).collect();
+    let name = |path: &PathBuf| short(path).filter(|_| distinct.len() == paths.len());
+    paths.iter().map(|path| name(path).unwrap_or_else(|| path.display().to_string())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_of_the_same_name_are_told_apart_by_their_paths() {
+        let names = |paths: &[&str]| names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
+        assert_eq!(names(&["old/demo", "new/emps/"]), ["demo", "emps"]);
+        assert_eq!(names(&["old/demo", "new/demo"]), ["old/demo", "new/demo"]);
+        assert_eq!(names(&["."]), ["."]);
+    }
+}

@@ -1,0 +1,82 @@
+//! Where everything of a figure lies, and which of its values can be told apart there.
+
+use super::axis::Scale;
+use super::series::{Data, Series, can_be_shown};
+use super::{Figure, legend, thin};
+
+pub(super) const WIDTH: f64 = 760.0;
+pub(super) const LEFT: f64 = 72.0;
+pub(super) const RIGHT: f64 = WIDTH - 16.0;
+/// A line of the title or the legend.
+pub(super) const LINE: f64 = 24.0;
+/// Title and legend stand above the plot, in one line where they fit.
+const TOP: f64 = 52.0;
+const PLOT: f64 = 332.0;
+const FOOT: f64 = 56.0;
+
+/// Title and legend, scales and the window that data is drawn in.
+pub(super) struct Layout {
+    pub(super) x: Scale,
+    pub(super) y: Scale,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+    pub(super) height: f64,
+    /// Entries of each line of the legend.
+    pub(super) legend: Vec<Vec<usize>>,
+    /// Line of the letters of the first of them [px].
+    pub(super) legend_line: f64,
+}
+
+impl Layout {
+    pub(super) fn of(figure: &Figure) -> Self {
+        let space = RIGHT - LEFT;
+        let beside = space - legend::text_width(&figure.title, 14.0) - 2.0 * LINE;
+        let (legend, legend_line) = match legend::lines(&figure.series, beside) {
+            one if one.len() <= 1 => (one, 26.0),
+            _ => (legend::lines(&figure.series, space), 26.0 + LINE),
+        };
+        let top = TOP + legend_line - 26.0 + LINE * legend.len().saturating_sub(1) as f64;
+        let bottom = top + PLOT;
+        let values: Vec<[f64; 2]> = figure.series.iter().flat_map(Series::values).collect();
+        let x = figure.x.scale(values.iter().map(|value| value[0]), LEFT, RIGHT);
+        let y = figure.y.scale(values.iter().map(|value| value[1]), bottom, top);
+        Layout { x, y, top, bottom, height: bottom + FOOT, legend, legend_line }
+    }
+
+    pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.place(x), self.y.place(y)]
+    }
+
+    /// The rows of a series that are drawn, in unbroken pieces: what cannot be shown or seen is left out.
+    pub(super) fn pieces<'a>(&self, series: &'a Series) -> Vec<Vec<&'a [f64]>> {
+        let thinned = |rows: Vec<&'a [f64]>, thin: &dyn Fn(&[[f64; 2]]) -> Vec<usize>| {
+            let places: Vec<_> = rows.iter().map(|row| self.place([row[0], row[1]])).collect();
+            thin(&places).into_iter().map(|index| rows[index]).collect::<Vec<_>>()
+        };
+        fn shown<const N: usize>(rows: &[[f64; N]], count: usize) -> Vec<&[f64]> {
+            rows.iter().map(<[f64; N]>::as_slice).filter(|row| can_be_shown(&row[..count])).collect()
+        }
+        fn unbroken<const N: usize>(rows: &[[f64; N]]) -> impl Iterator<Item = Vec<&[f64]>> {
+            rows.split(|row| !can_be_shown(row)).map(|piece| piece.iter().map(<[f64; N]>::as_slice).collect())
+        }
+        let pieces: Vec<_> = match &series.data {
+            Data::Points(pairs) => vec![thinned(shown(pairs, 2), &thin::points)],
+            Data::Bars(bars) => vec![shown(bars, 2)],
+            Data::Line(pairs) => unbroken(pairs).map(|piece| thinned(piece, &thin::line)).collect(),
+            Data::Band(edges) => unbroken(edges)
+                .map(|piece| {
+                    // A row that either edge needs.
+                    let [mut kept, upper] = [1, 2].map(|column| {
+                        let places: Vec<_> = piece.iter().map(|row| self.place([row[0], row[column]])).collect();
+                        thin::line(&places)
+                    });
+                    kept.extend(upper);
+                    kept.sort_unstable();
+                    kept.dedup();
+                    kept.into_iter().map(|index| piece[index]).collect()
+                })
+                .collect(),
+        };
+        pieces.into_iter().filter(|piece| !piece.is_empty()).collect()
+    }
+}
