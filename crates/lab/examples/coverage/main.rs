@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use stickslip::fit::PARAMETERS;
 use stickslip::{Error, Summary, output};
-use study::{Experiment, NAMES, Tally, experiment};
+use study::{Experiment, Tally, experiment};
 
 /// Experiments that are kept in full, for the test that the result is still what the program gives.
 const KEPT: usize = 8;
@@ -43,7 +44,7 @@ fn main() -> Result<(), Error> {
     for (name, preload, count, about) in CASES {
         let experiments = run(name, preload, count)?;
         let mut tally = Tally::default();
-        experiments.iter().for_each(|experiment| tally.add(experiment));
+        experiments.iter().for_each(|experiment| tally.add(&experiment.truth, &experiment.fit));
         report(&mut summary, &mut text, name, about, &tally, &experiments);
     }
     write_files(&folder, &summary, &text)
@@ -88,10 +89,9 @@ fn report(summary: &mut Summary, text: &mut String, name: &str, about: &str, tal
         writeln!(text, "| parameter | coverage of the 95 % intervals | mean error | scatter | stated standard error |");
     let _ = writeln!(text, "|-|-|-|-|-|");
     summary.result(&format!("{name}.experiments"), tally.count as f64, "1");
-    for (i, parameter) in NAMES.iter().enumerate() {
+    for (i, (parameter, words, _)) in PARAMETERS.iter().enumerate() {
         let [mean, scatter, stated] = tally.errors(i).map(|error| 100.0 * error);
         let coverage = tally.coverage(i);
-        let words = parameter.replace('_', " ");
         let _ =
             writeln!(text, "| {words} | {:.1} % | {mean:.3} % | {scatter:.3} % | {stated:.3} % |", 100.0 * coverage);
         summary.result(&format!("{name}.{parameter}.coverage"), coverage, "1");
@@ -104,7 +104,7 @@ fn report(summary: &mut Summary, text: &mut String, name: &str, about: &str, tal
     let _ = writeln!(text, "\nMean lack of fit: {:.1e} N·m.", lack);
     summary.result(&format!("{name}.lack_of_fit"), lack, "N m");
     for (index, experiment) in all.iter().take(KEPT).enumerate() {
-        let cells = NAMES.iter().zip(experiment.fit.parameters).map(|(name, value)| (*name, value.into()));
+        let cells = PARAMETERS.iter().zip(experiment.fit.parameters).map(|((name, _, _), value)| (*name, value.into()));
         summary.row([("case", name.into()), ("seed", (index + 1).into())].into_iter().chain(cells));
     }
 }

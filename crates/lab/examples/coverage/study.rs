@@ -2,16 +2,15 @@
 
 use stickslip::bench::{Bench, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
-use stickslip::fit::StribeckFit;
+use stickslip::fit::{CurvePoint, StribeckFit};
 use stickslip::{Error, Preset, Watch, parameters, truth};
-
-/// Names of the parameters, in the order of a fit.
-pub const NAMES: [&str; 4] = ["breakaway_torque", "kinetic_torque", "stribeck_velocity", "viscous_friction"];
 
 /// What the virtual machine has and what was measured of it.
 pub struct Experiment {
     /// The parameters in truth.
     pub truth: [f64; 4],
+    /// The points as measured.
+    pub points: Vec<CurvePoint>,
     /// The fit.
     pub fit: StribeckFit,
 }
@@ -23,8 +22,9 @@ pub fn experiment(preload: f64, seed: u64) -> Result<Experiment, Error> {
     let mut bench = VirtualBench::new(&preset, seed)?;
     home(&mut bench, &Watch::silent())?;
     bench.set_preload(preload)?;
-    let fit = measure_friction(&plan, &mut bench, false, &Watch::silent())?.fit()?;
-    Ok(Experiment { truth: truth::own_curve(bench.truth(), &plan)?.parameters, fit })
+    let curve = measure_friction(&plan, &mut bench, false, &Watch::silent())?;
+    let truth = truth::own_curve(bench.truth(), &plan)?.parameters;
+    Ok(Experiment { truth, points: curve.points(), fit: curve.fit()? })
 }
 
 /// Sums over experiments, for each parameter.
@@ -41,7 +41,7 @@ pub struct Tally {
 
 impl Tally {
     /// Counts an experiment.
-    pub fn add(&mut self, Experiment { truth, fit }: &Experiment) {
+    pub fn add(&mut self, truth: &[f64; 4], fit: &StribeckFit) {
         self.count += 1;
         for i in 0..4 {
             let error = fit.parameters[i] / truth[i] - 1.0;

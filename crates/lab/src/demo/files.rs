@@ -7,19 +7,11 @@ use serde_json::Value;
 use super::{Demo, Measured};
 use crate::experiment::FrictionCurve;
 use crate::figure::Figure;
-use crate::fit::StribeckFit;
+use crate::fit::{PARAMETERS, StribeckFit};
 use crate::quantity::Estimate;
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::table::{Column, write_parquet};
 use crate::{Error, Summary, output, parameters};
-
-/// Names and units of a Stribeck curve's parameters, in the order of the fit.
-const PARAMETERS: [(&str, &str, &str); 4] = [
-    ("breakaway_torque", "breakaway torque M_S", "N m"),
-    ("kinetic_torque", "kinetic torque M_K", "N m"),
-    ("stribeck_velocity", "Stribeck velocity Ω_Strib", "rad/s"),
-    ("viscous_friction", "viscous friction b", "N m s/rad"),
-];
 
 impl Demo {
     /// All figures with file name and caption.
@@ -151,12 +143,9 @@ impl Demo {
     /// Measured beside true parameters.
     fn comparison(&self) -> Table {
         let mut table = Table::new(["parameter", "measured", "true"]);
-        for (k, (_, name, unit)) in PARAMETERS.iter().enumerate() {
-            table = table.row([
-                Cell::Text((*name).into()),
-                Cell::Estimate(estimate(&self.own.fit, k, unit)),
-                Cell::Estimate(Estimate::new(self.truth.parameters[k], *unit)),
-            ]);
+        for ((name, measured), truth) in self.own.lines().zip(self.truth.parameters) {
+            let exact = Estimate::new(truth, measured.unit.clone());
+            table = table.row([Cell::Text(name.into()), Cell::Estimate(measured), Cell::Estimate(exact)]);
         }
         table
     }
@@ -189,13 +178,8 @@ impl Demo {
 impl Measured {
     /// The fit as text for a terminal: name, value ± half width.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
-        PARAMETERS.iter().enumerate().map(|(k, (_, name, unit))| (*name, estimate(&self.fit, k, unit)))
+        self.fit.lines()
     }
-}
-
-fn estimate(fit: &StribeckFit, index: usize, unit: &str) -> Estimate {
-    let [low, high] = fit.ci95[index];
-    Estimate::new(fit.parameters[index], unit).with_half_width(0.5 * (high - low))
 }
 
 fn estimates(summary: &mut Summary, prefix: &str, fit: &StribeckFit) {

@@ -1,8 +1,9 @@
 //! Breakaway torque: slow torque ramps from rest.
 //!
 //! The load rests without torque, then the drive's torque rises until the encoder sees it go. Under a ramp the load
-//! needs a moment to move by what the encoder can tell; what the torque rises by meanwhile is bounded by
-//! Ṁ·t with x = Ṁ·t³/(6·J), half of it is taken off, and all of it is uncertainty: a slower ramp makes it smaller.
+//! needs a moment to move by what the encoder can tell; what the torque rises by meanwhile is bounded by Ṁ·t with
+//! x = Ṁ·t³/(6·J). Bristles that creep before they let go make the torque too small by as little, so that this bound is
+//! taken as uncertainty to both sides: a slower ramp makes it smaller.
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
@@ -91,7 +92,7 @@ pub struct Mean {
 pub struct Breakaway {
     /// In the order of measurement.
     pub ramps: Vec<Ramp>,
-    /// By how much the torque rose at most between breakaway and its detection [N m]; half of it is taken off.
+    /// By how much the torque rose at most between breakaway and its detection [N m].
     pub lag: f64,
     /// Bench time that it took [s].
     pub duration: f64,
@@ -129,7 +130,7 @@ impl Breakaway {
         let spread = (torques.iter().map(|t| (t - torque).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
         // One ramp knows nothing of its scatter.
         let scatter = if n > 1.0 { student_t95(n - 1.0) * spread / n.sqrt() } else { f64::INFINITY };
-        let half_width = libm::hypot(scatter, 1.96 * UNIFORM * self.lag);
+        let half_width = libm::hypot(scatter, 1.96 * UNIFORM * 2.0 * self.lag);
         Some(Mean { angle, torque, spread, ci95: [torque - half_width, torque + half_width], count: torques.len() })
     }
 
@@ -187,7 +188,7 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     hold_speed(bench)?;
     let lag = plan.rate * libm::cbrt(6.0 * model.drive.inertia() * plan.speed * WINDOW / plan.rate);
     let mut ramps = Vec::new();
-    let ended = visit(plan, bench, first, watch, lag, &mut ramps);
+    let ended = visit(plan, bench, first, watch, &mut ramps);
     let settings = *bench.settings();
     bench.set_controller(settings.controller, settings.divider());
     let complete = kept(ended, !ramps.is_empty())?;
@@ -202,7 +203,6 @@ fn visit(
     bench: &mut dyn Bench,
     first: Frame,
     watch: &Watch,
-    lag: f64,
     ramps: &mut Vec<Ramp>,
 ) -> Result<(), Error> {
     let all = 2.0 * plan.angles * plan.repetitions;
@@ -214,8 +214,8 @@ fn visit(
             for direction in [1.0, -1.0] {
                 watch.stage("breakaway from rest", ramps.len() as f64 / all)?;
                 go_to(bench, position, angle, watch)?;
-                let (applied, stop) = ramp(plan, bench, direction, watch)?;
-                let torque = applied.map(|applied| applied - motor_friction - 0.5 * lag);
+                let (applied, stop) = ramp(plan, bench, direction, angle, watch)?;
+                let torque = applied.map(|applied| applied - motor_friction);
                 ramps.push(Ramp { angle, direction, torque });
                 position = stop;
             }
@@ -243,16 +243,19 @@ pub(super) fn go_to(bench: &mut dyn Bench, from: f64, to: f64, watch: &Watch) ->
     watch.check()
 }
 
-/// One ramp from rest: the magnitude of the drive's torque at breakaway [N m], and where the load was caught [rad].
+/// One ramp from rest at a position [rad]: the magnitude of the drive's torque at breakaway [N m], and where the load was caught [rad].
 fn ramp(
     plan: &BreakawayPlan<f64>,
     bench: &mut dyn Bench,
     direction: f64,
+    position: f64,
     watch: &Watch,
 ) -> Result<(Option<f64>, f64), Error> {
     let dt = bench.settings().tick_time();
+    // The set-point goes along while control is off: the controller takes over from there.
+    let mut setpoint = Setpoint { position, ..Setpoint::default() };
     for _ in 0..(plan.rest_time / dt) as u64 {
-        bench.step(Command::default())?;
+        setpoint.position = bench.step(Command { setpoint, ..Command::default() })?.angle;
     }
     let window = ((WINDOW / dt).round() as usize).max(1);
     let mut angles = vec![f64::NAN; window];
@@ -261,7 +264,8 @@ fn ramp(
     let mut tick = 0;
     while torque < plan.largest_torque {
         torque += plan.rate * dt;
-        let frame = bench.step(Command { added_torque: direction * torque, ..Command::default() })?;
+        let frame = bench.step(Command { setpoint, added_torque: direction * torque, ..Command::default() })?;
+        setpoint.position = frame.angle;
         let way = direction * (frame.angle - angles[tick % window]);
         angles[tick % window] = frame.angle;
         tick += 1;
@@ -274,10 +278,8 @@ fn ramp(
             watch.check()?;
         }
     }
-    let stop = angles[(tick.max(1) - 1) % window];
-    let setpoint = Setpoint { position: stop, ..Setpoint::default() };
     for _ in 0..(0.1 / dt) as u64 {
         bench.step(Command { setpoint, control: true, ..Command::default() })?;
     }
-    Ok((broke_away, stop))
+    Ok((broke_away, setpoint.position))
 }

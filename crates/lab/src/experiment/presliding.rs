@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Matrix2;
 use stickslip_core::Fields;
+use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::{Bristle, DampingVelocity, ElastoPlastic, Fading, LuGre, Static, Stribeck, advance};
 use stickslip_core::scalar::{Dual, Scalar};
 
@@ -159,13 +160,14 @@ fn visit(plan: &PreslidingPlan<f64>, bench: &mut dyn Bench, watch: &Watch, loops
     let dt = bench.settings().tick_time();
     let amplitude = plan.share * bench.model().own.breakaway_torque;
     for (index, [frequency, cycles]) in plan.cycles().into_iter().enumerate() {
+        let setpoint = Setpoint { position: plan.angle, ..Setpoint::default() };
         for _ in 0..(plan.rest_time / dt) as u64 {
-            bench.step(Command::default())?;
+            bench.step(Command { setpoint, ..Command::default() })?;
         }
         let mut record = Vec::new();
         for tick in 0..(cycles / frequency / dt) as u64 {
             let added_torque = amplitude * libm::sin(TAU * frequency * tick as f64 * dt);
-            let Frame { angle, .. } = bench.step(Command { added_torque, ..Command::default() })?;
+            let Frame { angle, .. } = bench.step(Command { setpoint, added_torque, ..Command::default() })?;
             record.push([added_torque, angle]);
             if tick % 2048 == 0 {
                 watch.stage("presliding cycles", 0.5 * (index as f64 + tick as f64 * dt * frequency / cycles))?;
@@ -270,7 +272,8 @@ fn simulate<T: Scalar>(
             decay: stickslip_core::friction::Decay::Exponential,
         },
     };
-    let follow = 1.0 - libm::exp(-dt / STEPS as f64 / model.drive_lag.max(1e-9));
+    // The believed lag is that of amplifier and tacho together: between none of it and all is the amplifier's.
+    let follow = 1.0 - libm::exp(-dt / STEPS as f64 / (0.5 * model.drive_lag).max(1e-9));
     let zero = T::of(0.0);
     let (mut applied, mut commanded) = (0.0, 0.0);
     let (mut motor_angle, mut motor_speed, mut angle, mut speed, mut deflection) = (zero, zero, zero, zero, zero);
@@ -340,9 +343,17 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> [(f64, [f64; 
     if freedom < 1.0 {
         return unknown;
     }
+    // News instead of all: the mean square stays, what the rows tell together shrinks by all/news.
     let variance = cost / all * (news / freedom) * (all / news);
+    // What the model leaves open, as halves of uniform distributions: the motor's own presliding, of which its level is
+    // believed alone, and for the damping which part of the lag is the amplifier's.
+    let amplitude = loops.iter().flat_map(|one| &one.record).map(|[torque, _]| *torque).fold(0.0, f64::max);
+    let brushes = model.motor_friction.steady_torque(1e-9, 0.0, 0.0) / amplitude;
+    let lag = 0.5 * model.drive_lag * parameters[0] / parameters[1];
     std::array::from_fn(|i| {
-        let half_width = student_t95(freedom) * (variance * inverse[(i, i)]).sqrt();
+        let open = libm::hypot(brushes, if i == 1 { lag } else { 0.0 }) / 3f64.sqrt();
+        let noise = student_t95(freedom) * (variance * inverse[(i, i)]).sqrt();
+        let half_width = libm::hypot(noise, 1.96 * open);
         (parameters[i], [parameters[i] * libm::exp(-half_width), parameters[i] * libm::exp(half_width)])
     })
 }

@@ -17,6 +17,14 @@ use super::{runs_test, student_t95};
 use crate::Error;
 use crate::quantity::Estimate;
 
+/// Key, name and unit of each parameter of a Stribeck curve, in the order of a fit.
+pub const PARAMETERS: [(&str, &str, &str); 4] = [
+    ("breakaway_torque", "breakaway torque M_S", "N m"),
+    ("kinetic_torque", "kinetic torque M_K", "N m"),
+    ("stribeck_velocity", "Stribeck velocity Ω_Strib", "rad/s"),
+    ("viscous_friction", "viscous friction b", "N m s/rad"),
+];
+
 /// One point of a friction curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvePoint {
@@ -117,11 +125,9 @@ impl StribeckFit {
 
     /// The parameters, each with its name.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
-        const NAMES: [&str; 4] = ["breakaway torque", "kinetic torque", "Stribeck velocity", "viscous friction"];
-        const UNITS: [&str; 4] = ["N m", "N m", "rad/s", "N m s/rad"];
-        (0..4).map(|i| {
+        PARAMETERS.iter().enumerate().map(|(i, (_, name, unit))| {
             let half_width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]);
-            (NAMES[i], Estimate::new(self.parameters[i], UNITS[i]).with_half_width(half_width))
+            (*name, Estimate::new(self.parameters[i], *unit).with_half_width(half_width))
         })
     }
 
