@@ -10,10 +10,11 @@ use stickslip::experiment::{
 use stickslip::{Error, Preset, Watch, parameters, truth};
 
 fn homed(name: &str, change: impl Fn(&mut Preset<f64>)) -> VirtualBench {
-    let mut preset: Preset<f64> = parameters::presets::find(name).and_then(|source| source.read()).unwrap();
+    let mut preset: Preset<f64> =
+        parameters::presets::find(name).and_then(|source| source.read()).expect("a preset that reads");
     change(&mut preset);
-    let mut bench = VirtualBench::new(&preset, 1).unwrap();
-    home(&mut bench, &Watch::silent()).unwrap();
+    let mut bench = VirtualBench::new(&preset, 1).expect("a preset that can be prepared");
+    home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
     bench
 }
 

@@ -31,6 +31,10 @@ pub struct FrictionCurve {
 }
 
 impl FrictionCurve {
+    /// How its points are fitted: both directions together, robust, and no surer than their errors and their scatter.
+    pub const FIT: StribeckPlan =
+        StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
+
     /// The plateaus that count, as points for a fit; the error of each is its noise and [what its sway
     /// leaves open](Self::sway_uncertainty).
     ///
@@ -78,8 +82,7 @@ impl FrictionCurve {
     /// # Errors
     /// [`Error::TooFew`] if too few plateaus slid.
     pub fn fit(&self) -> Result<StribeckFit, Error> {
-        let plan = StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
-        fit_stribeck(&self.points(), &plan)
+        fit_stribeck(&self.points(), &FrictionCurve::FIT)
     }
 
     /// RMS distance of the kept plateaus from a curve [N m], over those that `counts` admits by their set speed

@@ -286,14 +286,14 @@ fn simulate<T: Scalar>(
             let coupling = stiffness * (motor_angle - angle) + damping * (motor_speed - speed);
             let free = T::of(applied) - coupling;
             let arrest = free + motor_inertia * motor_speed / step;
-            motor_speed = motor_speed + step / motor_inertia * (free - brushes.torque(motor_speed, arrest));
-            motor_angle = motor_angle + step * motor_speed;
+            motor_speed += step / motor_inertia * (free - brushes.torque(motor_speed, arrest));
+            motor_angle += step * motor_speed;
             let sliding = contact.sliding(speed.abs());
             let release = if plastic { T::of(1.0) } else { contact.release(deflection, speed, sliding) };
             let (next, friction) = advance(contact, sliding, release, deflection, speed, step);
             deflection = next;
-            angle = angle + step * speed;
-            speed = speed + step / load_inertia * (coupling - friction);
+            angle += step * speed;
+            speed += step / load_inertia * (coupling - friction);
         }
         commanded = *torque;
     }

@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn too_few_and_too_many_runs_are_improbable_and_a_usual_number_is_not() {
-        let signs = |period: usize| (0..20).map(move |i| i / period % 2 == 0);
+        let signs = |period: usize| (0..20).map(move |i: usize| (i / period).is_multiple_of(2));
         // 10 of each: 11 runs are the mean, deviation √(10·9/19) = 2.18.
         assert!((runs_test(signs(10)) - libm::erfc(8.5 / (2.0f64 * 90.0 / 19.0).sqrt())).abs() < 1e-15);
         assert!(runs_test(signs(10)) < 1e-3 && runs_test(signs(1)) < 1e-3);
