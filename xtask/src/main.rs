@@ -1,4 +1,4 @@
-//! Chores of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask bless`.
+//! Chores of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask study`, `cargo xtask bless`.
 //!
 //! Nothing here is needed to build or to use stickslip.
 #![forbid(unsafe_code)]
@@ -7,6 +7,7 @@ mod bench;
 mod bless;
 mod documentation;
 mod licences;
+mod study;
 mod suite;
 mod test;
 mod tools;
@@ -19,6 +20,7 @@ usage: cargo xtask COMMAND
 
   test          check everything as continuous integration does, in a copy of the tracked files
   bench [NAME]  ratios against named peers: name, our time, the peer's, peer / ours
+  study NAME    what takes too long for the tests; its result is committed: coverage
   bless         rewrite the golden files from what the program gives now; read the difference before you commit it
 ";
 
@@ -28,6 +30,7 @@ fn main() -> ExitCode {
         ["test"] => test::test(),
         ["bench"] => bench::bench(None),
         ["bench", name] => bench::bench(Some(name)),
+        ["study", name] => study::study(name),
         ["bless"] => bless::bless(),
         _ => Err(USAGE.into()),
     };

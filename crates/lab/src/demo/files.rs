@@ -6,19 +6,11 @@ use serde_json::Value;
 
 use super::{Demo, Measured};
 use crate::experiment::FrictionCurve;
-use crate::fit::StribeckFit;
+use crate::fit::{PARAMETERS, StribeckFit};
 use crate::quantity::{Estimate, number};
 use crate::report::{Cell, Provenance, Report, Section, Table};
 use crate::table::{Column, write_parquet};
 use crate::{Error, Summary, output, parameters};
-
-/// Names and units of a Stribeck curve's parameters, in the order of the fit.
-const PARAMETERS: [(&str, &str, &str); 4] = [
-    ("breakaway_torque", "breakaway torque M_S", "N m"),
-    ("kinetic_torque", "kinetic torque M_K", "N m"),
-    ("stribeck_velocity", "Stribeck velocity Ω_Strib", "rad/s"),
-    ("viscous_friction", "viscous friction b", "N m s/rad"),
-];
 
 impl Demo {
     /// The numbers, under their stable names.
@@ -167,7 +159,7 @@ impl Demo {
 impl Measured {
     /// The fit as text for a terminal: name, value ± half width.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
-        PARAMETERS.iter().enumerate().map(|(k, (_, name, unit))| (*name, estimate(&self.fit, k, unit)))
+        self.fit.lines()
     }
 }
 

@@ -138,6 +138,7 @@ impl Demo {
 fn measure(plan: &FrictionPlan<f64>, bench: &mut VirtualBench, preload: f64, watch: &Watch) -> Result<Measured, Error> {
     bench.set_preload(preload)?;
     let curve = measure_friction(plan, bench, false, watch)?;
+    watch.check()?;
     let fit = curve.fit()?;
     Ok(Measured { curve, fit })
 }

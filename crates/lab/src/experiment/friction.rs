@@ -3,18 +3,19 @@
 use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;
 
+use super::kept;
 use super::plan::{FrictionPlan, Phase};
-use super::plateau::{Balance, HARMONICS, Plateau};
+use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
 use crate::bench::{Bench, Command};
-use crate::fit::{CurvePoint, Side, StribeckFit, StribeckPlan, fit_stribeck};
+use crate::fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
 use crate::{Error, Watch, design};
 
 /// How many standard errors an angle dependence must have to be believed.
 const SIGNIFICANT: f64 = 4.0;
 
-/// Relative uncertainty of a torque besides its noise: no Stribeck curve and no torque constant is better than that.
-/// Without it a few quiet plateaus would decide the whole fit.
-pub const TORQUE_UNCERTAINTY: f64 = 2e-3;
+/// Frequencies up to which the torque balance's noise is taken for that of its mean [Hz]: above, the encoder's counts,
+/// differentiated twice, and the drive's resonance add what no mean over a plateau has.
+const NOISE_BAND: f64 = 2.5;
 
 /// A measured friction characteristic.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,18 +26,45 @@ pub struct FrictionCurve {
     pub ripple: f64,
     /// Bench time that it took [s].
     pub duration: f64,
+    /// Whether the plan came to its end; if not, the plateaus are those before it was cancelled.
+    pub complete: bool,
 }
 
 impl FrictionCurve {
-    /// The plateaus that count, as points for a fit; the error of each includes [`TORQUE_UNCERTAINTY`].
+    /// How its points are fitted: both directions together, robust, and no surer than their errors and their scatter.
+    pub const FIT: StribeckPlan =
+        StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
+
+    /// The plateaus that count, as points for a fit; the error of each is its noise and [what its sway
+    /// leaves open](Self::sway_uncertainty).
+    ///
+    /// An error that scales all torques alike, as that of a torque constant, is in no point: it moves the curve and
+    /// shows in no scatter.
     pub fn points(&self) -> Vec<CurvePoint> {
         self.kept()
             .map(|plateau| CurvePoint {
                 velocity: plateau.velocity,
                 torque: plateau.torque,
-                standard_error: libm::hypot(plateau.standard_error, TORQUE_UNCERTAINTY * plateau.torque),
+                standard_error: libm::hypot(plateau.standard_error, self.sway_uncertainty(plateau)),
             })
             .collect()
+    }
+
+    /// Uncertainty [N m] of a plateau's torque as that of its mean velocity.
+    ///
+    /// Bristles take the level of the last few µm, so that quick sways of the speed are weighted by way, not by time:
+    /// the mean friction is off by up to g'(Ω)·σ²/Ω, all of it where the bristles' way is long against a
+    /// sway, nothing where it is short. Which of both is unknown here: the bound counts as a standard error.
+    fn sway_uncertainty(&self, plateau: &Plateau) -> f64 {
+        let others =
+            || self.kept().filter(|other| (other.velocity - plateau.velocity).abs() > 0.01 * plateau.velocity.abs());
+        let same_side = || others().filter(|other| other.velocity * plateau.velocity > 0.0);
+        let nearest = same_side().min_by(|a, b| {
+            let ratio = |p: &Plateau| libm::log(p.velocity / plateau.velocity).abs();
+            ratio(a).total_cmp(&ratio(b))
+        });
+        let slope = nearest.map_or(0.0, |n| (n.torque - plateau.torque) / (n.velocity - plateau.velocity));
+        (slope / plateau.velocity).abs() * plateau.sway * plateau.sway
     }
 
     /// The plateaus that count.
@@ -54,8 +82,7 @@ impl FrictionCurve {
     /// # Errors
     /// [`Error::TooFew`] if too few plateaus slid.
     pub fn fit(&self) -> Result<StribeckFit, Error> {
-        let plan = StribeckPlan { side: Side::Both, huber: Some(1.345), ..StribeckPlan::default() };
-        fit_stribeck(&self.points(), &plan)
+        fit_stribeck(&self.points(), &FrictionCurve::FIT)
     }
 
     /// RMS distance of the kept plateaus from a curve [N m], over those that `counts` admits by their set speed
@@ -75,7 +102,8 @@ impl FrictionCurve {
 /// The bench must be homed and running.
 ///
 /// # Errors
-/// [`Error::Cancelled`], [`Error::BenchFault`], [`Error::NotHomed`].
+/// [`Error::BenchFault`]; [`Error::NotHomed`]; [`Error::Cancelled`] before the first plateau has ended, afterwards what
+/// was measured comes back as not complete.
 pub fn measure_friction(
     plan: &FrictionPlan<f64>,
     bench: &mut dyn Bench,
@@ -92,6 +120,7 @@ pub fn measure_friction(
         motor_friction: &model.motor_friction,
         count: model.encoder.resolution(),
         dt,
+        edge_time: plan.edge_time,
     };
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
@@ -107,7 +136,7 @@ pub fn measure_friction(
             frames.clear();
         }
     };
-    plan.walk(start, dt, &mut |setpoint, phase| {
+    let ended = plan.walk(start, dt, &mut |setpoint, phase| {
         let frame = bench.step(Command { setpoint, control: true, render, added_torque: 0.0 })?;
         let now = if let Phase::Plateau(velocity) = phase { Some(velocity) } else { None };
         if now != current {
@@ -122,12 +151,16 @@ pub fn measure_friction(
             watch.stage("friction at constant speeds", done / ticks)?;
         }
         Ok(())
-    })?;
-    close(current, &mut frames);
+    });
+    if ended.is_ok() {
+        close(current, &mut frames);
+    }
     let settings = *bench.settings();
     bench.set_controller(settings.controller, settings.divider());
+    let complete = kept(ended, !plateaus.is_empty())?;
+    share_noise(&mut plateaus);
     let ripple = remove_ripple(&mut plateaus, plan);
-    Ok(FrictionCurve { plateaus, ripple, duration: ticks * dt })
+    Ok(FrictionCurve { plateaus, ripple, duration: done * dt, complete })
 }
 
 /// Hands the axis to a P-PI cascade as stiff as its delays admit, run in every tick: a controller under test would
@@ -142,6 +175,20 @@ pub(super) fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     let holder = design::speed_holder(base, &model.drive, model.drive_lag, dt)?;
     bench.set_controller(PositionController::Cascade(holder), 1);
     Ok(())
+}
+
+/// Gives every plateau the error of one noise, that of the lowest frequencies of all plateaus: a short one has too few
+/// of them to know its own.
+fn share_noise(plateaus: &mut [Plateau]) {
+    let slid = plateaus.iter().filter(|plateau| plateau.dropped.is_none());
+    let low: Vec<[f64; 2]> =
+        slid.flat_map(|plateau| plateau.noise).filter(|[frequency, _]| *frequency <= NOISE_BAND).collect();
+    if low.is_empty() {
+        return;
+    }
+    for plateau in plateaus {
+        plateau.standard_error = standard_error(low.iter(), plateau.averaging_time);
+    }
 }
 
 /// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence that the fast

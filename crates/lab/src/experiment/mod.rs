@@ -2,18 +2,40 @@
 //!
 //! A plan is a struct of parameters, an experiment a function, a result data with uncertainty. The same recipe runs
 //! on the virtual bench and on hardware; it may not look into the virtual machine.
+//!
+//! An experiment that is cancelled hands back what it has, marked as not `complete`; only where nothing was gained is
+//! it [`Error::Cancelled`].
 
+mod breakaway;
 mod friction;
 mod homing;
+mod next_speeds;
 mod plan;
 mod plateau;
+mod presliding;
 mod rendering;
 
-pub use friction::{FrictionCurve, TORQUE_UNCERTAINTY, measure_friction};
+pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
+pub use friction::{FrictionCurve, measure_friction};
 pub use homing::home;
+pub use next_speeds::{Addition, Goal, next_speeds};
 pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};
+pub use presliding::{Loop, Presliding, PreslidingPlan, measure_presliding};
 pub use rendering::{
     PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, predicted_velocity_noise,
     sweep_through_standstill,
 };
+
+use crate::Error;
+
+/// How an experiment ended: `true` if it is complete, `false` if it was cancelled and something was gained.
+///
+/// # Errors
+/// The end itself: any failure, and [`Error::Cancelled`] where nothing was gained.
+fn kept(ended: Result<(), Error>, gained: bool) -> Result<bool, Error> {
+    match ended {
+        Err(Error::Cancelled) if gained => Ok(false),
+        ended => ended.map(|()| true),
+    }
+}

@@ -28,8 +28,11 @@ pub struct FrictionPlan<T> {
     #[field(symbol = "n", unit = "1", range = 2.0..=200.0, default = 15.0, whole)]
     pub speeds: T,
     /// Time at a speed before its plateau begins.
-    #[field(symbol = "T_s", unit = "s", range = 0.0..=60.0, default = 0.4)]
+    #[field(symbol = "T_s", unit = "s", range = 0.0..=60.0, default = 0.3)]
     pub settling_time: T,
+    /// Time over which a plateau's weight rises before its angle and falls behind it.
+    #[field(symbol = "T_e", unit = "s", range = 1e-3..=1.0, default = 0.1)]
+    pub edge_time: T,
     /// From this speed on a plateau lasts whole turns.
     #[field(symbol = "Ω_turn", unit = "rad/s", range = 1e-2..=1000.0, default = 2.0)]
     pub whole_turns_from: T,
@@ -142,7 +145,7 @@ impl FrictionPlan<f64> {
     ) -> Result<(), Error> {
         let entry = if sign > 0.0 { self.arc_begin } else { self.arc_begin + self.arc };
         let fast = self.approach_speed.max(speed);
-        let settle = entry - sign * speed * self.settling_time;
+        let settle = entry - sign * speed * (self.settling_time + 0.5 * self.edge_time);
         // Back to where the way in is long enough to turn round and to reach the approach speed.
         let turn = settle - sign * self.lead_in;
         while sign * (traveller.setpoint.position + traveller.way_to(0.0) - turn) > 0.0 {
@@ -169,7 +172,7 @@ impl FrictionPlan<f64> {
         for _ in 0..ticks(self.settling_time) {
             visit(traveller.toward(velocity), Phase::Moving)?;
         }
-        for _ in 0..ticks(self.length(velocity.abs()) / velocity.abs()) {
+        for _ in 0..ticks(self.length(velocity.abs()) / velocity.abs() + self.edge_time) {
             visit(traveller.toward(velocity), Phase::Plateau(velocity))?;
         }
         Ok(())
@@ -204,10 +207,13 @@ mod tests {
         assert_eq!(arcs.len(), 30);
         for (velocity, low, high) in arcs {
             if velocity.abs() < 2.0 {
-                // To within what the approach overshoots: a tick at the approach speed.
+                // To within what the approach overshoots: a tick at the approach speed. The edges lie half outside.
+                let edge = 0.5 * plan.edge_time * velocity.abs();
+                let (low, high) = (low + edge, high - edge);
                 assert!((low - 0.0).abs() < 2e-3 && (high - 0.2).abs() < 2e-3, "{velocity}: {low} … {high}");
             } else {
-                assert!((high - low - TAU).abs() < 0.03, "{velocity}: {low} … {high}");
+                let edges = plan.edge_time * velocity.abs();
+                assert!((high - low - edges - TAU).abs() < 0.03, "{velocity}: {low} … {high}");
             }
         }
     }

@@ -6,10 +6,12 @@ use stickslip_core::friction::Friction;
 
 use crate::bench::Frame;
 
+/// Slower motion than this the velocity loop follows and the encoder sees [1/s].
+const SWAY_RATE: f64 = 100.0;
 /// Blocks that a plateau is cut into, for figures.
 const BLOCKS: usize = 20;
-/// Lowest frequencies, in periods a plateau, whose power gives the error of the mean.
-const LOW_FREQUENCIES: usize = 8;
+/// Frequencies, in periods a plateau, whose power gives the error of the mean.
+const FREQUENCIES: usize = 4;
 /// Counts of a window over which the mean speed is judged.
 const WINDOW_COUNTS: f64 = 30.0;
 /// Ticks that a window has at least; faster than that, nothing sticks.
@@ -68,10 +70,16 @@ pub struct Plateau {
     pub standard_error: f64,
     /// RMS deviation of the speed over windows of counts, relative.
     pub deviation: f64,
+    /// RMS speed of the quick motion that the drive torque's own noise makes, too small for the encoder [rad/s].
+    pub sway: f64,
     /// Why it does not count, if so.
     pub dropped: Option<Dropped>,
     /// The parts that it was cut into.
     pub blocks: Vec<Block>,
+    /// Frequency [Hz] and density [N² m² s] of the lowest noise of its torque balance.
+    pub(super) noise: [[f64; 2]; FREQUENCIES],
+    /// Time of a rectangle that averages white noise as its window does [s].
+    pub(super) averaging_time: f64,
     /// Relative amplitudes of cosine and sine of the angle and its multiples, if the plateau has whole turns.
     pub(super) harmonics: Option<[[f64; 2]; HARMONICS]>,
 }
@@ -90,14 +98,19 @@ pub(super) struct Balance<'a> {
     pub(super) count: f64,
     /// Time of a tick [s].
     pub(super) dt: f64,
+    /// Time over which the window of a plateau rises, and falls [s].
+    pub(super) edge_time: f64,
 }
 
 impl Balance<'_> {
     /// Evaluates the frames of one plateau.
     pub(super) fn evaluate(&self, set_velocity: f64, frames: &[Frame], whole_turns: bool) -> Plateau {
-        let (velocity, acceleration) = self.motion(frames);
+        let window = Window::new(frames.len(), self.edge_time / self.dt);
+        let velocity = self.velocity(frames, &window);
         // Only what stays at constant speed is friction: what inertia takes is not, nor what the motor itself rubs.
-        let no_friction = self.inertia * acceleration + self.motor_friction.steady_torque(velocity, 0.0, 0.0);
+        let motor_friction = self.motor_friction.steady_torque(velocity, 0.0, 0.0);
+        let torque = self.torque(frames, |tick| window.weight(tick)) - motor_friction;
+        let no_friction = mean(frames, |frame| frame.signals.commanded_torque) - torque;
         let blocks: Vec<Block> = (0..BLOCKS)
             .map(|k| &frames[k * frames.len() / BLOCKS..(k + 1) * frames.len() / BLOCKS])
             .filter(|part| !part.is_empty())
@@ -108,8 +121,10 @@ impl Balance<'_> {
                 load_torque: mean(part, |frame| frame.signals.measured_load_torque),
             })
             .collect();
-        let torque = mean(frames, |frame| frame.signals.commanded_torque) - no_friction;
         let deviation = self.deviation(set_velocity, frames);
+        let averaging_time = self.dt / (0..frames.len()).map(|tick| window.weight(tick as f64).powi(2)).sum::<f64>();
+        // Angle dependence would fill the first frequencies of whole turns.
+        let noise = self.noise(frames, &window, averaging_time, if whole_turns { HARMONICS } else { 0 });
         let estimate = mean(frames, |frame| frame.signals.estimated_velocity);
         let variance = mean(frames, |frame| (frame.signals.estimated_velocity - estimate).powi(2));
         Plateau {
@@ -117,8 +132,11 @@ impl Balance<'_> {
             velocity,
             velocity_spread: variance.sqrt(),
             torque,
-            standard_error: error_of_mean(frames),
+            standard_error: standard_error(noise.iter(), averaging_time),
+            noise,
+            averaging_time,
             deviation,
+            sway: self.sway(frames),
             // Without a single window the deviation is infinite: that is no sliding either.
             dropped: (deviation > LARGEST_DEVIATION).then_some(Dropped::Sticks { deviation }),
             harmonics: whole_turns.then(|| harmonics(frames, no_friction, torque)),
@@ -126,27 +144,53 @@ impl Balance<'_> {
         }
     }
 
-    /// Mean velocity [rad/s] and acceleration [rad/s²] by a parabola through the encoder's angle.
-    fn motion(&self, frames: &[Frame]) -> (f64, f64) {
-        let n = frames.len() as f64;
-        if frames.len() < 3 {
-            return (0.0, 0.0);
+    /// Mean of torque minus inertia times acceleration [N m] under weights of sum 1 that begin and end at 0.
+    ///
+    /// By parts, Σ w·φ̈ = Σ ẅ·φ: the weights are differentiated, not the encoder's counts. (Shinbrot, Trans. ASME 79
+    /// (1957) 547, modulating functions.)
+    fn torque(&self, frames: &[Frame], weight: impl Fn(f64) -> f64) -> f64 {
+        let Some(first) = frames.first() else { return 0.0 };
+        let (mut torque, mut acceleration) = (0.0, 0.0);
+        let (mut before, mut here) = (weight(-1.0), weight(0.0));
+        for (tick, frame) in frames.iter().enumerate() {
+            let after = weight(tick as f64 + 1.0);
+            torque += here * frame.signals.commanded_torque;
+            acceleration += (after - 2.0 * here + before) * (frame.angle - first.angle);
+            (before, here) = (here, after);
         }
-        // Time from −1 to 1, so that the sums are those of Legendre's polynomials up to 1/n.
-        let base = frames[0].angle;
-        let half = 0.5 * (n - 1.0);
-        let (mut s1, mut s2) = (0.0, 0.0);
-        let (mut p1, mut p2) = (0.0, 0.0);
-        for (k, frame) in frames.iter().enumerate() {
-            let t = (k as f64 - half) / half;
-            let quadratic = t * t - (n + 1.0) / (3.0 * (n - 1.0));
-            s1 += (frame.angle - base) * t;
-            p1 += t * t;
-            s2 += (frame.angle - base) * quadratic;
-            p2 += quadratic * quadratic;
+        torque - self.inertia * acceleration / (self.dt * self.dt)
+    }
+
+    /// Mean velocity [rad/s] under the window, by parts as well.
+    fn velocity(&self, frames: &[Frame], window: &Window) -> f64 {
+        let Some(first) = frames.first() else { return 0.0 };
+        let slope = |tick: usize| 0.5 * (window.weight(tick as f64 + 1.0) - window.weight(tick as f64 - 1.0));
+        -frames.iter().enumerate().map(|(tick, frame)| slope(tick) * (frame.angle - first.angle)).sum::<f64>() / self.dt
+    }
+
+    /// Frequency [Hz] and spectral density [N² m² s] of the torque balance at the lowest frequencies after the first
+    /// `skipped`.
+    ///
+    /// Of the balance, not of the torque: the torque alone is coloured by the velocity loop, which turns the noise of
+    /// its tacho into motion, and its density rises with the square of the frequency.
+    fn noise(&self, frames: &[Frame], window: &Window, time: f64, skipped: usize) -> [[f64; 2]; FREQUENCIES] {
+        std::array::from_fn(|k| {
+            let step = std::f64::consts::TAU * (skipped + k + 1) as f64 / window.core();
+            let [real, imaginary] = [libm::cos as fn(f64) -> f64, libm::sin]
+                .map(|wave| self.torque(frames, |tick| window.weight(tick) * wave(step * tick)));
+            [step / std::f64::consts::TAU / self.dt, time * (real * real + imaginary * imaginary)]
+        })
+    }
+
+    /// RMS speed [rad/s] that the commanded torque gives the inertia at frequencies above [`SWAY_RATE`].
+    fn sway(&self, frames: &[Frame]) -> f64 {
+        let mean = mean(frames, |frame| frame.signals.commanded_torque);
+        let (mut speed, mut squares) = (0.0, 0.0);
+        for frame in frames {
+            speed += self.dt * ((frame.signals.commanded_torque - mean) / self.inertia - SWAY_RATE * speed);
+            squares += speed * speed;
         }
-        let time = half * self.dt;
-        (s1 / p1 / time, 2.0 * s2 / p2 / (time * time))
+        (squares / frames.len().max(1) as f64).sqrt()
     }
 
     /// RMS deviation of the encoder's mean speed over windows of counts from the set speed, relative; infinite
@@ -182,24 +226,40 @@ impl Balance<'_> {
     }
 }
 
-/// Standard error of the mean torque [N m]: the spectral density at frequency 0, taken from the lowest frequencies.
-///
-/// Neither white noise nor a ripple of many periods is assumed: the one would make the error too small where the
-/// noise is coloured by the loop, the other would make it too large where whole periods of a tacho's ripple cancel.
-fn error_of_mean(frames: &[Frame]) -> f64 {
-    let n = frames.len().max(1) as f64;
-    let power = |periods: usize| {
-        let (step_sin, step_cos) = libm::sincos(std::f64::consts::TAU * periods as f64 / n);
-        let (mut cos, mut sin) = (1.0, 0.0);
-        let (mut real, mut imaginary) = (0.0, 0.0);
-        for frame in frames {
-            real += frame.signals.commanded_torque * cos;
-            imaginary += frame.signals.commanded_torque * sin;
-            (cos, sin) = (cos * step_cos - sin * step_sin, sin * step_cos + cos * step_sin);
-        }
-        (real * real + imaginary * imaginary) / (n * n)
-    };
-    ((1..=LOW_FREQUENCIES).map(power).sum::<f64>() / LOW_FREQUENCIES as f64).sqrt()
+/// Standard error of a mean [N m] over a time [s] under noise of these densities, which are taken as one.
+pub(super) fn standard_error<'a>(noise: impl ExactSizeIterator<Item = &'a [f64; 2]>, time: f64) -> f64 {
+    let count = noise.len() as f64;
+    (noise.map(|[_, density]| density).sum::<f64>() / count / time).sqrt()
+}
+
+/// A rectangle smoothed by a Hann window: its spectrum still has the rectangle's zeros, so that whole turns average the
+/// angle dependence out, and it has no edges, at which the noise of the speed would count fully.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    /// Ticks.
+    length: f64,
+    /// Ticks in which it rises.
+    edge: f64,
+}
+
+impl Window {
+    /// Over so many frames; the edges are at most half of it each.
+    fn new(frames: usize, edge: f64) -> Self {
+        let length = frames as f64;
+        Window { length, edge: edge.min(0.5 * length) }
+    }
+
+    /// Length of the rectangle in ticks.
+    fn core(&self) -> f64 {
+        self.length - self.edge
+    }
+
+    /// Weight of a tick, 0 outside; their sum is 1.
+    fn weight(&self, tick: f64) -> f64 {
+        // Ticks are the middles of their intervals.
+        let x = ((tick + 0.5).min(self.length - tick - 0.5) / self.edge).clamp(0.0, 1.0);
+        (x - libm::sin(std::f64::consts::TAU * x) / std::f64::consts::TAU) / self.core()
+    }
 }
 
 /// Relative Fourier coefficients of the friction over whole turns at constant speed.
@@ -237,7 +297,8 @@ mod tests {
                 Frame { cycle, angle: (angle(t) / COUNT).floor() * COUNT, setpoint: Default::default(), signals }
             })
             .collect();
-        let balance = Balance { inertia: 1e-3, motor_friction: &Friction::default(), count: COUNT, dt: DT };
+        let balance =
+            Balance { inertia: 1e-3, motor_friction: &Friction::default(), count: COUNT, dt: DT, edge_time: 0.1 };
         balance.evaluate(set_velocity, &frames, false)
     }
 
@@ -259,13 +320,24 @@ mod tests {
                 let ripple = 0.05 * libm::sin(std::f64::consts::TAU * 26.0 * t / 0.5);
                 0.2 + ripple + 0.01 * normals.pair(0, run * 10_000 + (t / DT).round() as u64)[0]
             };
-            let plateau = evaluate(5.0, 0.5, |t| 5.0 * t, torque);
+            // Two edges of 0.1 s and a rectangle of 0.5 s.
+            let plateau = evaluate(5.0, 0.6, |t| 5.0 * t, torque);
             squares += (plateau.torque - 0.2).powi(2) / 200.0;
             errors += plateau.standard_error.powi(2) / 200.0;
         }
-        // 0.01 N m over √2000; 200 runs give the mean square to 10 %.
+        // 0.01 N m over √2000, a little more for the edges; 200 runs give the mean square to 10 %.
         assert!((squares.sqrt() / 2.236e-4 - 1.0).abs() < 0.15, "{}", squares.sqrt());
-        assert!((errors.sqrt() / 2.236e-4 - 1.0).abs() < 0.1, "{}", errors.sqrt());
+        assert!((errors.sqrt() / squares.sqrt() - 1.0).abs() < 0.15, "{}", errors.sqrt());
+    }
+
+    #[test]
+    fn motion_that_the_noise_of_the_loop_makes_is_no_friction() {
+        // The speed sways by 0.05 rad/s at 7 Hz, not a whole number of periods in the plateau: at its ends the inertia
+        // alone would be mistaken for 1e-3 · 0.1 / 0.2 = 5e-4 N m.
+        let (omega, sway) = (std::f64::consts::TAU * 7.0, 0.05);
+        let angle = |t: f64| 5.0 * t - sway / omega * libm::cos(omega * t + 0.4);
+        let plateau = evaluate(5.0, 0.3, angle, |t| 0.2 + 1e-3 * sway * omega * libm::cos(omega * t + 0.4));
+        assert!((plateau.torque - 0.2).abs() < 1e-5, "{}", plateau.torque);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Fits with covariance: parameters never come without what is known of their error.
 
 mod drop;
+mod findings;
 mod linear;
 mod nonlinear;
 mod projection;
@@ -10,8 +11,11 @@ mod stribeck;
 mod tests;
 
 pub use drop::SIGNIFICANCE;
+pub use findings::{Finding, HARDLY_KNOWN};
 pub(crate) use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
-pub use statistics::{f_test, student_t95};
-pub use stribeck::{CurvePoint, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
+pub use statistics::{f_test, runs_test, student_t95};
+pub use stribeck::{
+    CurvePoint, HUBER, OUTLIER, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck,
+};

@@ -13,8 +13,17 @@ use super::drop;
 pub use super::drop::StribeckDrop;
 use super::nonlinear::{Stop, minimise};
 use super::projection::{Parameters, cost, curve, search};
-use super::student_t95;
+use super::{runs_test, student_t95};
 use crate::Error;
+use crate::quantity::Estimate;
+
+/// Key, name and unit of each parameter of a Stribeck curve, in the order of a fit.
+pub const PARAMETERS: [(&str, &str, &str); 4] = [
+    ("breakaway_torque", "breakaway torque M_S", "N m"),
+    ("kinetic_torque", "kinetic torque M_K", "N m"),
+    ("stribeck_velocity", "Stribeck velocity Ω_Strib", "rad/s"),
+    ("viscous_friction", "viscous friction b", "N m s/rad"),
+];
 
 /// One point of a friction curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +56,15 @@ pub enum Uncertainty {
     /// Only their ratios are: the scatter about the curve sets the scale (χ² per degree of freedom becomes 1).
     #[default]
     Scaled,
+    /// They are what noise leaves; what the curve itself lacks comes on top: one variance for all points, so large that
+    /// the scatter about the curve is what the errors say, and none where it already is (Paule and Mandel, J. Res.
+    /// NBS 87 (1982) 377). A measurement's own errors are never improved on by a lucky scatter, and where no curve of
+    /// this form fits, no point rules by its small noise.
+    Extra,
 }
+
+/// Huber's usual threshold in standard errors: 95 % of the efficiency of least squares on normal errors.
+pub const HUBER: f64 = 1.345;
 
 /// How to fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,7 +73,7 @@ pub struct StribeckPlan {
     pub side: Side,
     /// What the standard errors mean.
     pub uncertainty: Uncertainty,
-    /// Residuals beyond so many standard errors count linearly instead of squared (Huber; 1.345 is usual).
+    /// Residuals beyond so many standard errors count linearly instead of squared (Huber; [`HUBER`] is usual).
     pub huber: Option<f64>,
 }
 
@@ -80,16 +97,43 @@ pub struct StribeckFit {
     pub rms: f64,
     /// Weighted sum of squares.
     pub chi_square: f64,
+    /// Standard deviation [N m] that [`Uncertainty::Extra`] added to every point: how far the curve's form is from the
+    /// friction that was measured.
+    pub lack_of_fit: f64,
     /// Points minus parameters.
     pub degrees_of_freedom: usize,
+    /// Slowest and fastest speed that was measured [rad/s].
+    pub speeds: [f64; 2],
+    /// Points that lie further from the curve than [`OUTLIER`] of their standard errors, by their number in
+    /// `residuals`.
+    pub outliers: Vec<usize>,
+    /// Probability of so few or so many changes of sign along rising speed if the residuals were chance (Wald and
+    /// Wolfowitz): small where the curve's form is not that of the data.
+    pub runs_probability: f64,
     /// Whether the data show M_S > M_K.
     pub drop: StribeckDrop,
 }
+
+/// Standard errors, each with the lack of fit, beyond which a point is named an outlier.
+pub const OUTLIER: f64 = 4.0;
 
 impl StribeckFit {
     /// The curve itself.
     pub fn curve(&self) -> Stribeck<f64> {
         curve(self.parameters)
+    }
+
+    /// The parameters, each with its name.
+    pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
+        PARAMETERS.iter().enumerate().map(|(i, (_, name, unit))| {
+            let half_width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]);
+            (*name, Estimate::new(self.parameters[i], *unit).with_half_width(half_width))
+        })
+    }
+
+    /// How the curve at a speed [rad/s] moves with each parameter.
+    pub fn gradient(&self, speed: f64) -> [f64; 4] {
+        gradient(self.parameters, speed).1
     }
 
     /// Half-width of the 95 % band of the curve at a speed, first order [N m].
@@ -113,26 +157,96 @@ pub(super) struct Sample {
 /// # Errors
 /// A point that is not a finite torque at a finite velocity ≠ 0 with a standard error > 0; fewer than five points.
 pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<StribeckFit, Error> {
-    let samples = select(points, plan.side)?;
+    let mut samples = select(points, plan.side)?;
     let range = speed_range(&samples);
     let bounds = [range[0] / 10.0, range[1] * 3.0];
-    let mut weighted = samples.clone();
+    let mut parameters = robust(&samples, plan.huber, bounds);
+    let mut lack_of_fit = 0.0;
+    if plan.uncertainty == Uncertainty::Extra {
+        lack_of_fit = extra(&samples, plan.huber, parameters, bounds);
+        samples.iter_mut().for_each(|s| s.weight = 1.0 / (1.0 / s.weight + lack_of_fit * lack_of_fit));
+        parameters = robust(&samples, plan.huber, bounds);
+    }
+    Ok(StribeckFit { lack_of_fit, ..assess(parameters, &samples, plan, bounds) })
+}
+
+/// The best parameters, large residuals counted linearly. Iteratively reweighted least squares: its fixed point is the
+/// minimum of Huber's loss.
+fn robust(samples: &[Sample], huber: Option<f64>, bounds: [f64; 2]) -> Parameters<f64> {
+    let mut weighted = samples.to_vec();
     let mut parameters = polish(&weighted, search(&weighted, bounds), bounds);
-    if let Some(threshold) = plan.huber {
-        // Iteratively reweighted least squares: its fixed point is the minimum of Huber's loss.
-        for _ in 0..100 {
-            for (w, s) in weighted.iter_mut().zip(&samples) {
-                w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
-            }
-            let next = polish(&weighted, search(&weighted, bounds), bounds);
-            let moved = (0..4).any(|i| (next[i] - parameters[i]).abs() > 1e-10 * parameters[i].abs());
-            parameters = next;
-            if !moved {
-                break;
-            }
+    let Some(threshold) = huber else { return parameters };
+    for _ in 0..100 {
+        for (w, s) in weighted.iter_mut().zip(samples) {
+            w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
+        }
+        let next = polish(&weighted, search(&weighted, bounds), bounds);
+        let moved = (0..4).any(|i| (next[i] - parameters[i]).abs() > 1e-10 * parameters[i].abs());
+        parameters = next;
+        if !moved {
+            break;
         }
     }
-    Ok(assess(parameters, &samples, plan, bounds))
+    parameters
+}
+
+/// Standard deviation [N m] that makes the scatter as large as the errors say.
+fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds: [f64; 2]) -> f64 {
+    let threshold = huber.unwrap_or(f64::INFINITY);
+    let Normal { square, .. } = Normal::of(threshold);
+    let with = |extra: f64| {
+        let widened = |s: &Sample| Sample { weight: 1.0 / (1.0 / s.weight + extra * extra), ..*s };
+        samples.iter().map(widened).collect::<Vec<_>>()
+    };
+    let excess = |extra: f64| {
+        let widened = with(extra);
+        let mut weighted = widened.clone();
+        let mut parameters = start;
+        for _ in 0..if huber.is_some() { 5 } else { 1 } {
+            for (w, s) in weighted.iter_mut().zip(&widened) {
+                w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
+            }
+            parameters = polish(&weighted, parameters, bounds);
+        }
+        scatter(parameters, &widened, threshold) - square
+    };
+    let largest = samples.iter().map(|s| s.torque.abs()).fold(0.0, f64::max);
+    // Below this share of the torque nothing is added.
+    let (mut low, mut high) = (1e-8 * largest, largest);
+    if excess(low) <= 0.0 {
+        return 0.0;
+    }
+    for _ in 0..40 {
+        let middle = (low * high).sqrt();
+        if excess(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// Mean square of the standardised residuals, large ones cut at the threshold, per degree of freedom.
+fn scatter(parameters: Parameters<f64>, samples: &[Sample], threshold: f64) -> f64 {
+    let cut = |s: &Sample| standardised(parameters, s).abs().min(threshold).powi(2);
+    samples.iter().map(cut).sum::<f64>() / (samples.len() - 4) as f64
+}
+
+/// What normal errors of variance 1 give under Huber's ψ.
+struct Normal {
+    /// E[ψ²].
+    square: f64,
+    /// E[ψ'].
+    inside: f64,
+}
+
+impl Normal {
+    fn of(threshold: f64) -> Self {
+        if threshold.is_infinite() {
+            return Normal { square: 1.0, inside: 1.0 };
+        }
+        let inside = libm::erf(threshold * std::f64::consts::FRAC_1_SQRT_2);
+        let density = libm::exp(-0.5 * threshold * threshold) / std::f64::consts::TAU.sqrt();
+        let square = inside - 2.0 * threshold * density + threshold * threshold * (1.0 - inside);
+        Normal { square, inside }
+    }
 }
 
 fn standardised(parameters: Parameters<f64>, s: &Sample) -> f64 {
@@ -208,21 +322,19 @@ fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
 fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, bounds: [f64; 2]) -> StribeckFit {
     let degrees_of_freedom = samples.len() - 4;
     let chi_square = cost(parameters, samples);
-    let mut scale = match plan.uncertainty {
-        Uncertainty::Absolute => 1.0,
-        Uncertainty::Scaled => chi_square / degrees_of_freedom as f64,
-    };
-    if let Some(threshold) = plan.huber {
+    let threshold = plan.huber.unwrap_or(f64::INFINITY);
+    let scale = match plan.uncertainty {
+        Uncertainty::Absolute | Uncertainty::Extra => {
+            let Normal { square, inside } = Normal::of(threshold);
+            square / (inside * inside)
+        }
         // Huber (1981), eq. (7.6.5) without its small-sample factor: E[ψ²] / E[ψ']² in place of the variance.
-        let residuals: Vec<f64> = samples.iter().map(|s| standardised(parameters, s)).collect();
-        let squares: f64 = residuals.iter().map(|r| (r * huber_weight(*r, threshold)).powi(2)).sum();
-        let inside = residuals.iter().filter(|r| r.abs() <= threshold).count() as f64 / residuals.len() as f64;
-        let variance = match plan.uncertainty {
-            Uncertainty::Absolute => 1.0,
-            Uncertainty::Scaled => squares / degrees_of_freedom as f64,
-        };
-        scale = variance / (inside * inside);
-    }
+        Uncertainty::Scaled => {
+            let count = |s: &&Sample| standardised(parameters, s).abs() <= threshold;
+            let inside = samples.iter().filter(count).count() as f64 / samples.len() as f64;
+            scatter(parameters, samples, threshold) / (inside * inside)
+        }
+    };
     let covariance =
         covariance(parameters, samples).map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
@@ -230,6 +342,12 @@ fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, 
     let ci95 = std::array::from_fn(|i| interval(parameters[i], t * standard_errors[i]));
     let residuals: Vec<f64> = samples.iter().map(|s| s.torque - curve(parameters).magnitude(s.speed)).collect();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+    let speeds = speed_range(samples);
+    let is_outlier = |i: &usize| standardised(parameters, &samples[*i]).abs() > OUTLIER;
+    let outliers = (0..samples.len()).filter(is_outlier).collect();
+    let mut order: Vec<usize> = (0..samples.len()).collect();
+    order.sort_by(|a, b| samples[*a].speed.total_cmp(&samples[*b].speed));
+    let runs_probability = runs_test(order.iter().map(|i| residuals[*i] > 0.0));
     let drop = drop::judge(parameters, &covariance, samples);
     let at_bound = at_bound(parameters, bounds);
     StribeckFit {
@@ -241,7 +359,11 @@ fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, 
         residuals,
         rms,
         chi_square,
+        lack_of_fit: 0.0,
         degrees_of_freedom,
+        speeds,
+        outliers,
+        runs_probability,
         drop,
     }
 }
