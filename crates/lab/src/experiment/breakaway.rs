@@ -10,7 +10,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::fields::{ParameterError, at_least};
 
 use super::friction::hold_speed;
-use super::kept;
+use super::{UNIFORM, kept};
 use crate::bench::{Bench, Command, Frame, Traveller};
 use crate::fit::{StribeckFit, student_t95};
 use crate::quantity::Estimate;
@@ -20,8 +20,6 @@ use crate::{Error, Watch};
 const WINDOW: f64 = 0.025;
 /// Speed between the ramps [rad/s], and how fast it changes [rad/s²].
 const TRAVEL: [f64; 2] = [2.0, 50.0];
-/// Half of a standard uniform distribution's width: a bound on both sides as a standard error.
-const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
 /// Plan of a breakaway measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]

@@ -3,9 +3,9 @@
 use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;
 
-use super::kept;
 use super::plan::{FrictionPlan, Phase};
 use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
+use super::{UNIFORM, kept};
 use crate::bench::{Bench, Command};
 use crate::fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
 use crate::{Error, Watch, design};
@@ -35,27 +35,29 @@ impl FrictionCurve {
     pub const FIT: StribeckPlan =
         StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
 
-    /// The plateaus that count, as points for a fit; the error of each is its noise and [what its sway
-    /// leaves open](Self::sway_uncertainty).
+    /// The plateaus that count, as points for a fit, corrected by [what their sway brings](Self::sway_bias); the error of
+    /// each is its noise, and that of a correction that may be half as large or half as large again.
     ///
     /// An error that scales all torques alike, as that of a torque constant, is in no point: it moves the curve and
     /// shows in no scatter.
     pub fn points(&self) -> Vec<CurvePoint> {
-        self.kept()
-            .map(|plateau| CurvePoint {
+        let point = |plateau: &Plateau| {
+            let bias = self.sway_bias(plateau);
+            CurvePoint {
                 velocity: plateau.velocity,
-                torque: plateau.torque,
-                standard_error: libm::hypot(plateau.standard_error, self.sway_uncertainty(plateau)),
-            })
-            .collect()
+                torque: plateau.torque - bias,
+                standard_error: libm::hypot(plateau.standard_error, UNIFORM * bias),
+            }
+        };
+        self.kept().map(point).collect()
     }
 
-    /// Uncertainty [N m] of a plateau's torque as that of its mean velocity.
+    /// By how much a plateau's torque differs from friction at its mean velocity, because its speed sways [N m].
     ///
     /// Bristles take the level of the last few µm, so that quick sways of the speed are weighted by way, not by time:
-    /// the mean friction is off by up to g'(Ω)·σ²/Ω, all of it where the bristles' way is long against a
-    /// sway, nothing where it is short. Which of both is unknown here: the bound counts as a standard error.
-    fn sway_uncertainty(&self, plateau: &Plateau) -> f64 {
+    /// the mean friction is off by g'(Ω)·σ²/Ω where the bristles' way is long against a sway, as it is at the slowest
+    /// speeds, where alone this matters.
+    fn sway_bias(&self, plateau: &Plateau) -> f64 {
         let others =
             || self.kept().filter(|other| (other.velocity - plateau.velocity).abs() > 0.01 * plateau.velocity.abs());
         let same_side = || others().filter(|other| other.velocity * plateau.velocity > 0.0);
@@ -64,7 +66,7 @@ impl FrictionCurve {
             ratio(a).total_cmp(&ratio(b))
         });
         let slope = nearest.map_or(0.0, |n| (n.torque - plateau.torque) / (n.velocity - plateau.velocity));
-        (slope / plateau.velocity).abs() * plateau.sway * plateau.sway
+        slope * plateau.sway * plateau.sway / plateau.velocity
     }
 
     /// The plateaus that count.

@@ -29,6 +29,9 @@ pub use rendering::{
 
 use crate::Error;
 
+/// Standard uncertainty of what lies anywhere within a range, over its width: 1/√12 (GUM, 4.3.7).
+const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
 /// How an experiment ended: `true` if it is complete, `false` if it was cancelled and something was gained.
 ///
 /// # Errors
