@@ -21,6 +21,9 @@ const NOTHING: f64 = 1e-4;
 /// Half an interval in the logarithm from which on nothing is known but the sign: a factor of 20.
 const UNKNOWN: f64 = 3.0;
 
+/// What a simulation remembers on the way to all of a run [s].
+const MEMORIES: [f64; 3] = [0.1, 0.3, 1.0];
+
 /// A fitted model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
@@ -90,8 +93,12 @@ fn starts(kind: Kind, simpler: &[&Fitted]) -> Vec<[f64; PARAMETERS]> {
 /// # Errors
 /// [`Error::Cancelled`].
 pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Result<Fitted, Error> {
-    let residuals = |searched: &[Dual<PARAMETERS>; PARAMETERS], run: &Run, step: f64| -> Result<Vec<_>, Error> {
-        let positions = servo(searched).simulate_in_steps(kind, run, step, watch)?;
+    let residuals = |searched: &[Dual<PARAMETERS>; PARAMETERS],
+                     run: &Run,
+                     step: f64,
+                     memory: Option<f64>|
+     -> Result<Vec<_>, Error> {
+        let positions = servo(searched).simulate_in_steps(kind, run, step, memory, watch)?;
         Ok(positions.iter().zip(&run.position).map(|(q, measured)| *q - Dual::of(*measured)).collect())
     };
     let bounds: [[f64; 2]; PARAMETERS] = std::array::from_fn(|i| {
@@ -100,29 +107,33 @@ pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Res
             [field.minimum, field.maximum].map(|bound| libm::exp(bound / unit))
         })
     });
-    let search = |start: [f64; PARAMETERS], step: f64, evaluations: usize| {
+    let search = |start: [f64; PARAMETERS], step: f64, memory: Option<f64>| {
         // Stick makes the sum of squares rough; what is below 1e-6 of it is far within the parameters' errors.
-        minimise(start, bounds, Stop { step: 1e-5, fall: 1e-6, evaluations }, |p| {
+        minimise(start, bounds, Stop { step: 1e-5, fall: 1e-6, evaluations: 40 }, |p| {
             let mut all = Vec::new();
             for run in runs {
-                all.extend(residuals(&p, run, step)?);
+                all.extend(residuals(&p, run, step, memory)?);
             }
             Ok::<_, Error>(all)
         })
     };
-    // Most of the way in coarse steps, at a third of the time.
+    // A simulation that remembers all has many local minima, one that forgets soon has few: each is the start of the
+    // next. Most of the way in coarse steps, at a third of the time.
     let mut near: Option<Minimum<PARAMETERS>> = None;
     for start in starts(kind, simpler) {
-        let found = search(start, 3.0 * STEP, 60)?;
+        let mut found = search(start, 3.0 * STEP, Some(MEMORIES[0]))?;
+        for memory in MEMORIES[1..].iter().map(|memory| Some(*memory)).chain([None]) {
+            found = search(found.parameters, 3.0 * STEP, memory)?;
+        }
         near = near.filter(|best| best.cost <= found.cost).or(Some(found));
     }
     let near = near.expect("the defaults are a start").parameters;
-    let minimum = search(near, STEP, 20)?;
+    let minimum = search(near, STEP, None)?;
     let best = minimum.parameters;
     let here: [_; PARAMETERS] = std::array::from_fn(|i| Dual::variable(best[i], i));
     let mut blocks = Vec::new();
     for run in runs {
-        blocks.push(Block::of(&residuals(&here, run, STEP)?, &best));
+        blocks.push(Block::of(&residuals(&here, run, STEP, None)?, &best));
     }
     let free = std::array::from_fn(|i| {
         let field = &fields()[i];

@@ -198,10 +198,19 @@ impl<T: Scalar> Servo<T> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn simulate(&self, kind: Kind, run: &Run, watch: &Watch) -> Result<Vec<T>, Error> {
-        self.simulate_in_steps(kind, run, STEP, watch)
+        self.simulate_in_steps(kind, run, STEP, None, watch)
     }
 
-    pub(super) fn simulate_in_steps(&self, kind: Kind, run: &Run, step: f64, watch: &Watch) -> Result<Vec<T>, Error> {
+    /// The same in steps of at most `step` [s]. With a `memory` [s] the simulation forgets: it is drawn to the
+    /// measured angle as by an observer with a double pole at 1/`memory`, and what it gives are predictions.
+    pub(super) fn simulate_in_steps(
+        &self,
+        kind: Kind,
+        run: &Run,
+        step: f64,
+        memory: Option<f64>,
+        watch: &Watch,
+    ) -> Result<Vec<T>, Error> {
         let [gain, supply, weight] = [run.gain, run.supply, run.weight].map(T::of);
         let inertia = self.armature + T::of(run.inertia);
         let one = T::of(1.0);
@@ -229,6 +238,11 @@ impl<T: Scalar> Servo<T> {
                 velocity = next;
             }
             positions.push(position);
+            if let Some(memory) = memory {
+                let error = T::of(run.position[i]) - position;
+                position += T::of(2.0 * span / memory) * error;
+                velocity += T::of(span / (memory * memory)) * error;
+            }
         }
         Ok(positions)
     }

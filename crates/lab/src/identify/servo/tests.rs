@@ -43,8 +43,8 @@ fn the_recorded_duty_is_that_of_the_controller_in_the_machine_file() {
 fn friction_that_rises_with_the_load_predicts_unseen_runs_better_than_coulomb_and_published_parameters() {
     let [coulomb, load] = &found().candidates[..] else { panic!("two kinds were asked for") };
     assert_eq!(found().best().fitted.kind, Kind::Load);
-    // 62 against 70 mrad; steps half as long move both by far less than a tenth of the difference.
-    assert!(load.held_out_rms < 0.93 * coulomb.held_out_rms, "{} {}", load.held_out_rms, coulomb.held_out_rms);
+    // 52 against 65 mrad: half of the gain must remain.
+    assert!(load.held_out_rms < 0.9 * coulomb.held_out_rms, "{} {}", load.held_out_rms, coulomb.held_out_rms);
     for candidate in [coulomb, load] {
         assert!(candidate.held_out_rms < 0.5 * candidate.published.unwrap().1, "{candidate:?}");
     }
@@ -54,7 +54,7 @@ fn friction_that_rises_with_the_load_predicts_unseen_runs_better_than_coulomb_an
 fn steps_half_as_long_change_the_error_little() {
     let servo = &found().best().fitted.servo;
     let error = |step: f64| {
-        let simulate = |run: &Run| servo.simulate_in_steps(Kind::Load, run, step, &Watch::silent()).unwrap();
+        let simulate = |run: &Run| servo.simulate_in_steps(Kind::Load, run, step, None, &Watch::silent()).unwrap();
         let square = |run: &Run| simulate(run).iter().zip(&run.position).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         found().held_out().map(square).sum::<f64>().sqrt()
     };
@@ -115,9 +115,9 @@ fn a_servo_of_known_parameters_is_found_within_its_intervals() {
             continue;
         }
         let [low, high] = ci95.unwrap_or_else(|| panic!("{} is not determined", field.name));
-        // An encoder step is all the noise there is: the interval must hold the truth and be narrow.
+        // An encoder step is all the noise there is: the interval holds the truth, and nothing is 2 % off.
         assert!(low <= truth && truth <= high, "{}: {truth} outside {low} … {high}", field.name);
-        assert!((found - truth).abs() < 0.25 * truth.abs(), "{}: {truth} {found}", field.name);
+        assert!((found - truth).abs() < 0.02 * truth.abs(), "{}: {truth} {found}", field.name);
     }
 }
 
