@@ -103,9 +103,12 @@ pub fn fit(kind: Kind, runs: &[&Run], simpler: &[&Fitted], watch: &Watch) -> Res
     };
     let bounds: [[f64; 2]; PARAMETERS] = std::array::from_fn(|i| {
         let field = &fields()[i];
-        signed(field).map_or([field.minimum, field.maximum], |unit| {
-            [field.minimum, field.maximum].map(|bound| libm::exp(bound / unit))
-        })
+        let range = [field.minimum, field.maximum];
+        match signed(field) {
+            Some(unit) => range.map(|bound| libm::exp(bound / unit)),
+            None if kind.has(field.name) => range,
+            None => [0.0; 2],
+        }
     });
     let search = |start: [f64; PARAMETERS], step: f64, memory: Option<f64>| {
         // Stick makes the sum of squares rough; what is below 1e-6 of it is far within the parameters' errors.

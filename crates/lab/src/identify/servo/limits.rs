@@ -1,7 +1,7 @@
 //! What runs of a servo cannot tell, why, and what would help.
 
 use super::super::limits::{percent, tied};
-use super::{ServoIdentification, fields};
+use super::{Candidate, ServoIdentification, fields};
 use crate::machine::{Machine, Run};
 use crate::quantity::{Estimate, number};
 
@@ -48,6 +48,17 @@ impl ServoIdentification {
                  high as any that a fit saw. Their error is that of an extrapolation, and since the best model was \
                  chosen by it, a little flattering.",
                 number(gain(true) / gain(false), 1)
+            ));
+        }
+        let best = self.best();
+        let learnt = |c: &&Candidate| c.fit_rms < best.fit_rms && c.held_out_rms > best.held_out_rms;
+        let richer: Vec<&str> = self.candidates.iter().filter(learnt).map(|c| c.fitted.kind.title()).collect();
+        if !richer.is_empty() {
+            limits.push(format!(
+                "How friction depends on the load in detail: richer models ({}) describe the runs that were fitted \
+                 better and the others worse. Stick gives their fits many minima of nearly equal depth. Runs with \
+                 more gains and loads would tell.",
+                richer.join("; ")
             ));
         }
         let [full, all] = self
