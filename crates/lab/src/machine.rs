@@ -6,12 +6,14 @@
 mod columns;
 mod drive;
 pub mod guess;
+mod runs;
 mod signals;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 pub use drive::Drive;
+pub use runs::{Pendulum, Run};
 use serde::Deserialize;
 pub use signals::Signals;
 
@@ -49,6 +51,8 @@ pub struct Machine {
     pub gain: f64,
     /// What closes the loop.
     pub controller: Controller,
+    /// A servo that swings a pendulum, recorded in several runs; drive and controller are then its own.
+    pub pendulum: Option<Pendulum>,
     /// How the recording is treated before the least squares.
     pub recipe: Recipe,
     /// Results of others, `[value, standard deviation]` by table and name: shown, never used.
@@ -85,6 +89,10 @@ pub struct Columns {
     pub command: Channel,
     /// Known signal that was added to the command after the controller's limit.
     pub injected: Option<Channel>,
+    /// Number of the run that a row belongs to.
+    pub run: Option<Channel>,
+    /// Whether the drive is on: 0 or 1.
+    pub enabled: Option<Channel>,
 }
 
 /// A column and its unit; the unit may stand in the header instead.
@@ -97,6 +105,8 @@ pub struct Channel {
     pub unit: Option<String>,
     /// For `counts`: how many a turn has.
     pub counts_per_rev: Option<f64>,
+    /// Register that holds a signed number without its sign, 65536 for 16 bits: from half of it on values are negative.
+    pub wraps: Option<f64>,
     /// Where an angle is measured, before or behind the gear.
     #[serde(default)]
     pub at: Place,
@@ -174,9 +184,11 @@ struct File {
     vertical: bool,
     lifted_mass: Option<Quantity>,
     columns: Columns,
+    #[serde(default)]
     drive: drive::Table,
     #[serde(default)]
     controller: Controller,
+    pendulum: Option<Pendulum>,
     #[serde(default)]
     recipe: Recipe,
     #[serde(default)]
@@ -205,7 +217,11 @@ impl Machine {
         let screw_lead = si(&file.screw_lead, "screw_lead", Dimension::Length)?;
         let gear_ratio = file.gear_ratio.unwrap_or(1.0);
         let chain = drive::Chain { axis: file.axis, screw_lead, gear_ratio };
-        let (drive, gain) = chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?;
+        let (drive, gain) = match &file.pendulum {
+            None => chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?,
+            // The command is a duty, and what it makes is to be found.
+            Some(_) => (Drive { command: Dimension::Share, unit: "1".into(), limit: None }, 1.0),
+        };
         let machine = Machine {
             sampling_period: si(&Some(file.sampling_period), "sampling_period", Dimension::Time)?.unwrap_or(f64::NAN),
             encoder_grid: si(&file.encoder_grid, "encoder_grid", file.axis.position())?,
@@ -221,6 +237,7 @@ impl Machine {
             axis: file.axis,
             columns: file.columns,
             controller: file.controller,
+            pendulum: file.pendulum.map(|pendulum| pendulum.beside(path)),
             recipe: file.recipe,
             published: file.published,
             text: text.to_owned(),
@@ -243,6 +260,9 @@ impl Machine {
         optional("drive.limit", self.drive.limit);
         for (name, channel) in self.columns.positions() {
             optional(name, channel.counts_per_rev);
+        }
+        if let Some(pendulum) = &self.pendulum {
+            numbers.extend(pendulum.numbers());
         }
         if let Controller::Cascade(cascade) = self.controller {
             numbers.push(("controller.position_gain", cascade.position_gain));

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use clap::Args;
+use stickslip::identify::servo::{self, ServoIdentification, identify_servo};
 use stickslip::identify::{Identification, ParameterLine, identify, parameter_lines, write};
 use stickslip::machine::Machine;
 use stickslip::quantity::number;
@@ -30,9 +31,16 @@ impl Identify {
         watch.stage("read", 0.0)?;
         let machine = Machine::read(&self.machine)?;
         let recording = Recording::read(&self.recording)?;
+        let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
+        if machine.pendulum.is_some() {
+            let found = identify_servo(&recording, &machine, watch)?;
+            watch.stage("write", 0.0)?;
+            let summary = servo::write(&found, &machine, &recording, &command, &self.out)?;
+            show_servo(&found, &summary, &machine, out)?;
+            return Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?);
+        }
         let found = identify(&recording, &machine, watch)?;
         watch.stage("write", 0.0)?;
-        let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
         let summary = write(&found, &machine, &recording, &command, &self.out)?;
         show(&found, &summary, &machine, out)?;
         Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
@@ -56,6 +64,32 @@ fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut 
     for candidate in &found.candidates {
         let best = if candidate.kind == found.best().kind { "   best" } else { "" };
         writeln!(out, "  {:44} {} %{best}", candidate.kind.title(), number(100.0 * candidate.held_out, 2))?;
+    }
+    Ok(())
+}
+
+fn show_servo(
+    found: &ServoIdentification,
+    summary: &Summary,
+    machine: &Machine,
+    out: &mut dyn Write,
+) -> io::Result<()> {
+    let best = found.best().fitted.kind;
+    writeln!(out, "Best model: {}", best.title())?;
+    for field in servo::fields().iter().filter(|field| best.has(field.name)) {
+        let Some(estimate) = summary.estimate(&servo::result_name(field)) else { continue };
+        writeln!(out, "  {:28} {estimate}", field.name.replace('_', " "))?;
+    }
+    writeln!(out, "What these runs cannot tell:")?;
+    for limit in found.limits(machine) {
+        writeln!(out, "  {limit}")?;
+    }
+    writeln!(out, "Error of the angle on the runs that no fit saw:")?;
+    for candidate in &found.candidates {
+        let degrees = |rms: f64| format!("{} °", number(rms.to_degrees(), 2));
+        let published = candidate.published.map_or(String::new(), |(_, rms)| format!("   published {}", degrees(rms)));
+        let mark = if candidate.fitted.kind == best { "   best" } else { "" };
+        writeln!(out, "  {:28} {}{published}{mark}", candidate.fitted.kind.title(), degrees(candidate.held_out_rms))?;
     }
     Ok(())
 }

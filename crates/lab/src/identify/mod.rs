@@ -19,6 +19,7 @@ mod refine;
 mod report;
 mod results;
 mod rigid;
+pub mod servo;
 mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};

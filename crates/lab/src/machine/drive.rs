@@ -33,7 +33,7 @@ pub struct Drive {
 }
 
 /// As in the file.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Table {
     gain: Option<Quantity>,

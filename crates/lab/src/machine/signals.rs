@@ -104,7 +104,7 @@ impl Machine {
     }
 
     /// A position of the load, wherever it was measured.
-    fn position(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
+    pub(super) fn position(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
         let place = place(channel, recording);
         let unit = unit(channel, recording)?;
         let fits: &[Dimension] = match (self.axis.position(), self.screw_lead) {
@@ -229,7 +229,7 @@ fn unit(channel: &Channel, recording: &Recording) -> Result<String, Error> {
     }
 }
 
-fn values(channel: &Channel, recording: &Recording, dimension: Dimension) -> Result<Vec<f64>, Error> {
+pub(super) fn values(channel: &Channel, recording: &Recording, dimension: Dimension) -> Result<Vec<f64>, Error> {
     let unit = unit(channel, recording)?;
     let factor = si_factor(&unit, dimension, &place(channel, recording))?;
     Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
