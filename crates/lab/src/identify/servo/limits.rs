@@ -1,9 +1,9 @@
 //! What runs of a servo cannot tell, why, and what would help.
 
-use super::super::limits::{percent, tied};
+use super::super::limits::percent;
 use super::{Candidate, ServoIdentification, fields};
 use crate::machine::{Machine, Run};
-use crate::quantity::{Estimate, number};
+use crate::quantity::{Estimate, number, tied};
 
 /// A duty that counts as full.
 const FULL: f64 = 0.99;

@@ -1,25 +1,19 @@
 //! The report of a servo: which model predicts how well, on what, and what the runs cannot tell.
 
-use super::super::limits::tied;
 use super::{Kind, ServoIdentification, fields, values};
 use crate::Watch;
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::machine::{Machine, Run};
-use crate::quantity::{Estimate, number};
+use crate::quantity::{Estimate, number, tied};
 use crate::recording::Recording;
 use crate::report::{Cell, Provenance, Report, Table};
 
 /// The whole report. `command` is the command line that makes it again.
 pub fn report(found: &ServoIdentification, machine: &Machine, recording: &Recording, command: &str) -> Report {
-    let provenance = Provenance {
-        command: command.into(),
-        version: env!("CARGO_PKG_VERSION").into(),
-        seed: None,
-        parameters: machine.text.clone(),
-    };
+    let provenance = Provenance::new(command, None, machine.text.clone());
     let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut report = Report::new(format!("{}: motor and friction from {file}", machine.name), provenance)
-        .paragraph(main_result(found))
+        .summary(main_result(found))
         .heading("Which model predicts best")
         .table(models(found))
         .paragraph(

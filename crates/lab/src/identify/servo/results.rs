@@ -72,8 +72,9 @@ pub fn write(
         output::write(&directory.join(&name), figure.svg())?;
         summary.file(&name);
     }
-    super::report(found, machine, recording, command).write(&directory.join("report.html"))?;
-    summary.file("report.html");
+    for name in super::report(found, machine, recording, command).write(directory)? {
+        summary.file(name);
+    }
     summary.write(directory)?;
     Ok(summary)
 }
