@@ -137,6 +137,7 @@ fn noise_is_seldom_taken_for_a_drop_and_a_drop_seldom_for_noise() {
         fits.filter(|fit| fit.drop.is_identified()).count()
     };
     let (none, some) = (found([0.04, 0.04, 2.0, 2e-4], 5e-4), found([0.06, 0.04, 2.0, 2e-4], 5e-4));
+    // Found: 2 and 600.
     assert!(none <= 30, "{none} of 600 false alarms");
     assert!(some >= 594, "{some} of 600 drops found");
 }
