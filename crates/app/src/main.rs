@@ -1,12 +1,13 @@
 //! `stickslip`, the friction bench in a terminal.
 //!
-//! Results go to stdout, progress and messages to stderr. Exit code 0: done; 1: not done, the message says why; 2: the
-//! command line was not understood.
+//! Results go to stdout, progress and messages to stderr.
 #![forbid(unsafe_code)]
 
 mod commands;
 mod failure;
 mod progress;
+mod shown;
+mod source;
 
 use std::io::{self, BufWriter, Write};
 use std::process::ExitCode;
@@ -21,7 +22,10 @@ use crate::failure::Failure;
 #[command(
     name = "stickslip",
     version,
-    after_help = "Without a command: demo.\n\nExample: stickslip demo --out results"
+    after_help = "Without a command: demo.\n\n\
+                  Exit code: 0 done; 1 failed, the message says why; 2 the command line was not understood; \
+                  130 cancelled by Ctrl-C, with results so far kept where there are any.\n\n\
+                  Example: stickslip demo --out results"
 )]
 struct Cli {
     #[command(subcommand)]
@@ -39,7 +43,7 @@ fn main() -> ExitCode {
                 // Nobody is left to tell if stderr is closed as well.
                 let _ = writeln!(io::stderr(), "error: {line}");
             }
-            ExitCode::FAILURE
+            ExitCode::from(failure.code())
         }
     }
 }

@@ -25,6 +25,7 @@ pub mod table;
 pub mod truth;
 pub mod units;
 pub mod watch;
+pub mod workflow;
 
 pub use error::Error;
 pub use preset::{Model, Preset, Settings};

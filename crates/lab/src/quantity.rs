@@ -100,8 +100,15 @@ fn some_number_or_null<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>
 
 impl fmt::Display for Estimate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Written { value, half_width, unit } = self.written();
-        formatter.write_str(&value)?;
+        self.written().fmt(formatter)
+    }
+}
+
+/// The three texts in a row.
+impl fmt::Display for Written {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Written { value, half_width, unit } = self;
+        formatter.write_str(value)?;
         if !half_width.is_empty() {
             write!(formatter, " ± {half_width}")?;
         }

@@ -1,4 +1,4 @@
-//! Columns of numbers with units, as Parquet files.
+//! Columns of numbers with units, as CSV and Parquet files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
+use crate::parameters::number::text;
 use crate::{Error, output};
 
 /// A named column in an SI unit.
@@ -33,6 +34,22 @@ pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<(), Error> {
         let mut bytes = Vec::new();
         encode(columns, &mut bytes).map_err(std::io::Error::other)?;
         file.write_all(&bytes)
+    })
+}
+
+/// Writes columns of equal length as CSV, units in square brackets behind the names; a number reads back to its bits.
+///
+/// # Errors
+/// [`Error::File`] if the system refuses.
+pub fn write_csv(path: &Path, columns: &[Column]) -> Result<(), Error> {
+    let line = |cells: &mut dyn Iterator<Item = String>| cells.collect::<Vec<_>>().join(",");
+    output::write_with(path, |file| {
+        writeln!(file, "{}", line(&mut columns.iter().map(|column| format!("{} [{}]", column.name, column.unit))))?;
+        let rows = columns.iter().map(|column| column.values.len()).min().unwrap_or(0);
+        for row in 0..rows {
+            writeln!(file, "{}", line(&mut columns.iter().map(|column| text(column.values[row]))))?;
+        }
+        Ok(())
     })
 }
 
@@ -66,6 +83,18 @@ mod tests {
     use parquet::record::Field;
 
     use super::*;
+
+    #[test]
+    fn a_csv_reads_back_with_its_units_to_the_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let values = [0.1 + 0.2, -1.0 / 3.0, 6.02e23, -4e-19, 0.0];
+        let column = Column { name: "torque".into(), unit: "N m".into(), values: values.into() };
+        write_csv(&path, &[column]).unwrap();
+        let read = crate::recording::Recording::read(&path).unwrap();
+        let column = read.column("torque").unwrap();
+        assert_eq!((column.unit.as_deref(), &column.values[..]), (Some("N m"), &values[..]));
+    }
 
     #[test]
     fn a_table_reads_back_with_its_units() {

@@ -1,8 +1,10 @@
 //! One file a command.
 
 mod demo;
+mod fit;
 mod identify;
 mod machine;
+mod measure;
 mod params;
 mod report;
 mod validate;
@@ -13,6 +15,7 @@ use clap::Subcommand;
 use stickslip::Watch;
 
 use crate::failure::Failure;
+use crate::shown::Shown;
 
 /// What the program can do.
 #[derive(Subcommand)]
@@ -20,6 +23,13 @@ pub(crate) enum Command {
     /// The paper's experiment on the virtual bench: measure, fit, design, render, measure again.
     #[command(after_help = "Example: stickslip demo --out results --seed 7")]
     Demo(demo::DemoCommand),
+    /// Measure on the virtual bench.
+    #[command(subcommand, after_help = "Example: stickslip measure friction --linings pressed --seed 7")]
+    Measure(measure::Measure),
+    /// The Stribeck curve through a measured friction curve, and what the data leave open.
+    #[command(after_help = "Example: stickslip fit stickslip-out/measure-friction\n\
+                            Example: stickslip fit data/direct_drive_joint/friction_curve.csv --side each")]
+    Fit(fit::Fit),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -51,11 +61,19 @@ impl Default for Command {
 impl Command {
     /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
     /// asks it to stop, and does not end the program.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
         match self {
-            Command::Demo(command) => command.run(out, &watch()),
-            Command::Identify(command) => command.run(out, &watch()),
-            Command::Validate(command) => command.run(out, &watch()),
+            Command::Demo(command) => command.run(out, &watch(Shown::default())),
+            Command::Measure(command) => {
+                let watch = watch(command.shown());
+                command.run(out, &watch)
+            }
+            Command::Fit(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Identify(command) => command.run(out, &watch(Shown::default())),
+            Command::Validate(command) => command.run(out, &watch(Shown::default())),
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
             Command::Report(command) => command.run(out),

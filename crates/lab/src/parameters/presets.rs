@@ -27,6 +27,16 @@ pub struct Source {
 }
 
 impl Source {
+    /// Whether the text itself says something at a dotted path, be it a value or a table; false for no TOML.
+    pub fn states(&self, path: &str) -> bool {
+        let table: Option<toml::Table> = self.text.parse().ok();
+        let mut value = table.map(toml::Value::Table);
+        for key in path.split('.') {
+            value = value.and_then(|value| value.get(key).cloned());
+        }
+        value.is_some()
+    }
+
     /// The parameters in it.
     ///
     /// # Errors
@@ -104,6 +114,14 @@ mod tests {
         let source = find_among(TWO, "clm-bench").unwrap();
         assert_eq!((source.file.as_str(), first_comment(TWO[0].1)), ("presets/clm-bench.toml", "Ideal."));
         assert_eq!(first_comment(TWO[1].1), "");
+    }
+
+    #[test]
+    fn what_a_text_states_is_told_from_a_default() {
+        let source = Source { file: "x".into(), text: "[model.own]\nkinetic_torque = 0.1\n".into() };
+        assert!(source.states("model.own") && source.states("model.own.kinetic_torque"));
+        assert!(!source.states("model.own.breakaway_torque") && !source.states("plant"));
+        assert!(!Source { text: "[model".into(), ..source }.states("model"));
     }
 
     #[test]

@@ -44,6 +44,27 @@ impl Table {
         self
     }
 
+    /// The table as lines for a terminal, columns below each other.
+    pub fn lines(&self) -> Vec<String> {
+        let write = |column: usize, cell: &Cell| match cell {
+            Cell::Text(text) => text.clone(),
+            Cell::Estimate(estimate) => estimate.written_beside(self.size(column)).to_string(),
+        };
+        let rows =
+            self.rows.iter().map(|row| row.iter().enumerate().map(|(column, cell)| write(column, cell)).collect());
+        let rows: Vec<Vec<String>> = std::iter::once(self.head.clone()).chain(rows).collect();
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let wide = |text: &String| text.chars().count();
+        let widths: Vec<usize> = (0..columns)
+            .map(|column| rows.iter().filter_map(|row| row.get(column)).map(wide).max().unwrap_or(0))
+            .collect();
+        let line = |row: &Vec<String>| {
+            let cells = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+            cells.collect::<Vec<_>>().join("   ").trim_end().to_owned()
+        };
+        rows.iter().map(line).collect()
+    }
+
     /// Whether a column takes three on the page.
     fn holds_estimates(&self, column: usize) -> bool {
         self.rows.iter().any(|row| matches!(row.get(column), Some(Cell::Estimate(_))))

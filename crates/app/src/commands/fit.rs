@@ -1,0 +1,73 @@
+//! `stickslip fit`: Stribeck curves through measured friction curves.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use stickslip::Watch;
+use stickslip::curve_file::CurveColumns;
+use stickslip::workflow::fit::fit_file;
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source;
+
+/// What to fit.
+#[derive(Args)]
+pub(crate) struct Fit {
+    /// Friction curve (CSV, MAT or Parquet: a row a speed, with velocity and torque), or the folder of a measurement.
+    curve: PathBuf,
+    /// Both directions as one curve, or each as one of its own.
+    #[arg(long, value_enum, default_value_t = Directions::Both)]
+    side: Directions,
+    /// Column of the velocity, where its name does not say so.
+    #[arg(long, value_name = "NAME")]
+    velocity: Option<String>,
+    /// Column of the friction torque or force.
+    #[arg(long, value_name = "NAME")]
+    torque: Option<String>,
+    /// Column of the torque's standard error.
+    #[arg(long, value_name = "NAME")]
+    standard_error: Option<String>,
+    /// Column of a number that tells several curves in one file apart.
+    #[arg(long, value_name = "NAME")]
+    group: Option<String>,
+    /// Folder for fit.toml, report and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/fit")]
+    out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum Directions {
+    Both,
+    Each,
+}
+
+impl Fit {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        watch.stage("fit", 0.0)?;
+        let Fit { velocity, torque, standard_error, group, .. } = self;
+        let columns = CurveColumns { velocity, torque, standard_error, group };
+        let fits = fit_file(&self.curve, &columns, self.side == Directions::Each)?;
+        let (summary, missing) = fits.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for fitted in &fits.fits {
+                let name = if fitted.name.is_empty() { String::new() } else { format!(", {}", fitted.name) };
+                writeln!(out, "Stribeck curve through {} points{name}:", fitted.points.len())?;
+                for (_, name, estimate) in fits.parameters(fitted) {
+                    writeln!(out, "  {name:<26} {estimate}")?;
+                }
+                for advice in fits.advice(fitted) {
+                    writeln!(out, "  Note: {advice}")?;
+                }
+            }
+            match missing {
+                None => writeln!(out, "Own friction for design and render: {}", self.out.join("fit.toml").display())?,
+                Some(reason) => writeln!(out, "No fit.toml: {reason}.")?,
+            }
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
+    }
+}

@@ -1,0 +1,141 @@
+//! `stickslip measure`: friction at constant speeds, breakaway, presliding.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
+use stickslip::quantity::number;
+use stickslip::workflow::measure::{Outcome, Plan, measure};
+use stickslip::{Watch, parameters};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// What to measure.
+#[derive(Subcommand)]
+pub(crate) enum Measure {
+    /// Friction at constant speeds in both directions: the curve that `fit` reads.
+    #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
+                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5")]
+    Friction(How),
+    /// Breakaway torque by slow torque ramps from rest.
+    #[command(after_help = "Example: stickslip measure breakaway --set plan.angles=1 --set plan.repetitions=2")]
+    Breakaway(How),
+    /// Bristle stiffness and damping by small torque cycles below breakaway, after a friction curve.
+    #[command(after_help = "Example: stickslip measure presliding --set plan.quick_cycles=4")]
+    Presliding(How),
+}
+
+/// On which bench, how long, and where to.
+#[derive(Args)]
+pub(crate) struct How {
+    /// Name of a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// How much bench time it may take.
+    #[arg(long, value_enum, default_value_t = Length::Quick)]
+    plan: Length,
+    /// Change a value of the preset, or of the plan (plan.speeds=8); may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// Seed of the noise: the same seed gives the same numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Linings of the friction wheel; without it as the preset has them.
+    #[arg(long, value_enum)]
+    linings: Option<Linings>,
+    /// Say what would be done and how long it takes on the bench, and end.
+    #[arg(long)]
+    dry_run: bool,
+    /// Folder for data, report and summary.json; by default stickslip-out/measure-friction and so on.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Length {
+    /// Enough for a fit.
+    Quick,
+    /// Longer, and sharper.
+    Thorough,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Linings {
+    /// Off the disc: the friction of screw, nut and guide.
+    Released,
+    /// On the disc with full preload.
+    Pressed,
+}
+
+impl Measure {
+    pub(crate) fn shown(&self) -> Shown {
+        let (Measure::Friction(how) | Measure::Breakaway(how) | Measure::Presliding(how)) = self;
+        how.shown
+    }
+
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        match self {
+            Measure::Friction(how) => how.run::<FrictionPlan<f64>>(out, watch),
+            Measure::Breakaway(how) => how.run::<BreakawayPlan<f64>>(out, watch),
+            Measure::Presliding(how) => how.run::<PreslidingPlan<f64>>(out, watch),
+        }
+    }
+}
+
+impl How {
+    /// The plan with its values changed.
+    fn plan<P: Plan>(&self) -> Result<P, Failure> {
+        let plan = match self.plan {
+            Length::Quick => P::default(),
+            Length::Thorough => P::thorough(),
+        };
+        let mut text = parameters::write_commented(&plan);
+        for Setting { path, value } in &self.set {
+            if let Some(path) = path.strip_prefix("plan.") {
+                text = parameters::set::<P>(&text, "--set plan", path, value)?;
+            }
+        }
+        Ok(parameters::read(&text, "--set plan").map_err(stickslip::Error::from)?)
+    }
+
+    fn run<P: Plan>(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let plan = self.plan::<P>()?;
+        let preload = self.linings.map(|linings| {
+            (
+                "plant.wheel.preload",
+                match linings {
+                    Linings::Released => "0.0",
+                    Linings::Pressed => "1.0",
+                },
+            )
+        });
+        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
+        let preset =
+            source::preset(&self.preset, settings.filter(|(path, _)| !path.starts_with("plan.")).chain(preload))?;
+        let duration = number(plan.duration(&preset), 0);
+        let linings = number(preset.plant.wheel.preload, 2);
+        self.shown.say(out, &format!("{}, linings at {linings}: {duration} s on the bench.", plan.about()))?;
+        if self.dry_run {
+            return Ok(());
+        }
+        let measurement = measure(plan, &preset, self.seed, watch)?;
+        let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
+        let summary = measurement.write(&folder, &source::command_line())?;
+        let outcome = &measurement.outcome;
+        self.shown.show(out, &summary, |out| {
+            for line in outcome.table().lines() {
+                writeln!(out, "  {line}")?;
+            }
+            for warning in outcome.warnings() {
+                writeln!(out, "Note: {warning}")?;
+            }
+            Ok(writeln!(out, "Data and report: {}", folder.join("report.html").display())?)
+        })?;
+        if outcome.complete() { Ok(()) } else { Err(Failure::Incomplete(folder)) }
+    }
+}

@@ -1,0 +1,75 @@
+//! Where parameters come from: a preset or a file, with single values changed by `--set`.
+
+use stickslip::Preset;
+use stickslip::parameters::{self, presets};
+
+use crate::failure::Failure;
+
+/// One value to change: `plant.wheel.preload=0.5`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Setting {
+    /// Dotted path.
+    pub(crate) path: String,
+    /// As in a file.
+    pub(crate) value: String,
+}
+
+impl std::str::FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (path, value) =
+            text.split_once('=').ok_or("write it as PATH=VALUE, for example plant.wheel.preload=0.5")?;
+        Ok(Setting { path: path.trim().into(), value: value.trim().into() })
+    }
+}
+
+/// The preset of a source with these values changed.
+pub(crate) fn preset<'a>(
+    source: &str,
+    settings: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<Preset<f64>, Failure> {
+    let mut source = presets::find(source)?;
+    for (path, value) in settings {
+        source.text = parameters::set::<Preset<f64>>(&source.text, &source.file, path, value)?;
+    }
+    Ok(source.read()?)
+}
+
+/// The command line, as a report keeps it: without what only says where or how to show the results.
+pub(crate) fn command_line() -> String {
+    said(std::env::args().skip(1))
+}
+
+fn said(arguments: impl Iterator<Item = String>) -> String {
+    let mut line = String::from("stickslip");
+    let mut arguments = arguments.filter(|a| !["--json", "--quiet", "-q", "--progress"].contains(&a.as_str()));
+    while let Some(argument) = arguments.next() {
+        if argument == "--out" {
+            arguments.next();
+        } else if !argument.starts_with("--out=") {
+            let plain = argument.chars().all(|c| c.is_alphanumeric() || "-_=./:+,@%".contains(c));
+            line += &if plain && !argument.is_empty() { format!(" {argument}") } else { format!(" '{argument}'") };
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_is_a_path_and_a_value() {
+        let setting = |path: &str, value: &str| Setting { path: path.into(), value: value.into() };
+        assert_eq!("a.b = 0.5".parse(), Ok(setting("a.b", "0.5")));
+        assert!("a.b".parse::<Setting>().unwrap_err().contains("PATH=VALUE"));
+    }
+
+    #[test]
+    fn what_a_report_keeps_gives_the_same_results_wherever_they_go() {
+        let line = |text: &str| said(text.split(' ').map(String::from));
+        assert_eq!(line("fit curve.csv --out there --side each --json"), "stickslip fit curve.csv --side each");
+        assert_eq!(line("fit my*.csv --out=there -q"), "stickslip fit 'my*.csv'");
+    }
+}

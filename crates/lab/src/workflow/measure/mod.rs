@@ -1,0 +1,149 @@
+//! Measurements on the virtual bench: what each needs, what it found, and its files.
+
+mod breakaway;
+mod friction;
+mod presliding;
+
+use std::path::Path;
+
+use stickslip_core::fields::Fields;
+
+use super::{finish, write_columns};
+use crate::bench::{Bench, VirtualBench};
+use crate::experiment::home;
+use crate::figure::Figure;
+use crate::quantity::Estimate;
+use crate::report::{Provenance, Report, Table};
+use crate::table::Column;
+use crate::{Error, Preset, Summary, Watch, parameters};
+
+/// Column of a table of data: how far the friction wheel's linings were pressed on.
+pub(super) const PRELOAD: &str = "preload";
+
+/// A plan that can be run on a bench.
+pub trait Plan: Fields<f64> + Default + Copy {
+    /// What it is called: `friction`.
+    const KIND: &'static str;
+    /// What it finds.
+    type Outcome: Outcome;
+
+    /// Takes longer than the default and tells more.
+    fn thorough() -> Self;
+
+    /// Bench time that it takes on this bench [s], homing not counted.
+    fn duration(&self, preset: &Preset<f64>) -> f64;
+
+    /// What it will do, in a few words.
+    fn about(&self) -> String;
+
+    /// Runs it on a bench that is homed and running.
+    ///
+    /// # Errors
+    /// Those of the experiment; a run that is cancelled keeps what it has.
+    fn run(&self, bench: &mut dyn Bench, watch: &Watch) -> Result<Self::Outcome, Error>;
+}
+
+/// What an experiment found, for people and files.
+pub trait Outcome {
+    /// Name of its table of data, without ending.
+    const DATA: &'static str;
+
+    /// Whether the plan came to its end.
+    fn complete(&self) -> bool;
+
+    /// Bench time that it took [s].
+    fn duration(&self) -> f64;
+
+    /// What a reader should know of it, each with a remedy.
+    fn warnings(&self) -> Vec<String>;
+
+    /// The numbers.
+    fn table(&self) -> Table;
+
+    /// The picture, and what one sees.
+    fn figure(&self) -> (Figure, String);
+
+    /// The numbers for scripts, and a row for each single value.
+    fn tell(&self, summary: &mut Summary);
+
+    /// The data.
+    fn columns(&self) -> Vec<Column>;
+}
+
+/// An experiment that was run, with what it takes to run it again.
+#[derive(Clone, Debug)]
+pub struct Measurement<P: Plan> {
+    /// The bench.
+    pub preset: Preset<f64>,
+    /// Seed of its noise.
+    pub seed: u64,
+    /// The plan.
+    pub plan: P,
+    /// What it found.
+    pub outcome: P::Outcome,
+}
+
+/// Switches a virtual bench on, homes it and runs a plan with the linings as the preset has them.
+///
+/// # Errors
+/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; what the design of the bench refuses.
+pub fn measure<P: Plan>(plan: P, preset: &Preset<f64>, seed: u64, watch: &Watch) -> Result<Measurement<P>, Error> {
+    let mut bench = VirtualBench::new(preset, seed)?;
+    home(&mut bench, watch)?;
+    let outcome = plan.run(&mut bench, watch)?;
+    Ok(Measurement { preset: *preset, seed, plan, outcome })
+}
+
+impl<P: Plan> Measurement<P> {
+    /// How far the linings were pressed on.
+    pub fn preload(&self) -> f64 {
+        self.preset.plant.wheel.preload
+    }
+
+    /// The numbers, under their stable names; `measure.complete` is 0 where the run was cancelled.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new(&format!("measure {}", P::KIND));
+        summary
+            .result("measure.complete", f64::from(u8::from(self.outcome.complete())), "1")
+            .result("measure.duration", self.outcome.duration(), "s")
+            .result("measure.preload", self.preload(), "1");
+        self.outcome.tell(&mut summary);
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let mut title = self.plan.about();
+        if !self.outcome.complete() {
+            title += " (incomplete)";
+        }
+        let duration = Estimate::new(self.outcome.duration(), "s");
+        let (figure, caption) = self.outcome.figure();
+        let report = Report::new(title, provenance)
+            .summary(format!(
+                "{}{} of bench time, friction wheel at preload {}.",
+                if self.outcome.complete() { "" } else { "Cancelled before its end: what was measured until then. " },
+                duration,
+                self.preload()
+            ))
+            .table(self.outcome.table())
+            .figure(figure, caption);
+        let warnings = self.outcome.warnings();
+        if warnings.is_empty() { report } else { report.heading("What to know").list(warnings) }
+    }
+
+    /// Writes data, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        let mut summary = self.summary();
+        let mut columns = self.outcome.columns();
+        let rows = columns.first().map_or(0, |column| column.values.len());
+        // In every row, so that the table alone says which friction it is.
+        columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![self.preload(); rows] });
+        write_columns(&mut summary, P::Outcome::DATA, &columns, directory)?;
+        finish(summary, &self.report(command), directory)
+    }
+}

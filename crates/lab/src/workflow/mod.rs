@@ -1,0 +1,36 @@
+//! The work on the bench in steps that leave files: measure, fit, design, render.
+//!
+//! Each step is a function from values to a result, and a result writes itself into a folder: `summary.json`, the
+//! report, tables. The next step reads what the one before has written; [`demo`](crate::demo) does all on one bench.
+
+pub(crate) mod draw;
+pub mod fit;
+pub mod measure;
+pub(crate) mod tell;
+
+use std::path::Path;
+
+use crate::report::Report;
+use crate::table::{Column, write_csv, write_parquet};
+use crate::{Error, Summary, output};
+
+/// Writes report and summary, which names all files of the folder.
+fn finish(mut summary: Summary, report: &Report, directory: &Path) -> Result<Summary, Error> {
+    output::create_folder(directory)?;
+    for name in report.write(directory)? {
+        summary.file(name);
+    }
+    summary.write(directory)?;
+    Ok(summary)
+}
+
+/// Writes columns as `STEM.csv` and `STEM.parquet`.
+fn write_columns(summary: &mut Summary, stem: &str, columns: &[Column], directory: &Path) -> Result<(), Error> {
+    output::create_folder(directory)?;
+    for (ending, write) in [("csv", write_csv as fn(&Path, &[Column]) -> _), ("parquet", write_parquet)] {
+        let name = format!("{stem}.{ending}");
+        write(&directory.join(&name), columns)?;
+        summary.file(&name);
+    }
+    Ok(())
+}
