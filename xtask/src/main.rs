@@ -6,6 +6,7 @@
 mod bench;
 mod bless;
 mod documentation;
+mod guide;
 mod licences;
 mod study;
 mod suite;

@@ -62,7 +62,7 @@ fn every_page_stands_in_the_summary() {
     assert_eq!(listed, pages, "left the summary, right the folder");
 }
 
-/// Links and pictures of a page that lead nowhere.
+/// Links, pictures and included files of a page that lead nowhere.
 fn dead_links(page: &Page) -> Vec<String> {
     let leads = |target: &str| {
         let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
@@ -73,7 +73,8 @@ fn dead_links(page: &Page) -> Vec<String> {
         };
         anchor.is_empty() || Page::read(other).anchors().iter().any(|a| a == anchor)
     };
-    page.links().into_iter().filter(|target| !leads(target)).collect()
+    let dead = page.links().into_iter().filter(|target| !leads(target));
+    dead.chain(page.includes().into_iter().filter(|file| !source().join(file).is_file())).collect()
 }
 
 #[test]
@@ -85,7 +86,8 @@ fn every_link_and_picture_within_the_guide_leads_somewhere() {
 
 #[test]
 fn a_dead_link_is_found() {
-    let text = "# Here\n[a](#here) [b](#there) [c](SUMMARY.md) [d](nowhere.md) [e](SUMMARY.md#nowhere)";
+    let text = "# Here\n[a](#here) [b](#there) [c](SUMMARY.md) [d](nowhere.md) [e](SUMMARY.md#nowhere)\n\
+                {{#include ../integrator.md}} {{#include ../gone.md}}";
     let page = Page { name: "a.md".into(), text: text.into() };
-    assert_eq!(dead_links(&page), ["#there", "nowhere.md", "SUMMARY.md#nowhere"]);
+    assert_eq!(dead_links(&page), ["#there", "nowhere.md", "SUMMARY.md#nowhere", "../gone.md"]);
 }

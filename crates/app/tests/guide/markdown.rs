@@ -114,6 +114,12 @@ impl Page {
         found
     }
 
+    /// The files that are included in it, by their path from the book's sources.
+    pub(crate) fn includes(&self) -> Vec<String> {
+        let parts = self.text.split("{{#include ").skip(1);
+        parts.map(|part| part.split("}}").next().unwrap_or_default().to_owned()).collect()
+    }
+
     /// The anchors of its headings, as mdBook makes them.
     pub(crate) fn anchors(&self) -> Vec<String> {
         let headings = self.prose().into_iter().filter_map(|line| line.strip_prefix('#'));
@@ -158,11 +164,12 @@ fn anchor(heading: &str) -> String {
 #[test]
 fn blocks_tables_links_and_anchors_are_found() {
     let text = "# A `title`, here\n[b](b.md#c) ![f](figures/f.svg) [w](https://w.org)\n\n| symbol | *unit* |\n|-|-|\n\
-                | J<sub>M</sub> | N·m |\n| [x](y) | 1 |\n\n```sh\n# no heading [n](o)\n```\n";
+                | J<sub>M</sub> | N·m |\n| [x](y) | 1 |\n\n```sh\n# no heading [n](o)\n```\n{{#include ../a.rs}}\n";
     let page = Page { name: "a.md".into(), text: text.into() };
     let block = Block { kind: "sh".into(), first: 9, lines: vec!["# no heading [n](o)".into()] };
     assert_eq!(page.blocks(), [block]);
     assert_eq!(page.links(), ["b.md#c", "figures/f.svg", "y"]);
+    assert_eq!(page.includes(), ["../a.rs"]);
     assert_eq!(page.anchors(), ["a-title-here"]);
     let tables = page.tables();
     assert_eq!((tables.len(), tables[0].heading.as_str()), (1, "A title, here"));
