@@ -84,15 +84,19 @@ fn pitch_ripple_and_offset_of_a_real_axis_are_found() {
 #[test]
 fn the_paper_is_reproduced() {
     let demo = Demo::run(&preset("clm-bench"), 1, &Watch::silent()).unwrap();
-    let breakaway = demo.law.desired.breakaway_torque;
+    let breakaway = demo.rendering.law.desired.breakaway_torque;
     assert!((demo.preload.wanted - 1.0).abs() < 0.02, "{:?}", demo.preload);
-    assert!(demo.error_outside_fade() <= 0.01 * breakaway, "{}", demo.error_outside_fade() / breakaway);
-    let ratio = demo.error_inside_fade() / demo.expected_inside_fade();
+    assert!(
+        demo.rendering.error_outside_fade() <= 0.01 * breakaway,
+        "{}",
+        demo.rendering.error_outside_fade() / breakaway
+    );
+    let ratio = demo.rendering.error_inside_fade() / demo.rendering.expected_inside_fade();
     assert!((ratio - 1.0).abs() <= 0.2, "inside the fade-out {ratio} times what is expected");
     // The paper's point: inside nearly nothing is rendered, so much remains.
-    assert!(demo.error_inside_fade() > 0.01 * breakaway);
+    assert!(demo.rendering.error_inside_fade() > 0.01 * breakaway);
     // Figure 14: the load motor jumps by the difference torque at the limits.
-    let step = (demo.law.desired.magnitude(0.3) - demo.law.own.magnitude(0.3)).abs();
+    let step = (demo.rendering.law.desired.magnitude(0.3) - demo.rendering.law.own.magnitude(0.3)).abs();
     assert!(step > 0.015, "{step}");
 }
 

@@ -9,6 +9,7 @@ use stickslip::quantity::number;
 use stickslip::{Preset, Watch, parameters};
 
 use crate::failure::Failure;
+use crate::shown::Shown;
 
 /// What `demo` can be told.
 #[derive(Args)]
@@ -25,11 +26,19 @@ pub(crate) struct DemoCommand {
     /// For scripts: end when the results are written. There is nothing yet that goes on after it.
     #[arg(long, hide = true)]
     no_serve: bool,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
 }
 
 impl Default for DemoCommand {
     fn default() -> Self {
-        DemoCommand { out: "stickslip-out/demo".into(), seed: 1, preset: "clm-bench".into(), no_serve: true }
+        DemoCommand {
+            out: "stickslip-out/demo".into(),
+            seed: 1,
+            preset: "clm-bench".into(),
+            no_serve: true,
+            shown: Shown::default(),
+        }
     }
 }
 
@@ -39,37 +48,36 @@ impl DemoCommand {
         let preset: Preset<f64> = parameters::presets::find(&self.preset)?.read()?;
         let demo = Demo::run(&preset, self.seed, watch)?;
         let command = format!("stickslip demo --preset {} --seed {}", self.preset, self.seed);
-        demo.write(&self.out, &command)?;
+        let summary = demo.write(&self.out, &command)?;
 
-        writeln!(
-            out,
-            "Friction wheel: preload {} brings the breakaway torque to {} N·m ({} would be exact, 1 is the most).",
-            number(demo.preload.preload, 3),
-            number(demo.preload.breakaway_torque, 3),
-            number(demo.preload.wanted, 3)
-        )?;
-        writeln!(out, "Own friction at this preload, measured at constant speeds:")?;
-        for (name, estimate) in demo.own.lines() {
-            writeln!(out, "  {name:<26} {estimate}")?;
-        }
-        let breakaway = demo.law.desired.breakaway_torque;
-        let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
-        writeln!(out, "Rendered by the load motor and measured again, RMS distance from the desired characteristic:")?;
-        writeln!(out, "  outside the fade-out       {} % of M_S", percent(demo.error_outside_fade()))?;
-        writeln!(
-            out,
-            "  inside                     {} % of M_S, expected {} %",
-            percent(demo.error_inside_fade()),
-            percent(demo.expected_inside_fade())
-        )?;
-        writeln!(
-            out,
-            "{} s on the bench took {} s: {} times real time.",
-            number(demo.bench_time, 0),
-            number(demo.wall_time, 1),
-            number(demo.bench_time / demo.wall_time, 0)
-        )?;
-        writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?;
-        Ok(())
+        self.shown.show(out, &summary, |out| {
+            writeln!(
+                out,
+                "Friction wheel: preload {} brings the breakaway torque to {} N·m ({} would be exact, 1 is the most).",
+                number(demo.preload.preload, 3),
+                number(demo.preload.breakaway_torque, 3),
+                number(demo.preload.wanted, 3)
+            )?;
+            writeln!(out, "Own friction at this preload, measured at constant speeds:")?;
+            for (name, estimate) in demo.own.lines() {
+                writeln!(out, "  {name:<26} {estimate}")?;
+            }
+            writeln!(
+                out,
+                "Rendered by the load motor and measured again, RMS distance from the desired characteristic:"
+            )?;
+            for line in demo.rendering.lines() {
+                writeln!(out, "  {line}")?;
+            }
+            writeln!(
+                out,
+                "{} s on the bench took {} s: {} times real time.",
+                number(demo.bench_time, 0),
+                number(demo.wall_time, 1),
+                number(demo.bench_time / demo.wall_time, 0)
+            )?;
+            writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?;
+            Ok(())
+        })
     }
 }

@@ -4,7 +4,6 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use stickslip::Watch;
 use stickslip::curve_file::CurveColumns;
 use stickslip::workflow::fit::fit_file;
 
@@ -46,8 +45,7 @@ enum Directions {
 }
 
 impl Fit {
-    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        watch.stage("fit", 0.0)?;
+    pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let Fit { velocity, torque, standard_error, group, .. } = self;
         let columns = CurveColumns { velocity, torque, standard_error, group };
         let fits = fit_file(&self.curve, &columns, self.side == Directions::Each)?;

@@ -11,6 +11,7 @@ use stickslip::recording::Recording;
 use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
+use crate::shown::Shown;
 
 /// What to identify.
 #[derive(Args)]
@@ -23,6 +24,8 @@ pub(crate) struct Identify {
     /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/identify")]
     out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
 }
 
 impl Identify {
@@ -34,8 +37,10 @@ impl Identify {
         watch.stage("write", 0.0)?;
         let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
         let summary = write(&found, &machine, &recording, &command, &self.out)?;
-        show(&found, &summary, &machine, out)?;
-        Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        self.shown.show(out, &summary, |out| {
+            show(&found, &summary, &machine, out)?;
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
     }
 }
 

@@ -1,11 +1,14 @@
 //! One file a command.
 
+mod completions;
 mod demo;
+mod design;
 mod fit;
 mod identify;
 mod machine;
 mod measure;
 mod params;
+mod render;
 mod report;
 mod validate;
 
@@ -30,6 +33,17 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip fit stickslip-out/measure-friction\n\
                             Example: stickslip fit data/direct_drive_joint/friction_curve.csv --side each")]
     Fit(fit::Fit),
+    /// The desired friction, from reference points or single values, and what the load motor can do about it.
+    #[command(
+        after_help = "Example: stickslip design --from stickslip-out/fit/fit.toml --set desired.stribeck_velocity=1.5\n\
+                            Example: stickslip design --from clm-bench --point 0=0.3 --point 2=0.17 --point 12=0.13"
+    )]
+    Design(design::DesignCommand),
+    /// Let the load motor render the difference of desired and own friction, and measure again.
+    #[command(
+        after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
+    )]
+    Render(render::RenderCommand),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -49,6 +63,9 @@ pub(crate) enum Command {
     /// The page of saved results again, or one page of several with their curves over each other.
     #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
     Report(report::ReportCommand),
+    /// Print the completions of the command line for a shell.
+    #[command(after_help = "Example: stickslip completions bash")]
+    Completions(completions::Completions),
 }
 
 impl Default for Command {
@@ -63,20 +80,32 @@ impl Command {
     /// asks it to stop, and does not end the program.
     pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
         match self {
-            Command::Demo(command) => command.run(out, &watch(Shown::default())),
+            Command::Demo(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
             Command::Measure(command) => {
                 let watch = watch(command.shown());
                 command.run(out, &watch)
             }
-            Command::Fit(command) => {
+            Command::Fit(command) => command.run(out),
+            Command::Design(command) => command.run(out),
+            Command::Render(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
-            Command::Identify(command) => command.run(out, &watch(Shown::default())),
-            Command::Validate(command) => command.run(out, &watch(Shown::default())),
+            Command::Identify(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Validate(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
             Command::Report(command) => command.run(out),
+            Command::Completions(command) => command.run(out),
         }
     }
 }

@@ -10,6 +10,7 @@ use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
 use crate::failure::Failure;
+use crate::shown::Shown;
 
 /// What to validate on what.
 #[derive(Args)]
@@ -25,6 +26,8 @@ pub(crate) struct Validate {
     /// Folder for report.html, figures and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
     out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
 }
 
 impl Validate {
@@ -40,11 +43,13 @@ impl Validate {
             self.model.display(),
             self.machine.display()
         );
-        found.write(&machine, &recording, &command, &self.out)?;
-        writeln!(out, "{}", found.verdict().replace('\u{a0}', " "))?;
-        for note in &found.signals.notes {
-            writeln!(out, "  {note}")?;
-        }
-        Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        let summary = found.write(&machine, &recording, &command, &self.out)?;
+        self.shown.show(out, &summary, |out| {
+            writeln!(out, "{}", found.verdict().replace('\u{a0}', " "))?;
+            for note in &found.signals.notes {
+                writeln!(out, "  {note}")?;
+            }
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
     }
 }

@@ -18,7 +18,7 @@ impl Demo {
         estimates(&mut summary, "measure", &self.own.fit);
         estimates(&mut summary, "measure.released", &self.released.fit);
         estimates(&mut summary, "measure.pressed", &self.pressed.fit);
-        let dropped = [&self.released.curve, &self.pressed.curve, &self.own.curve, &self.rendered];
+        let dropped = [&self.released.curve, &self.pressed.curve, &self.own.curve, &self.rendering.curve];
         let dropped: usize = dropped.iter().map(|curve| curve.dropped().count()).sum();
         summary
             .result("measure.duration", self.own.curve.duration, "s")
@@ -28,25 +28,13 @@ impl Demo {
         for ((name, _, unit), value) in PARAMETERS.iter().zip(self.truth.parameters) {
             summary.result(&format!("truth.{name}"), value, unit);
         }
-        let breakaway = self.law.desired.breakaway_torque;
-        let outside = self.error_outside_fade();
-        summary
-            .result("truth.fit_residual", self.truth_residual, "N m")
-            .result("render.rms_error", outside, "N m")
-            .result("render.rms_error_over_breakaway", outside / breakaway, "1")
-            .result("render.rms_error_inside_fade_over_breakaway", self.error_inside_fade() / breakaway, "1")
-            .result("render.expected_inside_fade_over_breakaway", self.expected_inside_fade() / breakaway, "1")
-            .result(
-                "render.expected_inside_fade_if_steady_over_breakaway",
-                self.expected_inside_fade_if_steady() / breakaway,
-                "1",
-            )
-            .result("render.fade_velocity", self.law.fade_velocity, "rad/s")
-            .result("render.velocity_noise", self.velocity_noise, "rad/s")
-            .result("render.step_at_fade", self.step_at_fade(), "N m")
-            .result("speed.bench_time", self.bench_time, "s")
-            .result("speed.wall_time", self.wall_time, "s")
-            .result("speed.real_time_factor", self.bench_time / self.wall_time, "1");
+        summary.result("truth.fit_residual", self.truth_residual, "N m");
+        self.rendering.tell(&mut summary);
+        summary.result("speed.bench_time", self.bench_time, "s").result("speed.wall_time", self.wall_time, "s").result(
+            "speed.real_time_factor",
+            self.bench_time / self.wall_time,
+            "1",
+        );
         summary
     }
 
@@ -54,21 +42,16 @@ impl Demo {
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
         let own = &self.own.fit;
-        let mut report = Report::new("Friction rendered on the virtual bench", provenance).summary(format!(
-            "Rendered by the load motor through observer, current control and all delays, the desired friction is \
-                 met within {} outside the fade-out and {} inside, where {} is expected.",
-            self.over_breakaway(self.error_outside_fade()),
-            self.over_breakaway(self.error_inside_fade()),
-            self.over_breakaway(self.expected_inside_fade()),
-        ));
+        let mut report =
+            Report::new("Friction rendered on the virtual bench", provenance).summary(self.rendering.verdict());
         for (k, (_, name, unit)) in PARAMETERS.iter().enumerate() {
             report = report.key(format!("own {name}"), estimate(own, k, unit));
         }
         report = report
-            .key("RMS error outside the fade-out", Estimate::new(self.error_outside_fade(), "N m"))
-            .key("RMS error inside", Estimate::new(self.error_inside_fade(), "N m"))
+            .key("RMS error outside the fade-out", Estimate::new(self.rendering.error_outside_fade(), "N m"))
+            .key("RMS error inside", Estimate::new(self.rendering.error_inside_fade(), "N m"))
             .key("preload of the friction wheel", Estimate::new(self.preload.preload, "1"))
-            .key("torque step at the fade-out", Estimate::new(self.step_at_fade(), "N m"));
+            .key("torque step at the fade-out", Estimate::new(self.rendering.step_at_fade(), "N m"));
         let [shaping, measurement, design, own_and_desired, rendered, load_torque, sweep] =
             self.figures().map(|(_, figure, caption)| Section::Figure { figure: Box::new(figure), caption });
         report = report
@@ -111,7 +94,7 @@ impl Demo {
             ("released", &self.released.curve),
             ("pressed", &self.pressed.curve),
             ("own", &self.own.curve),
-            ("rendered", &self.rendered),
+            ("rendered", &self.rendering.curve),
         ]
     }
 
@@ -140,7 +123,7 @@ impl Demo {
             output::write(&directory.join(name), figure.svg())?;
             summary.file(name);
         }
-        for (name, curve) in [("measured.parquet", &self.own.curve), ("rendered.parquet", &self.rendered)] {
+        for (name, curve) in [("measured.parquet", &self.own.curve), ("rendered.parquet", &self.rendering.curve)] {
             write_parquet(&directory.join(name), &columns(curve))?;
             summary.file(name);
         }

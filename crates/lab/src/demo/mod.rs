@@ -8,21 +8,11 @@ mod files;
 
 use std::time::Instant;
 
-use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{DifferenceTorque, Law};
-
-use crate::bench::{Bench, Frame, VirtualBench};
-use crate::experiment::{
-    FrictionCurve, FrictionPlan, PreloadAdvice, advise_preload, expected_inside_fade, home, measure_friction,
-    predicted_velocity_noise, sweep_through_standstill,
-};
+use crate::bench::{Bench, VirtualBench};
+use crate::experiment::{FrictionCurve, FrictionPlan, PreloadAdvice, advise_preload, home, measure_friction};
 use crate::fit::StribeckFit;
+use crate::workflow::render::{Rendering, render};
 use crate::{Error, Preset, Watch, truth};
-
-/// Speed up to which the sweep through standstill goes [rad/s].
-const SWEEP_SPEED: f64 = 1.5;
-/// How fast it does [rad/s²].
-const SWEEP_ACCELERATION: f64 = 1.5;
 
 /// Everything that came out of the demonstration.
 #[derive(Clone, Debug)]
@@ -41,18 +31,12 @@ pub struct Demo {
     pub preload: PreloadAdvice,
     /// Own friction at that preload: what the law subtracts.
     pub own: Measured,
-    /// The law that rendered.
-    pub law: DifferenceTorque<f64>,
-    /// Curve 3 as measured under the law.
-    pub rendered: FrictionCurve,
-    /// Sweep through standstill under the law.
-    pub sweep: Vec<Frame>,
+    /// The law, and curve 3 as measured under it.
+    pub rendering: Rendering,
     /// What the own friction truly is.
     pub truth: StribeckFit,
     /// RMS distance of the true own friction from its best Stribeck curve at the plan's speeds [N m].
     pub truth_residual: f64,
-    /// Standard deviation of the estimated velocity that the data sheet predicts [rad/s].
-    pub velocity_noise: f64,
     /// Bench time [s].
     pub bench_time: f64,
     /// Time that it took [s].
@@ -86,10 +70,8 @@ impl Demo {
         let own = measure(&plan, &mut bench, preload.preload, watch)?;
         bench.learn_own(own.fit.curve());
 
-        let law = difference(&desired, &bench);
-        bench.set_law(Law::Paper(law));
-        let rendered = measure_friction(&plan, &mut bench, true, watch)?;
-        let sweep = sweep_through_standstill(&mut bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch)?;
+        let rendering = render(&plan, &desired, &mut bench, watch)?;
+        watch.check()?;
 
         let truth = truth::own_curve(bench.truth(), &plan)?;
         Ok(Demo {
@@ -100,37 +82,12 @@ impl Demo {
             pressed,
             preload,
             own,
-            law,
-            rendered,
             truth_residual: truth::distance(bench.truth(), &truth.curve(), &plan),
             truth,
-            velocity_noise: predicted_velocity_noise(bench.model(), bench.settings())?,
-            bench_time: sweep.last().map_or(0.0, |frame| frame.cycle as f64 * preset.bench.tick_time()),
-            sweep,
+            bench_time: rendering.sweep.last().map_or(0.0, |frame| frame.cycle as f64 * preset.bench.tick_time()),
+            rendering,
             wall_time: begin.elapsed().as_secs_f64(),
         })
-    }
-
-    /// RMS of measured minus desired outside the fade-out [N m].
-    pub fn error_outside_fade(&self) -> f64 {
-        self.rendered.rms_from(&self.law.desired, |speed| speed > self.law.fade_velocity)
-    }
-
-    /// The same inside [N m].
-    pub fn error_inside_fade(&self) -> f64 {
-        self.rendered.rms_from(&self.law.desired, |speed| speed <= self.law.fade_velocity)
-    }
-
-    /// What the law can be expected to leave inside [N m], for the spread of the estimated velocity on each plateau:
-    /// noise of the observer and motion of the load, which the steps at the fade limits shake.
-    pub fn expected_inside_fade(&self) -> f64 {
-        let plateaus = self.rendered.kept().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
-        expected_inside_fade(&self.law, plateaus)
-    }
-
-    /// The same for a load that moves steadily [N m]: by the observer's noise alone, as the data sheet predicts it.
-    pub fn expected_inside_fade_if_steady(&self) -> f64 {
-        expected_inside_fade(&self.law, self.plan.speeds().map(|speed| (speed, self.velocity_noise)))
     }
 }
 
@@ -141,15 +98,4 @@ fn measure(plan: &FrictionPlan<f64>, bench: &mut VirtualBench, preload: f64, wat
     watch.check()?;
     let fit = curve.fit()?;
     Ok(Measured { curve, fit })
-}
-
-/// The paper's law for what is believed of the machine.
-fn difference(desired: &Stribeck<f64>, bench: &dyn Bench) -> DifferenceTorque<f64> {
-    let model = bench.model();
-    DifferenceTorque {
-        desired: *desired,
-        own: model.own,
-        fade_velocity: bench.settings().fade_velocity,
-        torque_limit: model.load_amplifier.current_limit * model.load_motor.torque_constant,
-    }
 }

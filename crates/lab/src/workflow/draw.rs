@@ -6,6 +6,9 @@ use crate::experiment::FrictionCurve;
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::quantity::{Estimate, NORMAL95, tied};
 
+/// A figure with the name of its file and its caption.
+pub(crate) type Captioned = (&'static str, Figure, String);
+
 /// Points of a drawn curve.
 pub(crate) const POINTS: usize = 400;
 

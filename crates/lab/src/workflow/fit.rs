@@ -145,23 +145,33 @@ impl FrictionFits {
 
     /// What the data of a fit leave open, and which measurement would tell.
     pub fn advice(&self, fitted: &Fitted) -> Vec<String> {
-        let [unit, speed_unit] = self.units();
+        let speed_unit = self.units()[1];
         let mut advice: Vec<String> =
             fitted.fit.findings().iter().map(|finding| self.words(&finding.to_string())).collect();
-        for index in &fitted.fit.outliers {
-            let CurvePoint { velocity, torque, .. } = fitted.points[*index];
-            let [torque, velocity] = [Estimate::new(torque, unit), Estimate::new(velocity, speed_unit)];
-            advice.push(format!("The point at {velocity} ({torque}) is an outlier, and counts for little: repeat it."));
+        if !fitted.fit.outliers.is_empty() {
+            let velocity = |index: &usize| Estimate::new(fitted.points[*index].velocity, "1").to_string();
+            let at: Vec<String> = fitted.fit.outliers.iter().map(velocity).collect();
+            advice.push(format!(
+                "Points far off the curve count for little: at {} {speed_unit}. Repeat them.",
+                at.join(", ")
+            ));
         }
         let (worst, addition) = fitted.advice();
         if !addition.speeds.is_empty() {
             let mut speeds = addition.speeds.clone();
             speeds.sort_by(f64::total_cmp);
-            let speeds: Vec<String> = speeds.iter().map(|speed| Estimate::new(*speed, "1").to_string()).collect();
+            let mut plateaus: Vec<(String, usize)> = Vec::new();
+            for speed in speeds.iter().map(|speed| Estimate::new(*speed, "1").to_string()) {
+                match plateaus.last_mut().filter(|(last, _)| *last == speed) {
+                    Some((_, count)) => *count += 1,
+                    None => plateaus.push((speed, 1)),
+                }
+            }
+            let at: Vec<String> = plateaus.iter().map(|(speed, count)| format!("{count} at {speed}")).collect();
             advice.push(format!(
-                "The {} is known worst: plateaus at {} {speed_unit} more would bring its interval to {} % of its width.",
+                "The {} is known worst. More plateaus, {} {speed_unit}, would bring its interval to {} % of its width.",
                 self.words(PARAMETERS[worst].1),
-                speeds.join(", "),
+                at.join(", "),
                 number(100.0 * addition.shrinks_to[worst], 0)
             ));
         }

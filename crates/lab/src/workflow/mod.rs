@@ -3,9 +3,11 @@
 //! Each step is a function from values to a result, and a result writes itself into a folder: `summary.json`, the
 //! report, tables. The next step reads what the one before has written; [`demo`](crate::demo) does all on one bench.
 
+pub mod design;
 pub(crate) mod draw;
 pub mod fit;
 pub mod measure;
+pub mod render;
 pub(crate) mod tell;
 
 use std::path::Path;

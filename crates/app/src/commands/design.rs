@@ -1,0 +1,102 @@
+//! `stickslip design`: the desired friction, from reference points or single values.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+use stickslip::Preset;
+use stickslip::parameters::{self, presets};
+use stickslip::workflow::design::{Design, LoadLimits, through_points};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// From what to design.
+#[derive(Args)]
+pub(crate) struct DesignCommand {
+    /// Own friction: the fit.toml of a fit, or a preset. The desired one begins as it says under [bench.desired], or
+    /// else as --preset does.
+    #[arg(long, value_name = "FILE|NAME")]
+    from: String,
+    /// The bench whose load motor shall render it: a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// Reference point: speed in rad/s and torque in N m. The desired curve goes through all of them by least squares;
+    /// what they leave open stays as it began.
+    #[arg(long, value_name = "SPEED=TORQUE")]
+    point: Vec<Point>,
+    /// Change a value of the desired friction (desired.stribeck_velocity=1.5), after the points, or of the bench.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// Folder for desired.toml, report and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/design")]
+    out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+/// Speed [rad/s] and torque [N m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point([f64; 2]);
+
+impl FromStr for Point {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (speed, torque) = text.split_once('=').ok_or("write it as SPEED=TORQUE, for example 1.5=0.2")?;
+        let number = |text: &str| text.trim().parse().map_err(|_| format!("{text:?} is no number"));
+        Ok(Point([number(speed)?, number(torque)?]))
+    }
+}
+
+impl DesignCommand {
+    pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let of_desired = |setting: &&Setting| setting.path.starts_with("desired.");
+        let bench = self.set.iter().filter(|setting| !of_desired(setting));
+        let mut preset = source::preset(&self.preset, bench.map(|s| (s.path.as_str(), s.value.as_str())))?;
+        let from = presets::find(&self.from)?;
+        let known: Preset<f64> = from.read()?;
+        if from.states("bench.desired") {
+            preset.bench.desired = known.bench.desired;
+        }
+        let points: Vec<[f64; 2]> = self.point.iter().map(|point| point.0).collect();
+        if !points.is_empty() {
+            preset.bench.desired = through_points(&points, &preset.bench.desired)?;
+        }
+        let mut text = parameters::write_commented(&preset);
+        for Setting { path, value } in self.set.iter().filter(of_desired) {
+            text = parameters::set::<Preset<f64>>(&text, "--set", &format!("bench.{path}"), value)?;
+        }
+        let preset: Preset<f64> = parameters::read(&text, "--set").map_err(stickslip::Error::from)?;
+        let load = LoadLimits::of(&preset.model);
+        let design = Design { own: known.model.own, desired: preset.bench.desired, points, load };
+        let summary = design.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for line in design.table().lines() {
+                writeln!(out, "  {line}")?;
+            }
+            if let Some(distance) = summary.estimate("design.distance_from_points") {
+                writeln!(out, "The curve lies {distance} rms from its reference points.")?;
+            }
+            for remark in design.remarks() {
+                writeln!(out, "{remark}")?;
+            }
+            writeln!(out, "Desired friction for render: {}", self.out.join("desired.toml").display())?;
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_point_is_two_numbers() {
+        assert_eq!("1.5=0.2".parse(), Ok(Point([1.5, 0.2])));
+        assert!("1.5".parse::<Point>().unwrap_err().contains("SPEED=TORQUE"));
+        assert!("1.5=x".parse::<Point>().unwrap_err().contains("\"x\" is no number"));
+    }
+}

@@ -1,0 +1,385 @@
+//! The desired characteristic: from reference points or single values, and what the load motor can do about it.
+
+use std::convert::Infallible;
+use std::path::Path;
+
+use serde_json::Value;
+use stickslip_core::drive::Winding;
+use stickslip_core::friction::{Decay, Stribeck};
+use stickslip_core::scalar::{Dual, Scalar};
+
+use super::draw::{folded, friction, load, torque};
+use super::finish;
+use crate::figure::{Axis, Role, Series};
+use crate::fit::{PARAMETERS, Stop, minimise};
+use crate::parameters::{Entry, Value as Parameter, flatten};
+use crate::preset::Model;
+use crate::quantity::Estimate;
+use crate::report::{Cell, Provenance, Report, Table};
+use crate::{Error, Preset, Summary, output, parameters};
+
+/// Speed up to which own and desired friction are compared [rad/s]: as far as figures show them.
+pub const FASTEST: f64 = 80.0;
+/// Steps of the comparison, evenly spaced on a logarithmic scale from a ten-thousandth of [`FASTEST`].
+const STEPS: usize = 400;
+
+/// What the axis has and what it shall feel like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// Own friction.
+    pub own: Stribeck<f64>,
+    /// Desired friction.
+    pub desired: Stribeck<f64>,
+    /// Reference points that it was laid through: speed [rad/s] and torque [N m].
+    pub points: Vec<[f64; 2]>,
+    /// What the load motor can do.
+    pub load: LoadLimits,
+}
+
+/// What a load motor can do, as it is believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadLimits {
+    /// Torque at the amplifier's current limit [N m].
+    pub torque: f64,
+    winding: Winding<f64>,
+    voltage: f64,
+}
+
+impl LoadLimits {
+    /// Of the load motor and its amplifier.
+    pub fn of(model: &Model<f64>) -> Self {
+        LoadLimits {
+            torque: model.load_amplifier.current_limit * model.load_motor.torque_constant,
+            winding: model.load_motor,
+            voltage: model.load_amplifier.supply_voltage,
+        }
+    }
+
+    /// Lowest and highest steady torque [N m] against a motion at a speed Ω > 0 [rad/s]: current limit, and voltage,
+    /// 0 = ±U − R·i + K·Ω. The back-EMF helps the motor that brakes and hinders the one that drives.
+    pub fn at(&self, speed: f64) -> [f64; 2] {
+        let Winding { torque_constant, resistance, .. } = self.winding;
+        let by = |voltage: f64| torque_constant * (voltage + torque_constant * speed) / resistance;
+        [by(-self.voltage).max(-self.torque), by(self.voltage).min(self.torque)]
+    }
+}
+
+/// A range of speeds in which the load motor cannot give the difference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shortage {
+    /// From and to [rad/s].
+    pub speeds: [f64; 2],
+    /// Largest torque that is missing [N m].
+    pub missing: f64,
+}
+
+/// The Stribeck curve through reference points (speed ≥ 0 [rad/s], torque > 0 [N m]) by least squares. What the points
+/// leave open stays near `start`: a change of a parameter by a factor of e weighs as much as a thousandth of the
+/// largest torque.
+///
+/// # Errors
+/// [`Error::CurvePoint`] for a point that is none; [`Error::TooFew`] without one.
+pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stribeck<f64>, Error> {
+    for (index, &[speed, torque]) in points.iter().enumerate() {
+        if !(speed.is_finite() && speed >= 0.0) {
+            let remedy = "A reference point has a speed from 0 on: friction is the same in both directions.";
+            return Err(Error::CurvePoint { index, field: "velocity", value: speed, remedy });
+        }
+        if !(torque.is_finite() && torque > 0.0) {
+            let remedy = "Friction brakes: give a torque above 0.";
+            return Err(Error::CurvePoint { index, field: "torque", value: torque, remedy });
+        }
+    }
+    let largest = points.iter().map(|[_, torque]| *torque).fold(0.0, f64::max);
+    if points.is_empty() {
+        let remedy = "Give one at least.";
+        return Err(Error::TooFew { what: "reference points", found: 0, needed: 1, remedy });
+    }
+    let old = [start.breakaway_torque, start.kinetic_torque, start.stribeck_velocity, start.viscous_friction.max(1e-9)];
+    const BOUNDS: [[f64; 2]; 4] = [[1e-6, 200.0], [1e-6, 200.0], [1e-4, 1e3], [1e-12, 50.0]];
+    let stop = Stop { step: 1e-10, fall: 1e-14, evaluations: 400 };
+    let mut best: Option<(f64, [f64; 4])> = None;
+    for factor in [0.1, 0.3, 1.0, 3.0] {
+        let mut from = old;
+        from[2] = (from[2] * factor).clamp(BOUNDS[2][0], BOUNDS[2][1]);
+        let found = minimise(from, BOUNDS, stop, |p: [Dual<4>; 4]| {
+            let curve = exponential(p);
+            let off = points.iter().map(|&[speed, torque]| curve.magnitude(Dual::of(speed)) - Dual::of(torque));
+            let moved = (0..4).map(|i| (p[i] / Dual::of(old[i])).ln() * Dual::of(1e-3 * largest));
+            Ok::<_, Infallible>(off.chain(moved).collect())
+        });
+        let Ok(found) = found;
+        if best.is_none_or(|(cost, _)| found.cost < cost) {
+            best = Some((found.cost, found.parameters));
+        }
+    }
+    Ok(exponential(best.expect("four starts").1))
+}
+
+/// The exponential form, equation (1).
+fn exponential<T: Scalar>(parameters: [T; 4]) -> Stribeck<T> {
+    let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = parameters;
+    let decay = Decay::Exponential;
+    Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, decay }
+}
+
+impl Design {
+    /// Desired minus own torque at a speed Ω ≥ 0 [N m]: what the load motor adds.
+    pub fn difference(&self, speed: f64) -> f64 {
+        self.desired.magnitude(speed) - self.own.magnitude(speed)
+    }
+
+    /// RMS distance of the desired characteristic from its reference points [N m]; NaN without points.
+    pub fn distance(&self) -> f64 {
+        let squares: f64 =
+            self.points.iter().map(|[speed, torque]| (self.desired.magnitude(*speed) - torque).powi(2)).sum();
+        (squares / self.points.len() as f64).sqrt()
+    }
+
+    /// The speeds of the comparison [rad/s], rising.
+    fn speeds() -> impl Iterator<Item = f64> {
+        (0..=STEPS).map(|k| FASTEST * libm::pow(1e4, k as f64 / STEPS as f64 - 1.0))
+    }
+
+    /// Largest difference torque by magnitude, with its sign [N m], and the speed at which it is needed [rad/s].
+    pub fn largest(&self) -> [f64; 2] {
+        let differences = Self::speeds().map(|speed| [self.difference(speed), speed]);
+        differences.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).expect("there are speeds")
+    }
+
+    /// Speeds at which the difference torque changes its sign [rad/s]: there the load motor changes from braking to
+    /// driving, or back.
+    pub fn sign_changes(&self) -> Vec<f64> {
+        let speeds: Vec<f64> = Self::speeds().collect();
+        let crosses = |pair: &&[f64]| self.difference(pair[0]) * self.difference(pair[1]) < 0.0;
+        let narrow = |pair: &[f64]| {
+            let [mut low, mut high] = [pair[0], pair[1]];
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if self.difference(low) * self.difference(middle) > 0.0 { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        };
+        speeds.windows(2).filter(crosses).map(narrow).collect()
+    }
+
+    /// Where the load motor cannot give the difference.
+    pub fn shortages(&self) -> Vec<Shortage> {
+        let mut shortages: Vec<Shortage> = Vec::new();
+        let mut before = false;
+        for speed in Self::speeds() {
+            let difference = self.difference(speed);
+            let [low, high] = self.load.at(speed);
+            let missing = (difference - high).max(low - difference);
+            match shortages.last_mut().filter(|_| before) {
+                _ if missing <= 0.0 => {}
+                Some(last) => *last = Shortage { speeds: [last.speeds[0], speed], missing: last.missing.max(missing) },
+                None => shortages.push(Shortage { speeds: [speed; 2], missing }),
+            }
+            before = missing > 0.0;
+        }
+        shortages
+    }
+
+    /// What a reader should know, in sentences.
+    pub fn remarks(&self) -> Vec<String> {
+        let speed = |value: f64| Estimate::new(value, "rad/s").to_string();
+        let mut remarks = Vec::new();
+        let [largest, at] = self.largest();
+        let limit = Estimate::new(self.load.torque, "N m");
+        remarks.push(format!(
+            "The load motor has to {} with up to {}, at {}; it has {limit}.",
+            if largest < 0.0 { "drive" } else { "brake" },
+            Estimate::new(largest.abs(), "N m"),
+            speed(at)
+        ));
+        for change in self.sign_changes() {
+            remarks.push(format!("The difference torque changes its sign at {}.", speed(change)));
+        }
+        for Shortage { speeds: [from, to], missing } in self.shortages() {
+            remarks.push(format!(
+                "From {} to {} the load motor lacks up to {}: there the desired friction cannot be rendered.",
+                speed(from),
+                speed(to),
+                Estimate::new(missing, "N m")
+            ));
+        }
+        let rest = self.desired.breakaway_torque - self.own.breakaway_torque;
+        if rest.abs() > 0.05 * self.desired.breakaway_torque {
+            remarks.push(format!(
+                "At rest nothing is rendered: the breakaway torque stays {} off. Set it by the linings, or choose M_S = {}.",
+                Estimate::new(rest.abs(), "N m"),
+                Estimate::new(self.own.breakaway_torque, "N m")
+            ));
+        }
+        remarks
+    }
+
+    /// Own and desired parameters beside each other.
+    pub fn table(&self) -> Table {
+        let table = Table::new(["parameter", "own", "desired", "difference"]).caption("Own and desired friction.");
+        PARAMETERS.iter().zip(values(&self.own)).zip(values(&self.desired)).fold(
+            table,
+            |table, (((_, name, unit), own), desired)| {
+                let cell = |value: f64| Cell::Estimate(Estimate::new(value, *unit));
+                table.row([(*name).into(), cell(own), cell(desired), cell(desired - own)])
+            },
+        )
+    }
+
+    /// `desired.toml`: the desired friction as a part of a parameter file.
+    pub fn fragment(&self) -> String {
+        let head = "# Desired friction.\n# A part of a parameter file: what is not written here has its default.\n\n[bench.desired]\n";
+        let line = |Entry { path, value, .. }: &Entry| match value {
+            Parameter::Number(value) => format!("{path} = {value:?}\n"),
+            Parameter::Variant(name) => format!("{path} = \"{name}\"\n"),
+        };
+        head.to_owned() + &flatten(&self.desired).iter().map(line).collect::<String>()
+    }
+
+    /// The numbers, under their stable names.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("design");
+        for ((key, _, unit), (own, desired)) in
+            PARAMETERS.iter().zip(values(&self.own).into_iter().zip(values(&self.desired)))
+        {
+            summary.result(&format!("own.{key}"), own, unit).result(&format!("desired.{key}"), desired, unit);
+        }
+        let [largest, at] = self.largest();
+        summary
+            .result("design.largest_difference", largest, "N m")
+            .result("design.largest_difference_at", at, "rad/s")
+            .result("design.torque_limit", self.load.torque, "N m")
+            .result("design.shortages", self.shortages().len() as f64, "1");
+        if !self.points.is_empty() {
+            summary.result("design.distance_from_points", self.distance(), "N m");
+        }
+        for change in self.sign_changes() {
+            summary.row([("kind", Value::from("sign change")), ("speed", change.into())]);
+        }
+        for Shortage { speeds: [from, to], missing } in self.shortages() {
+            summary.row([
+                ("kind", "shortage".into()),
+                ("speed", from.into()),
+                ("to", to.into()),
+                ("missing", missing.into()),
+            ]);
+        }
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let figure = friction("Own and desired friction")
+            .series(Series::line(Role::Own, "own", folded(&self.own, FASTEST)))
+            .series(Series::line(Role::Desired, "desired", folded(&self.desired, FASTEST)))
+            .series(
+                Series::points(Role::Reference, "reference points", self.points.iter().map(|[v, m]| (*v, *m))).large(),
+            );
+        let difference = Self::speeds().map(|speed| (speed, self.difference(speed)));
+        let able = Self::speeds().map(|speed| {
+            let [low, high] = self.load.at(speed);
+            (speed, low, high)
+        });
+        let asked = load("Difference torque, and what the load motor can do")
+            .x(Axis::new("speed Ω", "rad/s").stretched())
+            .series(Series::band(Role::Reference, "load motor", able))
+            .series(Series::line(Role::Rendered, "difference torque", difference));
+        let [largest, _] = self.largest();
+        let caption = format!(
+            "What the axis has, and what it shall feel like; the load motor bridges up to {}.",
+            torque(largest.abs())
+        );
+        let about =
+            "Desired minus own friction, against positive motion, and the torque that current and voltage admit.";
+        Report::new("Desired friction", Provenance::new(command, None, self.fragment()))
+            .summary(self.remarks().join(" "))
+            .table(self.table())
+            .figure(figure, caption)
+            .figure(asked, about)
+    }
+
+    /// Writes `desired.toml`, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::Parameters`] where the desired characteristic is none that a parameter file may hold; [`Error::File`].
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        let text = self.fragment();
+        parameters::read::<Preset<f64>>(&text, "desired.toml")?;
+        output::create_folder(directory)?;
+        output::write(&directory.join("desired.toml"), text)?;
+        let mut summary = self.summary();
+        summary.file("desired.toml");
+        finish(summary, &self.report(command), directory)
+    }
+}
+
+/// The numbers of a curve, in the order of [`PARAMETERS`].
+fn values(curve: &Stribeck<f64>) -> [f64; 4] {
+    [curve.breakaway_torque, curve.kinetic_torque, curve.stribeck_velocity, curve.viscous_friction]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn design(desired: Stribeck<f64>) -> Design {
+        let load = LoadLimits::of(&Preset::default().model);
+        Design { own: Stribeck::default(), desired, points: Vec::new(), load }
+    }
+
+    #[test]
+    fn four_points_of_a_curve_give_the_curve_back() {
+        let truth =
+            Stribeck { kinetic_torque: 0.12, stribeck_velocity: 1.5, viscous_friction: 1.2e-3, ..Stribeck::default() };
+        let points = [0.0, 1.5, 12.0, 80.0].map(|speed| [speed, truth.magnitude(speed)]);
+        let found = through_points(&points, &Stribeck::default()).unwrap();
+        for (found, truth) in values(&found).into_iter().zip(values(&truth)) {
+            // The pull of the start, a thousandth of the torque on each parameter, squared.
+            assert!((found / truth - 1.0).abs() < 1e-3, "{found} for {truth}");
+        }
+    }
+
+    #[test]
+    fn one_point_moves_what_it_tells_of_and_leaves_the_rest() {
+        let start = Stribeck::default();
+        let found = through_points(&[[0.0, 0.4]], &start).unwrap();
+        assert!((found.breakaway_torque - 0.4).abs() < 1e-4, "{found:?}");
+        assert!((found.kinetic_torque / start.kinetic_torque - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_no_reference_point_is_refused() {
+        let refusal = |points: &[[f64; 2]]| through_points(points, &Stribeck::default()).unwrap_err().to_string();
+        assert!(refusal(&[[1.0, 0.2], [-1.0, 0.2]]).starts_with("point 1 of the friction curve: velocity = -1."));
+        assert!(refusal(&[[1.0, f64::NAN]]).contains("torque = NaN. Friction brakes"));
+        assert!(refusal(&[]).contains("0 reference points, 1 are needed"));
+    }
+
+    #[test]
+    fn sign_changes_and_what_the_motor_cannot_do_are_found() {
+        let gentle = design(Stribeck { kinetic_torque: 0.12, viscous_friction: 1.2e-3, ..Stribeck::default() });
+        let [change] = gentle.sign_changes()[..] else { panic!("{:?}", gentle.sign_changes()) };
+        // −0.06 N m·(1 − e^(−Ω/3)) + 1e-3·Ω = 0: from 20 rad/s on the exponential is below 1e-8 of it.
+        assert!((change - 60.0).abs() < 1e-5 && gentle.shortages().is_empty(), "{change}");
+        let steep = design(Stribeck { viscous_friction: 0.05, ..Stribeck::default() });
+        let [Shortage { speeds: [from, to], missing }] = steep.shortages()[..] else { panic!() };
+        // The difference, (0.05 − 2e-4)·Ω, passes 15 A · 0.0934 N m/A; a step of the comparison is 2.3 %.
+        assert!((from / (1.401 / 0.0498) - 1.0).abs() < 0.025 && to == FASTEST, "{from} {to}");
+        assert!((missing - (0.0498 * 80.0 - 1.401)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_back_emf_hinders_the_motor_that_drives() {
+        let limits = LoadLimits { voltage: 8.0, ..LoadLimits::of(&Preset::default().model) };
+        let [low, high] = limits.at(60.0);
+        assert!(low.abs() < 0.6 * high && high <= limits.torque, "{low} … {high}");
+    }
+
+    #[test]
+    fn a_desired_characteristic_reads_back_to_its_bits() {
+        let desired = Stribeck { decay: Decay::Gaussian, kinetic_torque: 0.1 + 0.2, ..Stribeck::default() };
+        let back: Preset<f64> = parameters::read(&design(desired).fragment(), "desired.toml").unwrap();
+        assert_eq!(back.bench.desired, desired);
+    }
+}

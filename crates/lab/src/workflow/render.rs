@@ -1,0 +1,316 @@
+//! Rendering: the load motor gives the difference, and the friction is measured again under it.
+
+use std::path::Path;
+
+use stickslip_core::friction::Stribeck;
+use stickslip_core::render::{DifferenceTorque, Law};
+
+use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
+use super::tell::{columns, rows};
+use super::{finish, write_columns};
+use crate::bench::{Bench, Frame, VirtualBench};
+use crate::experiment::{
+    FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, predicted_velocity_noise,
+    sweep_through_standstill,
+};
+use crate::figure::{Axis, Figure, Role, Series};
+use crate::quantity::{Estimate, number, tied};
+use crate::report::{Provenance, Report, Section};
+use crate::{Error, Preset, Summary, Watch, output, parameters};
+
+/// Speed up to which the sweep through standstill goes [rad/s].
+const SWEEP_SPEED: f64 = 1.5;
+/// How fast it does [rad/s²].
+const SWEEP_ACCELERATION: f64 = 1.5;
+
+/// A law, and what was measured under it.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The plan of the measurement.
+    pub plan: FrictionPlan<f64>,
+    /// The law that rendered.
+    pub law: DifferenceTorque<f64>,
+    /// The friction as measured under the law.
+    pub curve: FrictionCurve,
+    /// Sweep through standstill under the law; empty where the run was cancelled.
+    pub sweep: Vec<Frame>,
+    /// Standard deviation of the estimated velocity that the data sheet predicts [rad/s].
+    pub velocity_noise: f64,
+}
+
+/// Renders the desired friction on a bench that is homed and knows its own friction, and measures it.
+///
+/// # Errors
+/// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
+/// [`Error::BenchFault`]; what the design functions refuse.
+pub fn render(
+    plan: &FrictionPlan<f64>,
+    desired: &Stribeck<f64>,
+    bench: &mut dyn Bench,
+    watch: &Watch,
+) -> Result<Rendering, Error> {
+    let law = difference(desired, bench);
+    bench.set_law(Law::Paper(law));
+    let curve = measure_friction(plan, bench, true, watch)?;
+    let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
+        Err(Error::Cancelled) => Vec::new(),
+        ended => ended?,
+    };
+    let velocity_noise = predicted_velocity_noise(bench.model(), bench.settings())?;
+    Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise })
+}
+
+/// The paper's law for what is believed of the machine.
+fn difference(desired: &Stribeck<f64>, bench: &dyn Bench) -> DifferenceTorque<f64> {
+    let model = bench.model();
+    DifferenceTorque {
+        desired: *desired,
+        own: model.own,
+        fade_velocity: bench.settings().fade_velocity,
+        torque_limit: model.load_amplifier.current_limit * model.load_motor.torque_constant,
+    }
+}
+
+impl Rendering {
+    /// Whether it came to its end.
+    pub fn complete(&self) -> bool {
+        self.curve.complete && !self.sweep.is_empty()
+    }
+
+    /// RMS of measured minus desired outside the fade-out [N m].
+    pub fn error_outside_fade(&self) -> f64 {
+        self.curve.rms_from(&self.law.desired, |speed| speed > self.law.fade_velocity)
+    }
+
+    /// The same inside [N m].
+    pub fn error_inside_fade(&self) -> f64 {
+        self.curve.rms_from(&self.law.desired, |speed| speed <= self.law.fade_velocity)
+    }
+
+    /// What the law can be expected to leave inside [N m], for the spread of the estimated velocity on each plateau:
+    /// noise of the observer and motion of the load, which the steps at the fade limits shake.
+    pub fn expected_inside_fade(&self) -> f64 {
+        let plateaus = self.curve.kept().map(|plateau| (plateau.set_velocity, plateau.velocity_spread));
+        expected_inside_fade(&self.law, plateaus)
+    }
+
+    /// The same for a load that moves steadily [N m]: by the observer's noise alone, as the data sheet predicts it.
+    pub fn expected_inside_fade_if_steady(&self) -> f64 {
+        expected_inside_fade(&self.law, self.plan.speeds().map(|speed| (speed, self.velocity_noise)))
+    }
+
+    /// Speed up to which curves are drawn [rad/s]: beyond the plan, where the difference torque changes its sign.
+    pub(crate) fn drawn_to(&self) -> f64 {
+        1.6 * self.plan.fastest
+    }
+
+    /// The numbers, under their stable names.
+    pub(crate) fn tell(&self, summary: &mut Summary) {
+        let breakaway = self.law.desired.breakaway_torque;
+        let outside = self.error_outside_fade();
+        let over_breakaway = [
+            ("rms_error", outside),
+            ("rms_error_inside_fade", self.error_inside_fade()),
+            ("expected_inside_fade", self.expected_inside_fade()),
+            ("expected_inside_fade_if_steady", self.expected_inside_fade_if_steady()),
+        ];
+        for (name, torque) in over_breakaway {
+            summary.result(&format!("render.{name}_over_breakaway"), torque / breakaway, "1");
+        }
+        summary
+            .result("render.rms_error", outside, "N m")
+            .result("render.fade_velocity", self.law.fade_velocity, "rad/s")
+            .result("render.velocity_noise", self.velocity_noise, "rad/s")
+            .result("render.step_at_fade", self.step_at_fade(), "N m");
+    }
+
+    /// What came out, in lines for a terminal.
+    pub fn lines(&self) -> [String; 2] {
+        let breakaway = self.law.desired.breakaway_torque;
+        let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
+        [
+            format!("outside the fade-out       {} % of M_S", percent(self.error_outside_fade())),
+            format!(
+                "inside                     {} % of M_S, expected {} %",
+                percent(self.error_inside_fade()),
+                percent(self.expected_inside_fade())
+            ),
+        ]
+    }
+
+    /// What came out, in a sentence.
+    pub(crate) fn verdict(&self) -> String {
+        format!(
+            "Rendered by the load motor through observer, current control and all delays, the desired friction is \
+             met within {} outside the fade-out and {} inside, where {} is expected.",
+            self.over_breakaway(self.error_outside_fade()),
+            self.over_breakaway(self.error_inside_fade()),
+            self.over_breakaway(self.expected_inside_fade()),
+        )
+    }
+
+    /// Figures 12 to 14 of the paper, and its step at the fade limits from close by; `own` is the friction that was
+    /// measured before, where it is at hand.
+    pub fn figures(&self, own: Option<&FrictionCurve>) -> [(&'static str, Figure, String); 4] {
+        [self.own_and_desired(own), self.desired_and_rendered(), self.load_torque(), self.sweep_through_standstill()]
+    }
+
+    /// Figure 12: own friction as measured, and the desired characteristic.
+    fn own_and_desired(&self, own: Option<&FrictionCurve>) -> Captioned {
+        let fastest = self.drawn_to();
+        let measured = own.map(|own| Series::points(Role::Measured, "measured", points(own)));
+        let figure = measured
+            .into_iter()
+            .fold(friction("Own friction and desired characteristic"), Figure::series)
+            .series(Series::line(Role::Own, "own, fitted", curve(&self.law.own, fastest)))
+            .series(Series::line(Role::Desired, "desired", curve(&self.law.desired, fastest)));
+        let widest = grid(fastest).map(|velocity| self.law.torque(velocity).abs()).fold(0.0, f64::max);
+        let caption = format!(
+            "Own friction at the preload that was set, measured, and what the axis shall feel like; figure 12 of the \
+             paper. The load motor has to bridge up to {}.",
+            torque(widest),
+        );
+        ("figure-12.svg", figure, caption)
+    }
+
+    /// Figure 13: desired characteristic, and the friction measured under the rendering law.
+    fn desired_and_rendered(&self) -> Captioned {
+        let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
+        let figure = friction("Desired characteristic, and friction measured under it")
+            .interval(-fade, fade, "fade-out")
+            .series(Series::points(Role::Rendered, "measured", points(&self.curve)))
+            .series(Series::line(Role::Own, "own", curve(&self.law.own, fastest)))
+            .series(Series::line(Role::Desired, "desired", curve(&self.law.desired, fastest)))
+            .series(plateaus(Role::Rendered, &self.curve));
+        let caption = format!(
+            "Measured again while the load motor renders the difference; figure 13 of the paper. Outside the fade-out \
+             the plateaus lie {} rms from the desired characteristic, inside, where only the mechanics acts, {}.",
+            self.over_breakaway(self.error_outside_fade()),
+            self.over_breakaway(self.error_inside_fade()),
+        );
+        ("figure-13.svg", figure, caption)
+    }
+
+    /// Figure 14: difference torque as the law asks for it, and the load motor's by its current.
+    fn load_torque(&self) -> Captioned {
+        let (fastest, fade) = (self.drawn_to(), self.law.fade_velocity);
+        let measured = self
+            .curve
+            .kept()
+            .flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.load_torque)));
+        let asked = grid(fastest).map(|velocity| (velocity, self.law.torque(velocity)));
+        let figure = load("Difference torque, and torque of the load motor")
+            .x(Axis::new("speed Ω", "rad/s").stretched())
+            .interval(-fade, fade, "fade-out")
+            .series(Series::points(Role::Rendered, "measured", measured))
+            .series(Series::line(Role::Reference, "difference torque", asked));
+        let caption = "The reference of the load motor's current control, and its torque by the current sensor; \
+                       figure 14 of the paper.";
+        ("figure-14.svg", figure, caption.into())
+    }
+
+    /// The step at the fade limits.
+    fn sweep_through_standstill(&self) -> Captioned {
+        let fade = self.law.fade_velocity;
+        let of = |value: fn(&Frame) -> f64| {
+            self.sweep.iter().map(|frame| (frame.signals.estimated_velocity, value(frame))).collect::<Vec<_>>()
+        };
+        let limit = self.sweep.iter().fold(0.0, |most: f64, frame| most.max(frame.signals.estimated_velocity.abs()));
+        let asked = (0..=POINTS)
+            .map(|k| limit * (2.0 * k as f64 / POINTS as f64 - 1.0))
+            .map(|velocity| (velocity, self.law.torque(velocity)));
+        let figure = load("Sweep through standstill")
+            .x(Axis::new("estimated speed Ω", "rad/s"))
+            .interval(-fade, fade, "fade-out")
+            .series(Series::points(Role::Rendered, "measured", of(|frame| frame.signals.measured_load_torque)))
+            .series(Series::line(Role::Reference, "difference torque", asked));
+        let caption = format!(
+            "A slow sweep both ways: at the limits of the fade-out, ± {}, the difference torque steps by {}. The step \
+             that figure 14 of the paper shows, from close by.",
+            tied(&Estimate::new(fade, "rad/s")),
+            torque(self.step_at_fade()),
+        );
+        ("figure-14-sweep.svg", figure, caption)
+    }
+
+    /// Height of the torque step at the limits of the fade-out [N m].
+    pub(crate) fn step_at_fade(&self) -> f64 {
+        let fade = self.law.fade_velocity;
+        (self.law.desired.magnitude(fade) - self.law.own.magnitude(fade)).abs()
+    }
+
+    /// A torque as people compare it: "1.23 % of M_S", the desired breakaway torque.
+    pub(crate) fn over_breakaway(&self, torque: f64) -> String {
+        format!("{}\u{a0}% of M_S", number(100.0 * torque / self.law.desired.breakaway_torque, 2))
+    }
+}
+
+/// A rendering with what it takes to run it again.
+#[derive(Clone, Debug)]
+pub struct RenderRun {
+    /// The bench, its belief of the own friction and the desired one included.
+    pub preset: Preset<f64>,
+    /// Seed of its noise.
+    pub seed: u64,
+    /// What was measured.
+    pub rendering: Rendering,
+}
+
+/// Switches a virtual bench on, homes it and renders `bench.desired` with `model.own` as its own friction.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_run(
+    plan: &FrictionPlan<f64>,
+    preset: &Preset<f64>,
+    seed: u64,
+    watch: &Watch,
+) -> Result<RenderRun, Error> {
+    let mut bench = VirtualBench::new(preset, seed)?;
+    home(&mut bench, watch)?;
+    let rendering = render(plan, &preset.bench.desired, &mut bench, watch)?;
+    Ok(RenderRun { preset: *preset, seed, rendering })
+}
+
+impl RenderRun {
+    /// The numbers, under their stable names; `render.complete` is 0 where the run was cancelled.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("render");
+        let rendering = &self.rendering;
+        summary
+            .result("render.complete", f64::from(u8::from(rendering.complete())), "1")
+            .result("render.preload", self.preset.plant.wheel.preload, "1")
+            .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1");
+        rendering.tell(&mut summary);
+        rows(&mut summary, "rendered", &rendering.curve);
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let title = if self.rendering.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
+        let report = Report::new(title, provenance)
+            .summary(self.rendering.verdict())
+            .key("RMS error outside the fade-out", Estimate::new(self.rendering.error_outside_fade(), "N m"))
+            .key("RMS error inside", Estimate::new(self.rendering.error_inside_fade(), "N m"));
+        self.rendering.figures(None).into_iter().fold(report, |report, (_, figure, caption)| {
+            report.section(Section::Figure { figure: Box::new(figure), caption })
+        })
+    }
+
+    /// Writes figures, data, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        for (name, figure, _) in self.rendering.figures(None) {
+            output::write(&directory.join(name), figure.svg())?;
+            summary.file(name);
+        }
+        write_columns(&mut summary, "rendered", &columns(&self.rendering.curve), directory)?;
+        finish(summary, &self.report(command), directory)
+    }
+}
