@@ -8,7 +8,7 @@ use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
 use crate::markdown::{Page, Table};
-use crate::{DRIVE_ENGINEER, TEACHER};
+use crate::{DRIVE_ENGINEER, LABORATORY, TEACHER};
 
 /// The tables below headings that begin with `stickslip COMMAND`.
 fn of_command(page: &Page, command: &str) -> Vec<Table> {
@@ -81,6 +81,21 @@ fn what_identify_and_validate_write_is_described() {
     let (page, out) = (Page::read("files.md"), DRIVE_ENGINEER.path().join("stickslip-out"));
     assert_eq!(wrong(&page, "identify", &out.join("identify")), [] as [String; 0]);
     assert_eq!(wrong(&page, "validate", &out.join("validate")), [] as [String; 0]);
+}
+
+#[test]
+fn what_measure_fit_design_and_render_write_is_described() {
+    let (page, out) = (Page::read("files.md"), LABORATORY.path().join("stickslip-out"));
+    for (command, folder) in [
+        ("measure friction", "measure-friction"),
+        ("measure breakaway", "measure-breakaway"),
+        ("measure presliding", "measure-presliding"),
+        ("fit", "fit"),
+        ("design", "design"),
+        ("render", "render"),
+    ] {
+        assert_eq!(wrong(&page, command, &out.join(folder)), [] as [String; 0]);
+    }
 }
 
 #[test]

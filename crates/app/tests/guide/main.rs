@@ -14,13 +14,22 @@ use commands::{compare_figures, run};
 use markdown::{Page, source};
 use tempfile::TempDir;
 
+/// Pages with short commands.
+const OTHERS: [&str; 3] = ["introduction.md", "files.md", "errors.md"];
+
 /// Recipes whose files other tests look at, too.
 pub(crate) static DRIVE_ENGINEER: LazyLock<TempDir> = LazyLock::new(|| run("drive-engineer.md"));
+pub(crate) static LABORATORY: LazyLock<TempDir> = LazyLock::new(|| run("laboratory.md"));
 pub(crate) static TEACHER: LazyLock<TempDir> = LazyLock::new(|| run("teacher.md"));
 
 #[test]
 fn the_recipe_for_drive_engineers_runs_and_shows_its_figures() {
     compare_figures("identify", &DRIVE_ENGINEER.path().join("stickslip-out/identify"));
+}
+
+#[test]
+fn the_recipe_for_laboratories_runs_and_shows_its_figures() {
+    compare_figures("render", &LABORATORY.path().join("stickslip-out/render"));
 }
 
 #[test]
@@ -35,7 +44,7 @@ fn the_recipe_for_researchers_runs() {
 
 #[test]
 fn introduction_and_reference_run() {
-    for page in ["introduction.md", "files.md", "errors.md"] {
+    for page in OTHERS {
         run(page);
     }
 }
@@ -47,11 +56,12 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
         .filter(|page| page.blocks().iter().any(|block| block.kind == "sh"))
         .map(|page| page.name)
         .collect();
-    let run = ["drive-engineer.md", "errors.md", "files.md", "introduction.md", "researcher.md", "teacher.md"];
-    assert_eq!(with_commands, run);
+    let recipes = ["drive-engineer.md", "laboratory.md", "researcher.md", "teacher.md"];
+    let run: BTreeSet<&str> = recipes.into_iter().chain(OTHERS).collect();
+    assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");
     let figures: BTreeSet<_> = figures.map(|entry| entry.expect("it can be listed").file_name()).collect();
-    assert_eq!(figures, ["demo", "identify"].map(Into::into).into());
+    assert_eq!(figures, ["demo", "identify", "render"].map(Into::into).into());
 }
 
 #[test]
