@@ -21,7 +21,8 @@ pub(crate) fn run(name: &str) -> tempfile::TempDir {
     for (index, block) in blocks.iter().enumerate().filter(|(_, block)| block.kind == "sh") {
         let place = format!("{name}:{}", block.first + 1);
         let printed = printed(&block.lines.join("\n"), folder.path(), &place);
-        let close = |next: &&crate::markdown::Block| next.kind == "text" && next.first <= block.first + block.lines.len() + 3;
+        let close =
+            |next: &&crate::markdown::Block| next.kind == "text" && next.first <= block.first + block.lines.len() + 3;
         let Some(expected) = blocks.get(index + 1).filter(close) else { continue };
         if std::env::var_os("UPDATE_EXPECT").is_some() {
             let lines = updated(&expected.lines, &printed).unwrap_or_else(|why| panic!("{place}: {why}"));
@@ -81,7 +82,8 @@ pub(crate) fn compare_figures(result: &str, folder: &Path) {
     assert!(!shown.is_empty(), "figures/{result} is empty");
     for shown in shown {
         let drawn = fs::read(folder.join(shown.file_name().expect("a file has a name")));
-        let drawn = drawn.unwrap_or_else(|error| panic!("{}: no figure of that name was drawn: {error}", shown.display()));
+        let drawn =
+            drawn.unwrap_or_else(|error| panic!("{}: no figure of that name was drawn: {error}", shown.display()));
         if std::env::var_os("UPDATE_EXPECT").is_some() {
             fs::write(&shown, drawn).expect("the figure can be written");
         } else if fs::read(&shown).expect("it was listed") != drawn {

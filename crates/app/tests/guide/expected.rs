@@ -88,10 +88,12 @@ mod tests {
     #[test]
     fn a_page_may_leave_out_what_it_marks_and_nothing_else() {
         let printed = lines("M_S 0.2996 N·m\nM_K 0.18 N·m\ntook 11.2 s: fast");
-        for good in ["M_S 0.2996 N·m\nM_K 0.18 N·m\ntook … s: fast", "…\ntook … s:…", "M_S 0.2996 N·m\n…"] {
+        for good in ["M_S 0.2996 N·m\nM_K 0.18 N·m\ntook … s: fast", "…\ntook … s:…", "M_S 0.2996 N·m\n…"]
+        {
             assert_eq!(compare(&lines(good), &printed), Ok(()), "{good}");
         }
-        for bad in ["M_S 0.2996 N·m", "M_S 0.2997 N·m\n…", "…\nM_K 0.18 N·m", "M_K 0.18 N·m\n…", "…\ntook … s"] {
+        for bad in ["M_S 0.2996 N·m", "M_S 0.2997 N·m\n…", "…\nM_K 0.18 N·m", "M_K 0.18 N·m\n…", "…\ntook … s"]
+        {
             assert!(compare(&lines(bad), &printed).is_err(), "{bad}");
         }
     }

@@ -109,7 +109,9 @@ fn what_is_told_wrongly_of_a_folder_is_found() {
                 | column | unit |\n|-|-|\n| v | mm/s |\n| f | N |\n\n### stickslip x: results\n\
                 | result | unit |\n|-|-|\n| a.NAME | N |\n| d | 1 |\n";
     let found = wrong(&Page { name: "a.md".into(), text: text.into() }, "x", folder.path()).join("\n");
-    for part in ["w.csv does not exist", "u.csv is not on", "v [mm/s] does not", "v [m/s] is not on", "a.b is not in N but"] {
+    for part in
+        ["w.csv does not exist", "u.csv is not on", "v [mm/s] does not", "v [m/s] is not on", "a.b is not in N but"]
+    {
         assert!(found.contains(part), "{part}:\n{found}");
     }
     assert!(found.contains("no result is called d") && found.contains("result c is not on"), "{found}");
