@@ -57,7 +57,7 @@ pub enum Uncertainty {
     #[default]
     Scaled,
     /// They are what noise leaves; what the curve itself lacks comes on top: one variance for all points, so large that
-    /// the scatter about the curve is what the errors say, and none where it already is (Paule and Mandel, J. Res.
+    /// the scatter about the curve is what the errors say, and none where chance explains it (Paule and Mandel, J. Res.
     /// NBS 87 (1982) 377). A measurement's own errors are never improved on by a lucky scatter, and where no curve of
     /// this form fits, no point rules by its small noise.
     Extra,
@@ -86,7 +86,10 @@ pub struct StribeckFit {
     pub covariance: [[f64; 4]; 4],
     /// Square roots of its diagonal.
     pub standard_errors: [f64; 4],
-    /// 95 % intervals: Student t in the logarithm of each parameter, so that no bound is negative.
+    /// Half-width of a 95 % interval in standard errors: Student's t where the scatter set the scale, 1.96 where the
+    /// points' own errors did.
+    pub coverage_factor: f64,
+    /// 95 % intervals in the logarithm of each parameter, so that no bound is negative.
     pub ci95: [[f64; 2]; 4],
     /// Parameters that ended at the edge of what is allowed: 0, or for Ω_Strib a tenth of the slowest to three times
     /// the fastest speed.
@@ -140,7 +143,7 @@ impl StribeckFit {
     pub fn band95(&self, speed: f64) -> f64 {
         let gradient = Vector4::from(gradient(self.parameters, speed).1);
         let covariance = Matrix4::from_fn(|i, j| self.covariance[i][j]);
-        student_t95(self.degrees_of_freedom as f64) * gradient.dot(&(covariance * gradient)).sqrt()
+        self.coverage_factor * gradient.dot(&(covariance * gradient)).sqrt()
     }
 }
 
@@ -167,7 +170,7 @@ pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<Stribe
         samples.iter_mut().for_each(|s| s.weight = 1.0 / (1.0 / s.weight + lack_of_fit * lack_of_fit));
         parameters = robust(&samples, plan.huber, bounds);
     }
-    Ok(StribeckFit { lack_of_fit, ..assess(parameters, &samples, plan, bounds) })
+    Ok(assess(parameters, &samples, plan, bounds, lack_of_fit))
 }
 
 /// The best parameters, large residuals counted linearly. Iteratively reweighted least squares: its fixed point is the
@@ -213,7 +216,10 @@ fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds:
     let largest = samples.iter().map(|s| s.torque.abs()).fold(0.0, f64::max);
     // Below this share of the torque nothing is added.
     let (mut low, mut high) = (1e-8 * largest, largest);
-    if excess(low) <= 0.0 {
+    // A scatter within the 95 % that chance allows is no lack of fit: adding it half of the time would widen the
+    // intervals of good fits, and most by the points that are known best.
+    let chance = 1.645 * (2.0 / (samples.len() - 4) as f64).sqrt();
+    if excess(low) <= chance * square {
         return 0.0;
     }
     for _ in 0..40 {
@@ -319,7 +325,13 @@ fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
     [breakaway == 0.0, kinetic == 0.0, edge, viscous == 0.0]
 }
 
-fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, bounds: [f64; 2]) -> StribeckFit {
+fn assess(
+    parameters: Parameters<f64>,
+    samples: &[Sample],
+    plan: &StribeckPlan,
+    bounds: [f64; 2],
+    lack_of_fit: f64,
+) -> StribeckFit {
     let degrees_of_freedom = samples.len() - 4;
     let chi_square = cost(parameters, samples);
     let threshold = plan.huber.unwrap_or(f64::INFINITY);
@@ -338,8 +350,13 @@ fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, 
     let covariance =
         covariance(parameters, samples).map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
-    let t = student_t95(degrees_of_freedom as f64);
-    let ci95 = std::array::from_fn(|i| interval(parameters[i], t * standard_errors[i]));
+    let known = match plan.uncertainty {
+        Uncertainty::Absolute => true,
+        Uncertainty::Scaled => false,
+        Uncertainty::Extra => lack_of_fit == 0.0,
+    };
+    let coverage_factor = if known { 1.96 } else { student_t95(degrees_of_freedom as f64) };
+    let ci95 = std::array::from_fn(|i| interval(parameters[i], coverage_factor * standard_errors[i]));
     let residuals: Vec<f64> = samples.iter().map(|s| s.torque - curve(parameters).magnitude(s.speed)).collect();
     let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
     let speeds = speed_range(samples);
@@ -359,7 +376,8 @@ fn assess(parameters: Parameters<f64>, samples: &[Sample], plan: &StribeckPlan, 
         residuals,
         rms,
         chi_square,
-        lack_of_fit: 0.0,
+        coverage_factor,
+        lack_of_fit,
         degrees_of_freedom,
         speeds,
         outliers,

@@ -223,9 +223,9 @@ fn robust_intervals_under_known_errors_contain_the_truth_as_often_as_they_say() 
             }
         }
     }
-    // 380 of 400 expected, standard deviation 4.4, of pairs that share their noise 6; Student's t for 12 degrees of
-    // freedom, where the errors are known, makes 1.96 to 2.18: 97 %.
+    // 380 of 400 expected, standard deviation 4.4, of pairs that share their noise 6; three of them, less 2 % for the
+    // curvature of the model at 16 points.
     for hit in hits {
-        assert!((366..=398).contains(&hit), "{hits:?}");
+        assert!((354..=398).contains(&hit), "{hits:?}");
     }
 }
