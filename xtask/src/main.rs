@@ -1,10 +1,12 @@
-//! Chores of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask study`, `cargo xtask bless`.
+//! Chores of the repository: `cargo xtask test`, `cargo xtask bench`, `cargo xtask study`, `cargo xtask dist`,
+//! `cargo xtask bless`.
 //!
 //! Nothing here is needed to build or to use stickslip.
 #![forbid(unsafe_code)]
 
 mod bench;
 mod bless;
+mod dist;
 mod documentation;
 mod guide;
 mod licences;
@@ -22,6 +24,7 @@ usage: cargo xtask COMMAND
   test          check everything as continuous integration does, in a copy of the tracked files
   bench [NAME]  ratios against named peers: name, our time, the peer's, peer / ours
   study NAME    what takes too long for the tests; its result is committed: coverage
+  dist          one archive that runs on a bare machine: target/dist/stickslip-VERSION-TARGET.tar.gz
   bless         rewrite the golden files from what the program gives now; read the difference before you commit it
 ";
 
@@ -32,6 +35,7 @@ fn main() -> ExitCode {
         ["bench"] => bench::bench(None),
         ["bench", name] => bench::bench(Some(name)),
         ["study", name] => study::study(name),
+        ["dist"] => dist::dist(),
         ["bless"] => bless::bless(),
         _ => Err(USAGE.into()),
     };

@@ -9,7 +9,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::suite::{Counts, Outcome, Suite};
-use crate::tools::BARE_TARGET;
+use crate::tools::{BARE_TARGET, WINDOWS_TARGET};
 use crate::{documentation, guide, licences, tools, tree};
 
 /// Runs all stages in a copy of the tracked files. `Err` if one failed.
@@ -61,6 +61,14 @@ pub(crate) fn test() -> Result<(), String> {
             run(&mut cargo(&build))?;
             Ok(Outcome::Skipped(format!("built for this machine only, not for {BARE_TARGET}")))
         }
+    });
+    suite.stage("Windows compiles", seconds(150), |_| {
+        if !tools.windows_target {
+            return Ok(Outcome::Skipped(format!("target {WINDOWS_TARGET} is missing")));
+        }
+        let packages = ["check", "--package", "stickslip", "--package", "stickslip-cli", "--tests"];
+        run(&mut cargo(&[&packages[..], &["--locked", "--quiet", "--target", WINDOWS_TARGET]].concat()))?;
+        Ok(Outcome::Passed)
     });
     suite.stage("tests", seconds(400), |counts| {
         run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;

@@ -7,6 +7,9 @@ use std::process::{Command, Stdio};
 /// The bare-metal target that stands for "runs without an operating system": a Cortex-M4F or M7.
 pub(crate) const BARE_TARGET: &str = "thumbv7em-none-eabihf";
 
+/// The target that stands for Windows. Its programs are checked, not linked: no linker is needed.
+pub(crate) const WINDOWS_TARGET: &str = "x86_64-pc-windows-gnu";
+
 /// A program and the Debian package that holds it.
 struct Program {
     command: &'static str,
@@ -26,6 +29,7 @@ pub(crate) struct Tools {
     pub(crate) rustfmt: bool,
     pub(crate) clippy: bool,
     pub(crate) bare_target: bool,
+    pub(crate) windows_target: bool,
     /// A line for each thing that could not be had.
     pub(crate) missing: Vec<String>,
 }
@@ -43,7 +47,8 @@ pub(crate) fn ensure() -> Tools {
     };
     let rustfmt = component("rustfmt", "fmt");
     let clippy = component("clippy", "clippy");
-    let bare_target = has_bare_target() || (runs("rustup", &["target", "add", BARE_TARGET]) && has_bare_target());
+    let bare_target = target(BARE_TARGET);
+    let windows_target = target(WINDOWS_TARGET);
 
     let mut missing: Vec<String> = absent().map(sentence).collect();
     if !rustfmt {
@@ -55,7 +60,10 @@ pub(crate) fn ensure() -> Tools {
     if !bare_target {
         missing.push(format!("target {BARE_TARGET} is missing (`rustup target add {BARE_TARGET}`)"));
     }
-    Tools { rustfmt, clippy, bare_target, missing }
+    if !windows_target {
+        missing.push(format!("target {WINDOWS_TARGET} is missing (`rustup target add {WINDOWS_TARGET}`)"));
+    }
+    Tools { rustfmt, clippy, bare_target, windows_target, missing }
 }
 
 fn sentence(program: &Program) -> String {
@@ -90,8 +98,14 @@ fn install(packages: &[&str]) {
     apt(&[&["install", "-y", "--no-install-recommends"], packages].concat());
 }
 
-fn has_bare_target() -> bool {
-    let library = Command::new("rustc").args(["--print", "target-libdir", "--target", BARE_TARGET]).output();
+/// Whether the standard library of a target is there, or can be fetched within two minutes.
+pub(crate) fn target(target: &str) -> bool {
+    // A download that hangs is as good as none, and must not hang a test.
+    has_target(target) || (runs("timeout", &["120", "rustup", "target", "add", target]) && has_target(target))
+}
+
+fn has_target(target: &str) -> bool {
+    let library = Command::new("rustc").args(["--print", "target-libdir", "--target", target]).output();
     library.is_ok_and(|path| Path::new(String::from_utf8_lossy(&path.stdout).trim()).is_dir())
 }
 
@@ -104,6 +118,14 @@ mod tests {
         assert!(runs("cargo", &["--version"]));
         assert!(!runs("cargo", &["no-such-subcommand"]));
         assert!(!runs("no-such-command", &[]));
+    }
+
+    #[test]
+    fn a_target_is_there_or_not() {
+        // The one that this test was built for, and one that nobody makes.
+        let output = Command::new("rustc").args(["--print", "host-tuple"]).output().expect("rustc runs");
+        assert!(has_target(String::from_utf8_lossy(&output.stdout).trim()));
+        assert!(!has_target("z80-unknown-cpm"));
     }
 
     #[test]

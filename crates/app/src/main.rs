@@ -25,7 +25,7 @@ use crate::failure::Failure;
     after_help = "Without a command: demo.\n\n\
                   Exit code: 0 done; 1 failed, the message says why; 2 the command line was not understood; \
                   130 cancelled by Ctrl-C, with results so far kept where there are any.\n\n\
-                  Example: stickslip demo --out results"
+                  Example: stickslip demo --out results --seed 7"
 )]
 struct Cli {
     #[command(subcommand)]

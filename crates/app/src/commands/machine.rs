@@ -15,7 +15,7 @@ use crate::failure::Failure;
 pub(crate) enum Machine {
     /// Write a machine file for a recording: which column is what, in which unit, and what the drive makes of it.
     #[command(after_help = "Each answer has a guess; Enter takes it. In a pipe, answers are read line by line.\n\n\
-                      Example: stickslip machine init axis.csv --out axis-machine.toml")]
+                      Example: stickslip machine init axis.csv --out my-axis.toml")]
     Init(Init),
 }
 

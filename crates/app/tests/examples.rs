@@ -1,0 +1,96 @@
+//! Every example in the help runs, in the order of the help.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_stickslip");
+
+fn run(words: &[&str], folder: &Path) -> Output {
+    let mut program = Command::new(PROGRAM);
+    let program = program.args(words).current_dir(folder).stdin(Stdio::piped());
+    let mut run = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
+    // Who is asked takes every guess; who is not asked may have ended before.
+    let _ = run.stdin.take().expect("a pipe").write_all("\n".repeat(40).as_bytes());
+    run.wait_with_output().expect("the program ends")
+}
+
+fn help(words: &[String]) -> String {
+    let words: Vec<&str> = words.iter().map(String::as_str).chain(["--help"]).collect();
+    String::from_utf8_lossy(&run(&words, Path::new(".")).stdout).into_owned()
+}
+
+/// The examples of a command and of all below it.
+fn examples(command: &[String], found: &mut Vec<String>) {
+    let help = help(command);
+    // A line of the help is wrapped: an example ends with its paragraph, or where the next one begins.
+    let flat = help.split("Example: stickslip").skip(1);
+    found.extend(flat.map(|example| {
+        example.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
+    }));
+    let commands = help.split("\nCommands:\n").nth(1).unwrap_or_default().split("\n\n").next().unwrap_or_default();
+    for line in commands.lines() {
+        let Some(name) = line.strip_prefix("  ").and_then(|line| line.split_whitespace().next()) else { continue };
+        if !line.starts_with("   ") && name != "help" {
+            examples(&[command, &[name.to_owned()]].concat(), found);
+        }
+    }
+}
+
+#[test]
+fn every_example_in_the_help_runs() {
+    let mut found = Vec::new();
+    examples(&[], &mut found);
+    assert!(found.len() >= 20, "{found:?}");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    // What an example takes from its reader: a recording of his, a parameter file of his.
+    let table = "t [s],x [mm],u [V]\n0,0,1\n0.001,0.1,1\n0.002,0.3,1.5\n0.003,0.6,2\n";
+    std::fs::write(folder.path().join("axis.csv"), table).expect("the folder takes files");
+    std::fs::write(folder.path().join("my-bench.toml"), "[plant.drive]\nmotor_inertia = 4.2e-4\n")
+        .expect("the folder takes files");
+    found.sort();
+    found.dedup();
+    // Another recording of the same machine is the reader's own.
+    found.retain(|example| !example.starts_with("validate"));
+    // What leaves files that others need comes before them; the chains need nothing of each other.
+    let chains = [&["demo", "report"][..], &["measure", "fit", "design", "render"]];
+    let rank = |example: &String| chains.concat().iter().position(|first| example.starts_with(first));
+    found.sort_by_key(rank);
+    let in_chain = |chain: &[&str], example: &str| chain.iter().any(|first| example.starts_with(first));
+    std::thread::scope(|scope| {
+        for chain in [0, 1, 2] {
+            let belongs = move |example: &&String| match chains.get(chain) {
+                Some(chain) => in_chain(chain, example),
+                None => !in_chain(&chains.concat(), example),
+            };
+            let (found, folder, root) = (&found, folder.path(), &root);
+            scope.spawn(move || found.iter().filter(belongs).for_each(|example| must_run(example, folder, root)));
+        }
+    });
+}
+
+fn must_run(example: &str, folder: &Path, root: &Path) {
+    if example.starts_with("report") {
+        for place in ["stickslip-out/demo", "other/demo"] {
+            copy(&folder.join("results"), &folder.join(place));
+        }
+    }
+    // What is behind > is the shell's.
+    let line = example.split(" > ").next().unwrap_or_default();
+    let words: Vec<String> = line.split(' ').map(|word| at_home(word, root)).collect();
+    let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>(), folder);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "stickslip {example}: {errors}");
+    assert!(!output.stdout.is_empty() || line.contains("--out"), "stickslip {example} says nothing");
+}
+
+/// Data of the repository wherever the test runs.
+fn at_home(word: &str, root: &Path) -> String {
+    if word.starts_with("data/") { root.join(word).display().to_string() } else { word.to_owned() }
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("the folder takes folders");
+    std::fs::copy(from.join("report.json"), to.join("report.json")).expect("the demo ran before");
+}

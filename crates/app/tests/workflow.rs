@@ -1,0 +1,208 @@
+//! Measure, fit, design, render at the shell: the files of one step are the input of the next.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use stickslip::{Preset, parameters};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_stickslip");
+
+fn stickslip(arguments: &str, folder: &Path) -> Output {
+    Command::new(PROGRAM).args(arguments.split(' ')).current_dir(folder).output().expect("the program starts")
+}
+
+/// What a command prints that must succeed.
+fn done(arguments: &str, folder: &Path) -> String {
+    let output = stickslip(arguments, folder);
+    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(output.status.success() && output.stderr.is_empty(), "{arguments}: {}", said(&output.stderr));
+    said(&output.stdout)
+}
+
+/// The error of a command that must fail with this code.
+fn refused(code: i32, arguments: &str, folder: &Path) -> String {
+    let output = stickslip(arguments, folder);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments}: {text}");
+    text
+}
+
+/// Value and half width of a result of a summary.
+fn result(folder: &Path, summary: &str, name: &str) -> (f64, f64) {
+    let text = std::fs::read_to_string(folder.join(summary).join("summary.json")).expect("a command leaves a summary");
+    let at = text.find(&format!("\"{name}\": {{")).unwrap_or_else(|| panic!("{summary}: no {name}"));
+    let entry = &text[at..at + text[at..].find('}').expect("an entry ends")];
+    let numbers: Vec<f64> =
+        entry.split([':', ',', '[', ']', '\n']).filter_map(|word| word.trim().parse().ok()).collect();
+    match numbers[..] {
+        [value] => (value, 0.0),
+        [value, low, high] => (value, 0.5 * (high - low)),
+        _ => panic!("{entry}"),
+    }
+}
+
+#[test]
+fn measure_fit_design_render_gives_the_numbers_of_the_demo() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    done("demo --seed 5 --out demo", at);
+    for linings in ["released", "pressed"] {
+        done(&format!("measure friction --seed 5 --linings {linings} --out {linings}"), at);
+        done(&format!("fit {linings} --out fit-{linings}"), at);
+    }
+    done("design --from fit-pressed/fit.toml --out design", at);
+    let text = done("render --seed 5 --own fit-pressed/fit.toml --desired design/desired.toml --out render", at);
+    assert!(text.contains("outside the fade-out       0."), "{text}");
+
+    for key in ["breakaway_torque", "kinetic_torque", "stribeck_velocity", "viscous_friction"] {
+        let [demo, ours] = [("demo", "measure.released"), ("fit-released", "fit")]
+            .map(|(summary, prefix)| result(at, summary, &format!("{prefix}.{key}")));
+        // The first measurement of the demo: the same ticks, the same noise, the same bits, through a file.
+        assert_eq!(ours, demo, "{key}");
+        // The later ones of the demo run on the same bench, into other noise: within the intervals of both, widened
+        // from 95 % to 4 standard errors.
+        let (demo, demo_width) = result(at, "demo", &format!("measure.pressed.{key}"));
+        let (ours, width) = result(at, "fit-pressed", &format!("fit.{key}"));
+        assert!((ours - demo).abs() <= 2.0 * width.hypot(demo_width), "{key}: {ours} and {demo}");
+    }
+    for name in ["fade_velocity", "velocity_noise"] {
+        let name = format!("render.{name}");
+        assert_eq!(result(at, "render", &name), result(at, "demo", &name));
+    }
+    for name in ["rms_error_over_breakaway", "rms_error_inside_fade_over_breakaway", "step_at_fade"] {
+        let name = format!("render.{name}");
+        let (demo, ours) = (result(at, "demo", &name).0, result(at, "render", &name).0);
+        // Over five seeds the demo's own scatter by less than a tenth.
+        assert!((ours / demo - 1.0).abs() < 0.25, "{name}: {ours} and {demo}");
+    }
+}
+
+#[test]
+fn a_dry_run_says_how_long_it_takes_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (arguments, says) in [
+        (
+            "measure friction --dry-run",
+            "Friction at 15 speeds from 0.1 to 50 rad/s in both directions, linings at 1.00: 44 s on the bench.\n",
+        ),
+        (
+            "measure friction --dry-run --plan thorough --linings released",
+            "Friction at 24 speeds from 0.05 to 50 rad/s in both directions, linings at 0.00: 144 s on the bench.\n",
+        ),
+        (
+            "measure breakaway --dry-run --set plan.angles=2",
+            "Breakaway from rest, 3 ramps of 0.1 N·m/s at 2 angles in both directions, linings at 1.00: 46 s on the bench.\n",
+        ),
+    ] {
+        assert_eq!(done(arguments, folder.path()), says);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_summary_goes_to_stdout_or_nothing_does() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let design = "design --from clm-bench --point 0=0.3 --point 2=0.2 --out out";
+    let json = done(&format!("{design} --json"), folder.path());
+    assert_eq!(json, std::fs::read_to_string(folder.path().join("out/summary.json")).unwrap());
+    assert!(json.starts_with("{\n  \"schema\": \"stickslip.summary/1\",\n  \"command\": \"design\""));
+    assert_eq!(done(&format!("{design} --quiet"), folder.path()), "");
+    refused(2, &format!("{design} --quiet --json"), folder.path());
+}
+
+#[test]
+fn a_desired_curve_that_the_load_motor_cannot_make_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let text = done("design --from clm-bench --set desired.viscous_friction=0.05", folder.path());
+    assert!(text.contains("the load motor lacks up to 2.5"), "{text}");
+    let file = std::fs::read_to_string(folder.path().join("stickslip-out/design/desired.toml")).unwrap();
+    let preset: Preset<f64> = parameters::read(&file, "desired.toml").unwrap();
+    assert_eq!(preset.bench.desired.viscous_friction, 0.05);
+}
+
+#[test]
+fn curves_of_other_benches_are_fitted_with_what_they_leave_open() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/direct_drive_joint/friction_curve.csv");
+    let text = done(&format!("fit {} --side each", data.display()), folder.path());
+    assert!(text.contains("Stribeck curve through 20 points, joint 2 negative:"), "{text}");
+    assert!(text.contains("There is no Stribeck effect in this data"), "{text}");
+    assert!(text.contains("No fit.toml: a parameter file holds one curve for both directions"), "{text}");
+    let rows = "speed [mm/s],friction [N]\n1,20\n2,19\n5,17\n10,16\n50,16.5\n100,18\n200,21\n";
+    std::fs::write(folder.path().join("linear.csv"), rows).unwrap();
+    let text = done("fit linear.csv --out linear", folder.path());
+    assert!(text.contains("breakaway force F_S") && text.contains("N·s/m") && !text.contains("rad"), "{text}");
+    assert!(text.contains("No fit.toml: a parameter file holds torques of a screw"), "{text}");
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_what_would_mend_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("taken"), "").unwrap();
+    std::fs::write(folder.path().join("few.csv"), "velocity,torque\n1,2\n2,3\n").unwrap();
+    for (code, arguments, says) in [
+        (1, "measure friction --preset clm-bensh", "clm-bensh is no preset. Did you mean clm-bench?"),
+        (1, "measure friction --set plan.speeds=1", "speeds = 1 is outside 2 … 200"),
+        (1, "measure friction --set plan.sped=1", "sped is no parameter. Did you mean speeds?"),
+        (1, "measure friction --set plant.drive.motor_intertia=1", "Did you mean plant.drive.motor_inertia?"),
+        (2, "measure friction --set plan.speeds", "write it as PATH=VALUE"),
+        (2, "measure", "Usage: stickslip measure"),
+        (1, "fit taken/nothing", "cannot read it"),
+        (1, "fit few.csv", "are needed"),
+        (1, "design --from absent.toml", "absent.toml: cannot read it"),
+        (1, "design --from clm-bench --point 1=-2", "Friction brakes"),
+        (2, "design --from clm-bench --point 1", "write it as SPEED=TORQUE"),
+        (1, "design --from clm-bench --out taken/design", "taken/design: cannot create it"),
+        (2, "completions csh", "possible values: bash"),
+    ] {
+        let text = refused(code, arguments, folder.path());
+        assert!(text.contains(says), "{arguments}: {text}");
+    }
+}
+
+#[test]
+fn every_shell_gets_completions_of_every_command() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for shell in ["bash", "zsh", "fish", "powershell"] {
+        let text = done(&format!("completions {shell}"), folder.path());
+        for word in ["measure", "presliding", "validate", "linings"] {
+            assert!(text.contains(word), "{shell}: {word}");
+        }
+    }
+}
+
+/// Ctrl-C in the middle of a measurement, with a pipe that says when the middle is.
+#[cfg(unix)]
+#[test]
+fn a_cancelled_measurement_leaves_complete_files_that_say_so() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut run = Command::new(PROGRAM)
+        .args(["measure", "friction", "--progress", "--out", "out", "--set", "plan.speeds=200", "--plan", "thorough"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut progress = BufReader::new(run.stderr.take().expect("a pipe")).lines().map_while(Result::ok);
+    assert!(progress.any(|line| line == "friction at constant speeds 20 %"));
+    let interrupt = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill runs");
+    assert!(interrupt.success());
+    let rest: Vec<String> = progress.collect();
+    assert!(rest.last().is_some_and(|line| line.starts_with("error: cancelled before its end")), "{rest:?}");
+    assert_eq!(run.wait().expect("it ends").code(), Some(130));
+
+    let out = folder.path().join("out");
+    let (complete, _) = result(folder.path(), "out", "measure.complete");
+    let (plateaus, _) = result(folder.path(), "out", "measure.plateaus");
+    assert!(complete == 0.0 && (5.0..395.0).contains(&plateaus), "{complete} {plateaus}");
+    let curve = stickslip::curve_file::read_curves(&out.join("curve.csv"), &Default::default()).unwrap();
+    assert_eq!(curve.curves[0].points.len() as f64, plateaus);
+    assert!(stickslip::recording::Recording::read(&out.join("curve.parquet")).is_ok());
+    assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("(incomplete)"));
+    let hidden =
+        |entry: std::io::Result<std::fs::DirEntry>| entry.unwrap().file_name().to_string_lossy().starts_with('.');
+    assert!(!std::fs::read_dir(&out).unwrap().any(hidden), "a part of a file was left behind");
+}
