@@ -1,7 +1,7 @@
 //! The commands of a page, run in the order in which they stand there.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use crate::expected::{compare, updated};
@@ -74,20 +74,39 @@ fn copy(from: &Path, to: &Path) {
 
 /// Compares the figures that the guide shows of a result, `figures/RESULT/*.svg`, with those that lie in its folder.
 pub(crate) fn compare_figures(result: &str, folder: &Path) {
-    let mut shown: Vec<PathBuf> = fs::read_dir(source().join("figures").join(result))
-        .unwrap_or_else(|error| panic!("figures/{result}: {error}"))
-        .map(|entry| entry.expect("it can be listed").path())
-        .collect();
-    shown.sort();
-    assert!(!shown.is_empty(), "figures/{result} is empty");
-    for shown in shown {
-        let drawn = fs::read(folder.join(shown.file_name().expect("a file has a name")));
-        let drawn =
-            drawn.unwrap_or_else(|error| panic!("{}: no figure of that name was drawn: {error}", shown.display()));
+    let shown = source().join("figures").join(result);
+    for name in stale(&shown, folder) {
         if std::env::var_os("UPDATE_EXPECT").is_some() {
-            fs::write(&shown, drawn).expect("the figure can be written");
-        } else if fs::read(&shown).expect("it was listed") != drawn {
-            panic!("{} is not what the program draws. `cargo xtask bless` takes it over.", shown.display());
+            fs::copy(folder.join(&name), shown.join(&name)).expect("a figure of that name was drawn");
+        } else {
+            panic!("figures/{result}/{name} is not what the program draws. `cargo xtask bless` takes it over.");
         }
     }
+}
+
+/// The files of one folder that are not the same in the other, or not there.
+fn stale(shown: &Path, drawn: &Path) -> Vec<String> {
+    let entries = fs::read_dir(shown).unwrap_or_else(|error| panic!("{}: {error}", shown.display()));
+    let names = entries.map(|entry| entry.expect("it can be listed").file_name().to_string_lossy().into_owned());
+    let same = |name: &String| fs::read(shown.join(name)).ok() == fs::read(drawn.join(name)).ok();
+    names.filter(|name| !same(name)).collect()
+}
+
+#[test]
+fn a_figure_that_is_not_drawn_so_is_found() {
+    let (shown, drawn) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    for (folder, name, text) in
+        [(&shown, "a", "1"), (&shown, "b", "2"), (&shown, "c", "3"), (&drawn, "a", "1"), (&drawn, "b", "other")]
+    {
+        fs::write(folder.path().join(name), text).expect("it takes files");
+    }
+    let mut found = stale(shown.path(), drawn.path());
+    found.sort();
+    assert_eq!(found, ["b", "c"]);
+}
+
+#[test]
+#[should_panic(expected = "a.md:1: it failed:\nso far")]
+fn a_command_that_fails_is_no_part_of_a_guide() {
+    printed("echo so far; false; echo and on", &std::env::temp_dir(), "a.md:1");
 }

@@ -5,12 +5,13 @@
 
 /// Whether the lines of a page say what was printed; otherwise the first line that does not fit.
 pub(crate) fn compare(expected: &[String], printed: &[String]) -> Result<(), String> {
-    align(expected, printed, fits).map(|_| ())
+    align(expected, printed, &[fits]).map(|_| ())
 }
 
 /// The lines of the page with the numbers that are printed now. `Err` where more than numbers has changed.
 pub(crate) fn updated(expected: &[String], printed: &[String]) -> Result<Vec<String>, String> {
-    let pairs = align(expected, printed, |pattern, line| fits(&shape(pattern), &shape(line)))?;
+    // A line that still fits is the one that is meant, whichever others have its shape.
+    let pairs = align(expected, printed, &[fits, |pattern, line| fits(&shape(pattern), &shape(line))])?;
     let mut lines = Vec::new();
     for (pattern, line) in expected.iter().zip(pairs) {
         lines.push(match line {
@@ -24,11 +25,11 @@ pub(crate) fn updated(expected: &[String], printed: &[String]) -> Result<Vec<Str
     Ok(lines)
 }
 
-/// The printed line of each expected one; none of a line `…`.
+/// The printed line of each expected one, by the first criterion that one meets; none of a line `…`.
 fn align<'a>(
     expected: &[String],
     printed: &'a [String],
-    fits: impl Fn(&str, &str) -> bool,
+    criteria: &[fn(&str, &str) -> bool],
 ) -> Result<Vec<Option<&'a String>>, String> {
     let (mut pairs, mut next, mut skips) = (Vec::new(), 0, false);
     for pattern in expected {
@@ -38,7 +39,8 @@ fn align<'a>(
             continue;
         }
         let reach = if skips { printed.len() } else { printed.len().min(next + 1) };
-        let Some(found) = (next..reach).find(|&i| fits(pattern, &printed[i])) else {
+        let first = |fits: &fn(&str, &str) -> bool| (next..reach).find(|&i| fits(pattern, &printed[i]));
+        let Some(found) = criteria.iter().find_map(first) else {
             let there = printed.get(next).map_or("nothing", String::as_str);
             return Err(format!("the page says\n  {pattern}\nbut printed is\n  {there}"));
         };
@@ -103,6 +105,7 @@ mod tests {
         let page = lines("M_S  0.30 N·m\n…\ntook … s");
         let printed = lines("M_S  0.2996 N·m\nM_K 0.18\ntook 3 s");
         assert_eq!(updated(&page, &printed), Ok(lines("M_S  0.2996 N·m\n…\ntook … s")));
+        assert_eq!(updated(&lines("…\n2 sticks\n…"), &lines("1 sticks\n2 sticks\n3 N")), Ok(lines("…\n2 sticks\n…")));
         assert!(updated(&page, &lines("M_T  0.2996 N·m\ntook 3 s")).is_err());
         assert!(updated(&lines("… 3 N·m"), &lines("M_S 4 N·m")).is_err());
     }
