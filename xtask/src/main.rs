@@ -8,6 +8,7 @@ mod bench;
 mod bless;
 mod dist;
 mod documentation;
+mod guide;
 mod licences;
 mod study;
 mod suite;

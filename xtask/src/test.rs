@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::suite::{Counts, Outcome, Suite};
 use crate::tools::{BARE_TARGET, WINDOWS_TARGET};
-use crate::{documentation, licences, tools, tree};
+use crate::{documentation, guide, licences, tools, tree};
 
 /// Runs all stages in a copy of the tracked files. `Err` if one failed.
 pub(crate) fn test() -> Result<(), String> {
@@ -86,6 +86,7 @@ pub(crate) fn test() -> Result<(), String> {
         eprint!("{stderr}");
         Err(format!("{} complaints: {}", complaints.len(), complaints.join("; ")))
     });
+    suite.stage("guide", seconds(10), |_| guide::build(&copy, &target.join("guide")));
     suite.stage("nothing left behind", seconds(5), |_| {
         let litter = tree::litter(&root, &files, &copy)?;
         let names: Vec<_> = litter.iter().map(|path| path.display().to_string()).collect();

@@ -1,0 +1,149 @@
+//! The page on files names each file that a command writes, each column with its unit, each result and each key.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde_json::Value;
+use stickslip::machine::Machine;
+use stickslip::recording::Recording;
+
+use crate::markdown::{Page, Table};
+use crate::{DRIVE_ENGINEER, LABORATORY, TEACHER};
+
+/// The tables below headings that begin with `stickslip COMMAND`.
+fn of_command(page: &Page, command: &str) -> Vec<Table> {
+    let start = format!("stickslip {command}");
+    let own = |heading: &str| heading == start || heading.starts_with(&format!("{start}:"));
+    page.tables().into_iter().filter(|table| own(&table.heading)).collect()
+}
+
+/// What is wrong with the description of a folder that a command has written.
+fn wrong(page: &Page, command: &str, folder: &Path) -> Vec<String> {
+    let summary = std::fs::read_to_string(folder.join("summary.json")).expect("the command wrote it");
+    let summary: Value = serde_json::from_str(&summary).expect("it is JSON");
+    let mut wrong = Vec::new();
+    let tables = of_command(page, command);
+    let mut differ = |what: String, told: BTreeSet<String>, real: BTreeSet<String>| {
+        wrong.extend(told.difference(&real).map(|name| format!("{what}: {name} does not exist")));
+        wrong.extend(real.difference(&told).map(|name| format!("{what}: {name} is not on the page")));
+    };
+
+    let listed = |name: &str| -> BTreeSet<String> {
+        tables.iter().filter_map(|table| table.column(name)).flatten().map(String::from).collect()
+    };
+    let files = summary["files"].as_array().into_iter().flatten().filter_map(Value::as_str).map(String::from);
+    differ(command.into(), listed("file"), files.chain(["summary.json".into()]).collect());
+
+    for table in &tables {
+        let Some(told) = table.columns(["column", "unit"]) else { continue };
+        let told = told.iter().map(|[name, unit]| format!("{name} [{}]", ascii(unit))).collect();
+        let file = table.heading.rsplit(' ').next().unwrap_or_default();
+        let recording = Recording::read(&folder.join(file)).unwrap_or_else(|error| panic!("{error}"));
+        let unit = |column: &stickslip::recording::Column| ascii(column.unit.as_deref().unwrap_or("1"));
+        let real = recording.columns().iter().map(|column| format!("{} [{}]", column.name, unit(column))).collect();
+        differ(file.into(), told, real);
+    }
+
+    let results = summary["results"].as_object().expect("a summary has results");
+    let told: Vec<[&str; 2]> = tables.iter().filter_map(|table| table.columns(["result", "unit"])).flatten().collect();
+    for [pattern, unit] in &told {
+        let named = || results.iter().filter(|(name, _)| matches(pattern, name));
+        if named().next().is_none() {
+            wrong.push(format!("{command}: no result is called {pattern}"));
+        }
+        for (name, value) in named().filter(|(_, value)| value["unit"].as_str().map(ascii) != Some(ascii(unit))) {
+            wrong.push(format!("{command}: {name} is not in {unit} but in {}", value["unit"]));
+        }
+    }
+    let unnamed = results.keys().filter(|name| !told.iter().any(|[pattern, _]| matches(pattern, name)));
+    wrong.extend(unnamed.map(|name| format!("{command}: the result {name} is not on the page")));
+    wrong
+}
+
+/// Whether a name is the pattern, with any word for a word in capitals.
+fn matches(pattern: &str, name: &str) -> bool {
+    let (pattern, name): (Vec<_>, Vec<_>) = (pattern.split('.').collect(), name.split('.').collect());
+    let same = |(p, n): (&&str, &&str)| p == n || p.chars().all(char::is_uppercase);
+    pattern.len() == name.len() && pattern.iter().zip(&name).all(same)
+}
+
+fn ascii(unit: &str) -> String {
+    unit.replace('·', " ").replace('²', "^2")
+}
+
+#[test]
+fn what_demo_writes_is_described() {
+    assert_eq!(wrong(&Page::read("files.md"), "demo", &TEACHER.path().join("stickslip-out/demo")), [] as [String; 0]);
+}
+
+#[test]
+fn what_identify_and_validate_write_is_described() {
+    let (page, out) = (Page::read("files.md"), DRIVE_ENGINEER.path().join("stickslip-out"));
+    assert_eq!(wrong(&page, "identify", &out.join("identify")), [] as [String; 0]);
+    assert_eq!(wrong(&page, "validate", &out.join("validate")), [] as [String; 0]);
+}
+
+#[test]
+fn what_measure_fit_design_and_render_write_is_described() {
+    let (page, out) = (Page::read("files.md"), LABORATORY.path().join("stickslip-out"));
+    for (command, folder) in [
+        ("measure friction", "measure-friction"),
+        ("measure breakaway", "measure-breakaway"),
+        ("measure presliding", "measure-presliding"),
+        ("fit", "fit"),
+        ("design", "design"),
+        ("render", "render"),
+    ] {
+        assert_eq!(wrong(&page, command, &out.join(folder)), [] as [String; 0]);
+    }
+}
+
+#[test]
+fn what_is_told_wrongly_of_a_folder_is_found() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let summary = r#"{"results": {"a.b": {"value": 1, "unit": "N m"}, "c": {"value": 1, "unit": "1"}},
+                      "files": ["t.csv", "u.csv"]}"#;
+    std::fs::write(folder.path().join("summary.json"), summary).expect("it takes files");
+    std::fs::write(folder.path().join("t.csv"), "v [m/s],f [N]\n1,2\n").expect("it takes files");
+    let text = "## stickslip x\n| file |\n|-|\n| t.csv |\n| w.csv |\n| summary.json |\n\n### stickslip x: t.csv\n\
+                | column | unit |\n|-|-|\n| v | mm/s |\n| f | N |\n\n### stickslip x: results\n\
+                | result | unit |\n|-|-|\n| a.NAME | N |\n| d | 1 |\n";
+    let found = wrong(&Page { name: "a.md".into(), text: text.into() }, "x", folder.path()).join("\n");
+    for part in
+        ["w.csv does not exist", "u.csv is not on", "v [mm/s] does not", "v [m/s] is not on", "a.b is not in N but"]
+    {
+        assert!(found.contains(part), "{part}:\n{found}");
+    }
+    assert!(found.contains("no result is called d") && found.contains("result c is not on"), "{found}");
+}
+
+/// The keys that a table of the machine file may have, as its own refusal of another key lists them.
+fn keys(text: &str) -> BTreeSet<String> {
+    let refusal = Machine::parse(Path::new("axis.toml"), text).expect_err("there is no such key").to_string();
+    let (_, list) = refusal.split_once("expected ").unwrap_or_else(|| panic!("{refusal}"));
+    list.split('`').skip(1).step_by(2).map(String::from).collect()
+}
+
+#[test]
+fn every_key_of_the_machine_file_is_described() {
+    let position = "name = \"a\"\naxis = \"linear\"\nsampling_period = { value = 1, unit = \"ms\" }\n[columns]\n";
+    let columns = format!("{position}position = {{ name = \"q\" }}\ncommand = {{ name = \"u\" }}\n");
+    let page = Page::read("files.md");
+    let told: Vec<Table> = page.tables().into_iter().filter(|table| table.column("key").is_some()).collect();
+    for (heading, text) in [
+        ("Machine file: the axis", "nothing = 1".to_owned()),
+        ("Machine file: [columns]", format!("{position}nothing = 1")),
+        ("Machine file: a column", format!("{position}position = {{ nothing = 1 }}")),
+        ("Machine file: [drive]", format!("{columns}[drive]\nnothing = 1")),
+        ("Machine file: [controller]", format!("{columns}[drive]\n[controller]\nkind = \"p-p\"\nnothing = 1")),
+        ("Machine file: [recipe]", format!("{columns}[drive]\n[recipe]\nnothing = 1")),
+    ] {
+        let table = told.iter().find(|table| table.heading == heading).unwrap_or_else(|| panic!("{heading}"));
+        let told: BTreeSet<String> = table.column("key").into_iter().flatten().map(String::from).collect();
+        let mut real = keys(&text);
+        if heading.contains("controller") {
+            real.insert("kind".into());
+        }
+        assert_eq!(told, real, "{heading}");
+    }
+}

@@ -1,0 +1,66 @@
+//! The guide as a book, laid out by mdBook where there is one.
+//!
+//! Its commands, links, files and symbols are checked by the tests of `stickslip-cli`, which need no mdBook.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::suite::Outcome;
+
+/// Builds the book of a tree into a folder.
+pub(crate) fn build(tree: &Path, into: &Path) -> Result<Outcome, String> {
+    build_with("mdbook", tree, into)
+}
+
+fn build_with(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String> {
+    let mut command = Command::new(program);
+    let output = match command.arg("build").arg(tree.join("docs")).arg("--dest-dir").arg(into).output() {
+        Ok(output) => output,
+        Err(error) => {
+            let remedy = "`cargo install mdbook --no-default-features --locked`";
+            return Ok(Outcome::Skipped(format!("cannot start {program} ({error}); {remedy}")));
+        }
+    };
+    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    // A file that is not there to be included is told of, and the book built without it.
+    let complaints: Vec<&str> = said.lines().filter(|line| complains(line)).collect();
+    if output.status.success() && complaints.is_empty() {
+        return Ok(Outcome::Passed);
+    }
+    eprint!("{said}");
+    Err(format!("{program} complains: {}", complaints.join("; ")))
+}
+
+fn complains(line: &str) -> bool {
+    ["ERROR", "WARN"].iter().any(|word| line.contains(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    /// A program that stands for mdBook, says a line and ends with a code.
+    fn outcome(line: &str, code: u8) -> Result<Outcome, String> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let program = folder.path().join("mdbook");
+        std::fs::write(&program, format!("#!/bin/sh\necho '{line}'\nexit {code}\n")).expect("it takes files");
+        std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("it is ours");
+        build_with(program.to_str().expect("a path of letters"), folder.path(), folder.path())
+    }
+
+    #[test]
+    fn a_book_with_a_complaint_or_a_failure_is_none() {
+        assert!(matches!(outcome(" INFO Book building has started", 0), Ok(Outcome::Passed)));
+        assert!(outcome(" INFO Book building has started", 1).is_err());
+        let lacks = outcome("ERROR Error updating \"{{#include gone.md}}\"", 0).map(|_| ());
+        assert!(lacks.is_err_and(|why| why.contains("gone.md")));
+    }
+
+    #[test]
+    fn without_mdbook_the_stage_is_skipped_with_the_remedy() {
+        let skipped = build_with("no-such-mdbook", Path::new("."), Path::new("."));
+        assert!(matches!(skipped, Ok(Outcome::Skipped(why)) if why.contains("cargo install mdbook")));
+    }
+}
