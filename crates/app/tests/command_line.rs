@@ -1,8 +1,9 @@
 //! The program as its users start it.
 
-use std::fs::File;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+#[cfg(unix)]
+use std::process::Stdio;
+use std::process::{Command, Output};
 
 fn stickslip(arguments: &[&str], folder: &Path) -> Output {
     let program = env!("CARGO_BIN_EXE_stickslip");
@@ -143,7 +144,7 @@ fn a_closed_pipe_is_no_error() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_behind_stdout_is_an_error() {
-    let full = File::options().write(true).open("/dev/full").unwrap();
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
     let program = env!("CARGO_BIN_EXE_stickslip");
     let output = Command::new(program).args(["params", "write"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
