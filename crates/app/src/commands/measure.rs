@@ -105,25 +105,20 @@ impl How {
 
     fn run<P: Plan>(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let plan = self.plan::<P>()?;
-        let preload = self.linings.map(|linings| {
-            (
-                "plant.wheel.preload",
-                match linings {
-                    Linings::Released => "0.0",
-                    Linings::Pressed => "1.0",
-                },
-            )
-        });
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
-        let preset =
-            source::preset(&self.preset, settings.filter(|(path, _)| !path.starts_with("plan.")).chain(preload))?;
+        let preset = source::preset(&self.preset, settings.filter(|(path, _)| !path.starts_with("plan.")))?;
+        let preload = match self.linings {
+            Some(Linings::Released) => 0.0,
+            Some(Linings::Pressed) => 1.0,
+            None => preset.plant.wheel.preload,
+        };
         let duration = number(plan.duration(&preset), 0);
-        let linings = number(preset.plant.wheel.preload, 2);
+        let linings = number(preload, 2);
         self.shown.say(out, &format!("{}, linings at {linings}: {duration} s on the bench.", plan.about()))?;
         if self.dry_run {
             return Ok(());
         }
-        let measurement = measure(plan, &preset, self.seed, watch)?;
+        let measurement = measure(plan, &preset, preload, self.seed, watch)?;
         let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
         let summary = measurement.write(&folder, &source::command_line())?;
         let outcome = &measurement.outcome;

@@ -83,15 +83,25 @@ pub struct Measurement<P: Plan> {
     pub outcome: P::Outcome,
 }
 
-/// Switches a virtual bench on, homes it and runs a plan with the linings as the preset has them.
+/// Switches a virtual bench on, homes it, presses the linings on as far as asked for, and runs a plan.
 ///
 /// # Errors
-/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; what the design of the bench refuses.
-pub fn measure<P: Plan>(plan: P, preset: &Preset<f64>, seed: u64, watch: &Watch) -> Result<Measurement<P>, Error> {
+/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
+/// 0 … 1; what the design of the bench refuses.
+pub fn measure<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    preload: f64,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
     let mut bench = VirtualBench::new(preset, seed)?;
     home(&mut bench, watch)?;
+    bench.set_preload(preload)?;
     let outcome = plan.run(&mut bench, watch)?;
-    Ok(Measurement { preset: *preset, seed, plan, outcome })
+    let mut preset = *preset;
+    preset.plant.wheel.preload = preload;
+    Ok(Measurement { preset, seed, plan, outcome })
 }
 
 impl<P: Plan> Measurement<P> {
