@@ -140,6 +140,11 @@ pub fn number(value: f64, decimals: usize) -> String {
     text + fraction
 }
 
+/// A positive number to two significant digits: for a value to choose by, not a result.
+pub fn rough(value: f64) -> String {
+    number(value, (1.0 - libm::log10(value).floor()).clamp(0.0, 12.0) as usize)
+}
+
 /// A unit as it is printed: `N m s/rad` becomes `N·m·s/rad`, `m/s^2` becomes `m/s²`, `1` nothing.
 pub fn unit(field: &str) -> String {
     if field == "1" {

@@ -5,6 +5,7 @@ use std::fmt;
 use super::projection::{Parameters, cost};
 use super::stribeck::Sample;
 use super::{f_test, student_t95};
+use crate::quantity::rough;
 
 /// Verdict on M_S > M_K.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,8 +68,11 @@ impl fmt::Display for StribeckDrop {
             ),
             StribeckDrop::OutsideSpeeds { stribeck_velocity, slowest: [first, second] } => write!(
                 f,
-                "the Stribeck velocity {stribeck_velocity:.3e} is not covered by the slowest speeds {first:.3e} and \
-                 {second:.3e}: no Stribeck drop is identifiable; measure slower"
+                "the Stribeck velocity {} is not covered by the slowest speeds {} and {}: no \
+                 Stribeck drop is identifiable; measure slower",
+                rough(stribeck_velocity),
+                rough(first),
+                rough(second)
             ),
         }
     }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::StribeckDrop;
 use super::stribeck::StribeckFit;
+use crate::quantity::rough;
 
 /// Relative half-width of a 95 % interval from which on a parameter counts as hardly known.
 pub const HARDLY_KNOWN: f64 = 0.5;
@@ -56,35 +57,42 @@ pub enum Finding {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Of an interval ten times as wide as the value nobody needs the width.
         let percent = |share: f64| {
-            if share.is_finite() { format!("±{:.0} %", 100.0 * share) } else { "no precision at all".into() }
+            if share <= 10.0 { format!("±{:.0} %", 100.0 * share) } else { "no precision at all".into() }
         };
         match *self {
             Finding::NoStribeckEffect { drop: StribeckDrop::Absent { .. }, slowest } => write!(
                 f,
                 "There is no Stribeck effect in this data: friction does not fall with speed. If one is expected, add \
-                 speeds below {slowest:.2e} rad/s."
+                 speeds below {} rad/s.",
+                rough(slowest)
             ),
             Finding::NoStribeckEffect { slowest, .. } => write!(
                 f,
                 "No Stribeck effect is shown by this data: Coulomb and viscous friction explain it as well. Add speeds \
-                 below {slowest:.2e} rad/s, or repeat the slow ones."
+                 below {} rad/s, or repeat the slow ones.",
+                rough(slowest)
             ),
             Finding::StribeckVelocity { relative, velocity, add: [low, high] } => write!(
                 f,
-                "The Stribeck velocity of {velocity:.2e} rad/s is known to {}: add speeds between {low:.2e} and \
-                 {high:.2e} rad/s.",
-                percent(relative)
+                "The Stribeck velocity of {} rad/s is known to {}: add speeds between {} and {} rad/s.",
+                rough(velocity),
+                percent(relative),
+                rough(low),
+                rough(high)
             ),
             Finding::BreakawayExtrapolated { ratio, below } => write!(
                 f,
                 "The breakaway torque is extrapolated: the slowest point is at {ratio:.2}·Ω_Strib. Add speeds below \
-                 {below:.2e} rad/s, or measure the breakaway from rest."
+                 {} rad/s, or measure the breakaway from rest.",
+                rough(below)
             ),
             Finding::ViscousFriction { relative, fastest } => write!(
                 f,
-                "The viscous friction is hardly known ({}): add speeds above {fastest:.3e} rad/s.",
-                percent(relative)
+                "The viscous friction is hardly known ({}): add speeds above {} rad/s.",
+                percent(relative),
+                rough(fastest)
             ),
             Finding::LackOfFit { relative } => write!(
                 f,
@@ -159,7 +167,7 @@ mod tests {
         says(
             &fitted(&synthetic([0.18, 0.2, 3.0, 2e-3], 5e-4, 1)),
             "There is no Stribeck effect",
-            "add speeds below 1.00e-1",
+            "add speeds below 0.10 rad/s",
         );
         says(
             &fitted(&synthetic([0.1803, 0.18, 3.0, 2e-3], 5e-4, 4)),
@@ -167,9 +175,13 @@ mod tests {
             "repeat the slow ones",
         );
         let slow = within(synthetic([0.3, 0.18, 3.0, 2e-4], 2e-3, 2), 0.0, 15.0);
-        says(&fitted(&slow), "The viscous friction is hardly known", "add speeds above 1.");
+        says(&fitted(&slow), "The viscous friction is hardly known", "add speeds above 14 rad/s");
         let fast = within(synthetic([0.3, 0.18, 3.0, 2e-3], 1e-4, 3), 1.0, 50.0);
-        says(&fitted(&fast), "The breakaway torque is extrapolated: the slowest point is at 0.", "Add speeds below 7.");
+        says(
+            &fitted(&fast),
+            "The breakaway torque is extrapolated: the slowest point is at 0.",
+            "Add speeds below 0.7",
+        );
         let mut sparse = synthetic([0.3, 0.18, 3.0, 2e-3], 1.5e-2, 3);
         sparse.retain(|p| p.velocity < 0.2 || p.velocity > 2.0);
         says(&fitted(&sparse), "The Stribeck velocity of", "add speeds between");
