@@ -47,6 +47,8 @@ pub struct Curve {
 
 const VELOCITY: &[&str] = &["velocity", "speed", "omega", "v", "w", "rpm", "drehzahl", "geschwindigkeit"];
 const TORQUE: &[&str] = &["torque", "friction", "tau", "force", "moment", "f", "m", "drehmoment", "reibung", "kraft"];
+/// Of these a force: without a unit the axis is linear.
+const FORCE: &[&str] = &["force", "f", "kraft"];
 const STANDARD_ERROR: &[&str] = &["standard_error", "stderr", "se", "sem", "torque_se", "standardfehler"];
 const GROUP: &[&str] = &["joint", "group", "axis", "series", "curve", "achse"];
 
@@ -115,9 +117,16 @@ fn found<'a>(table: &'a Recording, words: &[&str]) -> Option<&'a Column> {
     by(&whole).or_else(|| by(&first))
 }
 
-/// Kind of axis by the units, rotary without any, and SI units in one of the velocity's.
+/// Whether a column's first word is one of these.
+fn found_as(column: &Column, words: &[&str]) -> bool {
+    let name = column.name.to_lowercase();
+    words.contains(&name.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default())
+}
+
+/// Kind of axis by the units or, without any, by what the columns are called; and SI units in one of the velocity's.
 fn speed(velocity: &Column, torque: &Column, table: &Recording) -> Result<(Axis, f64), Error> {
     let force = torque.unit.as_deref().and_then(measure).is_some_and(|(d, _)| d == Dimension::Force);
+    let force = force || torque.unit.is_none() && found_as(torque, FORCE);
     let Some(unit) = velocity.unit.as_deref() else {
         return Ok((if force { Axis::Linear } else { Axis::Rotary }, 1.0));
     };
@@ -187,8 +196,19 @@ mod tests {
     #[test]
     fn the_binned_curve_of_a_recording_is_found_by_its_names() {
         let file = data("emps/friction_curve.csv");
+        assert!(file.axis == Axis::Linear, "F_median is a force");
         assert!(file.curves.len() == 1 && file.curves[0].name.is_empty() && file.curves[0].points.len() > 20);
         assert!(file.curves[0].points.iter().all(|p| p.standard_error == 1.0));
+    }
+
+    #[test]
+    fn parameters_that_a_curve_does_not_tell_are_unknown() {
+        let points = &data("emps/friction_curve.csv").curves[0].points;
+        let fit = fit_stribeck(points, &StribeckPlan { side: Side::Positive, ..StribeckPlan::default() }).unwrap();
+        // It rises degressively up to its end: level and slope of its fast branch are not told apart.
+        assert!(fit.knows(0) && !fit.knows(1) && !fit.knows(3), "{:?}", fit.ci95);
+        let lines: Vec<String> = fit.lines().map(|(_, estimate)| estimate.to_string()).collect();
+        assert!(lines[0].contains('±') && lines[1] == "unknown" && lines[3] == "unknown", "{lines:?}");
     }
 
     #[test]

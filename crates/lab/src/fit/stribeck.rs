@@ -126,11 +126,18 @@ impl StribeckFit {
         curve(self.parameters)
     }
 
-    /// The parameters, each with its name.
+    /// Whether the points tell a parameter: its 95 % interval is no wider than ten times its value either way.
+    pub fn knows(&self, parameter: usize) -> bool {
+        let [low, high] = self.ci95[parameter];
+        high - low <= 20.0 * self.parameters[parameter]
+    }
+
+    /// The parameters, each with its name; one that the points do not tell is unknown.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
         PARAMETERS.iter().enumerate().map(|(i, (_, name, unit))| {
             let half_width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]);
-            (*name, Estimate::new(self.parameters[i], *unit).with_half_width(half_width))
+            let known = Estimate::new(self.parameters[i], *unit).with_half_width(half_width);
+            (*name, if self.knows(i) { known } else { Estimate::new(f64::NAN, *unit) })
         })
     }
 

@@ -11,9 +11,9 @@ use super::{finish, write_columns};
 use crate::curve_file::{CurveColumns, CurveFile, curves};
 use crate::experiment::{Addition, FrictionCurve, Goal, next_speeds};
 use crate::figure::{Axis as FigureAxis, Figure, Role, Series};
-use crate::fit::{CurvePoint, PARAMETERS, Side, StribeckFit, StribeckPlan, fit_stribeck};
+use crate::fit::{CurvePoint, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, fit_stribeck};
 use crate::machine::Axis;
-use crate::quantity::{Estimate, NORMAL95, number};
+use crate::quantity::{Estimate, NORMAL95, number, rough};
 use crate::recording::Recording;
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::table::Column;
@@ -146,10 +146,17 @@ impl FrictionFits {
     /// What the data of a fit leave open, and which measurement would tell.
     pub fn advice(&self, fitted: &Fitted) -> Vec<String> {
         let speed_unit = self.units()[1];
-        let mut advice: Vec<String> =
-            fitted.fit.findings().iter().map(|finding| self.words(&finding.to_string())).collect();
+        let mut advice = Vec::new();
+        if let StribeckDrop::Identified { drop, ci95: [low, high] } = fitted.fit.drop {
+            let drop = Estimate::new(drop, self.units()[0]).with_half_width(0.5 * (high - low));
+            advice.push(format!("Friction falls by {drop} from rest to sliding: a Stribeck effect."));
+        }
+        advice.extend(fitted.fit.findings().iter().map(|finding| self.words(&finding.to_string())));
         if !fitted.fit.outliers.is_empty() {
-            let velocity = |index: &usize| Estimate::new(fitted.points[*index].velocity, "1").to_string();
+            let velocity = |index: &usize| {
+                let velocity = fitted.points[*index].velocity;
+                format!("{}{}", if velocity < 0.0 { "−" } else { "" }, rough(velocity.abs()))
+            };
             let at: Vec<String> = fitted.fit.outliers.iter().map(velocity).collect();
             advice.push(format!(
                 "Points far off the curve count for little: at {} {speed_unit}. Repeat them.",
@@ -161,7 +168,7 @@ impl FrictionFits {
             let mut speeds = addition.speeds.clone();
             speeds.sort_by(f64::total_cmp);
             let mut plateaus: Vec<(String, usize)> = Vec::new();
-            for speed in speeds.iter().map(|speed| Estimate::new(*speed, "1").to_string()) {
+            for speed in speeds.iter().map(|speed| rough(*speed)) {
                 match plateaus.last_mut().filter(|(last, _)| *last == speed) {
                     Some((_, count)) => *count += 1,
                     None => plateaus.push((speed, 1)),
@@ -183,6 +190,9 @@ impl FrictionFits {
         match self.fits.as_slice() {
             _ if self.axis == Axis::Linear => {
                 Some("a parameter file holds torques of a screw, and this axis is linear")
+            }
+            [one] if (0..4).any(|parameter| !one.fit.knows(parameter)) => {
+                Some("the points do not tell all four parameters; look at the notes for what would")
             }
             [one] if one.side == Side::Both => None,
             _ => Some("a parameter file holds one curve for both directions, and here are several fits"),
