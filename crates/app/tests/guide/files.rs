@@ -137,6 +137,7 @@ fn every_key_of_the_machine_file_is_described() {
         ("Machine file: [drive]", format!("{columns}[drive]\nnothing = 1")),
         ("Machine file: [controller]", format!("{columns}[drive]\n[controller]\nkind = \"p-p\"\nnothing = 1")),
         ("Machine file: [recipe]", format!("{columns}[drive]\n[recipe]\nnothing = 1")),
+        ("Machine file: [pendulum]", format!("{columns}[pendulum]\nnothing = 1")),
     ] {
         let table = told.iter().find(|table| table.heading == heading).unwrap_or_else(|| panic!("{heading}"));
         let told: BTreeSet<String> = table.column("key").into_iter().flatten().map(String::from).collect();

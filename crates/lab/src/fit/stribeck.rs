@@ -126,10 +126,14 @@ impl StribeckFit {
         curve(self.parameters)
     }
 
-    /// Whether the points tell a parameter: its 95 % interval is no wider than ten times its value either way.
+    /// Whether the points tell a parameter: a torque, or what viscous friction adds up to, to within the friction itself,
+    /// the Stribeck velocity to within a factor of ten.
     pub fn knows(&self, parameter: usize) -> bool {
+        let [slowest, fastest] = self.speeds;
+        let friction = self.curve().magnitude(slowest).max(self.curve().magnitude(fastest));
+        let scale = [friction, friction, 10.0 * self.parameters[2], friction / fastest];
         let [low, high] = self.ci95[parameter];
-        high - low <= 20.0 * self.parameters[parameter]
+        0.5 * (high - low) <= scale[parameter]
     }
 
     /// The parameters, each with its name; one that the points do not tell is unknown.
@@ -393,12 +397,14 @@ fn assess(
     }
 }
 
+/// Interval of a magnitude: even in its logarithm while it is known to within itself; beyond, where that would reach to
+/// anywhere, from nothing to the upper end that the standard error gives.
 fn interval(value: f64, half_width: f64) -> [f64; 2] {
-    if value == 0.0 {
-        return [0.0, half_width];
+    if half_width <= value && value > 0.0 {
+        let factor = libm::exp(half_width / value);
+        return [value / factor, value * factor];
     }
-    let factor = libm::exp(half_width / value);
-    [value / factor, value * factor]
+    [0.0, value + half_width]
 }
 
 /// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction open.
