@@ -35,8 +35,8 @@ impl FrictionCurve {
     pub const FIT: StribeckPlan =
         StribeckPlan { side: Side::Both, uncertainty: Uncertainty::Extra, huber: Some(HUBER) };
 
-    /// The plateaus that count, as points for a fit, corrected by [what their sway brings](Self::sway_bias); the error of
-    /// each is its noise, and that of a correction that may be half as large or half as large again.
+    /// The plateaus that count, as points for a fit, corrected by what the sway of their speed brings; the
+    /// error of each is its noise, and that of a correction that may be half as large or half as large again.
     ///
     /// An error that scales all torques alike, as that of a torque constant, is in no point: it moves the curve and
     /// shows in no scatter.
