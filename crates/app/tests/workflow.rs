@@ -72,7 +72,7 @@ fn measure_fit_design_render_gives_the_numbers_of_the_demo() {
     for name in ["rms_error_over_breakaway", "rms_error_inside_fade_over_breakaway", "step_at_fade"] {
         let name = format!("render.{name}");
         let (demo, ours) = (result(at, "demo", &name).0, result(at, "render", &name).0);
-        // Other noise: at seed 1 they differ by 4 % at most.
+        // Other noise: 6 % at seed 1. Over three seeds the demo alone scatters by 15 %.
         assert!((ours / demo - 1.0).abs() < 0.25, "{name}: {ours} and {demo}");
     }
 }
