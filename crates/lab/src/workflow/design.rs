@@ -270,12 +270,13 @@ impl Design {
 
     /// The report.
     pub fn report(&self, command: &str) -> Report {
-        let figure = friction("Own and desired friction")
+        let mut figure = friction("Own and desired friction")
             .series(Series::line(Role::Own, "own", folded(&self.own, FASTEST)))
-            .series(Series::line(Role::Desired, "desired", folded(&self.desired, FASTEST)))
-            .series(
-                Series::points(Role::Reference, "reference points", self.points.iter().map(|[v, m]| (*v, *m))).large(),
-            );
+            .series(Series::line(Role::Desired, "desired", folded(&self.desired, FASTEST)));
+        if !self.points.is_empty() {
+            let points = self.points.iter().map(|[v, m]| (*v, *m));
+            figure = figure.series(Series::points(Role::Reference, "reference points", points).large());
+        }
         let difference = Self::speeds().map(|speed| (speed, self.difference(speed)));
         let able = Self::speeds().map(|speed| {
             let [low, high] = self.load.at(speed);
