@@ -30,7 +30,7 @@ pub use table::{Cell, Table};
 
 use crate::figure::Figure;
 use crate::quantity::Estimate;
-use crate::{Error, output};
+use crate::{Error, Summary, output};
 
 /// Title, summary, key numbers and sections in their order, and where they come from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -152,6 +152,28 @@ impl Report {
     /// The whole page.
     pub fn html(&self) -> String {
         html::page(self)
+    }
+
+    /// Writes the report, these figures as files of their own, and last the summary, which names all files of the folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub(crate) fn write_all<'a>(
+        &self,
+        mut summary: Summary,
+        figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
+        directory: &Path,
+    ) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        for (name, figure) in figures {
+            output::write(&directory.join(name), figure.svg())?;
+            summary.file(name);
+        }
+        for name in self.write(directory)? {
+            summary.file(name);
+        }
+        summary.write(directory)?;
+        Ok(summary)
     }
 
     /// Writes `report.json` and `report.html` into a folder; returns their names.

@@ -97,15 +97,9 @@ pub fn write(
         output::write(&directory.join(name), text)?;
         summary.file(name);
     }
-    for (name, figure, _) in found.figures() {
-        output::write(&directory.join(name), figure.svg())?;
-        summary.file(name);
-    }
-    for name in report(found, machine, recording, &summary, command).write(directory)? {
-        summary.file(name);
-    }
-    summary.write(directory)?;
-    Ok(summary)
+    let figures = found.figures();
+    let named = figures.iter().map(|(name, figure, _)| (*name, figure));
+    report(found, machine, recording, &summary, command).write_all(summary, named, directory)
 }
 
 /// Unit of a parameter by the last part of its name.

@@ -11,7 +11,7 @@ use crate::machine::{Axis, Machine, Signals};
 use crate::quantity::{Estimate, tied};
 use crate::recording::Recording;
 use crate::report::{Provenance, Report};
-use crate::{Error, Summary, Watch, output};
+use crate::{Error, Summary, Watch};
 
 /// A model's account of a recording that took no part in its identification.
 #[derive(Clone, Debug, PartialEq)]
@@ -176,8 +176,7 @@ impl Validation {
         command: &str,
         directory: &Path,
     ) -> Result<Summary, Error> {
-        output::create_folder(directory)?;
-        let mut summary = self.summary();
+        let summary = self.summary();
         let file = recording.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
         let provenance = Provenance::new(command, None, machine.text.clone());
         let names = [
@@ -198,15 +197,10 @@ impl Validation {
         for note in &self.signals.notes {
             report = report.paragraph(note.clone());
         }
-        for (name, figure, caption) in self.figures() {
-            output::write(&directory.join(name), figure.svg())?;
-            summary.file(name);
-            report = report.figure(figure, caption);
+        let figures = self.figures();
+        for (_, figure, caption) in &figures {
+            report = report.figure(figure.clone(), caption.clone());
         }
-        for name in report.write(directory)? {
-            summary.file(name);
-        }
-        summary.write(directory)?;
-        Ok(summary)
+        report.write_all(summary, figures.iter().map(|(name, figure, _)| (*name, figure)), directory)
     }
 }

@@ -9,7 +9,7 @@ use stickslip_core::friction::{Decay, Stribeck};
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::draw::{folded, friction, load, torque};
-use super::finish;
+
 use crate::figure::{Axis, Role, Series};
 use crate::fit::{PARAMETERS, Stop, minimise};
 use crate::parameters::{Entry, Value as Parameter, flatten};
@@ -311,7 +311,7 @@ impl Design {
         output::write(&directory.join("desired.toml"), text)?;
         let mut summary = self.summary();
         summary.file("desired.toml");
-        finish(summary, &self.report(command), directory)
+        self.report(command).write_all(summary, [], directory)
     }
 }
 

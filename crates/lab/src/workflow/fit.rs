@@ -7,7 +7,7 @@ use stickslip_core::friction::Stribeck;
 
 use super::draw::{curve, friction, torque};
 use super::measure::PRELOAD;
-use super::{finish, write_columns};
+use super::write_columns;
 use crate::curve_file::{CurveColumns, CurveFile, curves};
 use crate::experiment::{Addition, FrictionCurve, Goal, next_speeds};
 use crate::figure::{Axis as FigureAxis, Figure, Role, Series};
@@ -342,6 +342,6 @@ impl FrictionFits {
         };
         let columns: Vec<Column> = names.into_iter().enumerate().map(column).collect();
         write_columns(&mut summary, "fitted", &columns, directory)?;
-        Ok((finish(summary, &self.report(command), directory)?, missing))
+        Ok((self.report(command).write_all(summary, [], directory)?, missing))
     }
 }

@@ -12,19 +12,8 @@ pub(crate) mod tell;
 
 use std::path::Path;
 
-use crate::report::Report;
 use crate::table::{Column, write_csv, write_parquet};
 use crate::{Error, Summary, output};
-
-/// Writes report and summary, which names all files of the folder.
-fn finish(mut summary: Summary, report: &Report, directory: &Path) -> Result<Summary, Error> {
-    output::create_folder(directory)?;
-    for name in report.write(directory)? {
-        summary.file(name);
-    }
-    summary.write(directory)?;
-    Ok(summary)
-}
 
 /// Writes columns as `STEM.csv` and `STEM.parquet`.
 fn write_columns(summary: &mut Summary, stem: &str, columns: &[Column], directory: &Path) -> Result<(), Error> {

@@ -7,7 +7,7 @@ use stickslip_core::render::{DifferenceTorque, Law};
 
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
 use super::tell::{columns, rows};
-use super::{finish, write_columns};
+use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
 use crate::experiment::{
     FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, predicted_velocity_noise,
@@ -311,6 +311,6 @@ impl RenderRun {
             summary.file(name);
         }
         write_columns(&mut summary, "rendered", &columns(&self.rendering.curve), directory)?;
-        finish(summary, &self.report(command), directory)
+        self.report(command).write_all(summary, [], directory)
     }
 }

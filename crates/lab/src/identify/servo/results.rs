@@ -7,7 +7,7 @@ use stickslip_core::fields::Field;
 use super::{ServoIdentification, fields, values};
 use crate::machine::Machine;
 use crate::recording::Recording;
-use crate::{Error, Summary, output};
+use crate::{Error, Summary};
 
 /// Name of a parameter among the results: `motor.resistance`.
 pub fn result_name(field: &Field) -> String {
@@ -66,15 +66,7 @@ pub fn write(
     command: &str,
     directory: &Path,
 ) -> Result<Summary, Error> {
-    output::create_folder(directory)?;
-    let mut summary = summary(found);
-    for (name, figure, _) in found.figures() {
-        output::write(&directory.join(&name), figure.svg())?;
-        summary.file(&name);
-    }
-    for name in super::report(found, machine, recording, command).write(directory)? {
-        summary.file(name);
-    }
-    summary.write(directory)?;
-    Ok(summary)
+    let figures = found.figures();
+    let named = figures.iter().map(|(name, figure, _)| (name.as_str(), figure));
+    super::report(found, machine, recording, command).write_all(summary(found), named, directory)
 }

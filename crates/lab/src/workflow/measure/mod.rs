@@ -8,7 +8,7 @@ use std::path::Path;
 
 use stickslip_core::fields::Fields;
 
-use super::{finish, write_columns};
+use super::write_columns;
 use crate::bench::{Bench, VirtualBench};
 use crate::experiment::home;
 use crate::figure::Figure;
@@ -154,6 +154,6 @@ impl<P: Plan> Measurement<P> {
         // In every row, so that the table alone says which friction it is.
         columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![self.preload(); rows] });
         write_columns(&mut summary, P::Outcome::DATA, &columns, directory)?;
-        finish(summary, &self.report(command), directory)
+        self.report(command).write_all(summary, [], directory)
     }
 }
