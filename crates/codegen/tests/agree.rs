@@ -114,7 +114,9 @@ fn no_block_is_forgotten() {
             }
         }
     }
-    assert!(blocks.len() >= 11, "only {blocks:?} were found: has the way to write them changed?");
+    // Converters have no slopes to compare: these two are driven in `bench.rs`.
+    blocks.retain(|block| !["VirtualMachine", "VirtualBench"].contains(&block.as_str()));
+    assert!(blocks.len() >= 13, "only {blocks:?} were found: has the way to write them changed?");
     assert_eq!(forgotten(&blocks, include_str!("agree.rs")), Vec::<&str>::new(), "these have no agree! line here");
 }
 
