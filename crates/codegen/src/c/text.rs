@@ -3,7 +3,7 @@
 use crate::record::Precision;
 
 /// Longest line that is written where it can be broken.
-const WIDTH: usize = 110;
+pub(super) const WIDTH: usize = 110;
 
 const KEYWORDS: [&str; 42] = [
     "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
@@ -56,28 +56,19 @@ pub(super) fn literal<F: Precision>(value: f64) -> String {
     } else if value.is_infinite() {
         if value > 0.0 { "INFINITY".into() } else { "-INFINITY".into() }
     } else {
-        format!("{}{}", F::of(value).text(), F::C_SUFFIX)
+        format!("{}{}", shorter(F::of(value).text()), F::C_SUFFIX)
     }
 }
 
-/// A block comment of paragraphs, filled to the width.
-pub(super) fn comment(indent: &str, paragraphs: &[String]) -> String {
-    let mut lines = Vec::new();
-    for paragraph in paragraphs.iter().filter(|p| !p.is_empty()) {
-        let paragraph = paragraph.replace("*/", "* /").replace("/*", "/ *");
-        let mut line = String::new();
-        for word in paragraph.split_whitespace() {
-            if !line.is_empty() && indent.len() + 4 + line.chars().count() + word.chars().count() > WIDTH {
-                lines.push(std::mem::take(&mut line));
-            }
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line.push_str(word);
-        }
-        lines.push(line);
-    }
-    if lines.is_empty() { String::new() } else { format!("{indent}/* {} */\n", lines.join(&format!("\n{indent} * "))) }
+/// A number as a reader knows it: `1e12` and `2e-5`, but `1000` and `0.001`.
+pub(super) fn number(value: f64) -> String {
+    shorter(format!("{value}"))
+}
+
+/// In powers of ten where that is clearly shorter.
+fn shorter(plain: String) -> String {
+    let scientific = plain.parse().map(|decimal: f64| format!("{decimal:e}"));
+    scientific.ok().filter(|text| text.len() + 2 < plain.len()).unwrap_or(plain)
 }
 
 /// A statement, broken where it is least nested until the lines fit.
@@ -86,7 +77,8 @@ pub(super) fn wrap(indent: &str, statement: &str) -> String {
     let mut rest = statement;
     let mut margin = indent.to_string();
     while margin.len() + rest.len() > WIDTH {
-        let Some(at) = break_before(rest, WIDTH - margin.len()) else { break };
+        let found = break_before(rest, WIDTH - margin.len()).or_else(|| break_before(rest, rest.len()));
+        let Some(at) = found else { break };
         out.push_str(&format!("{margin}{}\n", &rest[..at]));
         rest = &rest[at + 1..];
         margin = format!("{indent}    ");
@@ -94,27 +86,30 @@ pub(super) fn wrap(indent: &str, statement: &str) -> String {
     format!("{out}{margin}{rest}\n")
 }
 
-/// The space before an operator or behind a comma, within the width, with the fewest parentheses open.
+/// The space before an operator or behind a comma, within the width, with the fewest parentheses open; rather not near
+/// the begin, never within a string.
 fn break_before(text: &str, width: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut depth = 0;
-    let mut best: Option<(i32, usize)> = None;
+    let mut quoted = false;
+    let mut best: Option<(bool, i32, usize)> = None;
     for i in 0..bytes.len().min(width) {
         match bytes[i] {
+            b'"' => quoted = !quoted,
             b'(' | b'{' => depth += 1,
             b')' | b'}' => depth -= 1,
-            b' ' if i > width / 3 => {
-                let operator =
-                    bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
-                let allowed = operator || bytes[i - 1] == b',';
-                if allowed && best.is_none_or(|(d, _)| depth <= d) {
-                    best = Some((depth, i));
+            b' ' if i > 0 && !quoted => {
+                let one = bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
+                let allowed = one || bytes[i..].starts_with(b" && ") || bytes[i - 1] == b',' || bytes[i - 1] == b'"';
+                let early = i <= width / 3;
+                if allowed && best.is_none_or(|(e, d, _)| (early, depth) <= (e, d)) {
+                    best = Some((early, depth, i));
                 }
             }
             _ => {}
         }
     }
-    best.map(|(_, at)| at)
+    best.map(|(_, _, at)| at)
 }
 
 #[cfg(test)]
@@ -136,6 +131,7 @@ mod tests {
         assert_eq!(literal::<f64>(0.1), "0.1");
         assert_eq!(literal::<f32>(f64::from(0.1f32)), "0.1f");
         assert_eq!(literal::<f64>(1e300), "1e300");
+        assert_eq!(literal::<f32>(1e12), "1e12f");
         assert_eq!(literal::<f64>(-0.0), "-0.0");
         assert_eq!(literal::<f64>(f64::NEG_INFINITY), "-INFINITY");
         assert_eq!(literal::<f32>(3.0), "3.0f");
