@@ -42,7 +42,11 @@ fn no_block_is_forgotten() {
         }
     }
     assert!(blocks.len() >= 11, "only {blocks:?} were found: has the way to write them changed?");
-    assert_eq!(forgotten(&blocks, include_str!("support/list.rs")), Vec::<&str>::new(), "these have no agree! line in support/list.rs");
+    assert_eq!(
+        forgotten(&blocks, include_str!("support/list.rs")),
+        Vec::<&str>::new(),
+        "these have no agree! line in support/list.rs"
+    );
 }
 
 /// The blocks that no agree! line of a text names.

@@ -67,7 +67,8 @@ impl Workshop {
             ("SPECIAL_TICKS", SPECIAL_TICKS),
             ("SPECIAL_RESTART", SPECIAL_RESTART),
         ];
-        let mut definitions: Vec<String> = definitions.iter().map(|(name, value)| format!("-D{name}={value}")).collect();
+        let mut definitions: Vec<String> =
+            definitions.iter().map(|(name, value)| format!("-D{name}={value}")).collect();
         definitions.push(format!("-DREAL={}", F::C_NAME));
         definitions.push(format!("-DRAW_STEP={RAW_STEP}"));
         Workshop { folder, definitions, single, width: top.output.numbers() + top.state.numbers() }

@@ -2,7 +2,6 @@
 
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
-use stickslip_core::scalar::Scalar;
 
 use super::schedule::{CHUNK, Schedule, Tick, fold};
 use crate::support::number::{Number, filled, numbers, step};
