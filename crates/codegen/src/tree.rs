@@ -121,7 +121,28 @@ impl Tree {
 
     /// How to reach each number.
     pub fn paths(&self) -> Vec<String> {
-        self.parts().into_iter().filter(|part| *part.2 == Tree::Number).map(|part| part.0).collect()
+        self.leaves().into_iter().map(|leaf| leaf.0).collect()
+    }
+
+    /// How to reach each number, and its row in the tables.
+    pub fn leaves(&self) -> Vec<(String, &'static Field)> {
+        fn collect(tree: &Tree, path: &str, field: &'static Field, out: &mut Vec<(String, &'static Field)>) {
+            match tree {
+                Tree::Number => out.push((path.into(), field)),
+                Tree::List(length, element) => {
+                    (0..*length).for_each(|i| collect(element, &format!("{path}[{i}]"), field, out));
+                }
+                Tree::Group(group) => {
+                    let dot = if path.is_empty() { "" } else { "." };
+                    for member in &group.members {
+                        collect(&member.tree, &format!("{path}{dot}{}", member.name), member.field, out);
+                    }
+                }
+            }
+        }
+        let mut out = Vec::new();
+        collect(self, "", &VALUE, &mut out);
+        out
     }
 
     /// Whether it is a bare number, as the struct of one.

@@ -13,19 +13,21 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
     );
     out += "#if defined(__clang__)\n#pragma STDC FP_CONTRACT OFF\n#elif defined(__GNUC__)\n\
             #pragma GCC optimize (\"fp-contract=off\")\n#endif\n\
-            #if defined(__FAST_MATH__)\n#error \"compile without -ffast-math: it changes the results\"\n#endif\n\n";
+            #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) \\\n    \
+            || defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))\n\
+            #error \"compile without -ffast-math and its parts: they change the results\"\n#endif\n\n";
     out += &format!("#include \"{name}.h\"\n\n#include <float.h>\n");
     for (header, words) in [
-        ("math.h", &["fabs", "fabsf", "NAN", "INFINITY"][..]),
+        ("math.h", &["fabs", "fabsf", "isfinite", "isnan", "NAN", "INFINITY"][..]),
         ("stdbool.h", &["bool"]),
+        ("stddef.h", &["NULL"]),
         ("stdint.h", &["uint64_t", "uint32_t"]),
-        ("string.h", &["memcpy"]),
     ] {
         if words.iter().any(|word| body::mentions(code, word)) {
             out += &format!("#include <{header}>\n");
         }
     }
-    out + "\n#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16\n\
+    out + "\n#if defined(FLT_EVAL_METHOD) && (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)\n\
            #error \"this target computes with more bits than the type has: on x86, compile with -msse2 -mfpmath=sse\"\n\
            #endif\n\n"
 }
@@ -63,27 +65,22 @@ fn on_bits<F: Precision>(function: Function) -> String {
         _ => ("uint64_t", 4_503_599_627_370_496.0, 1023.0, 52),
     };
     let (whole, shifter) = (literal::<F>(whole), literal::<F>(whole + bias));
+    let view = |of: &str| format!("const union {{ {real} number; {word} bits; }} {of}");
     let statements = if function == Function::PowerOfTwo {
         // k + bias lands in the low bits of the mantissa; the shift moves it into the exponent.
         [
-            format!("{real} number = x + {shifter};"),
-            format!("{word} bits;"),
-            "memcpy(&bits, &number, sizeof bits);".into(),
-            format!("bits <<= {mantissa};"),
-            "memcpy(&number, &bits, sizeof bits);".into(),
-            "return number;".into(),
+            format!("{} = {{ .number = x + {shifter} }};", view("shifted")),
+            format!("{} = {{ .bits = shifted.bits << {mantissa}U }};", view("power")),
+            "return power.number;".into(),
         ]
         .to_vec()
     } else {
         // The exponent in the low bits of a mantissa; subtracting its scale leaves the number.
         [
-            format!("{real} number = {whole};"),
-            format!("{word} bits, scale;"),
-            "memcpy(&bits, &x, sizeof bits);".into(),
-            "memcpy(&scale, &number, sizeof scale);".into(),
-            format!("bits = (bits >> {mantissa}) | scale;"),
-            "memcpy(&number, &bits, sizeof bits);".into(),
-            format!("return number - {shifter};"),
+            format!("{} = {{ .number = x }};", view("given")),
+            format!("{} = {{ .number = {whole} }};", view("scale")),
+            format!("{} = {{ .bits = (given.bits >> {mantissa}U) | scale.bits }};", view("exponent")),
+            format!("return exponent.number - {shifter};"),
         ]
         .to_vec()
     };

@@ -4,6 +4,9 @@
 //! The code needs no heap and no library besides `fabs`; it has no loop and no branch on a signal but `?:`.
 
 mod body;
+mod check;
+mod guard;
+mod interface;
 mod kernel;
 mod plan;
 mod text;
@@ -23,9 +26,11 @@ pub struct CSource {
     /// `NAME.h`: the structs, and
     ///
     /// ```c
-    /// void NAME_parameters_init(NAME_parameters *p);   /* the values that were given */
-    /// void NAME_init(NAME_state *s);                   /* the state at the start */
-    /// void NAME_step(const NAME_parameters *p, NAME_state *s, const NAME_input *in, double dt, NAME_output *out);
+    /// void NAME_parameters_init(NAME_parameters *p);       /* the values that were given */
+    /// const char *NAME_check(const NAME_parameters *p);    /* NULL, or what is wrong with them */
+    /// void NAME_init(NAME_state *s);                       /* the state at the start */
+    /// NAME_status NAME_step(const NAME_parameters *p, NAME_state *s, const NAME_input *in, double dt,
+    ///                       NAME_output *out);             /* stickslip_core::block::guarded */
     /// ```
     pub header: String,
     /// `NAME.c`.
@@ -104,50 +109,14 @@ impl<'a> Printer<'a> {
         Printer { program, top, name, labels, types }
     }
 
-    fn header<F: Precision>(&self) -> String {
-        let (name, guard) = (self.name, format!("{}_H", self.name.to_uppercase()));
-        let mut out = format!(
-            "/* {}, written by stickslip. Change the model, not this file. */\n#ifndef {guard}\n#define {guard}\n\n",
-            self.top.name
-        );
-        let mut done = Vec::new();
-        for (kind, tree) in structs(self.top) {
-            out += &self.types.define::<F>(tree, &mut done);
-            let own = format!("{name}_{kind}");
-            if let Some(shared) = self.types.name(tree).filter(|shared| *shared != own) {
-                out += &format!("typedef {shared} {own};\n\n");
-            }
-        }
-        for (about, declaration) in self.declarations::<F>() {
-            out += &format!("{}{declaration};\n\n", text::comment("", &[about.into()]));
-        }
-        out + &format!("#endif /* {guard} */\n")
-    }
-
-    /// What each function does, and its head.
-    fn declarations<F: Precision>(&self) -> Vec<(&'static str, String)> {
-        let name = self.name;
-        let mut out = Vec::new();
-        if self.top.parameters.numbers() > 0 {
-            let head = format!("void {name}_parameters_init({name}_parameters *p)");
-            out.push(("Sets the parameters to those that this file was written with.", head));
-        }
-        if self.top.state.numbers() > 0 {
-            out.push(("Sets the state to that before the first step.", format!("void {name}_init({name}_state *s)")));
-        }
-        let about = "One step of dt [s]. The pointers must not overlap.";
-        out.push((about, self.head::<F>(self.top, &format!("{name}_"), &format!("{name}_step"))));
-        out
-    }
-
-    /// The head of a step's function; its structs are called as registered, those of the block itself by its name.
-    fn head<F: Precision>(&self, step: &Step, own: &str, function: &str) -> String {
+    /// The head of a step's function: what stands before the parenthesis, then the arguments.
+    fn head<F: Precision>(&self, step: &Step, function: &str) -> String {
         let mut arguments = Vec::new();
         for (kind, tree) in structs(step) {
-            let type_name = if own.is_empty() {
-                self.types.name(tree).unwrap_or_default().to_string()
+            let type_name = if std::ptr::eq(step, self.top) {
+                format!("{}_{kind}", self.name)
             } else {
-                format!("{own}{kind}")
+                self.types.name(tree).unwrap_or_default().to_string()
             };
             if kind == "output" {
                 arguments.push(format!("{} dt", F::C_NAME));
@@ -161,25 +130,22 @@ impl<'a> Printer<'a> {
                 });
             }
         }
-        format!("void {function}({})", arguments.join(", "))
+        format!("{function}({})", arguments.join(", "))
     }
 
     fn source<F: Precision>(&self) -> String {
         let name = self.name;
         let mut functions = Vec::new();
         let mut steps = String::new();
-        for (number, (step, label)) in self.program.steps.iter().zip(&self.labels).enumerate() {
-            let last = number + 1 == self.program.steps.len();
-            let head = if last {
-                self.head::<F>(step, &format!("{name}_"), &format!("{name}_step"))
-            } else {
-                format!("static {}", self.head::<F>(step, "", &format!("{name}_{label}_step")))
-            };
-            if last {
-                steps += &self.initialisers::<F>();
-            }
+        for (step, label) in self.program.steps.iter().zip(&self.labels) {
+            let label = if std::ptr::eq(step, self.top) { "raw" } else { label };
+            let head = self.head::<F>(step, &format!("static void {name}_{label}_step"));
             steps += &self.function::<F>(step, &head, &mut functions);
         }
+        for function in self.interface::<F>() {
+            steps += &format!("{} {{\n{}}}\n\n", text::wrap("", &function.head).trim_end(), function.body);
+        }
+        functions.extend(check::needs(&self.top.parameters));
         let kernels = kernel::functions::<F>(&functions);
         let mut types = String::new();
         let mut done = Vec::new();
@@ -189,7 +155,7 @@ impl<'a> Printer<'a> {
         for (_, tree) in self.program.steps.iter().flat_map(structs) {
             types += &self.types.define::<F>(tree, &mut done);
         }
-        let code = format!("{types}{kernels}{steps}");
+        let code = format!("{types}{kernels}{}{steps}", check::functions::<F>(&self.top.parameters));
         format!("{}{code}", kernel::preamble(self.top.name, name, &code))
     }
 
@@ -206,28 +172,6 @@ impl<'a> Printer<'a> {
             }
         }
         out + &body.lines + "}\n\n"
-    }
-
-    /// `NAME_parameters_init` and `NAME_init`.
-    fn initialisers<F: Precision>(&self) -> String {
-        let set = |base: &str, tree: &Tree, values: &[f64]| -> String {
-            let number = |(path, value): (&String, &f64)| {
-                format!("    {base}->{} = {};\n", text::path(path), text::literal::<F>(*value))
-            };
-            tree.paths().iter().zip(values).map(number).collect()
-        };
-        let mut out = String::new();
-        for (_, head) in self.declarations::<F>() {
-            let body = if head.contains("_parameters_init(") {
-                set("p", &self.top.parameters, &self.program.parameters)
-            } else if head.contains("_init(") {
-                set("s", &self.top.state, &self.program.start)
-            } else {
-                continue;
-            };
-            out += &format!("{head} {{\n{body}}}\n\n");
-        }
-        out
     }
 }
 

@@ -56,7 +56,10 @@ pub(super) fn literal<F: Precision>(value: f64) -> String {
     } else if value.is_infinite() {
         if value > 0.0 { "INFINITY".into() } else { "-INFINITY".into() }
     } else {
-        format!("{}{}", F::of(value).text(), F::C_SUFFIX)
+        let plain = F::of(value).text();
+        let scientific = plain.parse().map(|decimal: f64| format!("{decimal:e}"));
+        let shortest = scientific.ok().filter(|text| text.len() < plain.len()).unwrap_or(plain);
+        format!("{shortest}{}", F::C_SUFFIX)
     }
 }
 
@@ -94,27 +97,30 @@ pub(super) fn wrap(indent: &str, statement: &str) -> String {
     format!("{out}{margin}{rest}\n")
 }
 
-/// The space before an operator or behind a comma, within the width, with the fewest parentheses open.
+/// The space before an operator or behind a comma, within the width, with the fewest parentheses open; rather not near
+/// the begin, never within a string.
 fn break_before(text: &str, width: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut depth = 0;
-    let mut best: Option<(i32, usize)> = None;
+    let mut quoted = false;
+    let mut best: Option<(bool, i32, usize)> = None;
     for i in 0..bytes.len().min(width) {
         match bytes[i] {
+            b'"' => quoted = !quoted,
             b'(' | b'{' => depth += 1,
             b')' | b'}' => depth -= 1,
-            b' ' if i > width / 3 => {
-                let operator =
-                    bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
-                let allowed = operator || bytes[i - 1] == b',';
-                if allowed && best.is_none_or(|(d, _)| depth <= d) {
-                    best = Some((depth, i));
+            b' ' if i > 0 && !quoted => {
+                let one = bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
+                let allowed = one || bytes[i..].starts_with(b" && ") || bytes[i - 1] == b',';
+                let early = i <= width / 3;
+                if allowed && best.is_none_or(|(e, d, _)| (early, depth) <= (e, d)) {
+                    best = Some((early, depth, i));
                 }
             }
             _ => {}
         }
     }
-    best.map(|(_, at)| at)
+    best.map(|(_, _, at)| at)
 }
 
 #[cfg(test)]
@@ -136,6 +142,7 @@ mod tests {
         assert_eq!(literal::<f64>(0.1), "0.1");
         assert_eq!(literal::<f32>(f64::from(0.1f32)), "0.1f");
         assert_eq!(literal::<f64>(1e300), "1e300");
+        assert_eq!(literal::<f32>(1e12), "1e12f");
         assert_eq!(literal::<f64>(-0.0), "-0.0");
         assert_eq!(literal::<f64>(f64::NEG_INFINITY), "-INFINITY");
         assert_eq!(literal::<f32>(3.0), "3.0f");

@@ -41,9 +41,10 @@ where
     run(&block.map(&mut |v: f64| T::of(v)), trajectories)
 }
 
-/// Compares Rust in precision `F` with the C that is generated for it.
+/// Compares Rust in precision `F` with the C that is generated for it, raw and guarded.
 fn agree_in_c<F: Precision + Number, B: Fields<f64>>(block: &B, trajectories: &[Trajectory], expected: &[Vec<f64>])
 where
+    B::With<F>: Block<F, Input: Default>,
     B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
 {
     let program = record::record::<B, F>(block);
@@ -52,9 +53,12 @@ where
     let fast: Vec<&str> = STRICT.iter().copied().chain(FAST).collect();
     // Both for double; one is enough for what differs in single precision.
     let variants = if F::C_SUFFIX.is_empty() { vec![strict, fast] } else { vec![fast] };
+    let guarded = number::run_guarded(&block.map(&mut |v: f64| F::of(v)), trajectories);
     for flags in &variants {
-        let ran = compile_and_run(&program, &code, flags, trajectories);
-        assert_same(&format!("C, {}, gcc {flags:?}", F::C_NAME), expected, &ran.rows);
+        let ran = compile_and_run(&program, &code, "gcc", flags, trajectories);
+        assert_same(&format!("C, {}, gcc {flags:?}", F::C_NAME), expected, &ran.raw);
+        assert_same(&format!("guarded C, {}, gcc {flags:?}", F::C_NAME), &guarded, &ran.guarded);
+        assert_eq!(ran.fault, "", "parameters_init");
         let given: Vec<f64> = number::numbers(block).into_iter().map(|v| F::of(v).into()).collect();
         assert_same("parameters_init", &[given], &[ran.parameters]);
     }
@@ -64,6 +68,7 @@ where
 pub fn bits_agree<B>(block: B, dt: f64)
 where
     B: Block<f64, Input: Default>,
+    B::With<f64>: Block<f64, Input: Default>,
     B::With<f32>: Block<f32, Input: Default>,
     B::With<Lanes<f32, 8>>: Block<Lanes<f32, 8>, Input: Default>,
     B::With<Lanes<f64, 8>>: Block<Lanes<f64, 8>, Input: Default>,

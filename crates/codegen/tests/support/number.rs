@@ -1,6 +1,6 @@
 //! The kinds of numbers that are compared, as rows of `f64`.
 
-use stickslip_core::block::Block;
+use stickslip_core::block::{Block, guarded};
 use stickslip_core::fields::Fields;
 use stickslip_core::scalar::{Dual, Lanes, Scalar};
 
@@ -100,4 +100,27 @@ pub fn run<T: Number, B: Block<T, Input: Default>>(block: &B, trajectories: &[Tr
         out.extend(rows);
     }
     out
+}
+
+/// Output, status and state after each guarded step, as [`run`].
+pub fn run_guarded<T, B>(block: &B, trajectories: &[Trajectory]) -> Vec<Vec<f64>>
+where
+    T: Number + Scalar<Mask = bool>,
+    B: Block<T, Input: Default>,
+{
+    let all = |values: &[f64]| values.iter().map(|v| T::of(*v)).collect::<Vec<T>>();
+    let row = |trajectory: &Trajectory| {
+        let block = filled(block, all(&trajectory.parameters));
+        let mut state = B::State::default();
+        let mut row = Vec::new();
+        for input in &trajectory.inputs {
+            let input = filled(&B::Input::default(), all(input));
+            let (output, status) = guarded(&block, &mut state, input, T::of(trajectory.dt));
+            row.extend(numbers(&output).iter().map(|v| v.lane(0)));
+            row.push(f64::from(status as u8));
+            row.extend(numbers(&state).iter().map(|v| v.lane(0)));
+        }
+        row
+    };
+    trajectories.iter().map(row).collect()
 }

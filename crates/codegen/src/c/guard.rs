@@ -1,0 +1,70 @@
+//! The step as it is called: NaN and infinity come neither out nor into the state.
+
+use super::interface::assign;
+use super::text::{comment, literal, path, wrap};
+use crate::record::{Precision, Step};
+use crate::tree::Tree;
+
+/// The type of what [`body`] returns; its cases are those of `stickslip_core::block::Status`.
+pub(super) fn status(name: &str) -> String {
+    let case = |about: &str, constant: String| format!("{}    {constant}", comment("    ", &[about.into()]));
+    let [ok, input, not_computed] = constants(name);
+    let cases = [
+        case("The step was taken.", format!("{ok} = 0")),
+        case("The step was taken although an input is NaN or infinite: the block coped.", format!("{input} = 1")),
+        case(
+            "The step was not taken, since a result would be NaN or infinite or dt is not positive and finite: the \
+             state is as before, every output is 0.",
+            format!("{not_computed} = 2"),
+        ),
+    ];
+    format!("/* What became of a step. */\ntypedef enum {{\n{}\n}} {name}_status;\n\n", cases.join(",\n"))
+}
+
+/// Names of the cases, in the order of their numbers.
+pub(super) fn constants(name: &str) -> [String; 3] {
+    ["OK", "INPUT_NOT_FINITE", "NOT_COMPUTED"].map(|case| format!("{}_{case}", name.to_uppercase()))
+}
+
+/// The statements of `NAME_step`.
+pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
+    let [ok, input_not_finite, not_computed] = constants(name);
+    let (state, output) = (step.state.numbers() > 0, step.output.numbers() > 0);
+    let arguments = [
+        ("p", step.parameters.numbers() > 0),
+        ("s", state),
+        ("in", step.input.numbers() > 0),
+        ("dt", true),
+        ("out", output),
+    ];
+    let arguments: Vec<&str> = arguments.into_iter().filter(|a| a.1).map(|a| a.0).collect();
+    let mut out = String::new();
+    if state {
+        out += &format!("    const {name}_state before = *s;\n");
+    }
+    out += &format!("    {name}_status status;\n    {name}_raw_step({});\n", arguments.join(", "));
+    let computed = [
+        vec!["isfinite(dt)".into(), format!("(dt > {})", literal::<F>(0.0))],
+        finite("s", &step.state),
+        finite("out", &step.output),
+    ];
+    out += &wrap("    ", &format!("const bool computed = {};", computed.concat().join(" && ")));
+    out += "    if (!computed) {\n";
+    if state {
+        out += "        *s = before;\n";
+    }
+    let zeros = vec![0.0; step.output.numbers()];
+    out += &assign::<F>("out", &step.output, &zeros).replace("    out->", "        out->");
+    out += &format!("        status = {not_computed};\n");
+    let inputs = finite("in", &step.input);
+    if !inputs.is_empty() {
+        out += &wrap("    ", &format!("}} else if (!({})) {{", inputs.join(" && ")));
+        out += &format!("        status = {input_not_finite};\n");
+    }
+    out + &format!("    }} else {{\n        status = {ok};\n    }}\n    return status;\n")
+}
+
+/// A condition for each number.
+fn finite(base: &str, tree: &Tree) -> Vec<String> {
+    tree.paths().iter().map(|number| format!("isfinite({base}->{})", path(number))).collect()
+}

@@ -1,0 +1,81 @@
+//! What a caller sees: the structs, and the functions on them.
+
+use super::{Printer, check, guard, structs, text};
+use crate::record::Precision;
+use crate::tree::Tree;
+
+/// A function that is called from outside.
+pub(super) struct Public {
+    /// What it does, in paragraphs.
+    pub(super) about: Vec<String>,
+    /// Its declaration, without the semicolon.
+    pub(super) head: String,
+    /// Its statements.
+    pub(super) body: String,
+}
+
+impl Printer<'_> {
+    /// `NAME.h`.
+    pub(super) fn header<F: Precision>(&self) -> String {
+        let (name, guard) = (self.name, format!("{}_H", self.name.to_uppercase()));
+        let mut out = format!(
+            "/* {}, written by stickslip. Change the model, not this file. */\n#ifndef {guard}\n#define {guard}\n\n",
+            self.top.name
+        );
+        let mut done = Vec::new();
+        for (kind, tree) in structs(self.top) {
+            out += &self.types.define::<F>(tree, &mut done);
+            let own = format!("{name}_{kind}");
+            if let Some(shared) = self.types.name(tree).filter(|shared| *shared != own) {
+                out += &format!("typedef {shared} {own};\n\n");
+            }
+        }
+        out += &guard::status(name);
+        for function in self.interface::<F>() {
+            out += &format!("{}{};\n\n", text::comment("", &function.about), text::wrap("", &function.head).trim_end());
+        }
+        out + &format!("#endif /* {guard} */\n")
+    }
+
+    /// The functions that are called from outside.
+    pub(super) fn interface<F: Precision>(&self) -> Vec<Public> {
+        let name = self.name;
+        let mut out = Vec::new();
+        let mut add = |about: &str, head: String, body: String| {
+            out.push(Public { about: vec![about.into()], head, body });
+        };
+        if self.top.parameters.numbers() > 0 {
+            add(
+                "Sets the parameters to those that this file was written with.",
+                format!("void {name}_parameters_init({name}_parameters *p)"),
+                assign::<F>("p", &self.top.parameters, &self.program.parameters),
+            );
+            add(
+                "NULL, or what is wrong with the parameters: the first that is not within its range.",
+                format!("const char *{name}_check(const {name}_parameters *p)"),
+                check::body::<F>(&self.top.parameters),
+            );
+        }
+        if self.top.state.numbers() > 0 {
+            add(
+                "Sets the state to that before the first step.",
+                format!("void {name}_init({name}_state *s)"),
+                assign::<F>("s", &self.top.state, &self.program.start),
+            );
+        }
+        add(
+            "One step of dt [s]. Whatever goes in, output and state are finite after it. The pointers must not overlap.",
+            self.head::<F>(self.top, &format!("{name}_status {name}_step")),
+            guard::body::<F>(name, self.top),
+        );
+        out
+    }
+}
+
+/// Statements that set each number of a struct.
+pub(super) fn assign<F: Precision>(base: &str, tree: &Tree, values: &[f64]) -> String {
+    let number = |(path, value): (&String, &f64)| {
+        format!("    {base}->{} = {};\n", text::path(path), text::literal::<F>(*value))
+    };
+    tree.paths().iter().zip(values).map(number).collect()
+}
