@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use super::schedule::{CHUNK, RUN, SPECIAL_RESTART, SPECIAL_TICKS, Schedule};
 
 /// The step without the guard against numbers that are not finite: what must have the bits of Rust for any input.
-const RAW_STEP: &str = "block_step";
+const RAW_STEP: &str = "block_raw_step";
 
 /// A compiler with its switches.
 #[derive(Clone, Copy, Debug, PartialEq)]
