@@ -41,12 +41,11 @@ fn no_block_is_forgotten() {
             }
         }
     }
-    assert!(blocks.len() >= 11, "only {blocks:?} were found: has the way to write them changed?");
-    assert_eq!(
-        forgotten(&blocks, include_str!("support/list.rs")),
-        Vec::<&str>::new(),
-        "these have no agree! line in support/list.rs"
-    );
+    // Converters have no slopes to compare: these two are driven in `bench.rs`.
+    blocks.retain(|block| !["VirtualMachine", "VirtualBench"].contains(&block.as_str()));
+    assert!(blocks.len() >= 13, "only {blocks:?} were found: has the way to write them changed?");
+    let forgotten = forgotten(&blocks, include_str!("support/list.rs"));
+    assert_eq!(forgotten, Vec::<&str>::new(), "these have no agree! line in support/list.rs");
 }
 
 /// The blocks that no agree! line of a text names.

@@ -145,7 +145,7 @@ include!("../support/list.rs");
 /// It takes longest: its name makes it the first to begin.
 #[test]
 fn a_whole_bench() {
-    million_agree(support::bench::bench(), support::bench::PLANT_STEP, COSTLY);
+    million_agree(support::bench::bench(), support::bench::TICK, COSTLY);
 }
 
 #[test]
