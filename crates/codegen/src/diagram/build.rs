@@ -298,7 +298,9 @@ impl<'a> Builder<'a> {
         let Producer { node, role, ids, .. } = &self.producers[producer];
         let (node, port) = (*node, port(*role, part, ids));
         let outputs = &mut self.nodes[node].outputs;
-        let known = outputs.iter().position(|other| (other.role, other.first, &other.numbers) == (port.role, port.first, &port.numbers));
+        let known = outputs
+            .iter()
+            .position(|other| (other.role, other.first, &other.numbers) == (port.role, port.first, &port.numbers));
         let port = known.unwrap_or_else(|| {
             outputs.push(port);
             outputs.len() - 1
@@ -311,9 +313,8 @@ impl<'a> Builder<'a> {
     fn feed(&mut self, wanted: &Wanted<'a>) {
         let Wanted { node, role, part, .. } = wanted;
         let ids = wanted.ids();
-        let stays = |(id, place): (&Id, usize)| {
-            self.step.graph.node(*id) == record::Node::Source(Source::State, place as u32)
-        };
+        let stays =
+            |(id, place): (&Id, usize)| self.step.graph.node(*id) == record::Node::Source(Source::State, place as u32);
         let hidden = match role {
             Role::Parameters => ids.iter().all(|id| self.reading.is_fixed(*id)),
             Role::State if *node == STATE => ids.iter().zip(part.first..).all(stays) || self.is_kept(part),

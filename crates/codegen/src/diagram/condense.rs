@@ -112,8 +112,7 @@ impl<'a> Reading<'a> {
     }
 
     fn is_sum(&self, id: Id) -> bool {
-        self.own(id, 1)
-            && matches!(self.graph.node(id), Node::Binary(Operator::Add | Operator::Subtract, ..))
+        self.own(id, 1) && matches!(self.graph.node(id), Node::Binary(Operator::Add | Operator::Subtract, ..))
     }
 
     fn terms(&self, id: Id, covers: &mut Vec<Id>, most: usize) -> Vec<(bool, Id)> {
@@ -312,5 +311,6 @@ pub(super) fn sign(graph: &Graph, id: Id) -> Option<(Id, [Id; 4])> {
         return None;
     };
     let same = graph.node(below) == Node::Less(x, zero);
-    (same && is(one, 1.0) && is(zero, 0.0) && is(none, 0.0) && is(minus_one, -1.0)).then_some((x, [id, above, inner, below]))
+    (same && is(one, 1.0) && is(zero, 0.0) && is(none, 0.0) && is(minus_one, -1.0))
+        .then_some((x, [id, above, inner, below]))
 }

@@ -30,13 +30,20 @@
 
 mod build;
 mod condense;
+mod crowd;
+mod draw;
 mod formula;
+mod json;
+mod layout;
+mod picture;
 mod text;
 
 use crate::record::{Function, Id, Program, Step};
 
 pub use build::Role;
 pub use formula::formula;
+pub use json::json;
+pub use layout::{Layout, Segment};
 
 /// A block and the blocks within it.
 #[derive(Clone, Debug)]
@@ -251,3 +258,13 @@ impl<'a> Diagram<'a> {
     }
 }
 
+/// The pictures of a recorded block: file name and SVG of each page; the last is the block itself.
+pub fn pages(program: &Program, name: &str) -> Vec<(String, String)> {
+    let diagram = Diagram::of(program, name);
+    (0..diagram.pages.len()).map(|page| (diagram.file(page), picture::svg(&diagram, page))).collect()
+}
+
+/// Where the boxes and wires of a page's picture lie.
+pub fn layout(page: &Page) -> Layout {
+    picture::arrange(page).layout
+}

@@ -1,8 +1,8 @@
 //! Computes what a diagram shows, from its nodes and wires alone; of the graph it takes what is written at a node.
 
 use stickslip_codegen::diagram::{Bound, Diagram, End, Factor, Kind, Node, Page, Relation, Role};
-use stickslip_codegen::record::{Function, Graph, Id, Operator, Source, Step};
 use stickslip_codegen::record;
+use stickslip_codegen::record::{Function, Graph, Id, Operator, Source, Step};
 use stickslip_core::scalar::Scalar;
 
 /// What a step starts from.
@@ -153,9 +153,11 @@ impl Run<'_> {
                 Factor::Over(id) => x / fixed(id),
                 Factor::Negated => -x,
             }),
-            Kind::Product(over) => {
-                x.iter().zip(over).skip(1).fold(x[0], |product, (x, over)| if *over { product / x } else { product * x })
-            }
+            Kind::Product(over) => x
+                .iter()
+                .zip(over)
+                .skip(1)
+                .fold(x[0], |product, (x, over)| if *over { product / x } else { product * x }),
             Kind::Apply(function) => apply(*function, x[0]),
             Kind::Minimum => Scalar::min(x[0], x[1]),
             Kind::Maximum => Scalar::max(x[0], x[1]),
