@@ -400,9 +400,15 @@ impl<'a> Builder<'a> {
     fn describe(&mut self, node: usize, tree: &Tree, first: usize, end: usize) {
         let parts = Part::whole(tree).all();
         let around = |part: &&Part| part.first <= first && part.first + part.count() >= end;
-        let Some(part) = parts.iter().filter(around).min_by_key(|part| (part.count(), part.path.len())) else { return };
+        let Some(part) = parts.iter().filter(around).min_by_key(|part| (part.count(), usize::MAX - part.path.len()))
+        else {
+            return;
+        };
         let node = &mut self.nodes[node];
         (node.name, node.symbol, node.unit, node.help) = (part.path.clone(), part.symbol(), part.unit(), part.help());
+        if matches!(node.kind, Kind::Input | Kind::Output) && node.symbol.is_empty() && tree.is_bare() {
+            node.symbol = bare(if node.kind == Kind::Input { Role::Input } else { Role::Output }).into();
+        }
     }
 
     /// The numbers of input and state belong to the node that hands them out.
@@ -442,9 +448,20 @@ fn signal(numbers: Vec<Id>) -> Port {
     Port { name: String::new(), symbol: String::new(), unit: "", role: Role::Signal, first: 0, numbers }
 }
 
+/// What a number is called that is the whole input or output.
+fn bare(role: Role) -> &'static str {
+    match role {
+        Role::Input => "u",
+        Role::Output => "y",
+        Role::Signal | Role::Parameters | Role::State => "",
+    }
+}
+
 fn port(role: Role, part: &Part, ids: &[Id]) -> Port {
     let numbers = ids[part.first..part.first + part.count()].to_vec();
-    Port { name: part.path.clone(), symbol: part.symbol(), unit: part.unit(), role, first: part.first, numbers }
+    let whole = ids.len() == 1 && part.path == "value" && part.symbol().is_empty();
+    let symbol = if whole { bare(role).into() } else { part.symbol() };
+    Port { name: part.path.clone(), symbol, unit: part.unit(), role, first: part.first, numbers }
 }
 
 impl Kind {

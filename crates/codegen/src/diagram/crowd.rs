@@ -4,21 +4,25 @@ use std::collections::BTreeSet;
 
 use super::{Kind, Page};
 
-/// A page with more than this is hard to read.
-const MOST: usize = 40;
+/// A page with more boxes than this is hard to read.
+const BOXES: usize = 40;
+/// Nor one with more wires.
+const WIRES: usize = 84;
 
 /// For each node the first one of its group; a node by itself is its own.
 pub(super) fn groups(page: &Page) -> Vec<usize> {
     let mut group: Vec<usize> = (0..page.nodes.len()).collect();
-    let drawn = |group: &[usize]| {
-        let shown = |node: &&usize| !matches!(page.nodes[**node].kind, Kind::Constant(_));
-        group.iter().filter(shown).collect::<BTreeSet<_>>().len()
+    let crowded = |group: &[usize]| {
+        let shown = |node: usize| !matches!(page.nodes[node].kind, Kind::Constant(_));
+        let boxes: BTreeSet<_> = (0..group.len()).filter(|node| shown(*node)).map(|node| group[node]).collect();
+        let between = page.wires.iter().filter(|w| shown(w.from.node) && group[w.from.node] != group[w.to.node]);
+        let wires: BTreeSet<_> = between.map(|wire| (wire.from, group[wire.to.node])).collect();
+        boxes.len() > BOXES || wires.len() > WIRES
     };
-    if drawn(&group) <= MOST {
-        return group;
+    if crowded(&group) {
+        cones(page, &mut group);
     }
-    cones(page, &mut group);
-    while drawn(&group) > MOST && merge(page, &mut group) {}
+    while crowded(&group) && merge(page, &mut group) {}
     group
 }
 

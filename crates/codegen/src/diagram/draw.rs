@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::picture::{Element, Entry, Picture, port_name};
+use super::picture::{Element, Entry, Picture, function_names, port_name};
 use super::{Diagram, End, Kind, Node, Page, text};
 use crate::record::Id;
 
@@ -32,7 +32,7 @@ macro_rules! put {
 
 pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String {
     let page = &diagram.pages[number];
-    let title = page.step.name;
+    let title = words(page.step.name);
     let foot = if picture.coefficients.is_empty() { 0.0 } else { 18.0 + 18.0 * picture.coefficients.len() as f64 };
     let footnote = picture.coefficients.iter().map(|(_, what)| text::width(what) + 60.0).fold(0.0, f64::max);
     let width = (picture.layout.size[0].max(footnote) + 2.0 * MARGIN).max(LEAST).ceil();
@@ -43,9 +43,9 @@ pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"Inter, system-ui, sans-serif\" font-size=\"12\">\n"
     );
-    put!(out, "<title>{}</title>\n{STYLE}\n", text::escape(title));
+    put!(out, "<title>{}</title>\n{STYLE}\n", text::escape(&title));
     put!(out, "<rect class=\"surface\" width=\"{width}\" height=\"{height}\"/>\n");
-    put!(out, "<text x=\"{MARGIN}\" y=\"30\" font-size=\"14\" font-weight=\"600\">{}</text>\n", text::escape(title));
+    put!(out, "<text x=\"{MARGIN}\" y=\"30\" font-size=\"14\" font-weight=\"600\">{}</text>\n", text::escape(&title));
     put!(out, "<g transform=\"translate({MARGIN} {HEAD})\">\n");
     wires(&mut out, page, picture);
     for (number, element) in picture.elements.iter().enumerate() {
@@ -199,7 +199,14 @@ impl Pen<'_> {
         put!(self.out, "<title>{}</title>", text::escape(&self.tooltip()));
         if nodes.len() > 1 {
             self.rect("box", left, right, shape.height, 4.0);
-            self.text(label, middle, shape.height / 2.0 + 4.0, "middle", "");
+            self.text(label, middle, 18.0, "middle", "");
+            let (inside, outside) = function_names(self.page, self.element);
+            for (name, y) in inside.iter().zip(&self.element.rows) {
+                self.text(name, left + 11.0, y + 4.0, "start", "what");
+            }
+            for (name, y) in outside.iter().zip(&shape.outputs) {
+                self.text(name, right - 8.0, y + 4.0, "end", "what");
+            }
             return self.entries(left);
         }
         match &node.kind {
@@ -207,9 +214,7 @@ impl Pen<'_> {
                 self.rect("port", left, right, shape.height, shape.height.min(26.0) / 2.0);
                 let y = shape.height / 2.0 + 4.0;
                 self.text(label, left + 13.0, y, "start", "");
-                if !node.unit.is_empty() {
-                    self.text(&node.unit.replace(' ', "\u{a0}"), right - 12.0, y, "end", "quiet");
-                }
+                self.text(&text::unit(node.unit), right - 12.0, y, "end", "quiet");
             }
             Kind::Delay => {
                 self.rect("box", left, right, shape.height - 18.0, 2.0);
@@ -225,7 +230,9 @@ impl Pen<'_> {
             Kind::Sum(signs) if signs.len() <= 3 => return self.sum(signs),
             Kind::Sum(_) | Kind::Product(_) => {
                 self.rect("box", left, right, shape.height, 2.0);
-                self.text(label, middle + 4.0, shape.height / 2.0 + 5.0, "middle", "");
+                let signs = matches!(node.kind, Kind::Sum(_))
+                    || matches!(&node.kind, Kind::Product(over) if over.contains(&true));
+                self.text(label, middle + if signs { 4.0 } else { 0.0 }, shape.height / 2.0 + 5.0, "middle", "");
                 self.signs(&node.kind);
             }
             Kind::Gain(_) => {
@@ -335,6 +342,9 @@ impl Pen<'_> {
     }
 
     fn text(&mut self, label: &str, x: f64, y: f64, anchor: &str, class: &str) {
+        if label.is_empty() {
+            return;
+        }
         let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
         let inside = if class.is_empty() || class.contains("what") { text::svg(label) } else { text::escape(label) };
         put!(self.out, "<text{class} x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{inside}</text>", pixel(x), pixel(y));
@@ -388,7 +398,6 @@ impl Pen<'_> {
         let x = shape.width - radius - 2.0;
         put!(self.out, "<circle class=\"box\" cx=\"{}\" cy=\"{y}\" r=\"{radius}\"/>", pixel(x));
         put!(self.out, "<path class=\"wire\" d=\"M{} {y}h2\"/>", pixel(x + radius));
-        put!(self.out, "<path class=\"icon\" d=\"M{} {y}h8M{} 20v8\"/>", pixel(x - 4.0), pixel(x));
         for ((entry, row), minus) in inputs.iter().zip(rows).zip(signs) {
             let (begin, wire) = match entry {
                 Entry::Wire(from, _) => (0.0, class(self.page, *from)),

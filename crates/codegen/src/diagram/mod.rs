@@ -43,7 +43,7 @@ use crate::record::{Function, Id, Program, Step};
 pub use build::Role;
 pub use formula::formula;
 pub use json::json;
-pub use layout::{Layout, Segment};
+pub use layout::{Layout, Link, Segment};
 
 /// A block and the blocks within it.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use super::{Bound, Diagram, End, Factor, Kind, Node, Page, crowd, draw, text};
 use crate::record::{Function, Id};
 
 /// Widest text that is written at a block; what is wider is named k and written below the picture.
-const WIDEST: f64 = 96.0;
+const WIDEST: f64 = 140.0;
 /// Height of a row of ports.
 const ROW: f64 = 22.0;
 
@@ -182,7 +182,9 @@ impl Writer<'_> {
                 }
             }
             Kind::Saturation { low, high } => self.limits(*low, *high),
-            Kind::Input | Kind::Output | Kind::Delay if node.symbol.is_empty() => node.name.clone(),
+            Kind::Input | Kind::Output | Kind::Delay if node.symbol.is_empty() => {
+                node.name.rsplit('.').next().unwrap_or_default().into()
+            }
             Kind::Input | Kind::Output | Kind::Delay => node.symbol.clone(),
             Kind::Call { .. } => node.name.clone(),
             Kind::Constant(_) | Kind::Sign | Kind::Switch => String::new(),
@@ -257,6 +259,19 @@ pub(super) fn port_name(port: &super::Port) -> String {
     if port.symbol.is_empty() { port.name.clone() } else { port.symbol.clone() }
 }
 
+/// What the signals at the inputs and outputs of a function are called.
+pub(super) fn function_names(page: &Page, element: &Element) -> (Vec<String>, Vec<String>) {
+    let short = |end: End| {
+        let name = draw::name(page, end);
+        if text::width(&name) > WIDEST / 2.0 { name.rsplit('.').next().unwrap_or_default().into() } else { name }
+    };
+    let inputs = element.inputs.iter().map(|entry| match entry {
+        Entry::Wire(from, _) => short(*from),
+        Entry::Text(_) => String::new(),
+    });
+    (inputs.collect(), element.outputs.iter().map(|end| short(*end)).collect())
+}
+
 /// Sizes of body and margin, heights of the ports.
 fn size(page: &Page, element: &mut Element) {
     let node = &page.nodes[element.nodes[0]];
@@ -274,13 +289,16 @@ fn size(page: &Page, element: &mut Element) {
     let outs = element.outputs.len();
     let (mut column, mut foot) = (Column::Free, 0.0);
     let (width, height, inputs, outputs) = if element.nodes.len() > 1 {
-        let height = ROW * ins.max(outs as f64).max(1.0) + 14.0;
-        (64.0, height, even(height, element.inputs.len()), even(height, outs))
+        let (inside, outside) = function_names(page, element);
+        let wide = |names: &[String]| names.iter().map(|name| text::width(name)).fold(0.0, f64::max);
+        let height = ROW * ins.max(outs as f64).max(1.0) + 30.0;
+        ((wide(&inside) + wide(&outside) + 40.0).max(64.0), height, rows(34.0, element.inputs.len()), rows(34.0, outs))
     } else {
         match &node.kind {
             Kind::Input | Kind::Output => {
                 column = if node.kind == Kind::Input { Column::First } else { Column::Last };
-                let unit = if node.unit.is_empty() { 0.0 } else { text::width(node.unit) * 0.85 + 8.0 };
+                let unit = text::unit(node.unit);
+                let unit = if unit.is_empty() { 0.0 } else { text::width(&unit) * 0.85 + 10.0 };
                 let height = ROW * ins.max(outs as f64).max(1.0) + 4.0;
                 (label + unit + 26.0, height, even(height, element.inputs.len()), even(height, outs))
             }
@@ -301,8 +319,9 @@ fn size(page: &Page, element: &mut Element) {
             Kind::Sign => (38.0, 38.0, vec![19.0], vec![19.0; outs]),
             Kind::Switch => {
                 let middle = 10.0 + ROW;
-                // Parts of a bus that leave by themselves begin below it.
-                (40.0, 20.0 + 2.0 * ROW, rows(10.0, 3), rows(middle - if outs > 1 { ROW } else { 0.0 }, outs))
+                // The mask in the middle. Parts of a bus that leave by themselves begin above it.
+                let outputs = rows(middle - if outs > 1 { ROW } else { 0.0 }, outs);
+                (40.0, 20.0 + 2.0 * ROW, vec![middle, 10.0, middle + ROW], outputs)
             }
             Kind::Call { .. } => {
                 let side = |ends: &mut dyn Iterator<Item = &super::Port>| {

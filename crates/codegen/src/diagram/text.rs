@@ -123,6 +123,11 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// A unit as it is printed; none of a pure number.
+pub(super) fn unit(unit: &str) -> String {
+    if unit == "1" { String::new() } else { unit.replace("^2", "²").replace("^3", "³").replace(' ', "\u{a0}") }
+}
+
 /// Text between tags or in an attribute.
 pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

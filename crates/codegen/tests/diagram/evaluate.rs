@@ -6,15 +6,15 @@ use stickslip_codegen::record::{Function, Graph, Id, Operator, Source, Step};
 use stickslip_core::scalar::Scalar;
 
 /// What a step starts from.
-pub struct Given<'a> {
-    pub parameters: &'a [f64],
-    pub state: &'a [f64],
-    pub input: &'a [f64],
-    pub dt: f64,
+pub(crate) struct Given<'a> {
+    pub(crate) parameters: &'a [f64],
+    pub(crate) state: &'a [f64],
+    pub(crate) input: &'a [f64],
+    pub(crate) dt: f64,
 }
 
 /// New state and output of a page; masks are 0 or 1. Panics where a picture would be incomplete.
-pub fn evaluate(diagram: &Diagram, page: usize, given: &Given) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn evaluate(diagram: &Diagram, page: usize, given: &Given) -> (Vec<f64>, Vec<f64>) {
     let page = &diagram.pages[page];
     let fixed = fixed(page.step, given);
     let mut run = Run { diagram, page, given, fixed, values: vec![Vec::new(); page.nodes.len()], from: wires(page) };

@@ -34,11 +34,13 @@ pub(super) enum Column {
     Last,
 }
 
-/// A wire to be placed: from a box and its output to a box and its input.
+/// A wire to be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Link {
-    pub(super) from: (usize, usize),
-    pub(super) to: (usize, usize),
+pub struct Link {
+    /// Box and output.
+    pub from: (usize, usize),
+    /// Box and input.
+    pub to: (usize, usize),
 }
 
 /// Where everything lies \[px\].
@@ -48,6 +50,8 @@ pub struct Layout {
     pub boxes: Vec<[f64; 4]>,
     /// Where wires end and begin at each box: its inputs, its outputs.
     pub ports: Vec<[Vec<[f64; 2]>; 2]>,
+    /// What the wires connect.
+    pub links: Vec<Link>,
     /// Pieces of wires, horizontal or vertical; they touch others of the same wire at their ends only.
     pub segments: Vec<Segment>,
     /// Width and height.
@@ -107,7 +111,7 @@ pub(super) fn layout(shapes: &[Shape], links: &[Link]) -> Layout {
     let mut layers = Layers::of(shapes, links, &ranks, &back);
     order::order(&mut layers);
     place::place(&mut layers);
-    route::route(&mut layers, shapes)
+    Layout { links: links.to_vec(), ..route::route(&mut layers, shapes) }
 }
 
 impl Layers {

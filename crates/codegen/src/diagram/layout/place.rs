@@ -4,7 +4,7 @@ use super::{Item, Layers};
 
 const SWEEPS: usize = 120;
 /// Closer than this \[px\] a wire is made straight.
-const NEARLY: f64 = 9.0;
+const NEARLY: f64 = 16.0;
 
 /// Least distance between the edges of two neighbours in a layer.
 fn gap(a: &Item, b: &Item) -> f64 {
@@ -33,8 +33,8 @@ pub(super) fn place(layers: &mut Layers) {
     layers.items.iter_mut().for_each(|item| item.y = item.y.round());
     for layer in 0..layers.layers.len() {
         separate(layers, layer);
-        straighten(layers, layer);
     }
+    straighten(layers);
 }
 
 /// The height that an item's edges want, and how much.
@@ -52,7 +52,7 @@ fn wish(layers: &Layers, item: usize) -> (f64, f64) {
             let wanted = neighbour.y + edge.offsets[other] - edge.offsets[side];
             // In its own layer it can only be near.
             let near = if neighbour.layer == layers.items[item].layer { 0.2 } else { 1.0 };
-            let weight = near * importance / (wanted - own).abs().max(2.0);
+            let weight = near * importance / (wanted - own).abs().max(1.0);
             sum += weight * wanted;
             total += weight;
         }
@@ -98,28 +98,51 @@ pub(super) fn separate(layers: &mut Layers, layer: usize) {
     }
 }
 
-/// Takes small steps out of the wires from the left, where there is room.
-fn straighten(layers: &mut Layers, layer: usize) {
-    for (place, item) in layers.layers[layer].clone().into_iter().enumerate() {
-        let own = layers.items[item].y;
-        let steps = layers.edges.iter().filter_map(|edge| {
-            let side = edge.items.iter().position(|end| *end == item)?;
-            let neighbour = edge.items[1 - side];
-            let on_left = layers.items[neighbour].layer < layer;
-            on_left.then(|| layers.items[neighbour].y + edge.offsets[1 - side] - edge.offsets[side] - own)
+/// Takes small steps out of the wires: whatever hangs together by straight wires moves as one, where there is room.
+fn straighten(layers: &mut Layers) {
+    loop {
+        let mut bends: Vec<(f64, usize, usize)> = Vec::new();
+        for edge in &layers.edges {
+            let [a, b] = edge.items;
+            let step = layers.items[b].y + edge.offsets[1] - layers.items[a].y - edge.offsets[0];
+            if layers.items[a].layer != layers.items[b].layer && step != 0.0 && step.abs() < NEARLY {
+                bends.extend([(step, a, b), (-step, b, a)]);
+            }
+        }
+        bends.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let found = bends.into_iter().find_map(|(step, from, other)| {
+            let together = together(layers, from);
+            (!together[other] && has_room(layers, &together, step)).then_some((together, step))
         });
-        let Some(step) = steps.filter(|step| step.abs() < NEARLY).min_by(|a, b| a.abs().total_cmp(&b.abs())) else {
+        let Some((together, step)) = found else { return };
+        let items = layers.items.iter_mut().zip(together);
+        items.filter(|(_, moves)| *moves).for_each(|(item, _)| item.y += step);
+    }
+}
+
+/// What is connected to an item by straight wires.
+fn together(layers: &Layers, item: usize) -> Vec<bool> {
+    let mut out = vec![false; layers.items.len()];
+    let mut open = vec![item];
+    while let Some(next) = open.pop() {
+        if std::mem::replace(&mut out[next], true) {
             continue;
-        };
-        let column = &layers.layers[layer];
-        let room = |a: usize, b: usize, moved: f64| {
-            let [a, b] = [&layers.items[a], &layers.items[b]];
-            b.y - (a.y + a.height) + moved >= gap(a, b)
-        };
-        let above = place == 0 || room(column[place - 1], item, step);
-        let below = place + 1 == column.len() || room(item, column[place + 1], -step);
-        if above && below {
-            layers.items[item].y += step;
+        }
+        for edge in layers.edges.iter().filter(|edge| edge.items.contains(&next)) {
+            let [a, b] = edge.items.map(|item| &layers.items[item]);
+            if a.layer != b.layer && a.y + edge.offsets[0] == b.y + edge.offsets[1] {
+                open.extend(edge.items);
+            }
         }
     }
+    out
+}
+
+/// Whether the items keep their distances, or two thirds of them, when they move by a step.
+fn has_room(layers: &Layers, moving: &[bool], step: f64) -> bool {
+    layers.layers.iter().flat_map(|layer| layer.windows(2)).all(|pair| {
+        let by = [pair[0], pair[1]].map(|item| if moving[item] { step } else { 0.0 });
+        let [a, b] = [pair[0], pair[1]].map(|item| &layers.items[item]);
+        by[0] == by[1] || b.y + by[1] - (a.y + a.height + by[0]) >= (gap(a, b) / 1.5).ceil()
+    })
 }
