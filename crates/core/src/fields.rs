@@ -87,7 +87,64 @@ pub struct Variant {
     pub shape: Shape,
 }
 
-/// A law between fields that does not hold. Names are relative to the struct that states the law.
+/// A law between fields: a field's value and a bound that the other fields give. Over recorded numbers it goes into
+/// generated code as well. Names are relative to the struct that states the law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relation<T> {
+    /// The field to change.
+    pub field: &'static str,
+    /// Its value.
+    pub value: T,
+    /// How it must relate to the bound.
+    pub order: Order,
+    /// What the other fields give.
+    pub bound: T,
+    /// Why, and what to do.
+    pub remedy: &'static str,
+}
+
+/// How a value must relate to its bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// value ≤ bound
+    AtMost,
+    /// value ≥ bound
+    AtLeast,
+}
+
+impl Order {
+    /// In words.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Order::AtMost => "at most",
+            Order::AtLeast => "at least",
+        }
+    }
+}
+
+/// The law `value ≤ bound`.
+pub const fn at_most<T: Copy>(field: &'static str, value: T, bound: T, remedy: &'static str) -> Relation<T> {
+    Relation { field, value, order: Order::AtMost, bound, remedy }
+}
+
+/// The law `value ≥ bound`.
+pub const fn at_least<T: Copy>(field: &'static str, value: T, bound: T, remedy: &'static str) -> Relation<T> {
+    Relation { field, value, order: Order::AtLeast, bound, remedy }
+}
+
+impl Relation<f64> {
+    /// `Err` if it does not hold; NaN on either side is an error.
+    pub fn check(self) -> Result<(), ParameterError> {
+        let Relation { field, value, order, bound, remedy } = self;
+        let holds = match order {
+            Order::AtMost => value <= bound,
+            Order::AtLeast => value >= bound,
+        };
+        if holds { Ok(()) } else { Err(ParameterError { field, value, relation: order.words(), bound, remedy }) }
+    }
+}
+
+/// A law between fields that does not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterError {
     /// The field to change.
@@ -100,16 +157,6 @@ pub struct ParameterError {
     pub bound: f64,
     /// Why, and what to do.
     pub remedy: &'static str,
-}
-
-/// `Err` unless `value ≤ bound`; NaN is an error.
-pub fn at_most(field: &'static str, value: f64, bound: f64, remedy: &'static str) -> Result<(), ParameterError> {
-    if value <= bound { Ok(()) } else { Err(ParameterError { field, value, relation: "at most", bound, remedy }) }
-}
-
-/// `Err` unless `value ≥ bound`; NaN is an error.
-pub fn at_least(field: &'static str, value: f64, bound: f64, remedy: &'static str) -> Result<(), ParameterError> {
-    if value >= bound { Ok(()) } else { Err(ParameterError { field, value, relation: "at least", bound, remedy }) }
 }
 
 /// A visitor of all numbers of a struct, in the order of declaration.
@@ -137,8 +184,8 @@ pub trait Walk<T> {
     }
 }
 
-/// A receiver of broken laws.
-pub trait Laws {
+/// A receiver of the laws between fields.
+pub trait Laws<T> {
     /// What follows lies within this field.
     fn enter(&mut self, field: &'static Field);
     /// The end of a field.
@@ -147,14 +194,16 @@ pub trait Laws {
     fn element(&mut self, index: usize) {
         let _ = index;
     }
-    /// A law of the current struct does not hold.
-    fn broken(&mut self, error: ParameterError);
+    /// A law of the current struct.
+    fn state(&mut self, law: Relation<T>);
 }
 
 /// A struct of numbers that knows about them. Derived, never written by hand.
 pub trait Fields<T: Scalar>: Copy {
     /// The struct's name.
     const NAME: &'static str;
+    /// The struct's doc comment, Markdown as it stands there; empty for bare numbers.
+    const HELP: &'static str = "";
     /// What it consists of.
     const SHAPE: Shape;
     /// The same struct over another kind of number.
@@ -177,8 +226,14 @@ pub trait Fields<T: Scalar>: Copy {
     /// Each number made from two. Where a choice differs, the one of `self` stays.
     fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self;
 
-    /// Checks the laws between fields, here and below. Ranges are checked by whoever walks the numbers.
-    fn laws(values: &Self::With<f64>, laws: &mut dyn Laws);
+    /// States the laws between fields, here and below. Ranges are checked by whoever walks the numbers.
+    fn laws(&self, laws: &mut dyn Laws<T>);
+
+    /// Checks what no relation of two numbers says, of this struct as a whole.
+    fn check(values: &Self::With<f64>) -> Result<(), ParameterError> {
+        let _ = values;
+        Ok(())
+    }
 }
 
 impl<T: Scalar> Fields<T> for T {
@@ -204,7 +259,7 @@ impl<T: Scalar> Fields<T> for T {
         join(*self, *other)
     }
 
-    fn laws(_values: &f64, _laws: &mut dyn Laws) {}
+    fn laws(&self, _laws: &mut dyn Laws<T>) {}
 }
 
 impl<T: Scalar> Fields<T> for () {
@@ -221,11 +276,12 @@ impl<T: Scalar> Fields<T> for () {
     #[inline(always)]
     fn merge(&self, _other: &Self, _join: &mut impl FnMut(T, T) -> T) {}
 
-    fn laws(_values: &(), _laws: &mut dyn Laws) {}
+    fn laws(&self, _laws: &mut dyn Laws<T>) {}
 }
 
 impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
     const NAME: &'static str = V::NAME;
+    const HELP: &'static str = V::HELP;
     const SHAPE: Shape = Shape::List(N, &V::SHAPE);
     type With<U: Scalar> = [V::With<U>; N];
 
@@ -254,10 +310,10 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
         core::array::from_fn(|index| self[index].merge(&other[index], join))
     }
 
-    fn laws(values: &Self::With<f64>, laws: &mut dyn Laws) {
-        for (index, value) in values.iter().enumerate() {
+    fn laws(&self, laws: &mut dyn Laws<T>) {
+        for (index, value) in self.iter().enumerate() {
             laws.element(index);
-            V::laws(value, laws);
+            value.laws(laws);
         }
     }
 }
@@ -271,7 +327,7 @@ mod tests {
 
     /// Two springs.
     #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-    #[fields(check = Pair::check)]
+    #[fields(law = Pair::law)]
     struct Pair<T> {
         /// The soft one.
         #[field(symbol = "c₁", unit = "N m/rad", range = 0.0..=10.0, default = 2.0)]
@@ -281,9 +337,9 @@ mod tests {
         stiff: [T; 3],
     }
 
-    impl Pair<f64> {
-        fn check(&self) -> Result<(), ParameterError> {
-            at_least("stiff", self.stiff[0], self.soft, "The stiff spring is the stiffer one.")
+    impl<T: Scalar> Pair<T> {
+        fn law(&self) -> [Relation<T>; 1] {
+            [at_least("stiff", self.stiff[0], self.soft, "The stiff spring is the stiffer one.")]
         }
     }
 
@@ -340,6 +396,27 @@ mod tests {
         assert_eq!(whole.holder, Holder::TwoSprings(Pair { soft: 3.0, stiff: [21.0; 3] }));
     }
 
+    /// A spring that is counted.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    struct Counted<T> {
+        /// How many.
+        #[field(fixed)]
+        count: usize,
+        /// Stiffness of each.
+        #[field(unit = "N m/rad", default = 3.0)]
+        stiffness: T,
+    }
+
+    #[test]
+    fn what_is_fixed_is_no_number_and_is_kept() {
+        let springs = Counted { count: 4, ..Counted::<f64>::default() };
+        let single = springs.map(&mut |v| v as f32);
+        assert_eq!(single, Counted { count: 4, stiffness: 3.0f32 });
+        let fewer = Counted { count: 2, stiffness: 1.0 };
+        assert_eq!(springs.merge(&fewer, &mut |a, b| a + b), Counted { count: 4, stiffness: 4.0 });
+        assert_eq!(<Counted<f64> as Fields<f64>>::SHAPE.fields().len(), 1);
+    }
+
     #[test]
     fn map_and_merge_keep_the_structure() {
         let a = Pair::<f64>::default();
@@ -351,20 +428,31 @@ mod tests {
     #[test]
     fn a_broken_law_is_reported_with_its_place() {
         struct Report(Vec<&'static str>, Vec<String>);
-        impl Laws for Report {
+        impl Laws<f64> for Report {
             fn enter(&mut self, field: &'static Field) {
                 self.0.push(field.name);
             }
             fn leave(&mut self) {
                 self.0.pop();
             }
-            fn broken(&mut self, error: ParameterError) {
-                self.1.push(std::format!("{}.{} {} {}", self.0.join("."), error.field, error.relation, error.bound));
+            fn state(&mut self, law: Relation<f64>) {
+                if let Err(error) = law.check() {
+                    let group = self.0.join(".");
+                    self.1.push(std::format!("{group}.{} {} {}", error.field, error.relation, error.bound));
+                }
             }
         }
-        let broken = Whole { holder: Holder::TwoSprings(Pair { soft: 30.0, stiff: [20.0; 3] }), on: 0.0 };
+        let whole = |soft| Whole { holder: Holder::TwoSprings(Pair { soft, stiff: [20.0; 3] }), on: 0.0 };
         let mut report = Report(Vec::new(), Vec::new());
-        <Whole<f64> as Fields<f64>>::laws(&broken, &mut report);
-        assert_eq!(report.1, ["holder.stiff at least 30"]);
+        for soft in [20.0, 30.0, f64::NAN] {
+            whole(soft).laws(&mut report);
+        }
+        assert_eq!(report.1, ["holder.stiff at least 30", "holder.stiff at least NaN"]);
+    }
+
+    #[test]
+    fn the_doc_comment_of_a_struct_is_its_help() {
+        assert_eq!(<Pair<f64> as Fields<f64>>::HELP, "Two springs.");
+        assert_eq!(<[Holder<f64>; 2] as Fields<f64>>::HELP, "What holds the load.");
     }
 }

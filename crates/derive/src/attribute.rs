@@ -17,6 +17,9 @@ pub(crate) struct Number {
 /// `#[fields(…)]` of a struct or enum.
 #[derive(Default)]
 pub(crate) struct Container {
+    /// The relations between the fields.
+    pub(crate) law: Option<ExprPath>,
+    /// What no relation of two numbers says.
     pub(crate) check: Option<ExprPath>,
     pub(crate) tag: Option<String>,
 }
@@ -65,7 +68,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
         } else if meta.path.is_ident("flag") {
             out.kind = "Flag";
         } else {
-            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag"));
+            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag; or it is fixed"));
         }
         Ok(())
     })?;
@@ -88,17 +91,25 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
     Err(Error::new_spanned(default_given_at.unwrap_or_else(|| attribute.to_token_stream()), problem))
 }
 
+/// Whether a field says `#[field(fixed)]`: configuration that is no number of the signal path.
+pub(crate) fn is_fixed(attributes: &[Attribute]) -> bool {
+    let says = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
+    attributes.iter().filter(|a| a.path().is_ident("field")).any(says)
+}
+
 /// Reads `#[fields(…)]`.
 pub(crate) fn container(attributes: &[Attribute]) -> Result<Container> {
     let mut out = Container::default();
     for attribute in attributes.iter().filter(|a| a.path().is_ident("fields")) {
         attribute.parse_nested_meta(|meta| {
-            if meta.path.is_ident("check") {
+            if meta.path.is_ident("law") {
+                out.law = Some(meta.value()?.parse()?);
+            } else if meta.path.is_ident("check") {
                 out.check = Some(meta.value()?.parse()?);
             } else if meta.path.is_ident("tag") {
                 out.tag = Some(meta.value()?.parse::<LitStr>()?.value());
             } else {
-                return Err(meta.error("fields has: check (a struct's law), tag (an enum's key)"));
+                return Err(meta.error("fields has: law and check (of a struct), tag (an enum's key)"));
             }
             Ok(())
         })?;
@@ -106,26 +117,34 @@ pub(crate) fn container(attributes: &[Attribute]) -> Result<Container> {
     Ok(out)
 }
 
-/// The doc comment as one paragraph a paragraph.
+/// The doc comment as one line a paragraph, paragraphs apart by an empty line.
 pub(crate) fn help(attributes: &[Attribute]) -> String {
     let mut text = String::new();
+    for line in doc(attributes).lines().map(str::trim) {
+        if line.is_empty() {
+            text.push_str("\n\n");
+        } else {
+            if !text.is_empty() && !text.ends_with('\n') {
+                text.push(' ');
+            }
+            text.push_str(line);
+        }
+    }
+    text
+}
+
+/// The doc comment line by line, as it stands.
+pub(crate) fn doc(attributes: &[Attribute]) -> String {
+    let mut lines = Vec::new();
     for attribute in attributes.iter().filter(|a| a.path().is_ident("doc")) {
         if let syn::Meta::NameValue(meta) = &attribute.meta
             && let Expr::Lit(ExprLit { lit: Lit::Str(line), .. }) = &meta.value
         {
             let line = line.value();
-            let line = line.trim();
-            if line.is_empty() {
-                text.push_str("\n\n");
-            } else {
-                if !text.is_empty() && !text.ends_with('\n') {
-                    text.push(' ');
-                }
-                text.push_str(line);
-            }
+            lines.push(line.strip_prefix(' ').unwrap_or(&line).trim_end().to_string());
         }
     }
-    text.trim().to_string()
+    lines.join("\n").trim().to_string()
 }
 
 /// A number literal, with or without a minus.

@@ -113,27 +113,38 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
     let label = name.to_string();
     let mut rows = Vec::new();
     let mut defaults = Vec::new();
-    for field in &named.named {
+    let (fixed, varied): (Vec<&Field>, Vec<_>) = named.named.iter().partition(|f| attribute::is_fixed(&f.attrs));
+    for field in &varied {
         rows.push(row(field, number)?);
         defaults.push(default_of(&field.ty, field, number)?);
     }
-    let idents: Vec<_> = named.named.iter().filter_map(|f| f.ident.as_ref()).collect();
-    let types: Vec<_> = named.named.iter().map(|f| &f.ty).collect();
+    let idents: Vec<_> = varied.iter().filter_map(|f| f.ident.as_ref()).collect();
+    let types: Vec<_> = varied.iter().map(|f| &f.ty).collect();
+    let fixed: Vec<_> = fixed.iter().filter_map(|f| f.ident.as_ref()).collect();
     let index = 0..idents.len();
     let index_too = index.clone();
-    let check = container.check.as_ref().map(|path| quote!(if let Err(error) = #path(values) { laws.broken(error); }));
+    let help = attribute::doc(&input.attrs);
+    let law = container.law.as_ref().map(|path| quote!(for law in #path(self) { laws.state(law); }));
+    let check = container.check.as_ref().map(|path| {
+        quote! {
+            fn check(values: &#name<f64>) -> ::core::result::Result<(), ::stickslip_core::fields::ParameterError> {
+                #path(values)
+            }
+        }
+    });
     Ok(quote! {
         #[automatically_derived]
         impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
             #[inline]
             fn default() -> Self {
-                #name { #(#idents: #defaults,)* }
+                #name { #(#idents: #defaults,)* #(#fixed: ::core::default::Default::default(),)* }
             }
         }
 
         #[automatically_derived]
         impl<#number: ::stickslip_core::scalar::Scalar> ::stickslip_core::fields::Fields<#number> for #name<#number> {
             const NAME: &'static str = #label;
+            const HELP: &'static str = #help;
             const SHAPE: ::stickslip_core::fields::Shape = ::stickslip_core::fields::Shape::Group(&[#(#rows,)*]);
             type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
 
@@ -148,23 +159,31 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
                 &self,
                 convert: &mut impl FnMut(#number) -> Other,
             ) -> #name<Other> {
-                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)* }
+                #name {
+                    #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)*
+                    #(#fixed: self.#fixed,)*
+                }
             }
 
             #[inline]
             fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
-                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)* }
+                #name {
+                    #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)*
+                    #(#fixed: self.#fixed,)*
+                }
             }
 
-            fn laws(values: &#name<f64>, laws: &mut dyn ::stickslip_core::fields::Laws) {
+            fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
                 let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
                 #(
                     laws.enter(&fields[#index_too]);
-                    <#types as ::stickslip_core::fields::Fields<#number>>::laws(&values.#idents, laws);
+                    <#types as ::stickslip_core::fields::Fields<#number>>::laws(&self.#idents, laws);
                     laws.leave();
                 )*
-                #check
+                #law
             }
+
+            #check
         }
     })
 }
@@ -173,7 +192,8 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
     let name = &input.ident;
     let label = name.to_string();
     let tag = container.tag.clone().unwrap_or_else(|| "model".into());
-    if let Some(check) = &container.check {
+    let doc = attribute::doc(&input.attrs);
+    if let Some(check) = container.law.as_ref().or(container.check.as_ref()) {
         return Err(Error::new_spanned(check, "a law belongs to a struct: state it at the variant's struct"));
     }
     let mut table = Vec::new();
@@ -249,6 +269,7 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
         #[automatically_derived]
         impl<#number: ::stickslip_core::scalar::Scalar> ::stickslip_core::fields::Fields<#number> for #name<#number> {
             const NAME: &'static str = #label;
+            const HELP: &'static str = #doc;
             const SHAPE: ::stickslip_core::fields::Shape =
                 ::stickslip_core::fields::Shape::Choice { tag: #tag, variants: &[#(#table,)*] };
             type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
@@ -280,8 +301,8 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
                 }
             }
 
-            fn laws(values: &#name<f64>, laws: &mut dyn ::stickslip_core::fields::Laws) {
-                match values { #(#laws,)* }
+            fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
+                match self { #(#laws,)* }
             }
         }
     })

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-//! #[fields(check = LuGre::check)]                       // law between fields, a plain function over f64
+//! #[fields(law = LuGre::law)]                           // relations between fields, over any kind of number
 //! pub struct LuGre<T> {
 //!     /// What the number is: the help text.
 //!     #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]

@@ -115,5 +115,6 @@ impl Preset<f64> {
             self.bench.safety.speed,
             "The fade-out interval lies within the speeds that the bench may reach.",
         )
+        .check()
     }
 }

@@ -1,6 +1,7 @@
 //! Numbers that remember where they come from.
 
 mod graph;
+mod laws;
 mod program;
 
 use std::fmt::Debug;
@@ -11,6 +12,7 @@ use stickslip_core::block::Block;
 use stickslip_core::scalar::{Mask, Scalar};
 
 pub use graph::{Call, Function, Graph, Id, Node, Operator, Source};
+pub use laws::{Law, LawBook};
 use program::node;
 pub use program::{Program, Step, record, record_function};
 

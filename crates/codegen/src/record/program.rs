@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
-use super::{Call, Graph, Id, Node, Precision, Recorded, Source};
+use super::{Call, Graph, Id, LawBook, Node, Precision, Recorded, Source, laws};
 use crate::tree::Tree;
 
 /// A block's step as recorded.
@@ -14,6 +14,8 @@ use crate::tree::Tree;
 pub struct Step {
     /// The block's name.
     pub name: &'static str,
+    /// Its doc comment, Markdown as it stands in the source: equation and reference.
+    pub help: &'static str,
     /// The type behind the name.
     type_name: &'static str,
     /// The parameters.
@@ -41,6 +43,8 @@ pub struct Program {
     pub parameters: Vec<f64>,
     /// The values of its state at the start.
     pub start: Vec<f64>,
+    /// The laws between its parameters.
+    pub laws: LawBook,
 }
 
 /// What is being recorded on this thread: a graph for each block between the outermost and the one at work.
@@ -106,6 +110,7 @@ fn record_step<F: Precision, B: Block<Recorded<F>>>(
     assert_eq!(Tree::of(state), Tree::of(&new_state), "{}: a step does not change the choices of its state", B::NAME);
     let step = Step {
         name: B::NAME,
+        help: B::HELP,
         type_name: std::any::type_name::<B>(),
         parameters: Tree::of(block),
         state: Tree::of(&new_state),
@@ -116,6 +121,14 @@ fn record_step<F: Precision, B: Block<Recorded<F>>>(
         results: ids(&output),
     };
     (step, new_state, output)
+}
+
+/// The laws between the parameters of a block, in a graph of their own.
+fn record_laws<F: Precision>(block: &impl Fields<Recorded<F>>) -> LawBook {
+    recorder(|s| s.graphs.push(Graph::default()));
+    let laws = laws::collect(&renumber(block, |i| Node::Source(Source::Parameters, i)));
+    let graph = recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
+    LawBook { graph, laws }
 }
 
 /// A block within another: a function of its own, and a call of it.
@@ -158,10 +171,11 @@ where
     let state = Default::default();
     let start = ids::<F>(&state);
     let start = graph(|g| start.iter().map(|id| g.constant(*id).unwrap_or(0.0)).collect());
+    let laws = record_laws(&block);
     let (top, _, _) = record_step(&block, &state, &Default::default());
     let mut steps = recorder(std::mem::take).steps;
     steps.push(top);
-    Program { steps, parameters: values, start }
+    Program { steps, parameters: values, start, laws }
 }
 
 /// Records a function of one number. Its argument is the first input.

@@ -7,7 +7,7 @@ use core::f64::consts::PI;
 
 use super::Stribeck;
 use crate::Fields;
-use crate::fields::{ParameterError, at_most};
+use crate::fields::{Relation, at_most};
 use crate::scalar::kernel::{cosine, sine};
 use crate::scalar::{Mask, Scalar};
 
@@ -199,7 +199,7 @@ pub struct DampingVelocity<T> {
 /// fading it is for v_c small enough (Åström & Canudas de Wit 2008, property 4), which is checked. Drifts under a
 /// vibrating load below breakaway; where that matters, use [`ElastoPlastic`].
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = LuGre::check)]
+#[fields(law = LuGre::law)]
 pub struct LuGre<T> {
     /// The curve at constant speed.
     pub sliding: Stribeck<T>,
@@ -244,28 +244,24 @@ impl<T: Scalar> Bristle<T> for LuGre<T> {
     }
 }
 
-impl LuGre<f64> {
+impl<T: Scalar> LuGre<T> {
     /// The largest v_c [rad/s] for which the bristles take energy and never give any: σ₁(Ω)·|Ω| ≤ 4·min g at every
     /// speed, so v_c ≤ 4·√(2e)·min g/σ₁ for the Gaussian form and ≤ 8·min g/σ₁ for the rational one. Infinite
     /// without damping.
-    pub fn passive_damping_velocity(&self) -> f64 {
+    pub fn passive_damping_velocity(&self) -> T {
         // 4·√(2e)
         const GAUSSIAN: f64 = 9.326_575_266_183_9;
         let factor = match self.fading {
             Fading::Gaussian(_) => GAUSSIAN,
             Fading::Rational(_) => 8.0,
         };
-        factor * self.sliding.smallest_level() / self.bristle_damping
+        T::of(factor) * self.sliding.smallest_level() / self.bristle_damping
     }
 
-    fn check(&self) -> Result<(), ParameterError> {
+    fn law(&self) -> [Relation<T>; 1] {
         let (Fading::Gaussian(fading) | Fading::Rational(fading)) = self.fading;
-        at_most(
-            "fading",
-            fading.velocity,
-            self.passive_damping_velocity(),
-            "Above this speed the damping of the bristles makes energy: lower v_c or the bristle damping.",
-        )
+        let remedy = "Above this speed the damping of the bristles makes energy: lower v_c or the bristle damping.";
+        [at_most("fading", fading.velocity, self.passive_damping_velocity(), remedy)]
     }
 }
 

@@ -13,6 +13,7 @@
 //! bristles are bent does work on them, in proportion to the energy that they store.
 
 mod bristle;
+mod element;
 mod stribeck;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ use bristle::relax;
 pub use bristle::{
     Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
 };
+pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
 pub use stribeck::{Decay, Exponent, Static, Stribeck};
 
 use crate::Fields;

@@ -1,6 +1,7 @@
 //! The sliding curve: what friction is at constant speed.
 
 use crate::Fields;
+use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
 /// How the breakaway torque falls to the kinetic torque as speed rises, with s = |Ω|/Ω_Strib.
@@ -81,6 +82,19 @@ impl<T: Scalar> Stribeck<T> {
     }
 }
 
+impl<T: Scalar> Block<T> for Stribeck<T> {
+    type State = ();
+    /// Speed Ω ≥ 0 [rad/s].
+    type Input = T;
+    /// Friction torque [N m].
+    type Output = T;
+
+    #[inline(always)]
+    fn step(&self, _state: &mut (), speed: T, _dt: T) -> T {
+        self.magnitude(speed)
+    }
+}
+
 /// e^(−s²).
 #[inline(always)]
 fn gaussian<T: Scalar>(s: T) -> T {
@@ -96,12 +110,14 @@ fn power<T: Scalar>(s: T, exponent: T) -> T {
     moving.select((-power).exp(), T::of(1.0))
 }
 
-impl Stribeck<f64> {
+impl<T: Scalar> Stribeck<T> {
     /// The smallest sliding level over all speeds [N m].
-    pub fn smallest_level(&self) -> f64 {
+    pub fn smallest_level(&self) -> T {
         self.breakaway_torque.min(self.kinetic_torque)
     }
+}
 
+impl Stribeck<f64> {
     /// The steepest fall of the curve [N m s/rad]: a pole of up to this over the inertia, to the right.
     pub fn steepest_fall(&self) -> f64 {
         (self.breakaway_torque - self.kinetic_torque).max(0.0) / self.stribeck_velocity

@@ -93,7 +93,7 @@ impl Plant<f64> {
     /// `Err` if a step [s] is beyond [`largest_step`](Self::largest_step), with what bounds it.
     pub fn check_step(&self, step: f64) -> Result<(), ParameterError> {
         let (bound, remedy) = self.step_bound();
-        at_most("plant_step", step, bound, remedy)
+        at_most("plant_step", step, bound, remedy).check()
     }
 }
 

@@ -42,8 +42,8 @@ impl<T: Scalar> DifferenceTorque<T> {
     /// Torque for the load motor [N m] at the estimated screw velocity [rad/s]; 0 for NaN.
     #[inline(always)]
     pub fn torque(&self, velocity: T) -> T {
-        let speed = velocity.abs();
-        let difference = self.desired.magnitude(speed) - self.own.magnitude(speed);
+        let (speed, none) = (velocity.abs(), T::of(0.0));
+        let difference = self.desired.run(&mut (), speed, none) - self.own.run(&mut (), speed, none);
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
         // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
         let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));

@@ -9,14 +9,15 @@ use core::fmt;
 
 use crate::Fields;
 use crate::control::reference::Setpoint;
-use crate::fields::{ParameterError, at_most};
+use crate::fields::{Relation, at_most};
+use crate::scalar::Scalar;
 
 /// Revolutions without an index after which the search is given up.
 const SEARCHED_TURNS: f64 = 1.5;
 
 /// How the index is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = HomingPlan::check)]
+#[fields(law = HomingPlan::law)]
 pub struct HomingPlan<T> {
     /// Velocity of the search; its sign is the direction, in which the slow pass follows.
     #[field(symbol = "Ω", unit = "rad/s", range = -200.0..=200.0, default = 10.0)]
@@ -35,12 +36,12 @@ pub struct HomingPlan<T> {
     pub repeatability: T,
 }
 
-impl HomingPlan<f64> {
+impl<T: Scalar> HomingPlan<T> {
     /// Backing off may not reach the index of the revolution before.
-    fn check(&self) -> Result<(), ParameterError> {
-        let braking = 0.5 * self.search_velocity * self.search_velocity / self.acceleration;
+    fn law(&self) -> [Relation<T>; 1] {
+        let braking = T::of(0.5) * self.search_velocity * self.search_velocity / self.acceleration;
         let remedy = "Search more slowly, or allow more acceleration: backing off ends before the next index.";
-        at_most("back_off", self.back_off, 0.8 * TAU - braking, remedy)
+        [at_most("back_off", self.back_off, T::of(0.8 * TAU) - braking, remedy)]
     }
 }
 
@@ -346,8 +347,12 @@ mod tests {
 
     #[test]
     fn backing_off_may_not_reach_the_next_index() {
-        assert_eq!(HomingPlan::<f64>::default().check(), Ok(()));
+        assert_eq!(HomingPlan::<f64>::default().law()[0].check(), Ok(()));
         let fast = HomingPlan { search_velocity: -50.0, ..HomingPlan::default() };
-        assert_eq!(fast.check().map_err(|error| error.field), Err("back_off"), "it takes two revolutions to brake");
+        assert_eq!(
+            fast.law()[0].check().map_err(|error| error.field),
+            Err("back_off"),
+            "it takes two revolutions to brake"
+        );
     }
 }

@@ -7,11 +7,12 @@ use core::fmt;
 
 use super::HomingFault;
 use crate::Fields;
-use crate::fields::{ParameterError, at_least};
+use crate::fields::{Relation, at_least};
+use crate::scalar::Scalar;
 
 /// What is too much. The stroke counts from the screw's zero.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = SafetyLimits::check)]
+#[fields(law = SafetyLimits::law)]
 pub struct SafetyLimits<T> {
     /// Largest distance between set-point and screw.
     #[field(symbol = "e_max", unit = "rad", range = 1e-6..=1e4, default = 1.0)]
@@ -36,10 +37,10 @@ pub struct SafetyLimits<T> {
     pub frozen_time: T,
 }
 
-impl SafetyLimits<f64> {
+impl<T: Scalar> SafetyLimits<T> {
     /// There is a stroke.
-    fn check(&self) -> Result<(), ParameterError> {
-        at_least("upper_end", self.upper_end, self.lower_end, "The upper end of the stroke is above the lower one.")
+    fn law(&self) -> [Relation<T>; 1] {
+        [at_least("upper_end", self.upper_end, self.lower_end, "The upper end of the stroke is above the lower one.")]
     }
 }
 

@@ -1,7 +1,7 @@
 use stickslip_core::Fields;
 
 #[derive(Clone, Copy, Fields)]
-#[fields(check = Friction::check)]
+#[fields(law = Friction::law)]
 enum Friction<T> {
     /// One level.
     Coulomb(Coulomb<T>),

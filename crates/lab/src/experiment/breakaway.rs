@@ -7,7 +7,8 @@
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::fields::{ParameterError, at_least};
+use stickslip_core::fields::{Relation, at_least};
+use stickslip_core::scalar::Scalar;
 
 use super::friction::hold_speed;
 use super::{UNIFORM, kept};
@@ -23,7 +24,7 @@ const TRAVEL: [f64; 2] = [2.0, 50.0];
 
 /// Plan of a breakaway measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = BreakawayPlan::check)]
+#[fields(law = BreakawayPlan::law)]
 pub struct BreakawayPlan<T> {
     /// How fast the torque rises.
     #[field(symbol = "Ṁ", unit = "N m/s", range = 1e-4..=100.0, default = 0.1)]
@@ -45,11 +46,14 @@ pub struct BreakawayPlan<T> {
     pub speed: T,
 }
 
-impl BreakawayPlan<f64> {
-    fn check(&self) -> Result<(), ParameterError> {
-        at_least("largest_torque", self.largest_torque, self.rate * WINDOW, "A ramp must last longer than a window.")
+impl<T: Scalar> BreakawayPlan<T> {
+    fn law(&self) -> [Relation<T>; 1] {
+        let remedy = "A ramp must last longer than a window.";
+        [at_least("largest_torque", self.largest_torque, self.rate * T::of(WINDOW), remedy)]
     }
+}
 
+impl BreakawayPlan<f64> {
     /// Bench time of a plan whose ramps end at a torque [s]; at most that of [`largest_torque`](Self::largest_torque).
     pub fn duration(&self, breakaway: f64) -> f64 {
         let ramp = breakaway.min(self.largest_torque) / self.rate;

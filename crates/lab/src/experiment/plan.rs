@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::fields::{ParameterError, at_least};
+use stickslip_core::fields::{Relation, at_least};
+use stickslip_core::scalar::Scalar;
 
 use crate::Error;
 use crate::bench::Traveller;
@@ -16,7 +17,7 @@ use crate::bench::Traveller;
 /// 0.05 rad/s would take a quarter of an hour. A slow plateau is approached from its own direction at a higher speed,
 /// so that no breakaway lies within it.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = FrictionPlan::check)]
+#[fields(law = FrictionPlan::law)]
 pub struct FrictionPlan<T> {
     /// Slowest speed.
     #[field(symbol = "Ω_min", unit = "rad/s", range = 1e-3..=100.0, default = 0.1)]
@@ -65,6 +66,12 @@ pub enum Phase {
     Plateau(f64),
 }
 
+impl<T: Scalar> FrictionPlan<T> {
+    fn law(&self) -> [Relation<T>; 1] {
+        [at_least("fastest", self.fastest, self.slowest, "The speeds go from the slowest to the fastest.")]
+    }
+}
+
 impl FrictionPlan<f64> {
     /// At most 45 s of bench time, 0.1 to 50 rad/s.
     pub fn quick() -> Self {
@@ -81,10 +88,6 @@ impl FrictionPlan<f64> {
             turns: 2.0,
             ..FrictionPlan::default()
         }
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        at_least("fastest", self.fastest, self.slowest, "The speeds go from the slowest to the fastest.")
     }
 
     /// The speeds [rad/s], rising.

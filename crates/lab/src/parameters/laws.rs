@@ -1,13 +1,14 @@
 //! The laws between fields, asked all at once.
 
-use stickslip_core::fields::{Field, Fields, Laws, ParameterError};
+use stickslip_core::fields::{Field, Fields, Laws, ParameterError, Relation};
 
 use super::entry::join;
 
 /// Each broken law with the path of the group that states it.
 pub(super) fn broken_laws<P: Fields<f64>>(parameters: &P) -> Vec<(String, ParameterError)> {
     let mut broken = Broken::default();
-    P::laws(&parameters.map(&mut |value: f64| value), &mut broken);
+    parameters.laws(&mut broken);
+    broken.found.extend(P::check(&parameters.map(&mut |value: f64| value)).err().map(|error| (String::new(), error)));
     broken.found
 }
 
@@ -28,7 +29,7 @@ impl Broken {
     }
 }
 
-impl Laws for Broken {
+impl Laws<f64> for Broken {
     fn enter(&mut self, field: &'static Field) {
         self.groups.push((join(&self.group(), field.name), None));
     }
@@ -43,7 +44,9 @@ impl Laws for Broken {
         }
     }
 
-    fn broken(&mut self, error: ParameterError) {
-        self.found.push((self.group(), error));
+    fn state(&mut self, law: Relation<f64>) {
+        if let Err(error) = law.check() {
+            self.found.push((self.group(), error));
+        }
     }
 }

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use stickslip_core::Fields;
-use stickslip_core::fields::{Field, Fields as _, Kind, ParameterError, Variant, Walk, at_most};
+use stickslip_core::fields::{Field, Fields as _, Kind, Relation, Variant, Walk, at_most};
+use stickslip_core::scalar::Scalar;
 
 use super::laws::broken_laws;
 use super::*;
@@ -41,7 +42,7 @@ struct Drive<T> {
 
 /// A spring.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = Spring::check)]
+#[fields(law = Spring::law)]
 struct Spring<T> {
     /// Slope.
     #[field(symbol = "c", unit = "N m/rad", range = 1.0..=500.0, default = 60.0)]
@@ -51,9 +52,9 @@ struct Spring<T> {
     strength: T,
 }
 
-impl Spring<f64> {
-    fn check(&self) -> Result<(), ParameterError> {
-        at_most("strength", self.strength, 2.0 * self.stiffness, "It breaks at two radians.")
+impl<T: Scalar> Spring<T> {
+    fn law(&self) -> [Relation<T>; 1] {
+        [at_most("strength", self.strength, T::of(2.0) * self.stiffness, "It breaks at two radians.")]
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::Setpoint;
 use crate::Fields;
-use crate::fields::{ParameterError, at_most};
+use crate::fields::{Relation, at_most};
+use crate::scalar::Scalar;
 
 /// A speed that jumps between two values of opposite sign at each chip as a maximum-length sequence says, smoothed to a
 /// limited acceleration. White up to 0.44 of the chip rate.
@@ -10,7 +11,7 @@ use crate::fields::{ParameterError, at_most};
 /// The sequence has one chip more of one sign than of the other; its mean is taken off, so that the position repeats
 /// with each period of 2ⁿ − 1 chips. Golomb, *Shift Register Sequences* (1967). The acceleration jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = Prbs::check)]
+#[fields(law = Prbs::law)]
 pub struct Prbs<T> {
     /// Half the distance between the two speeds.
     #[field(symbol = "Ω", unit = "rad/s", range = 0.0..=1e3, default = 5.0)]
@@ -29,11 +30,11 @@ pub struct Prbs<T> {
 /// Feedback taps of maximum length for orders 3 to 16, right-shifting Fibonacci registers: a one at each tap's bit.
 const TAPS: [u32; 14] = [0x3, 0x3, 0x5, 0x3, 0x3, 0x1d, 0x11, 0x9, 0x5, 0x53, 0x1b, 0x2b, 0x3, 0x2d];
 
-impl Prbs<f64> {
+impl<T: Scalar> Prbs<T> {
     /// The speed arrives within its chip.
-    fn check(&self) -> Result<(), ParameterError> {
+    fn law(&self) -> [Relation<T>; 1] {
         let remedy = "Lengthen the chips, or allow more acceleration, for the speed to arrive within its chip.";
-        at_most("amplitude", self.amplitude, 0.5 * self.acceleration * self.chip_time, remedy)
+        [at_most("amplitude", self.amplitude, T::of(0.5) * self.acceleration * self.chip_time, remedy)]
     }
 }
 

@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 
 use super::{Setpoint, resting};
 use crate::Fields;
-use crate::fields::{ParameterError, at_least, at_most};
+use crate::fields::{Relation, at_least, at_most};
 use crate::scalar::Scalar;
 
 /// Most components of a [`Multisine`].
@@ -28,7 +28,7 @@ pub struct Sine<T> {
 
 /// Linear chirp: the frequency runs evenly from its start to its end. Nothing jumps, unless the fade time is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = Chirp::check)]
+#[fields(law = Chirp::law)]
 pub struct Chirp<T> {
     /// Largest position; the velocity grows with the frequency, the acceleration with its square.
     #[field(symbol = "r₀", unit = "rad", range = 0.0..=1e4, default = 0.05)]
@@ -51,7 +51,7 @@ pub struct Chirp<T> {
 /// factor (Schroeder 1970): 1.7 to 2 from eight components on, where equal phases have √(2·N). Repeats after one period
 /// of the fundamental. Nothing jumps, unless the fade time is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(check = Multisine::check)]
+#[fields(law = Multisine::law)]
 pub struct Multisine<T> {
     /// Root mean square of the position.
     #[field(symbol = "r_rms", unit = "rad", range = 0.0..=1e4, default = 0.02)]
@@ -77,12 +77,15 @@ impl Sine<f64> {
     }
 }
 
-impl Chirp<f64> {
+impl<T: Scalar> Chirp<T> {
     /// The fades may not overlap.
-    fn check(&self) -> Result<(), ParameterError> {
-        at_most("fade_time", self.fade_time, 0.5 * self.duration, "Fade in and out need the duration between them.")
+    fn law(&self) -> [Relation<T>; 1] {
+        let remedy = "Fade in and out need the duration between them.";
+        [at_most("fade_time", self.fade_time, T::of(0.5) * self.duration, remedy)]
     }
+}
 
+impl Chirp<f64> {
     /// The set-point at a time [s].
     pub(super) fn at(&self, time: f64) -> Setpoint<f64> {
         if time > self.duration {
@@ -99,14 +102,19 @@ impl Chirp<f64> {
     }
 }
 
-impl Multisine<f64> {
+impl<T: Scalar> Multisine<T> {
     /// One component a place.
-    fn check(&self) -> Result<(), ParameterError> {
+    fn law(&self) -> [Relation<T>; 2] {
         let remedy = "Put the highest harmonic at or above the lowest, or raise the fundamental for a wider band.";
-        at_least("highest_harmonic", self.highest_harmonic, self.lowest_harmonic, remedy)?;
-        at_most("highest_harmonic", self.highest_harmonic, self.lowest_harmonic + (MAX_COMPONENTS - 1) as f64, remedy)
+        let last = self.lowest_harmonic + T::of((MAX_COMPONENTS - 1) as f64);
+        [
+            at_least("highest_harmonic", self.highest_harmonic, self.lowest_harmonic, remedy),
+            at_most("highest_harmonic", self.highest_harmonic, last, remedy),
+        ]
     }
+}
 
+impl Multisine<f64> {
     /// The set-point at a time [s].
     pub(super) fn at(&self, time: f64) -> Setpoint<f64> {
         let count = self.highest_harmonic - self.lowest_harmonic + 1.0;

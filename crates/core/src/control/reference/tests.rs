@@ -322,18 +322,18 @@ fn time_is_as_exact_after_a_week_as_at_the_start() {
 
 #[test]
 fn numbers_that_contradict_each_other_are_refused() {
-    use crate::fields::{Field, Fields, Laws, ParameterError};
+    use crate::fields::{Field, Fields, Laws, ParameterError, Relation};
     struct First(Option<ParameterError>);
-    impl Laws for First {
+    impl Laws<f64> for First {
         fn enter(&mut self, _: &'static Field) {}
         fn leave(&mut self) {}
-        fn broken(&mut self, error: ParameterError) {
-            self.0.get_or_insert(error);
+        fn state(&mut self, law: Relation<f64>) {
+            self.0 = self.0.take().or(law.check().err());
         }
     }
     let field = |reference: Reference<f64>| {
         let mut first = First(None);
-        <Reference<f64> as Fields<f64>>::laws(&reference, &mut first);
+        reference.laws(&mut first);
         first.0.map(|error| (error.field, error.relation))
     };
     let chirp = Chirp { duration: 1.0, fade_time: 0.6, ..Chirp::default() };

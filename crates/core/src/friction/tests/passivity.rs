@@ -5,7 +5,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, TAU};
 use proptest::array::uniform3;
 
 use super::*;
-use crate::fields::{Field, Fields, Laws, ParameterError};
+use crate::fields::{Field, Fields, Laws, ParameterError, Relation};
 
 /// Elastic energy of the bristles [J], without direction, position and load.
 fn stored(model: &Model<f64>, deflection: f64) -> f64 {
@@ -103,17 +103,17 @@ proptest! {
 #[derive(Default)]
 struct Objections(Vec<ParameterError>);
 
-impl Laws for Objections {
+impl Laws<f64> for Objections {
     fn enter(&mut self, _field: &'static Field) {}
     fn leave(&mut self) {}
-    fn broken(&mut self, error: ParameterError) {
-        self.0.push(error);
+    fn state(&mut self, law: Relation<f64>) {
+        self.0.extend(law.check().err());
     }
 }
 
 fn objections(model: &LuGre<f64>) -> Vec<ParameterError> {
     let mut objections = Objections::default();
-    <LuGre<f64> as Fields<f64>>::laws(model, &mut objections);
+    model.laws(&mut objections);
     objections.0
 }
 

@@ -171,5 +171,8 @@ fn switched_off_nothing_is_supervised() {
 #[test]
 fn a_stroke_without_length_is_refused() {
     let limits = SafetyLimits { lower_end: 1.0, upper_end: -1.0, ..SafetyLimits::<f64>::default() };
-    assert_eq!(limits.check().map_err(|error| (error.field, error.value, error.bound)), Err(("upper_end", -1.0, 1.0)));
+    assert_eq!(
+        limits.law()[0].check().map_err(|error| (error.field, error.value, error.bound)),
+        Err(("upper_end", -1.0, 1.0))
+    );
 }

@@ -1,0 +1,73 @@
+//! The laws between the parameters of a block.
+
+use stickslip_core::fields::{Field, Fields, Laws, Order, Relation};
+
+use super::{Graph, Id, Precision, Recorded};
+
+/// A law between fields: a value and a bound, both computed from the parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law {
+    /// The field to change: `machine.plant.screw_friction.model.fading`.
+    pub path: String,
+    /// Its value.
+    pub value: Id,
+    /// How it must relate to the bound.
+    pub order: Order,
+    /// What the other fields give.
+    pub bound: Id,
+    /// Why, and what to do.
+    pub remedy: &'static str,
+}
+
+/// All laws of a block, here and below, with the graph that their numbers lie in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LawBook {
+    /// What values and bounds are computed by, from the parameters alone.
+    pub graph: Graph,
+    /// The laws.
+    pub laws: Vec<Law>,
+}
+
+/// The laws of recorded parameters; the graph is filled in by the caller, who opened it.
+pub(super) fn collect<F: Precision>(parameters: &impl Fields<Recorded<F>>) -> Vec<Law> {
+    let mut collector = Collector::default();
+    parameters.laws(&mut collector);
+    collector.laws
+}
+
+#[derive(Default)]
+struct Collector {
+    /// Names of the fields entered, and the element where they are lists.
+    groups: Vec<(&'static str, Option<usize>)>,
+    laws: Vec<Law>,
+}
+
+impl<F: Precision> Laws<Recorded<F>> for Collector {
+    fn enter(&mut self, field: &'static Field) {
+        self.groups.push((field.name, None));
+    }
+
+    fn leave(&mut self) {
+        self.groups.pop();
+    }
+
+    fn element(&mut self, index: usize) {
+        if let Some((_, element)) = self.groups.last_mut() {
+            *element = Some(index);
+        }
+    }
+
+    fn state(&mut self, law: Relation<Recorded<F>>) {
+        let mut path = String::new();
+        for (name, element) in &self.groups {
+            path += name;
+            if let Some(index) = element {
+                path += &format!("[{index}]");
+            }
+            path.push('.');
+        }
+        path += law.field;
+        let (value, bound) = (law.value.id, law.bound.id);
+        self.laws.push(Law { path, value, order: law.order, bound, remedy: law.remedy });
+    }
+}

@@ -1,0 +1,81 @@
+//! Friction as a block of its own.
+
+use super::{Contact, Friction};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::Scalar;
+
+/// The friction of one place as a block of its own, for a simulation that is not ours: motion in, torque out.
+///
+/// A step is that of the virtual machine at a velocity which is held over it: a predictor over half the step gives the
+/// deflection about which the release of the bristles is linear (midpoint of the exponential bristle step). Of second
+/// order if the velocity is that of the step's middle, of first order if it is that of its begin.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionElement<T> {
+    /// Model, and what it depends on.
+    pub friction: Friction<T>,
+}
+
+/// What a friction element remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionElementState<T> {
+    /// Deflection of the bristles.
+    #[field(symbol = "z", unit = "rad")]
+    pub deflection: T,
+}
+
+/// What a friction element gives.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionElementOutput<T> {
+    /// Mean friction torque of the step, against positive motion.
+    #[field(symbol = "M_R", unit = "N m")]
+    pub torque: T,
+}
+
+impl<T: Scalar> Block<T> for FrictionElement<T> {
+    type State = FrictionElementState<T>;
+    type Input = Contact<T>;
+    type Output = FrictionElementOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Contact<T>, dt: T) -> Self::Output {
+        let (middle, _) = self.friction.predict(state.deflection, input, T::of(0.5) * dt);
+        let (end, torque) = self.friction.step(state.deflection, middle, input, dt);
+        state.deflection = end;
+        FrictionElementOutput { torque }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{ElastoPlastic, Model, Static};
+
+    const DT: f64 = 25e-6;
+
+    #[test]
+    fn at_constant_speed_the_torque_becomes_the_static_one() {
+        let mut element = FrictionElement::<f64>::default();
+        element.friction.model = Model::ElastoPlastic(ElastoPlastic::default());
+        let mut state = FrictionElementState::default();
+        let contact = Contact { velocity: 2.0, ..Contact::default() };
+        let mut torque = 0.0;
+        for _ in 0..4000 {
+            torque = element.step(&mut state, contact, DT).torque;
+        }
+        let expected = element.friction.steady_torque(2.0, 0.0, 0.0);
+        // A hundred milliseconds are 200 times the bristles' rise.
+        assert!((torque - expected).abs() < 1e-9, "{torque} instead of {expected}");
+    }
+
+    #[test]
+    fn static_friction_takes_up_what_would_move_a_load_at_rest() {
+        let mut element = FrictionElement::<f64>::default();
+        element.friction.model = Model::Static(Static::default());
+        let mut state = FrictionElementState::default();
+        for (arrest, expected) in [(0.1, 0.1), (-0.2, -0.2), (0.5, 0.3)] {
+            let contact = Contact { arrest, ..Contact::default() };
+            assert_eq!(element.step(&mut state, contact, DT).torque, expected);
+        }
+    }
+}
