@@ -14,12 +14,14 @@ use stickslip_codegen::diagram::{self, Diagram, Kind, Layout, Segment};
 use stickslip_codegen::record::{self, Id, Program, Recorded};
 use stickslip_core::block::Block;
 use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
-use stickslip_core::friction::{Dahl, ElastoPlastic, LuGre, Model, Static};
+use stickslip_core::friction::{
+    Dahl, Decay, ElastoPlastic, Exponent, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static, Stribeck,
+};
 use stickslip_core::plant::Plant;
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
-use support::bench::{PLANT_STEP, bench};
+use support::bench::{TICK, bench};
 use support::blocks::{Holder, Lag, Nested, SlidingFriction};
 use support::{assert_same, case, number};
 
@@ -61,11 +63,16 @@ fn each_block(visit: &mut impl Visit) {
     visit.visit("encoder", Encoder::default(), DT);
     visit.visit("frozen_encoder", Encoder { fault: EncoderFault::Frozen, ..Encoder::default() }, DT);
     visit.visit("pickups", Pickups::new(Tacho::default(), Accelerometer::default(), DT), DT);
+    let power = Decay::Power(Exponent { exponent: 0.7 });
+    visit.visit("stribeck", Stribeck { decay: power, ..Stribeck::default() }, DT);
+    let model = Model::Lugre(LuGre::default());
+    let friction = Friction { model, position: Position::Ripple(Ripple::default()), ..Friction::default() };
+    visit.visit("friction_element", FrictionElement { friction }, DT);
     visit.visit("machine_static", machine(Model::Static(Static::default())), DT);
     visit.visit("machine_dahl", machine(Model::Dahl(Dahl::default())), DT);
     visit.visit("machine_lugre", machine(Model::Lugre(LuGre::default())), DT);
     visit.visit("machine", machine(Model::ElastoPlastic(ElastoPlastic::default())), DT);
-    visit.visit("bench", bench(), PLANT_STEP);
+    visit.visit("bench", bench(), TICK);
 }
 
 /// The outputs and states of a block, by its diagram and by the block.

@@ -145,7 +145,7 @@ impl<'a> Builder<'a> {
             let callee = &steps[call.function];
             let keeps = self.keeps(&call.state, number);
             let node = self.node(Kind::Call { call: number, page: call.function, keeps }, Vec::new());
-            self.nodes[node].name = callee.name.into();
+            (self.nodes[node].name, self.nodes[node].help) = (callee.name.into(), callee.help);
             let numbers = callee.new_state.len() as u32;
             let result = |first: u32| move |place: u32| record::Node::Result(number as u32, first + place);
             self.produce(node, Role::State, &callee.state, &result(0));

@@ -19,7 +19,7 @@ pub(super) fn groups(page: &Page) -> Vec<usize> {
         let wires: BTreeSet<_> = between.map(|wire| (wire.from, group[wire.to.node])).collect();
         boxes.len() > BOXES || wires.len() > WIRES
     };
-    if crowded(&group) {
+    if page.nodes.len() > 2 * BOXES {
         cones(page, &mut group);
     }
     while crowded(&group) && merge(page, &mut group) {}

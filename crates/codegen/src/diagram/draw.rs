@@ -8,7 +8,7 @@ use super::{Diagram, End, Kind, Node, Page, text};
 use crate::record::Id;
 
 const MARGIN: f64 = 24.0;
-const HEAD: f64 = 62.0;
+const HEAD: f64 = 76.0;
 /// Radius of a bend.
 const BEND: f64 = 5.0;
 /// A page of few blocks is not drawn larger than it is.
@@ -35,7 +35,8 @@ pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String
     let title = words(page.step.name);
     let foot = if picture.coefficients.is_empty() { 0.0 } else { 18.0 + 18.0 * picture.coefficients.len() as f64 };
     let footnote = picture.coefficients.iter().map(|(_, what)| text::width(what) + 60.0).fold(0.0, f64::max);
-    let width = (picture.layout.size[0].max(footnote) + 2.0 * MARGIN).max(LEAST).ceil();
+    let head = 6.4 * text::first_sentence(page.step.help).chars().count() as f64;
+    let width = (picture.layout.size[0].max(footnote).max(head) + 2.0 * MARGIN).max(LEAST).ceil();
     let height = (picture.layout.size[1] + HEAD + foot + MARGIN).ceil();
     let mut out = String::new();
     put!(
@@ -46,6 +47,10 @@ pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String
     put!(out, "<title>{}</title>\n{STYLE}\n", text::escape(&title));
     put!(out, "<rect class=\"surface\" width=\"{width}\" height=\"{height}\"/>\n");
     put!(out, "<text x=\"{MARGIN}\" y=\"30\" font-size=\"14\" font-weight=\"600\">{}</text>\n", text::escape(&title));
+    let help = text::first_sentence(page.step.help);
+    if !help.is_empty() {
+        put!(out, "<text class=\"what\" x=\"{MARGIN}\" y=\"48\">{}</text>\n", text::escape(&help));
+    }
     put!(out, "<g transform=\"translate({MARGIN} {HEAD})\">\n");
     wires(&mut out, page, picture);
     for (number, element) in picture.elements.iter().enumerate() {
@@ -199,6 +204,10 @@ impl Pen<'_> {
         put!(self.out, "<title>{}</title>", text::escape(&self.tooltip()));
         if nodes.len() > 1 {
             self.rect("box", left, right, shape.height, 4.0);
+            if self.element.is_formula() {
+                self.text(label, middle, shape.height / 2.0 + 4.0, "middle", "");
+                return self.entries(left);
+            }
             self.text(label, middle, 18.0, "middle", "");
             let (inside, outside) = function_names(self.page, self.element);
             for (name, y) in inside.iter().zip(&self.element.rows) {
@@ -470,7 +479,8 @@ impl Pen<'_> {
             return outputs.collect::<Vec<_>>().join("\n");
         }
         let unit = if node.unit.is_empty() { String::new() } else { format!(" [{}]", node.unit) };
-        let help = if node.help.is_empty() { String::new() } else { format!(": {}", node.help) };
+        let help = text::first_sentence(node.help);
+        let help = if help.is_empty() { help } else { format!(": {help}") };
         match &node.kind {
             Kind::Input | Kind::Output | Kind::Delay | Kind::Call { .. } => format!("{}{unit}{help}", node.name),
             _ => {

@@ -24,6 +24,13 @@ pub(super) struct Element {
     pub(super) shape: Shape,
 }
 
+impl Element {
+    /// Whether it is several nodes that are written as a formula.
+    pub(super) fn is_formula(&self) -> bool {
+        self.nodes.len() > 1 && !self.label.starts_with("f_")
+    }
+}
+
 /// What enters a block.
 pub(super) enum Entry {
     /// A wire, which begins there; the ports that it feeds.
@@ -112,8 +119,13 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
     let label = if alone {
         writer.label(&page.nodes[nodes[0]])
     } else {
-        *functions += 1;
-        format!("f_{functions}")
+        match writer.chain(&inputs, &outputs) {
+            Some(formula) => formula,
+            None => {
+                *functions += 1;
+                format!("f_{functions}")
+            }
+        }
     };
     let shape = Shape { width: 0.0, height: 0.0, inputs: Vec::new(), outputs: Vec::new(), column: Column::Free };
     let mut out = Element { nodes, inputs, outputs, margin: 0.0, rows: Vec::new(), label, shape };
@@ -143,6 +155,15 @@ impl Writer<'_> {
             self.coefficients.push((name.clone(), text));
             name
         })
+    }
+
+    /// A function of one signal as its formula in u, if that is short.
+    fn chain(&self, inputs: &[Entry], outputs: &[End]) -> Option<String> {
+        let ([Entry::Wire(from, _)], [to]) = (inputs, outputs) else { return None };
+        let only = |end: &End| self.page.nodes[end.node].outputs[end.port].numbers.clone();
+        let ([u], [result]) = (&only(from)[..], &only(to)[..]) else { return None };
+        let text = super::formula(self.page.step, *result, &|id| (id == *u).then(|| "u".into()));
+        (text::width(&text) <= WIDEST).then_some(text)
     }
 
     fn constant(&mut self, ids: &[Id]) -> String {
@@ -288,7 +309,9 @@ fn size(page: &Page, element: &mut Element) {
     };
     let outs = element.outputs.len();
     let (mut column, mut foot) = (Column::Free, 0.0);
-    let (width, height, inputs, outputs) = if element.nodes.len() > 1 {
+    let (width, height, inputs, outputs) = if element.is_formula() {
+        (label + 18.0, 28.0, vec![14.0], vec![14.0])
+    } else if element.nodes.len() > 1 {
         let (inside, outside) = function_names(page, element);
         let wide = |names: &[String]| names.iter().map(|name| text::width(name)).fold(0.0, f64::max);
         let height = ROW * ins.max(outs as f64).max(1.0) + 30.0;

@@ -123,6 +123,15 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// The first sentence of a doc comment, without its marks.
+pub(super) fn first_sentence(help: &str) -> String {
+    let paragraph = help.trim().split("\n\n").next().unwrap_or_default().replace('\n', " ");
+    let plain: String = paragraph.chars().filter(|c| !"[]`*".contains(*c)).collect();
+    let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
+    let end = plain.find(". ").unwrap_or(plain.len());
+    plain[..end].trim_end_matches(['.', ':']).into()
+}
+
 /// A unit as it is printed; none of a pure number.
 pub(super) fn unit(unit: &str) -> String {
     if unit == "1" { String::new() } else { unit.replace("^2", "²").replace("^3", "³").replace(' ', "\u{a0}") }
