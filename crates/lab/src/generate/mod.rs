@@ -8,13 +8,16 @@ mod catalogue;
 
 use std::path::Path;
 
-use stickslip_codegen::c;
 use stickslip_codegen::record::{self, Program, Recorded};
+use stickslip_codegen::{c, diagram};
 use stickslip_core::block::Block;
 
 use crate::{Error, Preset, Summary, output};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
+
+/// Folder of the signal-flow diagram within that of the code.
+const DIAGRAM: &str = "diagram";
 
 /// The arithmetic of the generated code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,12 +78,14 @@ impl Request<'_> {
         B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
         B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
     {
-        let (program, code) = match self.precision {
-            Precision::Double => (record::record::<B, f64>(block), c::generate::<B, f64>(block, self.prefix)),
-            Precision::Single => (record::record::<B, f32>(block), c::generate::<B, f32>(block, self.prefix)),
+        let (program, project) = match self.precision {
+            Precision::Double => (record::record::<B, f64>(block), c::project::<B, f64>(block, self.prefix, step)),
+            Precision::Single => (record::record::<B, f32>(block), c::project::<B, f32>(block, self.prefix, step)),
         };
-        let code = code?;
-        let files = vec![(format!("{}.h", self.prefix), code.header), (format!("{}.c", self.prefix), code.source)];
+        let mut files = project?.files;
+        files.push((format!("{DIAGRAM}/{}.json", self.prefix), diagram::json(&program, self.prefix)));
+        let pages = diagram::pages(&program, self.prefix);
+        files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
         Ok(Generated { block: self.block, prefix: self.prefix.into(), step, files, program })
     }
 }
@@ -91,7 +96,7 @@ impl Generated {
     /// # Errors
     /// [`Error::File`] where the system refuses.
     pub fn write(&self, folder: &Path) -> Result<Summary, Error> {
-        output::create_folder(folder)?;
+        output::create_folder(&folder.join(DIAGRAM))?;
         for (name, text) in &self.files {
             output::write(&folder.join(name), text)?;
         }
