@@ -4,6 +4,8 @@
 //! turn and the best round of each counts; absolute times mean nothing on another machine, ratios do.
 #![forbid(unsafe_code)]
 
+mod w3;
+
 use std::error::Error;
 use std::time::Instant;
 
@@ -16,17 +18,25 @@ const ROUNDS: usize = 15;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
-    let all = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
-    let chosen: Vec<_> =
-        all.iter().filter(|(name, _)| wanted.as_ref().is_none_or(|part| name.contains(part))).collect();
-    if chosen.is_empty() {
-        let names: Vec<_> = all.iter().map(|(name, _)| *name).collect();
+    let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
+    let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
+    let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm"];
+    if !demos.iter().map(|demo| demo.0).chain(ticks).any(wanted) {
+        let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).collect();
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
     println!("name ours peer ratio");
-    for (name, tick_rate) in chosen {
-        let (ours, peer) = real_time(*tick_rate)?;
+    for (name, tick_rate) in demos.into_iter().filter(|demo| wanted(demo.0)) {
+        let (ours, peer) = real_time(tick_rate)?;
         println!("{name} {ours:.4} {peer:.4} {:.1}", peer / ours);
+    }
+    if ticks.into_iter().any(wanted) {
+        // Nanoseconds a tick. Generated C is safe to call: its peer here is guarded as well.
+        let w3::Times { ours, ours_guarded, generated, hand } = w3::run(ROUNDS)?;
+        for (name, (ours, peer)) in ticks.into_iter().zip([(ours, hand), (ours_guarded, generated), (generated, hand)])
+        {
+            println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
+        }
     }
     Ok(())
 }

@@ -1,0 +1,38 @@
+/* Runs a tick over a table of inputs and says how long one took: drive TABLE PASSES.
+ * The table holds the parameters, dt, and inputs, all as doubles. Prints nanoseconds a tick and the last outputs. */
+#define _POSIX_C_SOURCE 199309L
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include DRIVE_HEADER
+
+static double now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
+}
+
+int main(int argc, char **argv) {
+    static DRIVE(input) table[4096];
+    static DRIVE(parameters) p;
+    static DRIVE(state) s;
+    DRIVE(output) out = { 0 };
+    double dt, sum = 0.0;
+    FILE *file = argc > 2 ? fopen(argv[1], "rb") : NULL;
+    if (file == NULL || fread(&p, sizeof p, 1, file) != 1 || fread(&dt, sizeof dt, 1, file) != 1) {
+        return 1;
+    }
+    const size_t rows = fread(table, sizeof table[0], sizeof table / sizeof table[0], file);
+    const long passes = atol(argv[2]);
+    const double begin = now();
+    for (long pass = 0; pass < passes; ++pass) {
+        for (size_t k = 0; k < rows; ++k) {
+            DRIVE(step)(&p, &s, &table[k], dt, &out);
+            sum += out.amplifier_voltage;
+        }
+    }
+    const double end = now();
+    printf("%.6f %.17g %.17g %.17g\n", (end - begin) / ((double)rows * (double)passes), out.amplifier_voltage, out.torque, sum);
+    return 0;
+}

@@ -1,0 +1,169 @@
+//! W3: one tick of the paper's load-motor control, by this program, by its generated C and by C written by hand.
+
+mod block;
+
+use std::error::Error;
+use std::hint::black_box;
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+use block::{PaperTick, PaperTickInput, PaperTickOutput, PaperTickState};
+use stickslip_codegen::c;
+use stickslip_core::block::{Block, guarded};
+use stickslip_core::control::ControllerInput;
+use stickslip_core::fields::Fields;
+
+const DT: f64 = 250e-6;
+const ROWS: usize = 4096;
+/// Passes over the table in a round: some tens of milliseconds.
+const PASSES: usize = 400;
+/// What the peers are compiled with: as fast as this machine goes.
+const FLAGS: [&str; 4] = ["-std=c99", "-O3", "-march=native", "-Wall"];
+
+/// Nanoseconds a tick, best round of each contestant.
+pub(crate) struct Times {
+    /// This program.
+    pub(crate) ours: f64,
+    /// The same with the guard around the step, as in the generated C.
+    pub(crate) ours_guarded: f64,
+    /// The C that it generates, guard included.
+    pub(crate) generated: f64,
+    /// C written by hand, with the exponential of the C library.
+    pub(crate) hand: f64,
+}
+
+/// Runs all in turn, `rounds` times.
+///
+/// # Errors
+/// Without gcc; if the contestants do not compute the same.
+pub(crate) fn run(rounds: usize) -> Result<Times, Box<dyn Error>> {
+    let mut tick = PaperTick::<f64>::default();
+    tick.law.desired.kinetic_torque = 0.12;
+    tick.law.desired.stribeck_velocity = 1.5;
+    let table = inputs();
+    let folder = std::env::temp_dir().join(format!("stickslip-w3-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    let outcome = contest(&tick, &table, &folder, rounds);
+    std::fs::remove_dir_all(&folder)?;
+    outcome
+}
+
+fn contest(
+    tick: &PaperTick<f64>,
+    table: &[PaperTickInput<f64>],
+    folder: &Path,
+    rounds: usize,
+) -> Result<Times, Box<dyn Error>> {
+    let code = c::generate::<_, f64>(tick, "generated")?;
+    for (name, text) in [
+        ("generated.h", code.header.as_str()),
+        ("generated.c", code.source.as_str()),
+        ("hand.h", include_str!("hand.h")),
+        ("hand.c", include_str!("hand.c")),
+        ("drive.c", include_str!("drive.c")),
+    ] {
+        std::fs::write(folder.join(name), text)?;
+    }
+    let mut bytes = Vec::new();
+    let mut put = |value: f64| {
+        bytes.extend(value.to_ne_bytes());
+        value
+    };
+    tick.map(&mut put);
+    put(DT);
+    table.iter().for_each(|row| {
+        row.map(&mut put);
+    });
+    std::fs::write(folder.join("table"), &bytes)?;
+    for name in ["generated", "hand"] {
+        let out = Command::new("gcc")
+            .args(FLAGS)
+            .args([&format!("-DDRIVE(x)={name}_##x"), &format!("-DDRIVE_HEADER=\"{name}.h\""), "-o", name])
+            .args(["drive.c", &format!("{name}.c"), "-lm"])
+            .current_dir(folder)
+            .output()
+            .map_err(|error| format!("cannot start gcc ({error}): apt-get install gcc libc6-dev"))?;
+        if !out.status.success() {
+            return Err(String::from_utf8_lossy(&out.stderr).into());
+        }
+    }
+
+    let mut times =
+        Times { ours: f64::INFINITY, ours_guarded: f64::INFINITY, generated: f64::INFINITY, hand: f64::INFINITY };
+    for _ in 0..rounds {
+        let (ours, last) = here(tick, table, |tick, state, input| tick.step(state, *input, DT));
+        let (ours_guarded, last_guarded) = here(tick, table, |tick, state, input| guarded(tick, state, *input, DT).0);
+        let (generated, last_generated) = there(folder, "generated")?;
+        let (hand, last_hand) = there(folder, "hand")?;
+        if last_guarded != last || last_generated != [last.amplifier_voltage, last.torque] {
+            return Err(format!("the bits differ: {last:?} here, {last_generated:?} in generated C").into());
+        }
+        let apart = |a: f64, b: f64| (a - b).abs() > 1e-9 * (1.0 + a.abs());
+        if apart(last_hand[0], last.amplifier_voltage) || apart(last_hand[1], last.torque) {
+            return Err(format!("the C written by hand computes something else: {last_hand:?}, not {last:?}").into());
+        }
+        times.ours = times.ours.min(ours);
+        times.ours_guarded = times.ours_guarded.min(ours_guarded);
+        times.generated = times.generated.min(generated);
+        times.hand = times.hand.min(hand);
+    }
+    Ok(times)
+}
+
+type State = PaperTickState<f64>;
+type Output = PaperTickOutput<f64>;
+
+/// Nanoseconds a tick and the last output, in this process.
+fn here(
+    tick: &PaperTick<f64>,
+    table: &[PaperTickInput<f64>],
+    step: impl Fn(&PaperTick<f64>, &mut State, &PaperTickInput<f64>) -> Output,
+) -> (f64, Output) {
+    let (mut state, mut last, mut sum) = (State::default(), Output::default(), 0.0);
+    let begin = Instant::now();
+    for _ in 0..PASSES {
+        for input in table {
+            // Parameters may change from tick to tick, as they may behind the pointer in C.
+            last = step(black_box(tick), &mut state, input);
+            sum += last.amplifier_voltage;
+        }
+    }
+    let nanoseconds = begin.elapsed().as_secs_f64() * 1e9 / (PASSES * table.len()) as f64;
+    black_box(sum);
+    (nanoseconds, last)
+}
+
+/// The same by a compiled peer.
+fn there(folder: &Path, name: &str) -> Result<(f64, [f64; 2]), Box<dyn Error>> {
+    let out = Command::new(folder.join(name)).args(["table", &PASSES.to_string()]).current_dir(folder).output()?;
+    let text = String::from_utf8(out.stdout)?;
+    let numbers = text.split_whitespace().map(str::parse).collect::<Result<Vec<f64>, _>>()?;
+    let [time, voltage, torque, _] = numbers[..] else {
+        return Err(format!("{name} failed: {:?}", out.status).into());
+    };
+    Ok((time, [voltage, torque]))
+}
+
+/// A motion to and fro of ±12 rad/s, whose end meets its begin; measured as an encoder counts.
+fn inputs() -> Vec<PaperTickInput<f64>> {
+    let rate = std::f64::consts::TAU / (ROWS as f64 * DT);
+    (0..ROWS)
+        .map(|k| {
+            let (sine, cosine) = (rate * k as f64 * DT).sin_cos();
+            let angle = 12.0 / rate * sine;
+            let count = std::f64::consts::TAU / 10_000.0;
+            PaperTickInput {
+                position: ControllerInput {
+                    reference_position: angle + 0.002,
+                    reference_velocity: 12.0 * cosine,
+                    reference_acceleration: -12.0 * rate * sine,
+                    measured_angle: (angle / count).floor() * count,
+                    measured_velocity: 12.0 * cosine + 0.01 * (7.0 * k as f64).sin(),
+                },
+                acceleration: -12.0 * rate * sine / 1256.637 + 0.02,
+                current: 0.5 * cosine,
+            }
+        })
+        .collect()
+}
