@@ -252,8 +252,9 @@ impl Visit for Tidy {
         B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
     {
         let program = record::record::<B, f64>(&block);
-        for page in &Diagram::of(&program, name).pages {
-            let faults = faults(&diagram::layout(page));
+        let diagram = Diagram::of(&program, name);
+        for (number, page) in diagram.pages.iter().enumerate() {
+            let faults = faults(&diagram::layout(&diagram, number));
             assert!(faults.is_empty(), "{name}, {}: {faults:#?}", page.label);
         }
     }
@@ -289,7 +290,10 @@ fn faults(layout: &Layout) -> Vec<String> {
                 // Closer than a line is wide they would look like one.
                 if flat && (across.0 - other_across.0).abs() < 2.0 && along.0 < other_along.1 && other_along.0 < along.1
                 {
-                    out.push(format!("wires {:?} and {:?} lie on each other", segment.wire, other.wire));
+                    out.push(format!(
+                        "wires {:?} and {:?} lie on each other: {segment:?} {other:?}",
+                        segment.wire, other.wire
+                    ));
                 }
             }
         }
@@ -325,7 +329,7 @@ fn boxes_stand_apart_and_wires_run_between_them_from_port_to_port() {
 fn an_untidy_picture_is_found() {
     let block = CurrentControl::<f64>::default();
     let program = record::record::<_, f64>(&block);
-    let right = diagram::layout(&Diagram::of(&program, "block").pages[0]);
+    let right = diagram::layout(&Diagram::of(&program, "block"), 0);
     let found = |spoil: fn(&mut Layout)| {
         let mut wrong = right.clone();
         spoil(&mut wrong);

@@ -145,7 +145,8 @@ impl<'a> Builder<'a> {
             let callee = &steps[call.function];
             let keeps = self.keeps(&call.state, number);
             let node = self.node(Kind::Call { call: number, page: call.function, keeps }, Vec::new());
-            (self.nodes[node].name, self.nodes[node].help) = (callee.name.into(), callee.help);
+            let belongs = self.part_of_parameters(&callee.parameters, &call.parameters);
+            (self.nodes[node].name, self.nodes[node].help) = (belongs, callee.help);
             let numbers = callee.new_state.len() as u32;
             let result = |first: u32| move |place: u32| record::Node::Result(number as u32, first + place);
             self.produce(node, Role::State, &callee.state, &result(0));
@@ -161,6 +162,17 @@ impl<'a> Builder<'a> {
             }
         }
         wanted
+    }
+
+    /// The part of the page's parameters that a call has; empty if they are put together for it.
+    fn part_of_parameters(&self, tree: &Tree, ids: &[Id]) -> String {
+        let graph = &self.step.graph;
+        let lies = |part: &Part| {
+            let source = |place: usize| record::Node::Source(Source::Parameters, place as u32);
+            part.tree == tree && ids.iter().zip(part.first..).all(|(id, place)| graph.node(*id) == source(place))
+        };
+        let part = Part::whole(&self.step.parameters).all().into_iter().find(lies).filter(|_| !ids.is_empty());
+        part.map_or(String::new(), |part| part.path)
     }
 
     /// Where a call's state lies within the page's, if nobody else reads or changes it.
@@ -406,7 +418,7 @@ impl<'a> Builder<'a> {
         };
         let node = &mut self.nodes[node];
         (node.name, node.symbol, node.unit, node.help) = (part.path.clone(), part.symbol(), part.unit(), part.help());
-        if matches!(node.kind, Kind::Input | Kind::Output) && node.symbol.is_empty() && tree.is_bare() {
+        if matches!(node.kind, Kind::Input | Kind::Output) && (part.path.is_empty() || tree.is_bare()) {
             node.symbol = bare(if node.kind == Kind::Input { Role::Input } else { Role::Output }).into();
         }
     }

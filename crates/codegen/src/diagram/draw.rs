@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
-use super::picture::{Element, Entry, Picture, function_names, port_name};
+use super::picture::{Element, Entry, Picture, function_formula, function_names, port_name, short_name};
 use super::{Diagram, End, Kind, Node, Page, text};
-use crate::record::Id;
 
 const MARGIN: f64 = 24.0;
 const HEAD: f64 = 76.0;
@@ -32,7 +31,7 @@ macro_rules! put {
 
 pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String {
     let page = &diagram.pages[number];
-    let title = words(page.step.name);
+    let title = text::words(page.step.name);
     let foot = if picture.coefficients.is_empty() { 0.0 } else { 18.0 + 18.0 * picture.coefficients.len() as f64 };
     let footnote = picture.coefficients.iter().map(|(_, what)| text::width(what) + 60.0).fold(0.0, f64::max);
     let head = 6.4 * text::first_sentence(page.step.help).chars().count() as f64;
@@ -172,7 +171,7 @@ pub(super) fn name(page: &Page, from: End) -> String {
     let own = |node: &Node, port: &super::Port| {
         let port = port_name(port);
         match (&node.kind, port.is_empty()) {
-            (Kind::Call { .. }, false) => format!("{}.{port}", node.name),
+            (Kind::Call { .. }, false) if !node.name.is_empty() => format!("{}.{port}", node.name),
             _ if !node.symbol.is_empty() => node.symbol.clone(),
             (_, false) => port,
             _ => node.name.clone(),
@@ -204,17 +203,18 @@ impl Pen<'_> {
         put!(self.out, "<title>{}</title>", text::escape(&self.tooltip()));
         if nodes.len() > 1 {
             self.rect("box", left, right, shape.height, 4.0);
-            if self.element.is_formula() {
+            if self.element.is_formula() && self.element.inputs.len() == 1 {
                 self.text(label, middle, shape.height / 2.0 + 4.0, "middle", "");
                 return self.entries(left);
             }
             self.text(label, middle, 18.0, "middle", "");
-            let (inside, outside) = function_names(self.page, self.element);
+            let inside = function_names(self.page, &self.element.inputs);
+            let outside = self.element.outputs.iter().map(|end| short_name(self.page, *end));
             for (name, y) in inside.iter().zip(&self.element.rows) {
                 self.text(name, left + 11.0, y + 4.0, "start", "what");
             }
-            for (name, y) in outside.iter().zip(&shape.outputs) {
-                self.text(name, right - 8.0, y + 4.0, "end", "what");
+            for (name, y) in outside.zip(&shape.outputs) {
+                self.text(&name, right - 8.0, y + 4.0, "end", "what");
             }
             return self.entries(left);
         }
@@ -455,8 +455,9 @@ impl Pen<'_> {
             self.out,
             "<text class=\"name\" font-weight=\"600\" x=\"{}\" y=\"20\" text-anchor=\"middle\">{}</text>",
             pixel((margin + shape.width) / 2.0),
-            text::escape(&words(&node.name))
+            text::escape(&self.element.label)
         );
+        self.text(&node.name, (margin + shape.width) / 2.0, 35.0, "middle", "quiet");
         let mut ports = node.inputs.iter();
         for (_, y) in inputs.iter().zip(rows) {
             if let Some(port) = ports.next() {
@@ -474,7 +475,7 @@ impl Pen<'_> {
         if nodes.len() > 1 {
             let outputs = outputs.iter().map(|end| {
                 let result = self.page.nodes[end.node].outputs[end.port].numbers[0];
-                format!("{} = {}", name(self.page, *end), self.signals(result))
+                format!("{} = {}", name(self.page, *end), function_formula(self.page, &self.element.inputs, result))
             });
             return outputs.collect::<Vec<_>>().join("\n");
         }
@@ -485,36 +486,8 @@ impl Pen<'_> {
             Kind::Input | Kind::Output | Kind::Delay | Kind::Call { .. } => format!("{}{unit}{help}", node.name),
             _ => {
                 let result = node.outputs.first().and_then(|port| port.numbers.first());
-                result.map_or(String::new(), |id| self.signals(*id))
+                result.map_or(String::new(), |id| function_formula(self.page, &self.element.inputs, *id))
             }
         }
     }
-
-    /// The formula of a signal by what enters the element.
-    fn signals(&self, result: Id) -> String {
-        let known = |id: Id| {
-            self.element.inputs.iter().find_map(|entry| match entry {
-                Entry::Wire(from, _) if self.page.nodes[from.node].outputs[from.port].numbers.contains(&id) => {
-                    let name = name(self.page, *from);
-                    Some(if name.is_empty() { format!("u{}", id.0) } else { name })
-                }
-                _ => None,
-            })
-        };
-        super::formula(self.page.step, result, &known)
-    }
-}
-
-/// `CurrentControl` as words.
-fn words(name: &str) -> String {
-    let mut out = String::new();
-    let mut before = 'A';
-    for c in name.chars() {
-        if c.is_uppercase() && before.is_lowercase() {
-            out.push(' ');
-        }
-        out.push(c);
-        before = c;
-    }
-    out
 }

@@ -72,7 +72,7 @@ pub struct Page<'a> {
 pub struct Node {
     /// What it does.
     pub kind: Kind,
-    /// What it is called: a path such as `reference.position`; empty for an operation.
+    /// What it is called: a path such as `reference.position`, of a box that of its parameters; empty for an operation.
     pub name: String,
     /// As in an equation; may be empty.
     pub symbol: String,
@@ -265,6 +265,6 @@ pub fn pages(program: &Program, name: &str) -> Vec<(String, String)> {
 }
 
 /// Where the boxes and wires of a page's picture lie.
-pub fn layout(page: &Page) -> Layout {
-    picture::arrange(page).layout
+pub fn layout(diagram: &Diagram, page: usize) -> Layout {
+    picture::arrange(diagram, page).layout
 }

@@ -49,12 +49,14 @@ pub(super) struct Picture {
 
 /// The SVG of a page.
 pub(super) fn svg(diagram: &Diagram, page: usize) -> String {
-    draw::svg(diagram, page, &arrange(&diagram.pages[page]))
+    draw::svg(diagram, page, &arrange(diagram, page))
 }
 
 /// Places a page.
-pub(super) fn arrange(page: &Page) -> Picture {
-    let mut writer = Writer { page, coefficients: Vec::new() };
+pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
+    let callees = diagram.pages.iter().map(|page| page.step.name).collect();
+    let page = &diagram.pages[page];
+    let mut writer = Writer { page, callees, coefficients: Vec::new() };
     let mut elements = elements(page, &mut writer);
     let first = place(&elements);
     // Where the order of the inputs is free, they are taken in the order in which their wires arrive.
@@ -119,7 +121,7 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
     let label = if alone {
         writer.label(&page.nodes[nodes[0]])
     } else {
-        match writer.chain(&inputs, &outputs) {
+        match writer.short_formula(&inputs, &outputs) {
             Some(formula) => formula,
             None => {
                 *functions += 1;
@@ -136,6 +138,8 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
 /// What is written at the blocks of a page.
 struct Writer<'a> {
     page: &'a Page<'a>,
+    /// The names of all pages.
+    callees: Vec<&'static str>,
     coefficients: Vec<(String, String)>,
 }
 
@@ -157,12 +161,11 @@ impl Writer<'_> {
         })
     }
 
-    /// A function of one signal as its formula in u, if that is short.
-    fn chain(&self, inputs: &[Entry], outputs: &[End]) -> Option<String> {
-        let ([Entry::Wire(from, _)], [to]) = (inputs, outputs) else { return None };
-        let only = |end: &End| self.page.nodes[end.node].outputs[end.port].numbers.clone();
-        let ([u], [result]) = (&only(from)[..], &only(to)[..]) else { return None };
-        let text = super::formula(self.page.step, *result, &|id| (id == *u).then(|| "u".into()));
+    /// A function as its formula, if that is short.
+    fn short_formula(&self, inputs: &[Entry], outputs: &[End]) -> Option<String> {
+        let [to] = outputs else { return None };
+        let [result] = self.page.nodes[to.node].outputs[to.port].numbers[..] else { return None };
+        let text = function_formula(self.page, inputs, result);
         (text::width(&text) <= WIDEST).then_some(text)
     }
 
@@ -207,7 +210,7 @@ impl Writer<'_> {
                 node.name.rsplit('.').next().unwrap_or_default().into()
             }
             Kind::Input | Kind::Output | Kind::Delay => node.symbol.clone(),
-            Kind::Call { .. } => node.name.clone(),
+            Kind::Call { call, .. } => text::words(self.callees[self.page.step.graph.calls[*call].function]),
             Kind::Constant(_) | Kind::Sign | Kind::Switch => String::new(),
         }
     }
@@ -280,17 +283,38 @@ pub(super) fn port_name(port: &super::Port) -> String {
     if port.symbol.is_empty() { port.name.clone() } else { port.symbol.clone() }
 }
 
-/// What the signals at the inputs and outputs of a function are called.
-pub(super) fn function_names(page: &Page, element: &Element) -> (Vec<String>, Vec<String>) {
-    let short = |end: End| {
-        let name = draw::name(page, end);
-        if text::width(&name) > WIDEST / 2.0 { name.rsplit('.').next().unwrap_or_default().into() } else { name }
+/// What the signals at the inputs of a function are called: as elsewhere, else u.
+pub(super) fn function_names(page: &Page, inputs: &[Entry]) -> Vec<String> {
+    let name = |(number, entry): (usize, &Entry)| match entry {
+        Entry::Text(text) => text.clone(),
+        Entry::Wire(..) if inputs.len() == 1 => "u".into(),
+        Entry::Wire(from, _) => {
+            Some(short_name(page, *from)).filter(|n| !n.is_empty()).unwrap_or(format!("u_{}", number + 1))
+        }
     };
-    let inputs = element.inputs.iter().map(|entry| match entry {
-        Entry::Wire(from, _) => short(*from),
-        Entry::Text(_) => String::new(),
-    });
-    (inputs.collect(), element.outputs.iter().map(|end| short(*end)).collect())
+    inputs.iter().enumerate().map(name).collect()
+}
+
+/// A name that fits beside a port.
+pub(super) fn short_name(page: &Page, end: End) -> String {
+    let name = draw::name(page, end);
+    if text::width(&name) > WIDEST / 2.0 { name.rsplit('.').next().unwrap_or_default().into() } else { name }
+}
+
+/// What a function computes from what enters it.
+pub(super) fn function_formula(page: &Page, inputs: &[Entry], result: Id) -> String {
+    let names = function_names(page, inputs);
+    let known = |id: Id| {
+        inputs.iter().zip(&names).find_map(|(entry, name)| match entry {
+            Entry::Wire(from, _) => {
+                let numbers = &page.nodes[from.node].outputs[from.port].numbers;
+                let place = numbers.iter().position(|number| *number == id)?;
+                Some(if numbers.len() == 1 { name.clone() } else { format!("{name}[{place}]") })
+            }
+            Entry::Text(_) => None,
+        })
+    };
+    super::formula(page.step, result, &known)
 }
 
 /// Sizes of body and margin, heights of the ports.
@@ -309,13 +333,15 @@ fn size(page: &Page, element: &mut Element) {
     };
     let outs = element.outputs.len();
     let (mut column, mut foot) = (Column::Free, 0.0);
-    let (width, height, inputs, outputs) = if element.is_formula() {
+    let (width, height, inputs, outputs) = if element.is_formula() && element.inputs.len() == 1 {
         (label + 18.0, 28.0, vec![14.0], vec![14.0])
     } else if element.nodes.len() > 1 {
-        let (inside, outside) = function_names(page, element);
+        let inside = function_names(page, &element.inputs);
+        let outside: Vec<String> = element.outputs.iter().map(|end| short_name(page, *end)).collect();
         let wide = |names: &[String]| names.iter().map(|name| text::width(name)).fold(0.0, f64::max);
         let height = ROW * ins.max(outs as f64).max(1.0) + 30.0;
-        ((wide(&inside) + wide(&outside) + 40.0).max(64.0), height, rows(34.0, element.inputs.len()), rows(34.0, outs))
+        let width = (wide(&inside) + wide(&outside) + 40.0).max(label + 18.0);
+        (width, height, rows(34.0, element.inputs.len()), rows(34.0, outs))
     } else {
         match &node.kind {
             Kind::Input | Kind::Output => {
@@ -351,8 +377,10 @@ fn size(page: &Page, element: &mut Element) {
                     ends.map(|port| text::width(&port_name(port))).fold(0.0, f64::max)
                 };
                 let wide = side(&mut node.inputs.iter()) + side(&mut node.outputs.iter()) + 34.0;
-                let height = 34.0 + ROW * ins.max(outs as f64).max(1.0);
-                (wide.max(label + 28.0).max(90.0), height, rows(42.0, element.inputs.len()), rows(42.0, outs))
+                let head = if node.name.is_empty() { 42.0 } else { 56.0 };
+                let height = head - 8.0 + ROW * ins.max(outs as f64).max(1.0);
+                let label = (1.1 * label).max(text::width(&node.name) * 0.9) + 24.0;
+                (wide.max(label).max(90.0), height, rows(head, element.inputs.len()), rows(head, outs))
             }
             _ => {
                 let height = (ROW * ins).max(28.0);
@@ -397,7 +425,7 @@ fn sort_rows(page: &Page, element: &mut Element, ports: &[[f64; 2]], layout: &La
     }
     arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut rows = element.rows.clone();
-    if rows.len() == 2 && matches!(&page.nodes[element.nodes[0]].kind, Kind::Sum(_)) {
+    if rows.len() == 2 && element.nodes.len() == 1 && matches!(&page.nodes[element.nodes[0]].kind, Kind::Sum(_)) {
         // The first term goes straight on; the other one comes from above or below.
         rows = if arrivals[0].1 == 0 { vec![24.0, 46.0] } else { vec![2.0, 24.0] };
     } else {
