@@ -256,8 +256,15 @@ impl Visit for Tidy {
         for (number, page) in diagram.pages.iter().enumerate() {
             let faults = faults(&diagram::layout(&diagram, number));
             assert!(faults.is_empty(), "{name}, {}: {faults:#?}", page.label);
+            let (boxes, wires) = size(&diagram::layout(&diagram, number));
+            println!("{name}, {}: {} nodes in {boxes} boxes with {wires} wires", page.label, page.nodes.len());
         }
     }
+}
+
+/// How many boxes and wires there are.
+fn size(layout: &Layout) -> (usize, usize) {
+    (layout.boxes.len(), layout.links.len())
 }
 
 /// What a reader would stumble over.

@@ -21,16 +21,37 @@ const BEND: f64 = 5.0;
 /// A page of few blocks is not drawn larger than it is.
 const LEAST: f64 = 480.0;
 
-/// Colours by what they mean, as in the figures of the laboratory; the dark ones where the reader wants them.
-const STYLE: &str = "<style>\
-:root{--surface:#FFFFFF;--ink:#171C26;--text:#434C5B;--quiet:#5C6573;--line:#434C5B;--box:#F7F8FA;--inside:#195AD7;--tint:#EDF3FE}\
-@media screen and (prefers-color-scheme:dark){:root{--surface:#13171E;--ink:#E9EDF3;--text:#B7C0CD;--quiet:#95A0B0;\
---line:#B7C0CD;--box:#1D232D;--inside:#3F8BFF;--tint:#16233B}}\
-.surface{fill:var(--surface)}.box{fill:var(--box);stroke:var(--line);stroke-width:1.2}.port{fill:var(--surface);stroke:var(--line);stroke-width:1.2}\
-.call{fill:var(--tint);stroke:var(--inside);stroke-width:1.4}a:hover .call{stroke-width:2.4}\
-.wire{fill:none;stroke:var(--line);stroke-width:1.2}.bus{stroke-width:3}.mask{stroke-dasharray:4 3}\
-.tip,.dot{fill:var(--line)}.icon{fill:none;stroke:var(--ink);stroke-width:1.4}.axis{fill:none;stroke:var(--quiet);stroke-width:.7}\
-text{fill:var(--ink)}.name{fill:var(--inside)}.quiet{fill:var(--quiet);font-size:10.5px}.what{fill:var(--text)}</style>";
+/// What elements look like: as in the figures of the laboratory, with names for the colours.
+const STYLE: &str = "rect.surface{fill:$surface}rect.port{fill:$surface;stroke:$text;stroke-width:1.2}\
+.box{fill:$box;stroke:$text;stroke-width:1.2}.call{fill:$tint;stroke:$inside;stroke-width:1.4}\
+a:hover .call{stroke-width:2.4}.wire{fill:none;stroke:$text;stroke-width:1.2}.bus{stroke-width:3}\
+.mask{stroke-dasharray:4 3}.tip{fill:$text}.dot{fill:$text}.icon{fill:none;stroke:$ink;stroke-width:1.4}\
+.axis{fill:none;stroke:$quiet;stroke-width:.7}text{fill:$ink}.name{fill:$inside}.what{fill:$text}\
+.quiet{fill:$quiet;font-size:10.5px}";
+
+/// Name, on light and on dark.
+const COLOURS: [(&str, &str, &str); 7] = [
+    ("$surface", "#FFFFFF", "#13171E"),
+    ("$ink", "#171C26", "#E9EDF3"),
+    ("$text", "#434C5B", "#B7C0CD"),
+    ("$quiet", "#5C6573", "#95A0B0"),
+    ("$box", "#F7F8FA", "#1D232D"),
+    ("$inside", "#195AD7", "#3F8BFF"),
+    ("$tint", "#EDF3FE", "#16233B"),
+];
+
+/// The style sheet: light, dark where the reader wants it. No variables: programs that typeset papers know none.
+fn style() -> String {
+    let with = |dark: bool| {
+        let colour = |style: String, (name, light, night): &(&str, &str, &str)| {
+            style.replace(name, if dark { night } else { light })
+        };
+        // A page that holds the picture has other elements: the rules are for this one.
+        let own: String = STYLE.split_inclusive('}').map(|rule| format!(".signal-flow {rule}")).collect();
+        COLOURS.iter().fold(own, colour)
+    };
+    format!("<style>{}@media screen and (prefers-color-scheme:dark){{{}}}</style>", with(false), with(true))
+}
 
 pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String {
     let page = &diagram.pages[number];
@@ -43,10 +64,10 @@ pub(super) fn svg(diagram: &Diagram, number: usize, picture: &Picture) -> String
     let mut out = String::new();
     put!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"signal-flow\" width=\"{width}\" height=\"{height}\" \
          viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"Inter, system-ui, sans-serif\" font-size=\"12\">\n"
     );
-    put!(out, "<title>{}</title>\n{STYLE}\n", text::escape(&title));
+    put!(out, "<title>{}</title>\n{}\n", text::escape(&title), style());
     put!(out, "<rect class=\"surface\" width=\"{width}\" height=\"{height}\"/>\n");
     put!(out, "<text x=\"{MARGIN}\" y=\"30\" font-size=\"14\" font-weight=\"600\">{}</text>\n", text::escape(&title));
     let help = text::first_sentence(page.step.help);

@@ -276,7 +276,10 @@ impl Pen<'_> {
             pixel((margin + shape.width) / 2.0),
             text::escape(&self.element.label)
         );
-        self.text(&node.name, (margin + shape.width) / 2.0, 35.0, "middle", "quiet");
+        // Whose parameters it has, unless that says the same.
+        if self.element.label.to_lowercase() != node.name.replace('_', " ") {
+            self.text(&node.name, (margin + shape.width) / 2.0, 35.0, "middle", "quiet");
+        }
         let mut ports = node.inputs.iter();
         for (_, y) in inputs.iter().zip(rows) {
             if let Some(port) = ports.next() {
