@@ -254,17 +254,16 @@ impl Visit for Tidy {
         let program = record::record::<B, f64>(&block);
         let diagram = Diagram::of(&program, name);
         for (number, page) in diagram.pages.iter().enumerate() {
-            let faults = faults(&diagram::layout(&diagram, number));
+            let layout = diagram::layout(&diagram, number);
+            let faults = faults(&layout);
             assert!(faults.is_empty(), "{name}, {}: {faults:#?}", page.label);
-            let (boxes, wires) = size(&diagram::layout(&diagram, number));
-            println!("{name}, {}: {} nodes in {boxes} boxes with {wires} wires", page.label, page.nodes.len());
+            // Boxes of other blocks are never put together, nor is what lies between them.
+            let calls = page.nodes.iter().filter(|node| matches!(node.kind, Kind::Call { .. })).count();
+            let boxes = layout.boxes.len();
+            println!("{}: {} nodes in {boxes} boxes, {} wires", page.label, page.nodes.len(), layout.links.len());
+            assert!(boxes <= 40 + calls, "{name}, {}: {boxes} boxes are hard to read", page.label);
         }
     }
-}
-
-/// How many boxes and wires there are.
-fn size(layout: &Layout) -> (usize, usize) {
-    (layout.boxes.len(), layout.links.len())
 }
 
 /// What a reader would stumble over.
@@ -372,4 +371,16 @@ fn a_box_links_to_the_page_inside_it() {
     let inside: BTreeSet<String> = pages.keys().filter(|file| *file != "bench.svg").cloned().collect();
     assert_eq!(all, inside);
     assert!(links(&pages["bench.svg"]).contains("bench.tick.svg"));
+}
+
+#[test]
+fn a_formula_reads_as_the_equation_of_its_block() {
+    let program = record::record::<_, f64>(&SlidingFriction::<f64>::default());
+    let step = &program.steps[0];
+    let input = |id: Id| {
+        let is_input = matches!(step.graph.node(id), record::Node::Source(record::Source::Input, _));
+        is_input.then(|| "Ω".to_string())
+    };
+    let text = diagram::formula(step, step.results[0], &input);
+    assert_eq!(text, "(M_K + (M_S − M_K)·exp(−|Ω|/Ω_Strib))·sgn(Ω) + b·Ω");
 }
