@@ -252,9 +252,16 @@ impl Visit for Tidy {
         B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
     {
         let program = record::record::<B, f64>(&block);
-        for page in &Diagram::of(&program, name).pages {
-            let faults = faults(&diagram::layout(page));
+        let diagram = Diagram::of(&program, name);
+        for (number, page) in diagram.pages.iter().enumerate() {
+            let layout = diagram::layout(&diagram, number);
+            let faults = faults(&layout);
             assert!(faults.is_empty(), "{name}, {}: {faults:#?}", page.label);
+            // Boxes of other blocks are never put together, nor is what lies between them.
+            let calls = page.nodes.iter().filter(|node| matches!(node.kind, Kind::Call { .. })).count();
+            let boxes = layout.boxes.len();
+            println!("{}: {} nodes in {boxes} boxes, {} wires", page.label, page.nodes.len(), layout.links.len());
+            assert!(boxes <= 40 + calls, "{name}, {}: {boxes} boxes are hard to read", page.label);
         }
     }
 }
@@ -289,7 +296,10 @@ fn faults(layout: &Layout) -> Vec<String> {
                 // Closer than a line is wide they would look like one.
                 if flat && (across.0 - other_across.0).abs() < 2.0 && along.0 < other_along.1 && other_along.0 < along.1
                 {
-                    out.push(format!("wires {:?} and {:?} lie on each other", segment.wire, other.wire));
+                    out.push(format!(
+                        "wires {:?} and {:?} lie on each other: {segment:?} {other:?}",
+                        segment.wire, other.wire
+                    ));
                 }
             }
         }
@@ -325,7 +335,7 @@ fn boxes_stand_apart_and_wires_run_between_them_from_port_to_port() {
 fn an_untidy_picture_is_found() {
     let block = CurrentControl::<f64>::default();
     let program = record::record::<_, f64>(&block);
-    let right = diagram::layout(&Diagram::of(&program, "block").pages[0]);
+    let right = diagram::layout(&Diagram::of(&program, "block"), 0);
     let found = |spoil: fn(&mut Layout)| {
         let mut wrong = right.clone();
         spoil(&mut wrong);
@@ -361,4 +371,16 @@ fn a_box_links_to_the_page_inside_it() {
     let inside: BTreeSet<String> = pages.keys().filter(|file| *file != "bench.svg").cloned().collect();
     assert_eq!(all, inside);
     assert!(links(&pages["bench.svg"]).contains("bench.tick.svg"));
+}
+
+#[test]
+fn a_formula_reads_as_the_equation_of_its_block() {
+    let program = record::record::<_, f64>(&SlidingFriction::<f64>::default());
+    let step = &program.steps[0];
+    let input = |id: Id| {
+        let is_input = matches!(step.graph.node(id), record::Node::Source(record::Source::Input, _));
+        is_input.then(|| "Ω".to_string())
+    };
+    let text = diagram::formula(step, step.results[0], &input);
+    assert_eq!(text, "(M_K + (M_S − M_K)·exp(−|Ω|/Ω_Strib))·sgn(Ω) + b·Ω");
 }

@@ -56,10 +56,12 @@ fn merge(page: &Page, group: &mut [usize]) -> bool {
         .map(|wire| (group[wire.from.node], group[wire.to.node]))
         .filter(|(a, b)| a != b && is_pure(&page.nodes[*a].kind) && is_pure(&page.nodes[*b].kind))
         .collect();
+    // A function with one result can be read; one with several is two that were not told apart.
     let ports = |a: usize, b: usize| {
         let inside = |node: usize| group[node] == a || group[node] == b;
         let crossing = page.wires.iter().filter(|wire| inside(wire.from.node) != inside(wire.to.node));
-        crossing.map(|wire| wire.from).collect::<BTreeSet<_>>().len()
+        let ends: BTreeSet<_> = crossing.map(|wire| wire.from).collect();
+        ends.len() + 3 * ends.iter().filter(|end| inside(end.node)).count()
     };
     let mut candidates: Vec<_> = between.into_iter().map(|(a, b)| (ports(a, b), a, b)).collect();
     candidates.sort_unstable();

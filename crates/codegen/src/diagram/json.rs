@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{Bound, Diagram, Factor, Kind, Node, Page, Port, Role, crowd, formula};
 use crate::record::{self, Id, Program};
 
-/// The diagram of a recorded block; its format is described [above](self).
+/// The diagram of a recorded block; the module describes its format.
 pub fn json(program: &Program, name: &str) -> String {
     let diagram = Diagram::of(program, name);
     let pages: Vec<String> = (0..diagram.pages.len()).map(|page| page_text(&diagram, page)).collect();

@@ -12,20 +12,22 @@
 //! ```json
 //! {"schema": "stickslip.diagram/1", "name": "lag", "pages": [
 //!   {"name": "Lag", "page": "lag", "file": "lag.svg",
-//!     "operations": [[1, "input", [0]], [3, "step", []], …],
+//!     "operations": [[0, "parameter", [0]], [2, "state", [0]], [3, "input", [0]], [7, "subtract", [3, 2]], …],
 //!     "nodes": [
-//!       {"kind": "sum", "signs": "+-", "name": "", "inputs": [{"numbers": [1]}, …], "operations": [6], …},
-//!       {"kind": "gain", "text": "T/(T_1 + T)", …},
+//!       {"kind": "sum", "signs": "+-", "inputs": [{"numbers": [3]}, {"numbers": [2]}], "operations": [7], …},
+//!       {"kind": "gain", "factors": [["*", "T/(T_1 + T)"]], …},
 //!       {"kind": "delay", "name": "value", "unit": "1", …}],
-//!     "wires": [{"from": [0, 0], "to": [2, 0]}, …]}]}
+//!     "wires": [{"from": [4, 0], "to": [0, 0]}, …]}]}
 //! ```
 //!
 //! - `operations`: what is computed, operands first, as `[number, what, operands]`. The operands of `input`, `state` and
 //!   `parameter` are places in the struct, those of `result` a call and a place. Each belongs to exactly one node, but
 //!   for those that depend on no signal: they are in a `text` or nowhere.
-//! - `nodes`: `kind`, and `signs` of a sum, `text` of what is written at it, `page` of a box, `name`, `symbol`, `unit`
-//!   and `help` where they are known. A port has `numbers`: the operations whose values pass; of a bus several.
-//! - `wires`: from node and output port to node and input port. A state that a box keeps to itself has no wire.
+//! - `nodes`: `kind`, and what is written at it: `signs` of a sum or product in the order of evaluation, `factors` of a
+//!   gain, `bounds` of a saturation or comparison, `text`; `page` of a box and `keeps_state_at`, the place of its state
+//!   within the page's if nobody else reads or changes it. `name`, `symbol`, `unit` and `help` where they are known. A
+//!   port has `numbers`, the operations whose values pass, of a bus several; `of` says which struct it is a part of.
+//! - `wires`: from node and output port to node and input port; one ends at each input.
 //! - `function`: the number of the box `f` that a crowded picture draws instead of the node.
 
 mod build;
@@ -72,7 +74,7 @@ pub struct Page<'a> {
 pub struct Node {
     /// What it does.
     pub kind: Kind,
-    /// What it is called: a path such as `reference.position`; empty for an operation.
+    /// What it is called: a path such as `reference.position`, of a box that of its parameters; empty for an operation.
     pub name: String,
     /// As in an equation; may be empty.
     pub symbol: String,
@@ -265,6 +267,6 @@ pub fn pages(program: &Program, name: &str) -> Vec<(String, String)> {
 }
 
 /// Where the boxes and wires of a page's picture lie.
-pub fn layout(page: &Page) -> Layout {
-    picture::arrange(page).layout
+pub fn layout(diagram: &Diagram, page: usize) -> Layout {
+    picture::arrange(diagram, page).layout
 }

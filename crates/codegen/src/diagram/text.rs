@@ -123,6 +123,20 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// `CurrentControl` as words.
+pub(super) fn words(name: &str) -> String {
+    let mut out = String::new();
+    let mut before = 'A';
+    for c in name.chars() {
+        if c.is_uppercase() && before.is_lowercase() {
+            out.push(' ');
+        }
+        out.push(c);
+        before = c;
+    }
+    out
+}
+
 /// The first sentence of a doc comment, without its marks.
 pub(super) fn first_sentence(help: &str) -> String {
     let paragraph = help.trim().split("\n\n").next().unwrap_or_default().replace('\n', " ");

@@ -10,7 +10,7 @@ pub(super) fn order(layers: &mut Layers) {
     let depth = layers.layers.len();
     for sweep in 0..SWEEPS {
         for step in 0..depth {
-            let layer = if sweep % 2 == 0 { step } else { depth - 1 - step };
+            let layer = if sweep.is_multiple_of(2) { step } else { depth - 1 - step };
             let places = places(layers);
             let mut keyed: Vec<(f64, usize)> =
                 layers.layers[layer].iter().map(|item| (barycentre(layers, &places, *item, sweep), *item)).collect();
@@ -47,7 +47,7 @@ fn barycentre(layers: &Layers, places: &[f64], item: usize, sweep: usize) -> f64
         for (side, other) in [(0, 1), (1, 0)] {
             let neighbour = edge.items[other];
             let layer = layers.items[neighbour].layer;
-            let counts = layer == own || (layer < own) == (sweep % 2 == 0) || sweep + 8 > SWEEPS;
+            let counts = layer == own || (layer < own) == sweep.is_multiple_of(2) || sweep + 8 > SWEEPS;
             if edge.items[side] == item && counts {
                 // Layers differ in their number of items: compare by the share of the way down.
                 let share = |layer: usize| (layers.layers[layer].len() as f64).max(1.0);

@@ -25,7 +25,7 @@ pub(super) fn place(layers: &mut Layers) {
     for sweep in 0..SWEEPS {
         let depth = layers.layers.len();
         for step in 0..depth {
-            let layer = if sweep % 2 == 0 { step } else { depth - 1 - step };
+            let layer = if sweep.is_multiple_of(2) { step } else { depth - 1 - step };
             let wishes: Vec<(f64, f64)> = layers.layers[layer].iter().map(|item| wish(layers, *item)).collect();
             settle(layers, layer, &wishes);
         }

@@ -47,8 +47,9 @@ pub(super) fn route(layers: &mut Layers, shapes: &[Shape]) -> Layout {
         let mut bundles = routed(layers, channel);
         for _ in 0..REPAIRS {
             // Two wires that would have to pass each other on one height: one of them moves down a little.
-            let Some(wire) = overlap(&bundles) else { break };
-            let Some(pin) = layers.channels[channel].iter().find(|pin| pin.wire == wire && !pin.left) else { break };
+            let Some((wire, y)) = overlap(&bundles) else { break };
+            let lies = |pin: &&Pin| pin.wire == wire && !pin.left && layers.items[pin.item].y + pin.offset == y;
+            let Some(pin) = layers.channels[channel].iter().find(lies) else { break };
             layers.items[pin.item].y += SAME + 1.0;
             separate(layers, channel);
             bundles = routed(layers, channel);
@@ -156,12 +157,13 @@ fn routed(layers: &Layers, channel: usize) -> Vec<Bundle> {
     bundles
 }
 
-/// A wire that lies on another one.
-fn overlap(bundles: &[Bundle]) -> Option<(usize, usize)> {
-    bundles.iter().enumerate().find_map(|(i, a)| {
-        let lies =
-            |b: &Bundle| a.track.is_some() && b.track.is_some() && a.track <= b.track && a.cost_left_of(b) >= OVERLAP;
-        bundles.iter().enumerate().any(|(j, b)| i != j && lies(b)).then_some(a.wire)
+/// A wire that lies on another one, and at which height.
+fn overlap(bundles: &[Bundle]) -> Option<((usize, usize), f64)> {
+    let pairs = bundles.iter().flat_map(|a| bundles.iter().map(move |b| (a, b)));
+    let crossed = |(a, b): &(&Bundle, &Bundle)| a.wire != b.wire && a.track.is_some() && a.track <= b.track;
+    pairs.filter(crossed).find_map(|(a, b)| {
+        let same = |y: &&f64| b.sides[0].iter().any(|other| (other - **y).abs() < SAME);
+        a.sides[1].iter().find(same).map(|y| (a.wire, *y))
     })
 }
 
