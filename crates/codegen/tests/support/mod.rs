@@ -55,6 +55,7 @@ where
     // Both for double; one is enough for what differs in single precision.
     let variants = if F::C_SUFFIX.is_empty() { vec![strict, fast] } else { vec![fast] };
     let guarded = number::run_guarded(&block.map(&mut |v: f64| F::of(v)), trajectories);
+    assert_faults_are_told(trajectories, &guarded, program.start.len());
     for flags in &variants {
         let ran = compile_and_run(&program, &code, "gcc", flags, trajectories);
         assert_same(&format!("C, {}, gcc {flags:?}", F::C_NAME), expected, &ran.raw);
@@ -62,6 +63,15 @@ where
         assert_eq!(ran.fault, "", "parameters_init");
         let given: Vec<f64> = number::numbers(block).into_iter().map(|v| F::of(v).into()).collect();
         assert_same("parameters_init", &[given], &[ran.parameters]);
+    }
+}
+
+/// Whatever one input is: after a guarded step output and state are finite, and its status says so.
+fn assert_faults_are_told(trajectories: &[Trajectory], guarded: &[Vec<f64>], states: usize) {
+    for (trajectory, row) in trajectories.iter().zip(guarded) {
+        assert!(row.iter().all(|number| number.is_finite()), "{:?}: {row:?}", trajectory.inputs);
+        let status = row[row.len() - states - 1];
+        assert!(!trajectory.fault || status != 0.0, "{:?} goes unnoticed: {row:?}", trajectory.inputs.last());
     }
 }
 
