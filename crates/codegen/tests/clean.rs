@@ -83,7 +83,8 @@ fn rule(finding: &str) -> &str {
 fn cppcheck_and_misra_find_the_stated_deviations_and_no_more() {
     let deviations = DEVIATIONS.map(|(rule, _)| format!("misra-c2012-{rule}"));
     let mut needed = Vec::new();
-    for written in projects::all() {
+    // The bench takes cppcheck longer than all others together, and consists of them.
+    for written in projects::all().into_iter().filter(|written| written.name != "bench") {
         let found = findings(written.folder.path());
         let other: Vec<_> = found.iter().filter(|finding| !deviations.iter().any(|d| d == rule(finding))).collect();
         assert!(other.is_empty(), "{}: {other:#?}", written.name);
