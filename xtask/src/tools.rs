@@ -1,4 +1,4 @@
-//! What the checks need besides Rust and a C compiler's linker: found, else installed, else said.
+//! What the checks need besides Rust: found, else installed, else said.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
@@ -10,18 +10,60 @@ pub(crate) const BARE_TARGET: &str = "thumbv7em-none-eabihf";
 /// The target that stands for Windows. Its programs are checked, not linked: no linker is needed.
 pub(crate) const WINDOWS_TARGET: &str = "x86_64-pc-windows-gnu";
 
-/// A program and the Debian package that holds it.
+/// A program and the Debian packages that hold it and what it needs.
 struct Program {
     command: &'static str,
-    package: &'static str,
+    /// A line of the shell that succeeds where the program can do its work: its headers and libraries are there too.
+    probe: &'static str,
+    packages: &'static [&'static str],
     /// What is not checked without it.
     purpose: &'static str,
 }
 
-const PROGRAMS: [Program; 3] = [
-    Program { command: "gcc", package: "gcc", purpose: "compiling the generated C" },
-    Program { command: "objdump", package: "binutils", purpose: "looking at machine code" },
-    Program { command: "python3", package: "python3", purpose: "running the scripts of reference numbers" },
+const PROGRAMS: [Program; 7] = [
+    Program {
+        command: "gcc",
+        probe: "echo '#include <math.h>' | gcc -E -",
+        packages: &["gcc", "libc6-dev"],
+        purpose: "compiling the generated C",
+    },
+    Program {
+        command: "clang",
+        probe: "echo 'int main(void) { return 0; }' | clang -fsanitize=address,undefined -x c -o /dev/null -",
+        // Without a version: each release of Debian has its own behind these names.
+        packages: &["clang", "libclang-rt-dev", "libc6-dev"],
+        purpose: "compiling the generated C, a second time and with sanitizers",
+    },
+    Program {
+        command: "cppcheck",
+        probe: "f=$(mktemp --suffix=.c) && cppcheck --addon=misra $f; r=$?; rm -f $f*; exit $r",
+        packages: &["cppcheck", "python3"],
+        purpose: "checking the generated C against MISRA C",
+    },
+    Program {
+        command: "arm-none-eabi-gcc",
+        probe: "echo '#include <stdio.h>' | arm-none-eabi-gcc --specs=rdimon.specs -E -",
+        packages: &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"],
+        purpose: "compiling the generated C for a Cortex-M",
+    },
+    Program {
+        command: "qemu-system-arm",
+        probe: "qemu-system-arm -M mps2-an500 -cpu help",
+        packages: &["qemu-system-arm"],
+        purpose: "running the generated C on a Cortex-M",
+    },
+    Program {
+        command: "objdump",
+        probe: "objdump --version",
+        packages: &["binutils"],
+        purpose: "looking at machine code",
+    },
+    Program {
+        command: "python3",
+        probe: "python3 --version",
+        packages: &["python3"],
+        purpose: "running the scripts of reference numbers",
+    },
 ];
 
 /// Which parts of the tool chain there are.
@@ -36,10 +78,10 @@ pub(crate) struct Tools {
 
 /// Finds or installs what the checks need.
 pub(crate) fn ensure() -> Tools {
-    let absent = || PROGRAMS.iter().filter(|program| !runs(program.command, &["--version"]));
-    let packages: Vec<&str> = absent().map(|program| program.package).collect();
-    if !packages.is_empty() && may_install() {
-        install(&packages);
+    let absent = || PROGRAMS.iter().filter(|program| !runs("sh", &["-c", program.probe])).collect::<Vec<_>>();
+    let wanted: Vec<_> = absent().iter().flat_map(|program| program.packages).collect();
+    if !wanted.is_empty() && may_install() {
+        install(&wanted);
     }
     let component = |name: &str, command: &str| {
         runs("cargo", &[command, "--version"])
@@ -50,7 +92,7 @@ pub(crate) fn ensure() -> Tools {
     let bare_target = target(BARE_TARGET);
     let windows_target = target(WINDOWS_TARGET);
 
-    let mut missing: Vec<String> = absent().map(sentence).collect();
+    let mut missing: Vec<String> = absent().into_iter().map(sentence).collect();
     if !rustfmt {
         missing.push("rustfmt is missing (`rustup component add rustfmt`)".into());
     }
@@ -67,8 +109,8 @@ pub(crate) fn ensure() -> Tools {
 }
 
 fn sentence(program: &Program) -> String {
-    let Program { command, package, purpose } = program;
-    format!("{command} is missing, needed for {purpose} (on Debian `apt-get install {package}`)")
+    let Program { command, packages, purpose, .. } = program;
+    format!("{command} is missing, needed for {purpose} (on Debian `apt-get install {}`)", packages.join(" "))
 }
 
 /// Whether a command exists and succeeds.
@@ -87,15 +129,18 @@ fn may_install() -> bool {
     is_root && runs("apt-get", &["--version"])
 }
 
-fn install(packages: &[&str]) {
-    println!("installing {}", packages.join(", "));
+fn install(packages: &[&&str]) {
     let apt = |arguments: &[&str]| {
         let mut command = Command::new("apt-get");
         // What fails here is found missing by the caller, who says so.
         let _ = command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments).stdout(Stdio::null()).status();
     };
     apt(&["update"]);
-    apt(&[&["install", "-y", "--no-install-recommends"], packages].concat());
+    // One name that a release does not have would refuse them all.
+    let known = packages.iter().map(|package| **package).filter(|package| runs("apt-cache", &["show", package]));
+    let known: Vec<&str> = known.collect();
+    println!("installing {}", known.join(", "));
+    apt(&[&["install", "-y", "--no-install-recommends"], &known[..]].concat());
 }
 
 /// Whether the standard library of a target is there, or can be fetched within two minutes.
@@ -131,6 +176,15 @@ mod tests {
     #[test]
     fn a_missing_program_is_named_with_its_purpose_and_remedy() {
         let gcc = sentence(&PROGRAMS[0]);
-        assert_eq!(gcc, "gcc is missing, needed for compiling the generated C (on Debian `apt-get install gcc`)");
+        let expected =
+            "gcc is missing, needed for compiling the generated C (on Debian `apt-get install gcc libc6-dev`)";
+        assert_eq!(gcc, expected);
+    }
+
+    #[test]
+    fn a_probe_fails_where_a_program_lacks_what_it_needs() {
+        let gcc = PROGRAMS[0].probe;
+        assert!(runs("sh", &["-c", gcc]));
+        assert!(!runs("sh", &["-c", &gcc.replace("math.h", "no_such_header.h")]));
     }
 }

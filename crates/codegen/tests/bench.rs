@@ -3,13 +3,18 @@
 mod support;
 
 use stickslip_codegen::c;
-use support::bench::{PLANT_STEP, bench};
+use support::bench::{STEPS, TICK, bench};
 use support::bits_agree;
 
-/// The slopes of its parts are compared in `agree.rs`.
+/// The slopes of their parts are compared in `agree.rs`.
+#[test]
+fn the_virtual_machine_agrees() {
+    bits_agree(bench().machine, TICK);
+}
+
 #[test]
 fn the_whole_bench_agrees() {
-    bits_agree(bench(), PLANT_STEP);
+    bits_agree(bench(), TICK);
 }
 
 #[test]
@@ -19,7 +24,7 @@ fn the_whole_bench_is_at_most_three_thousand_lines_of_c() {
     println!("bench.h {} lines, bench.c {} lines", lines(&code.header), lines(&code.source));
     assert!(lines(&code.header) + lines(&code.source) <= 3000);
     // A sub-step is a call, not a copy: ten of them in a tick.
-    assert_eq!(code.source.matches("    bench_machine_step(").count(), 10);
+    assert_eq!(code.source.matches("    bench_machine_step(").count(), STEPS);
     assert_eq!(code.source.matches("static void bench_machine_step(").count(), 1);
     let longest = code.source.lines().map(|line| line.chars().count()).max();
     assert!(longest <= Some(120), "a line of {longest:?} characters");

@@ -10,7 +10,7 @@ mod kernels;
 use std::collections::HashMap;
 use std::process::Command;
 
-use bench::{PLANT_STEP, bench};
+use bench::{TICK, bench};
 use kernels::{avx2_8, avx2_32, avx512_8, avx512_32};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
@@ -177,7 +177,7 @@ const CYCLES: usize = 400;
 fn alone(lane: usize) -> Vec<u64> {
     let (bench, mut state, mut out) = (bench(), BenchState::default(), Vec::new());
     for cycle in 0..CYCLES {
-        let output = bench.step(&mut state, input(lane, cycle), PLANT_STEP);
+        let output = bench.step(&mut state, input(lane, cycle), TICK);
         out.extend(numbers(&output).into_iter().map(f64::to_bits));
     }
     out
@@ -192,7 +192,7 @@ macro_rules! same_bits {
                 return;
             }
             let bench = bench().map(&mut |v: f64| $module::Wide::of(v));
-            let (dt, mut state, mut output) = ($module::Wide::of(PLANT_STEP), BenchState::default(), Default::default());
+            let (dt, mut state, mut output) = ($module::Wide::of(TICK), BenchState::default(), Default::default());
             let mut lanes: [Vec<u64>; $lanes] = std::array::from_fn(|_| Vec::new());
             for cycle in 0..CYCLES {
                 let input = side_by_side::<_, $lanes>(std::array::from_fn(|lane| input(lane, cycle)));

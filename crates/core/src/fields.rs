@@ -396,6 +396,27 @@ mod tests {
         assert_eq!(whole.holder, Holder::TwoSprings(Pair { soft: 3.0, stiff: [21.0; 3] }));
     }
 
+    /// A spring that is counted.
+    #[derive(Clone, Copy, Debug, PartialEq, Fields)]
+    struct Counted<T> {
+        /// How many.
+        #[field(fixed)]
+        count: usize,
+        /// Stiffness of each.
+        #[field(unit = "N m/rad", default = 3.0)]
+        stiffness: T,
+    }
+
+    #[test]
+    fn what_is_fixed_is_no_number_and_is_kept() {
+        let springs = Counted { count: 4, ..Counted::<f64>::default() };
+        let single = springs.map(&mut |v| v as f32);
+        assert_eq!(single, Counted { count: 4, stiffness: 3.0f32 });
+        let fewer = Counted { count: 2, stiffness: 1.0 };
+        assert_eq!(springs.merge(&fewer, &mut |a, b| a + b), Counted { count: 4, stiffness: 4.0 });
+        assert_eq!(<Counted<f64> as Fields<f64>>::SHAPE.fields().len(), 1);
+    }
+
     #[test]
     fn map_and_merge_keep_the_structure() {
         let a = Pair::<f64>::default();

@@ -68,7 +68,7 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
         } else if meta.path.is_ident("flag") {
             out.kind = "Flag";
         } else {
-            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag"));
+            return Err(meta.error("a field has: symbol, unit, range, default, whole, flag; or it is fixed"));
         }
         Ok(())
     })?;
@@ -89,6 +89,12 @@ pub(crate) fn number(attributes: &[Attribute]) -> Result<Option<Number>> {
         format!("0 is outside the range {low:?} … {high:?}: give a default")
     };
     Err(Error::new_spanned(default_given_at.unwrap_or_else(|| attribute.to_token_stream()), problem))
+}
+
+/// Whether a field says `#[field(fixed)]`: configuration that is no number of the signal path.
+pub(crate) fn is_fixed(attributes: &[Attribute]) -> bool {
+    let says = |a: &Attribute| a.parse_args::<syn::Ident>().is_ok_and(|word| word == "fixed");
+    attributes.iter().filter(|a| a.path().is_ident("field")).any(says)
 }
 
 /// Reads `#[fields(…)]`.

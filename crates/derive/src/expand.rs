@@ -113,12 +113,14 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
     let label = name.to_string();
     let mut rows = Vec::new();
     let mut defaults = Vec::new();
-    for field in &named.named {
+    let (fixed, varied): (Vec<&Field>, Vec<_>) = named.named.iter().partition(|f| attribute::is_fixed(&f.attrs));
+    for field in &varied {
         rows.push(row(field, number)?);
         defaults.push(default_of(&field.ty, field, number)?);
     }
-    let idents: Vec<_> = named.named.iter().filter_map(|f| f.ident.as_ref()).collect();
-    let types: Vec<_> = named.named.iter().map(|f| &f.ty).collect();
+    let idents: Vec<_> = varied.iter().filter_map(|f| f.ident.as_ref()).collect();
+    let types: Vec<_> = varied.iter().map(|f| &f.ty).collect();
+    let fixed: Vec<_> = fixed.iter().filter_map(|f| f.ident.as_ref()).collect();
     let index = 0..idents.len();
     let index_too = index.clone();
     let help = attribute::doc(&input.attrs);
@@ -135,7 +137,7 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
         impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
             #[inline]
             fn default() -> Self {
-                #name { #(#idents: #defaults,)* }
+                #name { #(#idents: #defaults,)* #(#fixed: ::core::default::Default::default(),)* }
             }
         }
 
@@ -157,12 +159,18 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
                 &self,
                 convert: &mut impl FnMut(#number) -> Other,
             ) -> #name<Other> {
-                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)* }
+                #name {
+                    #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)*
+                    #(#fixed: self.#fixed,)*
+                }
             }
 
             #[inline]
             fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
-                #name { #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)* }
+                #name {
+                    #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)*
+                    #(#fixed: self.#fixed,)*
+                }
             }
 
             fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {

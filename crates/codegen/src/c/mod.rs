@@ -198,7 +198,7 @@ impl<'a> Printer<'a> {
 }
 
 /// A name for each step: the block's, with its choices, with a number where several are called alike.
-fn labels(steps: &[Step]) -> Vec<String> {
+pub(crate) fn labels(steps: &[Step]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for step in steps {
         let mut label = text::snake(step.name);

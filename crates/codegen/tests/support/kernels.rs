@@ -3,9 +3,7 @@
 use stickslip_core::block::Block;
 use stickslip_core::friction::{Bend, ElastoPlastic, advance};
 use stickslip_core::scalar::{Lanes, Scalar};
-use stickslip_core::tick::{BenchInput, BenchState, TickOutput};
-
-use super::bench::Cycle;
+use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 
 /// One step of elasto-plastic friction: deflection and velocity in, deflection and torque out.
 #[inline(always)]
@@ -35,7 +33,7 @@ macro_rules! kernels {
             #[target_feature(enable = $features)]
             #[inline(never)]
             pub fn cycle(
-                bench: &Cycle<Wide>,
+                bench: &VirtualBench<Wide>,
                 state: &mut BenchState<Wide>,
                 input: &BenchInput<Wide>,
                 output: &mut TickOutput<Wide>,

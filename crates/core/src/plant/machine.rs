@@ -19,13 +19,19 @@ const STATES: usize = 5;
 /// Inputs held over a step: torque on the motor, torque on the load, winding voltage, motor torque aimed at.
 const INPUTS: usize = 4;
 
-/// A [`Plant`] prepared for a step.
+/// The moving parts of the virtual machine, prepared for a step: motor, coupling, load, friction, currents.
+///
+/// The linear part flows exactly over half a step, friction acts in the middle as a midpoint of exponential bristle
+/// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
     /// What it was prepared from.
     pub plant: Plant<T>,
     /// Tacho and accelerometer, prepared.
     pub pickups: Pickups<T>,
+    /// How many steps a tick has.
+    #[field(fixed)]
+    pub steps: usize,
     /// √(f_tick/2): from a noise density to a standard deviation.
     #[field(unit = "√Hz")]
     pub noise_bandwidth_root: T,
@@ -126,7 +132,7 @@ struct Held<T> {
 
 impl<T: Scalar> Machine<T> {
     /// Prepares the flow over half of `dt` [s].
-    pub(super) fn new(plant: &Plant<T>, dt: T, noise_bandwidth_root: T) -> Self {
+    pub(super) fn new(plant: &Plant<T>, steps: usize, dt: T, noise_bandwidth_root: T) -> Self {
         const N: usize = STATES + INPUTS + 1;
         const ANGLE: usize = N - 1;
         let (zero, one) = (T::of(0.0), T::of(1.0));
@@ -169,7 +175,7 @@ impl<T: Scalar> Machine<T> {
             }
         }
         let pickups = Pickups::new(plant.tacho, plant.accelerometer, dt);
-        Machine { plant: *plant, pickups, noise_bandwidth_root, half_flow }
+        Machine { plant: *plant, pickups, steps, noise_bandwidth_root, half_flow }
     }
 
     /// Half a step of all that is linear; `dt` [s] is the whole step.

@@ -1,7 +1,7 @@
 //! The virtual machine: what really happens between the converters. The software side never looks in here.
 //!
 //! [`Plant`] holds the values of the `[plant]` table; [`Machine`] is prepared from it for a step and moves;
-//! [`Machine::cycle`] runs the steps of one tick and reads the instruments.
+//! [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
 mod arm;
 mod machine;
@@ -121,29 +121,43 @@ pub struct Noise<T> {
     pub converters: [T; 3],
 }
 
-impl<T: Scalar> Machine<T> {
-    /// One tick of `steps` steps of `dt` [s] with inputs held, then a reading of every instrument.
+/// The virtual machine between the converters: a tick of it, in steps.
+///
+/// The inputs are held over the tick; at its end every instrument is read.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct VirtualMachine<T> {
+    /// The moving parts, prepared for their step.
+    pub parts: Machine<T>,
+}
+
+impl<T: Scalar> Block<T> for VirtualMachine<T> {
+    type State = PlantState<T>;
+    type Input = PlantInput<T>;
+    type Output = Measurement<T>;
+
+    /// `dt` [s] is the tick.
     #[inline(always)]
-    pub fn cycle(&self, state: &mut PlantState<T>, input: PlantInput<T>, steps: usize, dt: T) -> Measurement<T> {
-        let plant = &self.plant;
+    fn step(&self, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
+        let Machine { plant, pickups, steps, .. } = &self.parts;
+        let dt = dt / T::of(*steps as f64);
         let drive = MachineInput {
             servo_voltage: plant.outputs.write(input.servo_voltage),
             amplifier_voltage: plant.outputs.write(input.amplifier_voltage),
             external_torque: input.external_torque,
         };
         // White up to half the tick rate: variance S²·f/2, held over the tick.
-        let noise = plant.accelerometer.noise_density * self.noise_bandwidth_root * input.noise.acceleration;
+        let noise = plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration;
         let mut voltages = Default::default();
         let mut motion = Motion::default();
-        for _ in 0..steps {
-            motion = self.run(&mut state.machine, drive, dt);
+        for _ in 0..*steps {
+            motion = self.parts.run(&mut state.machine, drive, dt);
             let seen = crate::sensor::PickupsInput {
                 motor_velocity: motion.motor_velocity,
                 motor_angle: motion.motor_angle,
                 acceleration: motion.acceleration * plant.drive.carriage_ratio(),
                 acceleration_noise: noise,
             };
-            voltages = self.pickups.run(&mut state.pickups, seen, dt);
+            voltages = pickups.run(&mut state.pickups, seen, dt);
         }
         let reading = plant.encoder.run(&mut state.encoder, motion.angle, dt);
         let current = plant.current_sensor.voltage(motion.load_current, input.noise.current);
@@ -163,7 +177,7 @@ impl<T: Scalar> Plant<T> {
     /// Prepared for steps of `dt` [s], of which a tick has `steps`.
     pub fn prepare(&self, steps: usize, dt: T) -> Machine<T> {
         let tick = dt * T::of(steps as f64);
-        Machine::new(self, dt, square_root(T::of(0.5) / tick))
+        Machine::new(self, steps, dt, square_root(T::of(0.5) / tick))
     }
 }
 

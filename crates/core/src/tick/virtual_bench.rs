@@ -3,14 +3,16 @@
 use super::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 use crate::Fields;
 use crate::block::Block;
-use crate::plant::{Machine, Noise, PlantInput, PlantState};
+use crate::plant::{Noise, PlantInput, PlantState, VirtualMachine};
 use crate::scalar::Scalar;
 
-/// The whole bench: virtual machine and software.
+/// The whole bench, virtual machine and software: one tick.
+///
+/// The software computes on the readings of the tick's begin; what it wrote in the tick before acts meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct VirtualBench<T> {
     /// The virtual machine, prepared for its step.
-    pub machine: Machine<T>,
+    pub machine: VirtualMachine<T>,
     /// The software, prepared for its tick.
     pub tick: Tick<T>,
 }
@@ -44,21 +46,22 @@ pub struct BenchInput<T> {
     pub noise: Noise<T>,
 }
 
-impl<T: Scalar> VirtualBench<T> {
-    /// One tick of `steps` plant steps of `dt` [s]: the software computes on the readings of the tick's begin; what
-    /// it wrote in the tick before acts meanwhile.
+impl<T: Scalar> Block<T> for VirtualBench<T> {
+    type State = BenchState<T>;
+    type Input = BenchInput<T>;
+    type Output = TickOutput<T>;
+
     #[inline(always)]
-    pub fn cycle(&self, state: &mut BenchState<T>, input: BenchInput<T>, steps: usize, dt: T) -> TickOutput<T> {
-        let tick = dt * T::of(steps as f64);
+    fn step(&self, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> TickOutput<T> {
         let reads = TickInput { measurement: state.measurement, order: input.order };
-        let output = self.tick.run(&mut state.tick, reads, tick);
+        let output = self.tick.run(&mut state.tick, reads, dt);
         let acting = PlantInput {
             servo_voltage: state.servo_voltage,
             amplifier_voltage: state.amplifier_voltage,
             external_torque: input.external_torque,
             noise: input.noise,
         };
-        state.measurement = self.machine.cycle(&mut state.plant, acting, steps, dt);
+        state.measurement = self.machine.run(&mut state.plant, acting, dt);
         state.servo_voltage = output.servo_voltage;
         state.amplifier_voltage = output.amplifier_voltage;
         output

@@ -1,11 +1,12 @@
 //! The virtual bench in lockstep, faster than real time.
 
-use stickslip_core::control::{ControllerInput, CurrentControl, PositionController};
+use stickslip_core::block::Block as _;
+use stickslip_core::control::{ControllerInput, PositionController};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::plant::{Plant, PlantInput};
+use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::supervise::{Safety, SafetyInput, SafetyState};
-use stickslip_core::tick::{self, BenchInput, BenchState, Order, Tick, TickOutput};
+use stickslip_core::tick::{self, BenchInput, BenchState, Order, TickOutput};
 
 use super::{Bench, Command, Frame};
 use crate::noise::Normals;
@@ -24,8 +25,6 @@ pub struct VirtualBench {
     /// What a position controller would have read in the last tick.
     last: ControllerInput<f64>,
     divider: u64,
-    steps: usize,
-    step: f64,
 }
 
 impl VirtualBench {
@@ -36,28 +35,26 @@ impl VirtualBench {
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         let settings = &preset.bench;
         let (steps, step) = settings.plant_steps();
-        let machine = integrator::prepare(&preset.plant, steps, step)?;
+        let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
         let mut state = BenchState::default();
         state.plant.machine.angle = preset.plant.start_angle;
         // One tick at rest fills the pickups and gives the first readings.
-        state.measurement = machine.cycle(&mut state.plant, PlantInput::default(), steps, step);
+        state.measurement = machine.step(&mut state.plant, PlantInput::default(), settings.tick_time());
         Ok(VirtualBench {
             preset: *preset,
-            bench: tick::VirtualBench { machine, tick: software(&preset.model, settings)? },
+            bench: tick::VirtualBench { machine, tick: design::software(&preset.model, settings)? },
             state,
             safety: Safety::new(settings.safety),
             normals: Normals::new(seed),
             cycle: 0,
             last: ControllerInput::default(),
             divider: settings.divider(),
-            steps,
-            step,
         })
     }
 
     /// The virtual machine as it truly is. Nothing that measures may ask for it.
     pub fn truth(&self) -> &Plant<f64> {
-        &self.bench.machine.plant
+        &self.bench.machine.parts.plant
     }
 
     /// Order to the software for this tick.
@@ -112,7 +109,7 @@ impl Bench for VirtualBench {
     fn step(&mut self, command: Command) -> Result<Frame, Error> {
         let order = self.order(&command);
         let input = BenchInput { order, external_torque: 0.0, noise: self.normals.of_tick(self.cycle) };
-        let signals = self.bench.cycle(&mut self.state, input, self.steps, self.step);
+        let signals = self.bench.step(&mut self.state, input, self.preset.bench.tick_time());
         let frame = Frame {
             cycle: self.cycle,
             angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
@@ -158,37 +155,15 @@ impl Bench for VirtualBench {
                 remedy: "0 releases the linings, 1 presses them on fully.",
             });
         }
-        self.bench.machine.plant.wheel.preload = preload;
+        self.bench.machine.parts.plant.wheel.preload = preload;
         Ok(())
     }
 
     fn preload(&self) -> f64 {
-        self.bench.machine.plant.wheel.preload
+        self.bench.machine.parts.plant.wheel.preload
     }
 
     fn learn_own(&mut self, own: Stribeck<f64>) {
         self.preset.model.own = own;
     }
-}
-
-/// The software side for what is believed and how the bench runs; the rendering law is off.
-fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
-    let dt = settings.tick_time();
-    let current = CurrentControl {
-        torque_constant: model.load_motor.torque_constant,
-        current_limit: model.load_amplifier.current_limit,
-        voltage_limit: model.load_amplifier.supply_voltage,
-        amplifier_gain: model.load_amplifier.gain,
-        ..CurrentControl::default()
-    };
-    let winding = &model.load_motor;
-    Ok(Tick {
-        scaling: model.scaling,
-        decoder: model.encoder,
-        observer: design::velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
-        law: Law::Off,
-        current: design::current_control(current, winding.resistance, winding.inductance, dt)?,
-        controller: settings.controller,
-        control_period: dt * settings.divider() as f64,
-    })
 }

@@ -1,0 +1,178 @@
+//! Every block gives the same bits in Rust and in C over a million ticks, whatever compiles the C.
+//!
+//! Output and state of each tick go into a hash, which both sides tell each thousand ticks. Where the hashes part, the
+//! thousand ticks are run once more and compared number by number.
+#![expect(unreachable_pub, reason = "a test has no users")]
+
+mod c;
+mod rust;
+mod schedule;
+#[path = "../support/mod.rs"]
+mod support;
+
+use std::process::Command;
+
+use stickslip_codegen::record::{self, Precision, Recorded};
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::scalar::Scalar;
+
+use c::{Variant, Workshop};
+use schedule::{CHUNK, Schedule};
+use support::number::Number;
+
+const MILLION: usize = 1_000_000;
+const SHORT: usize = 100_000;
+
+/// How many ticks, besides the million in double precision by gcc and clang at their extremes, baseline -O2 and native
+/// -O3. All of everything takes more than a test may: compiling alone is half a second each.
+#[derive(Clone, Copy)]
+struct Ticks {
+    /// In single precision at the extremes.
+    single: usize,
+    /// In double precision in the other ways.
+    double_other: usize,
+    /// In single precision in the other ways.
+    single_other: usize,
+}
+
+/// Everything.
+const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other: MILLION };
+/// For the whole bench, whose million takes six seconds.
+const COSTLY: Ticks = Ticks { single: SHORT, double_other: SHORT, single_other: SHORT };
+/// For a block's second and further parameters.
+const FURTHER: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0 };
+
+/// The compilers that there are.
+fn compilers() -> Vec<&'static str> {
+    let (there, absent): (Vec<_>, Vec<_>) =
+        ["gcc", "clang"].into_iter().partition(|name| Command::new(name).arg("--version").output().is_ok());
+    assert!(!there.is_empty(), "neither gcc nor clang starts: apt-get install gcc libc6-dev");
+    absent.iter().for_each(|name| println!("NOT RUN: {name} is missing (apt-get install {name})"));
+    there
+}
+
+fn variants() -> Vec<Variant> {
+    let mut out = Vec::new();
+    for compiler in compilers() {
+        for level in ["-O2", "-O3"] {
+            out.extend([false, true].map(|native| Variant { compiler, level, native }));
+        }
+    }
+    out
+}
+
+/// Whether it is most or least optimised.
+fn is_extreme(variant: Variant) -> bool {
+    (variant.level == "-O3") == variant.native
+}
+
+/// Where two runs part first: tick, number, what was expected and what was found.
+type Difference = (usize, usize, f64, f64);
+
+fn first_difference<F: Number, B: Block<F, Input: Default>>(
+    block: &B,
+    schedule: &Schedule,
+    workshop: &Workshop,
+    program: &std::path::Path,
+    expected: &[u64],
+) -> Option<Difference> {
+    let found = workshop.hashes(program, expected.len() * CHUNK);
+    assert_eq!(found.len(), expected.len());
+    let chunk = expected.iter().zip(&found).position(|(a, b)| a != b)?;
+    let (expected, found) = (rust::rows(block, schedule, chunk), workshop.rows(program, chunk));
+    assert_eq!(expected.len(), found.len());
+    for (tick, (expected, found)) in expected.iter().zip(&found).enumerate() {
+        for (number, (a, b)) in expected.iter().zip(found).enumerate() {
+            if a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan()) {
+                return Some((chunk * CHUNK + tick, number, *a, *b));
+            }
+        }
+    }
+    panic!("the hashes of chunk {chunk} part, its numbers do not");
+}
+
+/// Rust in precision `F` = C, over so many ticks compiled in the extreme ways and in the others.
+fn agree_in<F: Precision + Number, B: Fields<f64>>(block: &B, schedule: &Schedule, extreme: usize, other: usize)
+where
+    B::With<F>: Block<F, Input: Default>,
+    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+{
+    let program = record::record::<B, F>(block);
+    let top = program.steps.last().expect("a program has at least the block itself");
+    let names = [top.output.paths(), top.state.paths()].concat();
+    let workshop = Workshop::new::<F>(&program, schedule);
+    let block = block.map(&mut |v: f64| <F as Scalar>::of(v));
+    let expected = rust::hashes(&block, schedule, extreme.max(other));
+    for variant in variants() {
+        let ticks = if is_extreme(variant) { extreme } else { other };
+        if ticks == 0 {
+            continue;
+        }
+        let (compiled, expected) = (workshop.compile(variant, &[]), &expected[..ticks / CHUNK]);
+        if let Some((tick, number, a, b)) = first_difference(&block, schedule, &workshop, &compiled, expected) {
+            panic!("{variant}, {}: tick {tick}, {}: {a:?} expected, {b:?} found", F::C_NAME, names[number]);
+        }
+    }
+}
+
+fn million_agree<B>(block: B, dt: f64, ticks: Ticks)
+where
+    B: Block<f64, Input: Default>,
+    B::With<f32>: Block<f32, Input: Default>,
+    B::With<f64>: Block<f64, Input: Default>,
+    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+    B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
+{
+    let schedule = Schedule::new(&block, dt);
+    agree_in::<f64, B>(&block, &schedule, MILLION, ticks.double_other);
+    agree_in::<f32, B>(&block, &schedule, ticks.single, ticks.single_other);
+}
+
+/// A test: a block, then parameters for each run; the first are run in all sixteen ways.
+macro_rules! agree {
+    ($test:ident, $Block:ident, $first:expr $(, $further:expr)* $(,)?) => {
+        #[test]
+        fn $test() {
+            million_agree::<$Block<f64>>($first, DT, FULL);
+            $(million_agree::<$Block<f64>>($further, DT, FURTHER);)*
+        }
+    };
+}
+
+include!("../support/list.rs");
+
+/// It takes longest: its name makes it the first to begin.
+#[test]
+fn a_whole_bench() {
+    million_agree(support::bench::bench(), support::bench::TICK, COSTLY);
+}
+
+#[test]
+fn one_flipped_bit_is_found_at_its_tick() {
+    let block = Lag::<f64>::default();
+    let schedule = Schedule::new(&block, DT);
+    let workshop = Workshop::new::<f64>(&record::record::<_, f64>(&block), &schedule);
+    let expected = rust::hashes(&block, &schedule, MILLION);
+    let variant = Variant { compiler: compilers()[0], level: "-O2", native: false };
+    let wrong = workshop.compile(variant, &["-DFLIPPED_TICK=654321"]);
+    let (tick, number, a, b) = first_difference(&block, &schedule, &workshop, &wrong, &expected).expect("it is wrong");
+    assert_eq!((tick, number, a.to_bits() ^ b.to_bits()), (654_321, 0, 1));
+    let right = workshop.compile(variant, &[]);
+    assert_eq!(first_difference(&block, &schedule, &workshop, &right, &expected), None);
+}
+
+/// What a comparison of dead numbers is stopped with.
+fn complaint(block: &SlidingFriction<f64>, input: f64) -> String {
+    let mut schedule = Schedule::new(block, DT);
+    schedule.ordinary.iter_mut().for_each(|row| row.fill(input));
+    let panic = std::panic::catch_unwind(|| rust::hashes(block, &schedule, CHUNK)).expect_err("nothing lives there");
+    panic.downcast_ref::<String>().cloned().unwrap_or_default()
+}
+
+#[test]
+fn a_block_that_stands_still_or_is_not_finite_proves_nothing_and_is_refused() {
+    let block = SlidingFriction::<f64>::default();
+    assert!(complaint(&block, 1.0).starts_with("only 1 of the 1000 ticks"), "{}", complaint(&block, 1.0));
+    assert!(complaint(&block, f64::INFINITY).starts_with("tick 0 gives inf though"));
+}

@@ -1,0 +1,77 @@
+// Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
+
+use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::friction::{
+    Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
+    Stribeck,
+};
+use stickslip_core::plant::{Machine, Plant};
+use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
+use stickslip_core::tick::{Decoder, Tick};
+use support::blocks::{Holder, Lag, Nested, SlidingFriction};
+
+const DT: f64 = 250e-6;
+
+fn machine(model: Model<f64>) -> Machine<f64> {
+    let mut plant = Plant::default();
+    plant.screw_friction.model = model;
+    plant.wheel.preload = 0.5;
+    plant.prepare(10, 25e-6)
+}
+
+fn element(model: Model<f64>) -> FrictionElement<f64> {
+    let position = Position::Ripple(Ripple::default());
+    FrictionElement { friction: Friction { model, position, ..Friction::default() } }
+}
+
+// What a block may consist of.
+agree!(no_state, SlidingFriction, SlidingFriction::default());
+agree!(one_state, Lag, Lag::default());
+agree!(
+    nested,
+    Nested,
+    Nested::default(),
+    Nested { holder: Holder::Sliding(SlidingFriction::default()), ..Nested::default() }
+);
+
+// The blocks of the product.
+agree!(cascade, Cascade, Cascade::default());
+agree!(current_control, CurrentControl, CurrentControl::default());
+agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
+agree!(
+    position_controller,
+    PositionController,
+    PositionController::Pid(Pid::default()),
+    PositionController::Cascade(Cascade::default())
+);
+agree!(decoder, Decoder, Decoder::default());
+agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());
+agree!(tick, Tick, Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() });
+agree!(
+    stribeck,
+    Stribeck,
+    Stribeck::default(),
+    Stribeck { decay: Decay::Gaussian, ..Stribeck::default() },
+    Stribeck { decay: Decay::Power(Exponent { exponent: 0.7 }), ..Stribeck::default() },
+);
+agree!(
+    friction_element_with_each_model,
+    FrictionElement,
+    element(Model::Static(Static::default())),
+    element(Model::Dahl(Dahl::default())),
+    element(Model::Lugre(LuGre::default())),
+    element(Model::ElastoPlastic(ElastoPlastic::default())),
+);
+agree!(velocity_observer, VelocityObserver, VelocityObserver::default());
+agree!(encoder, Encoder, Encoder::default(), Encoder { fault: EncoderFault::Frozen, ..Encoder::default() });
+agree!(pickups, Pickups, Pickups::new(Tacho::default(), Accelerometer::default(), DT));
+agree!(
+    machine_with_each_friction,
+    Machine,
+    machine(Model::Nothing),
+    machine(Model::Static(Static::default())),
+    machine(Model::Dahl(Dahl::default())),
+    machine(Model::Lugre(LuGre { fading: Fading::Rational(Default::default()), ..LuGre::default() })),
+    machine(Model::ElastoPlastic(ElastoPlastic::default())),
+);
