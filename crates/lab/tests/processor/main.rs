@@ -1,8 +1,10 @@
 //! Processor in the loop: the generated C on a Cortex-M in QEMU gives the bits of Rust over a whole experiment.
 #![expect(unreachable_pub, reason = "a test has no users")]
 
+mod bench;
 mod experiment;
 mod run;
+mod table;
 mod target;
 
 use std::sync::OnceLock;
@@ -65,5 +67,73 @@ fn a_whole_experiment_on_a_cortex_m7_in_double() {
     if available() {
         let (tick, run) = experiment();
         agrees::<f64, _>(M7, tick, run);
+    }
+}
+
+/// Machine, software and noise, each tick from the state that the processor itself left.
+#[test]
+fn the_whole_bench_in_closed_loop() {
+    if available() {
+        let (bench, run) = bench::bench(8_000);
+        agrees::<f64, _>(M7, &bench, &run);
+        let (bench, run) = bench::bench(800);
+        agrees::<f64, _>(M4F, &bench, &run);
+        agrees::<f32, _>(M4F, &bench, &run);
+    }
+}
+
+#[test]
+fn the_committed_table_is_what_the_processors_need() {
+    if available() {
+        let (tick, run) = experiment();
+        table::check(&table::measure(tick, run));
+    }
+}
+
+#[test]
+fn a_number_that_left_the_table_is_named() {
+    let row = table::Row { key: ["Cortex-M7", "double", "pid"].map(String::from), numbers: [1000.0; 7] };
+    let then = |instructions: f64, block: &str| {
+        let mut cells = serde_json::Map::from_iter(row.cells());
+        cells.insert("instructions".into(), instructions.into());
+        cells.insert("block".into(), block.into());
+        serde_json::Value::Object(cells)
+    };
+    assert_eq!(table::differs(&then(1000.0, "pid"), &row, 0.02), None);
+    assert_eq!(table::differs(&then(985.0, "pid"), &row, 0.02), None);
+    let named = table::differs(&then(970.0, "pid"), &row, 0.02);
+    assert_eq!(named.as_deref(), Some("Cortex-M7 double pid: instructions was 970, is 1000"));
+    assert!(table::differs(&then(1000.0, "cascade"), &row, 0.02).is_some_and(|text| text.contains("the table has")));
+}
+
+#[test]
+fn one_other_bit_is_found_at_its_tick_and_number() {
+    let (tick, run) = experiment();
+    let program = record::record::<Tick<f64>, f64>(tick);
+    let top = program.steps.last().expect("a program has at least the block itself");
+    let expected = run.outputs::<f64, _>(tick);
+    let compared = |found: &[u8]| first_difference(&expected, found, &top.output, &top.state, false);
+    assert_eq!(compared(&expected), None);
+    let row = 4 + 8 * (top.output.numbers() + top.state.numbers());
+    let mut wrong = expected.clone();
+    wrong[123_456 * row + 4 + 8 * 5] ^= 1;
+    let difference = compared(&wrong).expect("it is wrong");
+    assert!(difference.starts_with("tick 123456 of "), "{difference}");
+    assert!(difference.contains(", estimated_velocity: "), "{difference}");
+    assert!(compared(&expected[..expected.len() - row]).is_some_and(|text| text.contains("None found")));
+}
+
+#[test]
+fn a_fault_says_what_it_is_and_a_program_that_hangs_is_ended() {
+    if available() {
+        for target in [M4F, M7] {
+            let wild = "int main(void) { return *(volatile int *)0xF0000000u; }";
+            let ran = target.compile(&Main::Text(wild)).run(&[], LIMIT);
+            assert!(!ran.succeeded && ran.said.starts_with("hard fault: "), "{}", ran.said);
+            let failing = target.compile(&Main::Text("int main(void) { return 3; }")).run(&[], LIMIT);
+            assert!(!failing.succeeded && failing.said.is_empty(), "{}", failing.said);
+        }
+        let hanging = M4F.compile(&Main::Text("int main(void) { for (;;) {} }")).run(&[], Duration::from_millis(500));
+        assert!(!hanging.succeeded && hanging.said.contains("the program hangs"), "{}", hanging.said);
     }
 }

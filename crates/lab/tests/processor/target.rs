@@ -158,25 +158,24 @@ impl Image {
         }
     }
 
-    /// Bytes of the step alone with all that it calls: its own code, its constants, code of the compiler's libraries.
-    pub fn sizes(&self) -> [usize; 3] {
+    /// Bytes of the step alone with all that it calls: its own, and those of the compiler's libraries.
+    pub fn sizes(&self) -> [usize; 2] {
         let words = "-ffunction-sections -fdata-sections -nostartfiles -nodefaultlibs -Wl,--gc-sections -Wl,-e,block_step \
                      block.c -o step -lgcc -lc";
         self.target.gcc(self.folder.path(), &words.split_whitespace().map(String::from).collect::<Vec<_>>());
         let mut nm = Command::new("arm-none-eabi-nm");
         let output = nm.args(["--print-size", "step"]).current_dir(self.folder.path()).output().expect("nm starts");
-        let (mut own, mut constants, mut library) = (0, 0, 0);
+        let (mut own, mut library) = (0, 0);
         for line in String::from_utf8_lossy(&output.stdout).lines() {
             // Address, size, kind, name; a symbol without a size is a mark.
             let [_, size, kind, name] = line.split_whitespace().collect::<Vec<_>>()[..] else { continue };
             let size = usize::from_str_radix(size, 16).expect("sizes are hexadecimal");
-            match kind {
-                "t" | "T" if name.starts_with("block_") || name.starts_with("stickslip_") => own += size,
-                "t" | "T" | "W" => library += size,
-                "r" | "R" => constants += size,
-                _ => {}
+            let ours = name.starts_with("block_") || name.starts_with("stickslip_");
+            // Code and constants, strong or weak.
+            if "tTrRW".contains(kind) {
+                *(if ours { &mut own } else { &mut library }) += size;
             }
         }
-        [own, constants, library]
+        [own, library]
     }
 }
