@@ -7,5 +7,6 @@
 #![forbid(unsafe_code)]
 
 pub mod c;
+pub mod diagram;
 pub mod record;
 pub mod tree;

@@ -112,19 +112,19 @@ fn recorded_numbers_do_not_live_outside_a_recording() {
 fn the_c_of_a_lag_reads_like_the_lag() {
     let code = c::generate::<_, f32>(&Lag::<f64>::default(), "lag").expect("a good name");
     let expected = "\
-void lag_step(const lag_parameters *p, lag_state *s, const lag_input *in, float dt, lag_output *out) {
+static void lag_raw_step(const lag_parameters *p, lag_state *s, const lag_input *in, float dt,
+    lag_output *out) {
     const float value = s->value;
+
     const float t1 = (dt / (p->double_ + dt)) * (in->value - value);
-    const float t2 = value + t1;
-    const float t3 = -p->limit;
-    const float t4 = (t2 < t3) ? t3 : t2;
-    const float value_2 = (p->limit < t4) ? p->limit : t4;
-    s->value = value_2;
-    out->value = value_2;
+    const float value_out = stickslip_clampf(value + t1, -p->limit, p->limit);
+
+    s->value = value_out;
+    out->value = value_out;
 }
 ";
     assert!(code.source.contains(expected), "{}", code.source);
-    assert!(code.header.contains("    /* Largest value.\n     * [1], 0.0 to 1000000000.0 */\n    float limit;\n"));
+    assert!(code.header.contains("    /* Largest value.\n     * [1], 0 to 1e9, default 20 */\n    float limit;\n"));
     assert!(code.header.contains("void lag_parameters_init(lag_parameters *p);"));
     assert!(code.source.contains("    s->value = 0.25f;\n"), "the state starts at its default");
 }
@@ -152,7 +152,10 @@ impl<T: Scalar> Block<T> for Constants<T> {
 
 #[test]
 fn constants_are_folded_as_rust_computes_them_and_nan_is_not() {
-    let source = |code: CSource| code.source.split("_step(").nth(1).unwrap_or_default().to_string();
+    let source = |code: CSource| {
+        let step = code.source.split("block_raw_step(").nth(1).unwrap_or_default();
+        step.split("\n}\n").next().unwrap_or_default().to_string()
+    };
     let double = source(c::generate::<_, f64>(&Constants::<f64>::default(), "block").expect("a good name"));
     assert!(double.contains(&format!("{:?}", Scalar::exp(0.1 + 0.2))), "{double}");
     let single = source(c::generate::<_, f32>(&Constants::<f64>::default(), "block").expect("a good name"));

@@ -63,7 +63,7 @@ fn is_finite<T: Scalar>(value: T) -> T::Mask {
 fn all_finite<T: Scalar<Mask = bool>, V: Fields<T>>(value: &V) -> bool {
     let mut all = true;
     value.map(&mut |number: T| {
-        all = all & is_finite(number);
+        all &= is_finite(number);
         number
     });
     all

@@ -362,6 +362,17 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// There is no block of this name.
+    #[error("{name} is no block. {}", did_you_mean(nearest.as_deref(), "`stickslip generate --list` names them."))]
+    UnknownBlock {
+        /// The name asked for.
+        name: String,
+        /// The known name most like it.
+        nearest: Option<String>,
+    },
+    /// A name that C does not take.
+    #[error("{0}. Say another by --prefix")]
+    NoIdentifier(#[from] stickslip_codegen::c::NotAName),
 }
 
 impl Error {

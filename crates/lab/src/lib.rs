@@ -10,6 +10,7 @@ pub mod experiment;
 pub mod figure;
 pub mod filter;
 pub mod fit;
+pub mod generate;
 pub mod identify;
 pub mod integrator;
 pub mod machine;

@@ -4,6 +4,7 @@ mod completions;
 mod demo;
 mod design;
 mod fit;
+mod generate;
 mod identify;
 mod machine;
 mod measure;
@@ -54,6 +55,10 @@ pub(crate) enum Command {
         after_help = "Example: stickslip validate other.csv --model emps/model.toml --machine data/emps/emps-machine.toml"
     )]
     Validate(validate::Validate),
+    /// Turn a block of the bench into C that computes the same bits, and into a signal-flow diagram.
+    #[command(after_help = "Example: stickslip generate --list\n\
+                            Example: stickslip generate c velocity_observer --out observer")]
+    Generate(generate::Generate),
     /// Describe a machine in a file.
     #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
     Machine(machine::Machine),
@@ -102,6 +107,7 @@ impl Command {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
+            Command::Generate(command) => command.run(out),
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
             Command::Report(command) => command.run(out),

@@ -2,10 +2,15 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::plan::{Access, Argument, Plan, Planned};
+use stickslip_core::fields::Order;
+
+use super::idiom::{self, Idiom};
+use super::kernel::Needs;
+use super::plan::{Access, Argument, Plan, Planned, count};
 use super::text::{self, literal, wrap};
 use super::types::Types;
-use crate::record::{Function, Graph, Id, Node, Operator, Precision, Source, Step};
+use crate::record::{Function, Graph, Id, Law, LawBook, Node, Operator, Precision, Source, Step};
+use crate::tree::Tree;
 
 /// Expressions that are needed once are written where they are needed up to this length.
 const INLINE: usize = 44;
@@ -23,17 +28,21 @@ pub(super) struct Body<'a> {
     graph: &'a Graph,
     uses: Vec<u32>,
     expressions: Vec<Option<Expression>>,
-    wanted_names: Vec<Option<String>>,
+    idioms: Vec<Option<Idiom>>,
+    /// What each number would like to be called, best first.
+    wanted_names: Vec<Vec<String>>,
     taken: HashSet<String>,
     temporaries: usize,
+    /// Operations that stand alone: a choice, and what a choice gives if it is true, read badly within others.
+    alone: HashSet<Id>,
     /// Operations that are needed once, and that by a store or a return.
     final_only: HashSet<Id>,
     /// Constant structs by type and initialiser.
     structs: HashMap<(String, String), String>,
     /// What was written.
     pub(super) lines: String,
-    /// The functions of one number that it calls.
-    pub(super) functions: Vec<Function>,
+    /// The small functions that it calls.
+    pub(super) needs: Needs,
 }
 
 /// What the calls of a step refer to.
@@ -48,8 +57,9 @@ pub(super) struct Callees<'a> {
 pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Callees<'a>) -> Body<'a> {
     let mut body = Body::new(&step.graph, plan.uses.clone());
     body.name_results(step);
-    body.final_only = plan.stores.iter().map(|store| store.1).filter(|id| plan.uses[id.index()] == 1).collect();
-    body.load::<F>(step);
+    body.taken.extend(plan.names());
+    body.final_only = plan.stores.iter().map(|store| store.1).filter(|id| body.uses[id.index()] == 1).collect();
+    body.load::<F>(&[&step.parameters, &step.state, &step.input]);
     let mut written = vec![false; step.graph.calls.len()];
     for position in 0..step.graph.nodes.len() {
         let id = Id(position as u32);
@@ -61,6 +71,7 @@ pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Call
         }
         body.statement::<F>(id);
     }
+    body.blank_line();
     for (place, id) in &plan.stores {
         let value = body.plain(*id);
         body.lines += &wrap(INDENT, &format!("{place} = {value};"));
@@ -70,16 +81,7 @@ pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Call
 
 /// The statements of a function of one number, ending with its return.
 pub(super) fn function<'a, F: Precision>(graph: &'a Graph, result: Id) -> Body<'a> {
-    let mut uses = vec![0; graph.nodes.len()];
-    uses[result.index()] = 1;
-    for position in (0..graph.nodes.len()).rev() {
-        if uses[position] > 0 {
-            for operand in graph.nodes[position].operands() {
-                uses[operand.index()] += 1;
-            }
-        }
-    }
-    let mut body = Body::new(graph, uses);
+    let mut body = Body::new(graph, count(graph, [&result]).0);
     body.final_only.insert(result);
     for (position, node) in graph.nodes.iter().enumerate() {
         if *node == Node::Source(Source::Input, 0) {
@@ -92,53 +94,95 @@ pub(super) fn function<'a, F: Precision>(graph: &'a Graph, result: Id) -> Body<'
     body
 }
 
+/// The statements that compute values and bounds from the parameters, and each law as a condition.
+pub(super) fn laws<'a, F: Precision>(book: &'a LawBook, parameters: &Tree) -> (Body<'a>, Vec<String>) {
+    let graph = &book.graph;
+    let mut body = Body::new(graph, count(graph, book.laws.iter().flat_map(|law| [&law.value, &law.bound])).0);
+    body.load::<F>(&[parameters]);
+    (0..graph.nodes.len()).for_each(|position| body.statement::<F>(Id(position as u32)));
+    let condition = |law: &Law| {
+        let order = if law.order == Order::AtMost { "<=" } else { ">=" };
+        format!("{} {order} {}", body.operand(law.value), body.operand(law.bound))
+    };
+    let conditions = book.laws.iter().map(condition).collect();
+    (body, conditions)
+}
+
 impl<'a> Body<'a> {
-    fn new(graph: &'a Graph, uses: Vec<u32>) -> Self {
-        let taken = ["p", "s", "in", "out", "dt", "x", "i"].map(String::from).into();
-        let expressions = vec![None; graph.nodes.len()];
-        let wanted_names = vec![None; graph.nodes.len()];
-        let (lines, functions) = (String::new(), Vec::new());
-        let (final_only, structs) = (HashSet::new(), HashMap::new());
-        Body { graph, uses, expressions, wanted_names, taken, temporaries: 0, final_only, structs, lines, functions }
+    fn new(graph: &'a Graph, mut uses: Vec<u32>) -> Self {
+        let idioms = idiom::find(graph, &mut uses);
+        let mut alone = HashSet::new();
+        for (position, node) in graph.nodes.iter().enumerate() {
+            if let (Node::Select(_, yes, _), None) = (node, idioms[position]) {
+                alone.extend([Id(position as u32), *yes]);
+            }
+        }
+        Body {
+            graph,
+            uses,
+            expressions: vec![None; graph.nodes.len()],
+            idioms,
+            wanted_names: vec![Vec::new(); graph.nodes.len()],
+            taken: ["p", "s", "in", "out", "dt", "x", "i"].map(String::from).into(),
+            temporaries: 0,
+            alone,
+            final_only: HashSet::new(),
+            structs: HashMap::new(),
+            lines: String::new(),
+            needs: Needs::default(),
+        }
+    }
+
+    /// Sets apart what follows.
+    fn blank_line(&mut self) {
+        if !self.lines.is_empty() {
+            self.lines.push('\n');
+        }
     }
 
     /// What the numbers of state and output are called if they need a name.
     fn name_results(&mut self, step: &Step) {
-        for (paths, ids, suffix) in
-            [(step.state.paths(), &step.new_state, "_next"), (step.output.paths(), &step.results, "")]
-        {
-            for (path, id) in paths.iter().zip(ids) {
-                self.wanted_names[id.index()] = Some(format!("{}{suffix}", last_name(path)));
-            }
+        for (path, id) in step.state.paths().iter().zip(&step.new_state) {
+            self.wanted_names[id.index()] = vec![format!("{}_next", last_name(path))];
+        }
+        for (path, id) in step.output.paths().iter().zip(&step.results) {
+            self.wanted_names[id.index()] = vec![last_name(path), format!("{}_out", last_name(path))];
         }
     }
 
     /// Names for what is handed in. The state is read before anything is written to it.
-    fn load<F: Precision>(&mut self, step: &Step) {
+    fn load<F: Precision>(&mut self, trees: &[&Tree]) {
+        let paths: Vec<Vec<String>> = trees.iter().map(|tree| tree.paths()).collect();
         for (position, node) in self.graph.nodes.iter().enumerate() {
             let Node::Source(source, number) = *node else { continue };
             let uses = self.uses[position];
             if uses == 0 {
                 continue;
             }
-            let path = |tree: &crate::tree::Tree| tree.paths().swap_remove(number as usize);
-            let (access, path, keep) = match source {
-                Source::Parameters => ("p", path(&step.parameters), false),
-                Source::Input => ("in", path(&step.input), uses > 1),
-                Source::State => ("s", path(&step.state), true),
+            let of = |kind: usize| paths[kind][number as usize].as_str();
+            let (access, path, keep, suffix) = match source {
+                // Far down in its struct or needed often, a parameter is read more easily by its own name.
+                Source::Parameters => ("p", of(0), uses > if of(0).contains('.') { 1 } else { 2 }, ""),
+                Source::Input => ("in", of(2), uses > 1, "_in"),
+                Source::State => ("s", of(1), true, ""),
                 Source::Step => {
                     self.expressions[position] = Some(Expression { text: "dt".into(), atomic: true });
                     continue;
                 }
             };
-            let text = format!("{access}->{}", text::path(&path));
-            self.wanted_names[position] = Some(last_name(&path));
+            let text = format!("{access}->{}", text::path(path));
             if keep {
+                let among = &paths[source as usize];
+                let short = last_name(path);
+                let unique = among.iter().filter(|other| last_name(other) == short).count() == 1;
+                let name = if unique { short } else { last_names(path) };
+                self.wanted_names[position] = vec![name.clone(), format!("{name}{suffix}")];
                 self.assign(position, &text, F::C_NAME);
             } else {
                 self.expressions[position] = Some(Expression { text, atomic: true });
             }
         }
+        self.blank_line();
     }
 
     fn assign(&mut self, position: usize, text: &str, kind: &str) {
@@ -149,12 +193,14 @@ impl<'a> Body<'a> {
 
     /// A name that is not taken: after the field if the number is one, `t1`, `t2`, … if not.
     fn name(&mut self, position: usize) -> String {
-        let wanted = self.wanted_names[position].clone();
-        for attempt in 1.. {
-            let name = match (&wanted, attempt) {
-                (Some(name), 1) => name.clone(),
-                (Some(name), _) => format!("{name}_{attempt}"),
-                (None, _) => {
+        let wanted = std::mem::take(&mut self.wanted_names[position]);
+        let numbered = wanted.last().cloned();
+        let mut wanted = wanted.into_iter();
+        for attempt in 2.. {
+            let name = match (wanted.next(), &numbered) {
+                (Some(name), _) => name,
+                (None, Some(name)) => format!("{name}_{attempt}"),
+                (None, None) => {
                     self.temporaries += 1;
                     format!("t{}", self.temporaries)
                 }
@@ -183,6 +229,9 @@ impl<'a> Body<'a> {
         if self.uses[position] == 0 || self.expressions[position].is_some() {
             return;
         }
+        if let Some(idiom) = self.idioms[position] {
+            return self.idiom::<F>(id, idiom);
+        }
         let (text, atomic) = match self.graph.node(id) {
             Node::Constant(bits) => {
                 let text = literal::<F>(f64::from_bits(bits));
@@ -192,9 +241,7 @@ impl<'a> Body<'a> {
             Node::Source(..) | Node::Result(..) => return,
             Node::Negate(a) => (format!("-{}", self.operand(a)), false),
             Node::Apply(function, a) => {
-                if !self.functions.contains(&function) {
-                    self.functions.push(function);
-                }
+                self.needs.functions.insert(function);
                 (format!("{}({})", function_name::<F>(function), self.plain(a)), true)
             }
             Node::Binary(operator, a, b) => {
@@ -211,15 +258,32 @@ impl<'a> Body<'a> {
             }
             Node::Truth(truth) => (truth.to_string(), true),
             Node::Less(a, b) => (format!("{} < {}", self.operand(a), self.operand(b)), false),
+            // False for NaN alone.
+            Node::LessOrEqual(a, b) if a == b => (format!("!isnan({})", self.plain(a)), false),
             Node::LessOrEqual(a, b) => (format!("{} <= {}", self.operand(a), self.operand(b)), false),
             Node::And(a, b) => (format!("{} && {}", self.operand(a), self.operand(b)), false),
             Node::Or(a, b) => (format!("{} || {}", self.operand(a), self.operand(b)), false),
             Node::Not(a) => (format!("!{}", self.operand(a)), false),
         };
-        if self.uses[position] == 1 && (text.len() <= INLINE || self.final_only.contains(&id)) {
-            self.expressions[position] = Some(Expression { text, atomic });
+        self.put::<F>(id, Expression { text, atomic });
+    }
+
+    /// The call of a small function.
+    fn idiom<F: Precision>(&mut self, id: Id, idiom: Idiom) {
+        self.needs.helpers.insert(idiom.helper());
+        let arguments: Vec<String> = idiom.arguments().into_iter().map(|id| self.plain(id)).collect();
+        let text = format!("{}({})", idiom.helper().name::<F>(), arguments.join(", "));
+        self.put::<F>(id, Expression { text, atomic: true });
+    }
+
+    /// Keeps an expression for the one place that needs it, or gives it a name.
+    fn put<F: Precision>(&mut self, id: Id, expression: Expression) {
+        let short = expression.text.len() <= INLINE && !self.alone.contains(&id);
+        if self.uses[id.index()] == 1 && (short || self.final_only.contains(&id)) {
+            self.expressions[id.index()] = Some(expression);
         } else {
-            self.assign(position, &text, if is_mask(self.graph.node(id)) { "bool" } else { F::C_NAME });
+            let kind = if is_mask(self.graph.node(id)) { "bool" } else { F::C_NAME };
+            self.assign(id.index(), &expression.text, kind);
         }
     }
 
@@ -265,7 +329,7 @@ impl<'a> Body<'a> {
             }
             let member = |access: &Access, path: &str| access.member(&text::path(path));
             if let (Some((access, _)), Some(path)) = (&planned.state, state.get(number)) {
-                self.wanted_names[position].get_or_insert(last_name(path));
+                self.wanted_names[position].push(last_name(path));
                 self.assign(position, &member(access, path), F::C_NAME);
             } else if let Some(access) = &planned.output {
                 let text = member(access, &output[number - state.len()]);
@@ -313,6 +377,14 @@ fn is_mask(node: Node) -> bool {
 fn last_name(path: &str) -> String {
     let last = path.rsplit('.').next().unwrap_or(path);
     text::identifier(&last.replace("][", "_").replace('[', "_").replace(']', ""))
+}
+
+/// `desired.friction.viscous` → `friction_viscous`.
+fn last_names(path: &str) -> String {
+    match path.rsplit_once('.') {
+        Some((before, last)) => format!("{}_{}", last_name(before), last_name(last)),
+        None => last_name(path),
+    }
 }
 
 /// What C calls a function of one number.

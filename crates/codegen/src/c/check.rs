@@ -2,9 +2,10 @@
 
 use stickslip_core::fields::{Field, Kind};
 
-use super::text::{literal, path, wrap};
-use crate::record::{Function, Precision};
-use crate::tree::Tree;
+use super::body::function_name;
+use super::kernel::Needs;
+use super::text::{literal, number, path, wrap};
+use crate::record::{Function, Precision, Program};
 
 /// Largest finite number of the precision, as C calls it: the range of a number that has none.
 fn largest<F: Precision>() -> &'static str {
@@ -16,65 +17,94 @@ fn is_whole(field: &Field) -> bool {
     field.kind != Kind::Real
 }
 
-/// The functions of one number that the checks call.
-pub(super) fn needs(parameters: &Tree) -> Option<Function> {
-    parameters.leaves().iter().any(|(_, field)| is_whole(field)).then_some(Function::Floor)
-}
-
 /// The functions that [`body`] calls: each hands on what is known to be wrong, or says what is.
-pub(super) fn functions<F: Precision>(parameters: &Tree) -> String {
+pub(super) fn functions<F: Precision>(program: &Program) -> String {
     let real = F::C_NAME;
-    let function = |name: &str, condition: &str| {
-        format!(
-            "/* The first fault: the one found before, or that a number is not {name}. NaN is not. */\n\
-             static const char *stickslip_{name}(const char *fault, {real} value, {real} minimum, {real} maximum,\n    \
-             const char *message) {{\n    const bool good = {condition};\n    \
-             return ((fault != NULL) || good) ? fault : message;\n}}\n\n"
-        )
-    };
+    let leaves = program.steps.last().map(|top| top.parameters.leaves()).unwrap_or_default();
+    let value = format!("{real} value, {real} minimum, {real} maximum");
     let within = "(value >= minimum) && (value <= maximum)";
+    let floor = function_name::<F>(Function::Floor);
+    let whole = format!("{within} && (value <= {floor}(value))");
+    let all: [(bool, &str, &str, &str, &str); 3] = [
+        (leaves.iter().any(|leaf| !is_whole(leaf.1)), "within", &value, within, "a number out of its range, or NaN"),
+        (
+            leaves.iter().any(|leaf| is_whole(leaf.1)),
+            "whole",
+            &value,
+            &whole,
+            "a number out of its range, or not whole",
+        ),
+        (!program.laws.laws.is_empty(), "law", "bool good", "", "a law between parameters that does not hold"),
+    ];
     let mut out = String::new();
-    if parameters.leaves().iter().any(|(_, field)| !is_whole(field)) {
-        out += &function("within", within);
-    }
-    if needs(parameters).is_some() {
-        let floor = super::body::function_name::<F>(Function::Floor);
-        out += &function("whole_within", &format!("{within} && (value <= {floor}(value))"));
+    for (_, name, arguments, condition, about) in all.into_iter().filter(|one| one.0) {
+        let head =
+            format!("static const char *stickslip_{name}(const char *fault, {arguments}, const char *message) {{");
+        let good = if condition.is_empty() { String::new() } else { format!("    const bool good = {condition};\n") };
+        out += &format!("/* The first fault: that found before, or {about}. */\n{}", wrap("", &head));
+        out += &format!("{good}    return ((fault != NULL) || good) ? fault : message;\n}}\n\n");
     }
     out
 }
 
 /// The statements of `NAME_check`.
-pub(super) fn body<F: Precision>(parameters: &Tree) -> String {
+pub(super) fn body<F: Precision>(program: &Program) -> (String, Needs) {
+    let mut needs = Needs::default();
     let mut out = String::from("    const char *fault = NULL;\n");
-    for (number, field) in parameters.leaves() {
-        let function = if is_whole(field) { "whole_within" } else { "within" };
+    let Some(top) = program.steps.last() else { return (out, needs) };
+    for (place, field) in top.parameters.leaves() {
+        let function = if is_whole(field) { "whole" } else { "within" };
+        if is_whole(field) {
+            needs.functions.insert(Function::Floor);
+        }
         let bound = |value: f64, sign: &str| {
             if value.is_finite() { literal::<F>(value) } else { format!("{sign}{}", largest::<F>()) }
         };
         let (minimum, maximum) = (bound(field.minimum, "-"), bound(field.maximum, ""));
-        let place = path(&number);
-        let message = format!("\"{number} must be {}\"", allowed(field));
+        let message = format!("\"{place} must be {}\"", allowed(field));
+        let place = path(&place);
         let call = format!("fault = stickslip_{function}(fault, p->{place}, {minimum}, {maximum}, {message});");
         out += &wrap("    ", &call);
     }
-    out + "    return fault;\n"
-}
-
-/// Which values a parameter may have: `1e-6 to 200 N m`.
-pub(super) fn allowed(field: &Field) -> String {
-    let unit = if matches!(field.unit, "" | "1") { String::new() } else { format!(" {}", field.unit) };
-    match (field.kind, field.minimum.is_finite(), field.maximum.is_finite()) {
-        (Kind::Flag, ..) => "0 or 1".into(),
-        (kind, least, most) => {
-            let noun = if kind == Kind::Whole { "a whole number" } else { "" };
-            let range = match (least, most) {
-                (true, true) => format!("{} to {}{unit}", field.minimum, field.maximum),
-                (true, false) => format!("finite and at least {}{unit}", field.minimum),
-                (false, true) => format!("finite and at most {}{unit}", field.maximum),
-                (false, false) => "finite".into(),
-            };
-            format!("{noun} {range}").trim().to_string()
+    if !program.laws.laws.is_empty() {
+        let (laws, conditions) = super::body::laws::<F>(&program.laws, &top.parameters);
+        needs.extend(&laws.needs);
+        out += &laws.lines;
+        for (law, condition) in program.laws.laws.iter().zip(conditions) {
+            let message = format!("{} must be {} what the others allow. {}", law.path, law.order.words(), law.remedy);
+            out += &wrap("    ", &format!("fault = stickslip_law(fault, {condition}, {});", string(&message)));
         }
     }
+    (out + "    return fault;\n", needs)
+}
+
+/// A string of C, in pieces that fit on lines.
+fn string(text: &str) -> String {
+    let mut pieces = vec![String::new()];
+    for word in text.replace('\\', "\\\\").replace('"', "\\\"").split_inclusive(' ') {
+        if pieces.last().is_some_and(|piece| piece.len() + word.len() > 80) {
+            pieces.push(String::new());
+        }
+        pieces.last_mut().expect("it begins with one").push_str(word);
+    }
+    format!("\"{}\"", pieces.join("\" \""))
+}
+
+/// Which values a parameter may have, without the unit: `1e-6 to 200`.
+pub(super) fn values(field: &Field) -> String {
+    let noun = if field.kind == Kind::Whole { "a whole number, " } else { "" };
+    let (least, most) = (number(field.minimum), number(field.maximum));
+    match (field.kind, field.minimum.is_finite(), field.maximum.is_finite()) {
+        (Kind::Flag, ..) => "0 or 1".into(),
+        (_, true, true) => format!("{noun}{least} to {most}"),
+        (_, true, false) => format!("{noun}finite and at least {least}"),
+        (_, false, true) => format!("{noun}finite and at most {most}"),
+        (_, false, false) => format!("{noun}finite"),
+    }
+}
+
+/// The same with the unit: `1e-6 to 200 N m`.
+pub(super) fn allowed(field: &Field) -> String {
+    let has_unit = !matches!(field.unit, "" | "1") && (field.minimum.is_finite() || field.maximum.is_finite());
+    if has_unit { format!("{} {}", values(field), field.unit) } else { values(field) }
 }

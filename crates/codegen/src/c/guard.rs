@@ -1,7 +1,8 @@
 //! The step as it is called: NaN and infinity come neither out nor into the state.
 
 use super::interface::assign;
-use super::text::{comment, literal, path, wrap};
+use super::prose::comment;
+use super::text::{literal, path, wrap};
 use crate::record::{Precision, Step};
 use crate::tree::Tree;
 

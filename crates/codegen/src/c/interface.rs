@@ -1,6 +1,7 @@
 //! What a caller sees: the structs, and the functions on them.
 
-use super::{Printer, check, guard, structs, text};
+use super::kernel::Needs;
+use super::{Printer, check, guard, prose, structs, text};
 use crate::record::Precision;
 use crate::tree::Tree;
 
@@ -12,6 +13,8 @@ pub(super) struct Public {
     pub(super) head: String,
     /// Its statements.
     pub(super) body: String,
+    /// The small functions that these call.
+    pub(super) needs: Needs,
 }
 
 impl Printer<'_> {
@@ -32,7 +35,8 @@ impl Printer<'_> {
         }
         out += &guard::status(name);
         for function in self.interface::<F>() {
-            out += &format!("{}{};\n\n", text::comment("", &function.about), text::wrap("", &function.head).trim_end());
+            out +=
+                &format!("{}{};\n\n", prose::comment("", &function.about), text::wrap("", &function.head).trim_end());
         }
         out + &format!("#endif /* {guard} */\n")
     }
@@ -41,32 +45,36 @@ impl Printer<'_> {
     pub(super) fn interface<F: Precision>(&self) -> Vec<Public> {
         let name = self.name;
         let mut out = Vec::new();
-        let mut add = |about: &str, head: String, body: String| {
-            out.push(Public { about: vec![about.into()], head, body });
+        let mut add = |about: &str, head: String, (body, needs): (String, Needs)| {
+            out.push(Public { about: prose::plain(about), head, body, needs });
         };
         if self.top.parameters.numbers() > 0 {
             add(
                 "Sets the parameters to those that this file was written with.",
                 format!("void {name}_parameters_init({name}_parameters *p)"),
-                assign::<F>("p", &self.top.parameters, &self.program.parameters),
+                (assign::<F>("p", &self.top.parameters, &self.program.parameters), Needs::default()),
             );
             add(
-                "NULL, or what is wrong with the parameters: the first that is not within its range.",
+                "NULL, or what is wrong with the parameters: the first fault that was found.",
                 format!("const char *{name}_check(const {name}_parameters *p)"),
-                check::body::<F>(&self.top.parameters),
+                check::body::<F>(self.program),
             );
         }
         if self.top.state.numbers() > 0 {
             add(
                 "Sets the state to that before the first step.",
                 format!("void {name}_init({name}_state *s)"),
-                assign::<F>("s", &self.top.state, &self.program.start),
+                (assign::<F>("s", &self.top.state, &self.program.start), Needs::default()),
             );
         }
         add(
-            "One step of dt [s]. Whatever goes in, output and state are finite after it. The pointers must not overlap.",
+            &format!(
+                "{}\n\nOne step of dt [s]. Whatever goes in, output and state are finite after it. The pointers must not \
+                 overlap.",
+                self.top.help
+            ),
             self.head::<F>(self.top, &format!("{name}_status {name}_step")),
-            guard::body::<F>(name, self.top),
+            (guard::body::<F>(name, self.top), Needs::default()),
         );
         out
     }

@@ -1,6 +1,9 @@
 //! What stands above the steps: the switches of the compiler, and the functions of one number.
 
+use std::collections::BTreeSet;
+
 use super::body::{self, function_name};
+use super::idiom::Helper;
 use super::text::literal;
 use crate::record::{Function, Precision, record_function};
 use stickslip_core::scalar::kernel;
@@ -32,57 +35,92 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
            #endif\n\n"
 }
 
+/// Small functions that are called.
+#[derive(Clone, Default)]
+pub(super) struct Needs {
+    /// Of one number.
+    pub(super) functions: BTreeSet<Function>,
+    /// Of several operations in one.
+    pub(super) helpers: BTreeSet<Helper>,
+}
+
+impl Needs {
+    pub(super) fn extend(&mut self, others: &Needs) {
+        self.functions.extend(&others.functions);
+        self.helpers.extend(&others.helpers);
+    }
+}
+
 /// The functions that are called, and those that they call.
-pub(super) fn functions<F: Precision>(called: &[Function]) -> String {
+pub(super) fn functions<F: Precision>(called: &Needs) -> String {
     let real = F::C_NAME;
-    let mut needed = called.to_vec();
+    let mut needs = called.clone();
     let mut out = String::new();
-    for function in [Function::Exp, Function::Ln, Function::Sin, Function::Cos, Function::Round, Function::Floor] {
-        if !called.contains(&function) {
-            continue;
-        }
+    for function in &called.functions {
         let (graph, result) = match function {
             Function::Exp => record_function::<F>(kernel::exp),
             Function::Ln => record_function::<F>(kernel::ln),
             Function::Sin => record_function::<F>(kernel::sin),
             Function::Cos => record_function::<F>(kernel::cos),
             Function::Round => record_function::<F>(kernel::round),
-            _ => record_function::<F>(kernel::floor),
+            Function::Floor => record_function::<F>(kernel::floor),
+            Function::Abs | Function::PowerOfTwo | Function::Exponent => continue,
         };
         let body = body::function::<F>(&graph, result);
-        needed.extend(body.functions);
-        out += &format!("static {real} {}(const {real} x) {{\n{}}}\n\n", function_name::<F>(function), body.lines);
+        needs.extend(&body.needs);
+        out += &format!("/* {} */\n", about(*function));
+        out += &format!("static {real} {}({real} x) {{\n{}}}\n\n", function_name::<F>(*function), body.lines);
     }
-    let bits = [Function::PowerOfTwo, Function::Exponent].into_iter().filter(|f| needed.contains(f));
-    bits.map(on_bits::<F>).collect::<String>() + &out
+    let helpers: String = needs.helpers.into_iter().map(Helper::definition::<F>).collect();
+    let on_bits = needs.functions.into_iter().filter_map(on_bits::<F>).collect::<String>();
+    helpers + &on_bits + &out
+}
+
+fn about(function: Function) -> &'static str {
+    match function {
+        Function::Abs => "Magnitude.",
+        Function::Exp => "Exponential, within 2 ulp; not that of the library, which differs between machines.",
+        Function::Ln => "Natural logarithm of a normal positive number, within 2 ulp.",
+        Function::Sin => "Sine, within 2 ulp for |x| up to 1e6 rad (float: 1e4 rad).",
+        Function::Cos => "Cosine, within 2 ulp for |x| up to 1e6 rad (float: 1e4 rad).",
+        Function::Round => "Nearest whole number, ties to even.",
+        Function::Floor => "Largest whole number not above.",
+        Function::PowerOfTwo => "2^x for a whole x: the low bits of the mantissa become the exponent.",
+        Function::Exponent => "The whole k with 2^k <= |x| < 2^(k+1): the exponent becomes low bits of a mantissa.",
+    }
 }
 
 /// The two functions that see a number as bits, as in `stickslip_core::scalar`.
-fn on_bits<F: Precision>(function: Function) -> String {
+fn on_bits<F: Precision>(function: Function) -> Option<String> {
+    if !matches!(function, Function::PowerOfTwo | Function::Exponent) {
+        return None;
+    }
     let (real, name) = (F::C_NAME, function_name::<F>(function));
     let (word, whole, bias, mantissa) = match real {
         "float" => ("uint32_t", 8_388_608.0, 127.0, 23),
         _ => ("uint64_t", 4_503_599_627_370_496.0, 1023.0, 52),
     };
     let (whole, shifter) = (literal::<F>(whole), literal::<F>(whole + bias));
-    let view = |of: &str| format!("const union {{ {real} number; {word} bits; }} {of}");
     let statements = if function == Function::PowerOfTwo {
-        // k + bias lands in the low bits of the mantissa; the shift moves it into the exponent.
         [
-            format!("{} = {{ .number = x + {shifter} }};", view("shifted")),
-            format!("{} = {{ .bits = shifted.bits << {mantissa}U }};", view("power")),
-            "return power.number;".into(),
+            format!("union {{ {real} number; {word} bits; }} view;"),
+            format!("view.number = x + {shifter};"),
+            format!("view.bits <<= {mantissa}U;"),
+            "return view.number;".into(),
         ]
         .to_vec()
     } else {
-        // The exponent in the low bits of a mantissa; subtracting its scale leaves the number.
         [
-            format!("{} = {{ .number = x }};", view("given")),
-            format!("{} = {{ .number = {whole} }};", view("scale")),
-            format!("{} = {{ .bits = (given.bits >> {mantissa}U) | scale.bits }};", view("exponent")),
-            format!("return exponent.number - {shifter};"),
+            format!("union {{ {real} number; {word} bits; }} view;"),
+            format!("{word} exponent;"),
+            "view.number = x;".into(),
+            format!("exponent = view.bits >> {mantissa}U;"),
+            format!("view.number = {whole};"),
+            "view.bits |= exponent;".into(),
+            format!("return view.number - {shifter};"),
         ]
         .to_vec()
     };
-    format!("static {real} {name}(const {real} x) {{\n    {}\n}}\n\n", statements.join("\n    "))
+    let about = about(function);
+    Some(format!("/* {about} */\nstatic {real} {name}({real} x) {{\n    {}\n}}\n\n", statements.join("\n    ")))
 }

@@ -5,20 +5,38 @@
 
 mod body;
 mod check;
+mod example;
+mod excitation;
 mod guard;
+mod idiom;
 mod interface;
 mod kernel;
+mod page;
 mod plan;
+mod project;
+mod prose;
+mod selftest;
 mod text;
 mod types;
+mod vectors;
 
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
-use crate::record::{self, Function, Precision, Program, Recorded, Step};
+use crate::record::{self, Precision, Program, Recorded, Step};
 use crate::tree::Tree;
 use body::Callees;
+use kernel::Needs;
+pub use project::{Project, project};
 use types::Types;
+
+/// Rules of MISRA C:2012 that the code does not keep, and why. The page of a project states them; a test holds cppcheck's
+/// findings against them.
+pub const DEVIATIONS: [(&str, &str); 1] = [(
+    "19.2",
+    "A union shows the bits of a floating-point number as an integer, which C99 defines (6.5.2.3); the exponential and \
+     the self-test need it.",
+)];
 
 /// A header and the source that includes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,18 +153,19 @@ impl<'a> Printer<'a> {
 
     fn source<F: Precision>(&self) -> String {
         let name = self.name;
-        let mut functions = Vec::new();
+        let mut needs = Needs::default();
         let mut steps = String::new();
         for (step, label) in self.program.steps.iter().zip(&self.labels) {
             let label = if std::ptr::eq(step, self.top) { "raw" } else { label };
             let head = self.head::<F>(step, &format!("static void {name}_{label}_step"));
-            steps += &self.function::<F>(step, &head, &mut functions);
+            steps += &prose::comment("", &prose::plain(step.help));
+            steps += &self.function::<F>(step, &head, &mut needs);
         }
         for function in self.interface::<F>() {
+            needs.extend(&function.needs);
             steps += &format!("{} {{\n{}}}\n\n", text::wrap("", &function.head).trim_end(), function.body);
         }
-        functions.extend(check::needs(&self.top.parameters));
-        let kernels = kernel::functions::<F>(&functions);
+        let kernels = kernel::functions::<F>(&needs);
         let mut types = String::new();
         let mut done = Vec::new();
         for (_, tree) in structs(self.top) {
@@ -155,16 +174,16 @@ impl<'a> Printer<'a> {
         for (_, tree) in self.program.steps.iter().flat_map(structs) {
             types += &self.types.define::<F>(tree, &mut done);
         }
-        let code = format!("{types}{kernels}{}{steps}", check::functions::<F>(&self.top.parameters));
+        let code = format!("{types}{kernels}{}{steps}", check::functions::<F>(self.program));
         format!("{}{code}", kernel::preamble(self.top.name, name, &code))
     }
 
-    fn function<F: Precision>(&self, step: &Step, head: &str, functions: &mut Vec<Function>) -> String {
+    fn function<F: Precision>(&self, step: &Step, head: &str, needs: &mut Needs) -> String {
         let plan = plan::plan(step, &self.program.steps, &self.labels, &self.types);
         let callees =
             Callees { steps: &self.program.steps, labels: &self.labels, types: &self.types, prefix: self.name };
         let body = body::step::<F>(step, &plan, &callees);
-        functions.extend(&body.functions);
+        needs.extend(&body.needs);
         let mut out = format!("{} {{\n", text::wrap("", head).trim_end());
         for argument in ["p", "s", "in", "dt", "out"] {
             if body::mentions(head, argument) && !body::mentions(&body.lines, argument) {
@@ -176,7 +195,7 @@ impl<'a> Printer<'a> {
 }
 
 /// A name for each step: the block's, with its choices, with a number where several are called alike.
-fn labels(steps: &[Step]) -> Vec<String> {
+pub(crate) fn labels(steps: &[Step]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for step in steps {
         let mut label = text::snake(step.name);

@@ -2,7 +2,7 @@
 
 use super::text;
 use super::types::Types;
-use crate::record::{Graph, Id, Node, Source, Step};
+use crate::record::{Call, Graph, Id, Node, Source, Step};
 use crate::tree::Tree;
 
 /// What a struct is initialised with, or passed as.
@@ -67,6 +67,14 @@ pub(super) struct Plan {
     pub(super) stores: Vec<(String, Id)>,
 }
 
+impl Plan {
+    /// The names of all local structs.
+    pub(super) fn names(&self) -> impl Iterator<Item = String> {
+        let calls = self.calls.iter().flatten();
+        calls.flat_map(|call| ["p", "s", "in", "out"].map(|kind| format!("{}_{kind}", call.name)))
+    }
+}
+
 /// Numbers that lie in memory as a struct.
 struct Object<'a> {
     access: Access,
@@ -105,7 +113,11 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
             continue;
         }
         let callee = &steps[call.function];
-        let name = format!("{}_{}", labels[call.function], number + 1);
+        let alike = |(other, called): (usize, &Call)| live[other] && called.function == call.function;
+        let all = graph.calls.iter().enumerate().filter(|c| alike(*c)).count();
+        let before = graph.calls.iter().enumerate().take(number).filter(|c| alike(*c)).count();
+        let label = &labels[call.function];
+        let name = if all == 1 { label.clone() } else { format!("{label}_{}", before + 1) };
         let results = results(graph, number, callee.new_state.len() + callee.results.len());
         let (new_state, output) = results.split_at(callee.new_state.len());
         let parameters = planner.argument(&callee.parameters, &call.parameters);
@@ -229,7 +241,7 @@ fn results(graph: &Graph, call: usize, numbers: usize) -> Vec<Id> {
 }
 
 /// How often each operation is used by those that the roots need, and which calls are.
-fn count<'a>(graph: &Graph, roots: impl Iterator<Item = &'a Id>) -> (Vec<u32>, Vec<bool>) {
+pub(super) fn count<'a>(graph: &Graph, roots: impl IntoIterator<Item = &'a Id>) -> (Vec<u32>, Vec<bool>) {
     let mut uses = vec![0u32; graph.nodes.len()];
     let mut live = vec![false; graph.calls.len()];
     for root in roots {

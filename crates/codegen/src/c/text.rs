@@ -3,7 +3,7 @@
 use crate::record::Precision;
 
 /// Longest line that is written where it can be broken.
-const WIDTH: usize = 110;
+pub(super) const WIDTH: usize = 110;
 
 const KEYWORDS: [&str; 42] = [
     "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
@@ -56,31 +56,19 @@ pub(super) fn literal<F: Precision>(value: f64) -> String {
     } else if value.is_infinite() {
         if value > 0.0 { "INFINITY".into() } else { "-INFINITY".into() }
     } else {
-        let plain = F::of(value).text();
-        let scientific = plain.parse().map(|decimal: f64| format!("{decimal:e}"));
-        let shortest = scientific.ok().filter(|text| text.len() < plain.len()).unwrap_or(plain);
-        format!("{shortest}{}", F::C_SUFFIX)
+        format!("{}{}", shorter(F::of(value).text()), F::C_SUFFIX)
     }
 }
 
-/// A block comment of paragraphs, filled to the width.
-pub(super) fn comment(indent: &str, paragraphs: &[String]) -> String {
-    let mut lines = Vec::new();
-    for paragraph in paragraphs.iter().filter(|p| !p.is_empty()) {
-        let paragraph = paragraph.replace("*/", "* /").replace("/*", "/ *");
-        let mut line = String::new();
-        for word in paragraph.split_whitespace() {
-            if !line.is_empty() && indent.len() + 4 + line.chars().count() + word.chars().count() > WIDTH {
-                lines.push(std::mem::take(&mut line));
-            }
-            if !line.is_empty() {
-                line.push(' ');
-            }
-            line.push_str(word);
-        }
-        lines.push(line);
-    }
-    if lines.is_empty() { String::new() } else { format!("{indent}/* {} */\n", lines.join(&format!("\n{indent} * "))) }
+/// A number as a reader knows it: `1e12` and `2e-5`, but `1000` and `0.001`.
+pub(super) fn number(value: f64) -> String {
+    shorter(format!("{value}"))
+}
+
+/// In powers of ten where that is clearly shorter.
+fn shorter(plain: String) -> String {
+    let scientific = plain.parse().map(|decimal: f64| format!("{decimal:e}"));
+    scientific.ok().filter(|text| text.len() + 2 < plain.len()).unwrap_or(plain)
 }
 
 /// A statement, broken where it is least nested until the lines fit.
@@ -89,7 +77,8 @@ pub(super) fn wrap(indent: &str, statement: &str) -> String {
     let mut rest = statement;
     let mut margin = indent.to_string();
     while margin.len() + rest.len() > WIDTH {
-        let Some(at) = break_before(rest, WIDTH - margin.len()) else { break };
+        let found = break_before(rest, WIDTH - margin.len()).or_else(|| break_before(rest, rest.len()));
+        let Some(at) = found else { break };
         out.push_str(&format!("{margin}{}\n", &rest[..at]));
         rest = &rest[at + 1..];
         margin = format!("{indent}    ");
@@ -111,7 +100,7 @@ fn break_before(text: &str, width: usize) -> Option<usize> {
             b')' | b'}' => depth -= 1,
             b' ' if i > 0 && !quoted => {
                 let one = bytes.get(i + 2) == Some(&b' ') && bytes.get(i + 1).is_some_and(|c| b"?:+-*/".contains(c));
-                let allowed = one || bytes[i..].starts_with(b" && ") || bytes[i - 1] == b',';
+                let allowed = one || bytes[i..].starts_with(b" && ") || bytes[i - 1] == b',' || bytes[i - 1] == b'"';
                 let early = i <= width / 3;
                 if allowed && best.is_none_or(|(e, d, _)| (early, depth) <= (e, d)) {
                     best = Some((early, depth, i));

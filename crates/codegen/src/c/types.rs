@@ -1,6 +1,7 @@
 //! Structs of C from the tables of the fields.
 
-use super::text::{comment, identifier};
+use super::prose::{comment, plain};
+use super::text::{identifier, number};
 use crate::record::Precision;
 use crate::tree::{Member, Tree};
 
@@ -70,7 +71,7 @@ impl Types {
 /// Help, then symbol, unit, range and default.
 fn describe(member: &Member, element: &Tree) -> Vec<String> {
     let field = member.field;
-    let mut out: Vec<String> = field.help.split("\n\n").map(String::from).collect();
+    let mut out: Vec<String> = plain(field.help);
     match element {
         Tree::Number => {
             let mut facts = Vec::new();
@@ -78,7 +79,10 @@ fn describe(member: &Member, element: &Tree) -> Vec<String> {
                 facts.push(format!("{} [{}]", field.symbol, field.unit).trim().to_string());
             }
             if field.minimum.is_finite() || field.maximum.is_finite() {
-                facts.push(format!("{:?} to {:?}", field.minimum, field.maximum));
+                facts.push(super::check::values(field));
+                if field.default != 0.0 {
+                    facts.push(format!("default {}", number(field.default)));
+                }
             }
             out.push(facts.join(", "));
         }

@@ -6,6 +6,7 @@ pub mod blocks;
 pub mod case;
 pub mod compiler;
 pub mod number;
+pub mod projects;
 pub mod slope;
 
 use stickslip_codegen::c;

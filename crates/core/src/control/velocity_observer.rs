@@ -11,8 +11,9 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
-/// Three-state observer of angle, velocity and accelerometer offset, in current form: today's angle corrects today's
-/// estimate.
+/// Three-state observer of angle, velocity and accelerometer offset.
+///
+/// In current form, today's angle corrects today's estimate:
 ///
 ///   φ⁺ = φ + T·Ω + T²/2·α,   Ω⁺ = Ω + T·α,   a₀⁺ = a₀,   α = i_h·(a − a₀),   y = φ
 ///

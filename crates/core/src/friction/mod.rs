@@ -25,7 +25,7 @@ pub use bristle::{
     Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
 };
 pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
-pub use stribeck::{Decay, Exponent, Static, Stribeck};
+pub use stribeck::{Decay, Exponent, FrictionTorque, Speed, Static, Stribeck};
 
 use crate::Fields;
 use crate::scalar::Scalar;

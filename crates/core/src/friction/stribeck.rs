@@ -82,16 +82,30 @@ impl<T: Scalar> Stribeck<T> {
     }
 }
 
+/// What a Stribeck curve is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Speed<T> {
+    /// Magnitude of the velocity.
+    #[field(symbol = "|Ω|", unit = "rad/s", range = 0.0..=1e4)]
+    pub speed: T,
+}
+
+/// What a Stribeck curve says.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionTorque<T> {
+    /// Magnitude of the friction torque.
+    #[field(symbol = "M_R", unit = "N m")]
+    pub torque: T,
+}
+
 impl<T: Scalar> Block<T> for Stribeck<T> {
     type State = ();
-    /// Speed Ω ≥ 0 [rad/s].
-    type Input = T;
-    /// Friction torque [N m].
-    type Output = T;
+    type Input = Speed<T>;
+    type Output = FrictionTorque<T>;
 
     #[inline(always)]
-    fn step(&self, _state: &mut (), speed: T, _dt: T) -> T {
-        self.magnitude(speed)
+    fn step(&self, _state: &mut (), input: Speed<T>, _dt: T) -> FrictionTorque<T> {
+        FrictionTorque { torque: self.magnitude(input.speed) }
     }
 }
 

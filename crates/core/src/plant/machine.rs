@@ -19,7 +19,10 @@ const STATES: usize = 5;
 /// Inputs held over a step: torque on the motor, torque on the load, winding voltage, motor torque aimed at.
 const INPUTS: usize = 4;
 
-/// A [`Plant`] prepared for a step.
+/// The moving parts of the virtual machine, prepared for a step: motor, coupling, load, friction, currents.
+///
+/// The linear part flows exactly over half a step, friction acts in the middle as a midpoint of exponential bristle
+/// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
     /// What it was prepared from.

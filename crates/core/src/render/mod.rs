@@ -2,7 +2,7 @@
 
 use crate::Fields;
 use crate::block::Block;
-use crate::friction::Stribeck;
+use crate::friction::{Speed, Stribeck};
 use crate::scalar::{Mask, Scalar};
 
 /// The rendering law in force.
@@ -42,8 +42,9 @@ impl<T: Scalar> DifferenceTorque<T> {
     /// Torque for the load motor [N m] at the estimated screw velocity [rad/s]; 0 for NaN.
     #[inline(always)]
     pub fn torque(&self, velocity: T) -> T {
-        let (speed, none) = (velocity.abs(), T::of(0.0));
-        let difference = self.desired.run(&mut (), speed, none) - self.own.run(&mut (), speed, none);
+        let speed = velocity.abs();
+        let level = |curve: &Stribeck<T>| curve.run(&mut (), Speed { speed }, T::of(0.0)).torque;
+        let difference = level(&self.desired) - level(&self.own);
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
         // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
         let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));
@@ -51,16 +52,30 @@ impl<T: Scalar> DifferenceTorque<T> {
     }
 }
 
+/// What a rendering law reads.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LawInput<T> {
+    /// Estimated velocity of the screw.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub estimated_velocity: T,
+}
+
+/// What a rendering law gives.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LawOutput<T> {
+    /// Torque for the load motor, against positive motion.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub torque: T,
+}
+
 impl<T: Scalar> Block<T> for DifferenceTorque<T> {
     type State = ();
-    /// Estimated velocity of the screw [rad/s].
-    type Input = T;
-    /// Torque for the load motor, against positive motion [N m].
-    type Output = T;
+    type Input = LawInput<T>;
+    type Output = LawOutput<T>;
 
     #[inline(always)]
-    fn step(&self, _state: &mut (), velocity: T, _dt: T) -> T {
-        self.torque(velocity)
+    fn step(&self, _state: &mut (), input: LawInput<T>, _dt: T) -> LawOutput<T> {
+        LawOutput { torque: self.torque(input.estimated_velocity) }
     }
 }
 
@@ -70,7 +85,7 @@ impl<T: Scalar> Law<T> {
     pub fn torque(&self, velocity: T, dt: T) -> T {
         match self {
             Law::Off => T::of(0.0),
-            Law::Paper(law) => law.run(&mut (), velocity, dt),
+            Law::Paper(law) => law.run(&mut (), LawInput { estimated_velocity: velocity }, dt).torque,
         }
     }
 }

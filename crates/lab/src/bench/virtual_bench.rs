@@ -1,7 +1,7 @@
 //! The virtual bench in lockstep, faster than real time.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::control::{ControllerInput, CurrentControl, PositionController};
+use stickslip_core::control::{ControllerInput, PositionController};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
@@ -42,7 +42,7 @@ impl VirtualBench {
         state.measurement = machine.step(&mut state.plant, PlantInput::default(), settings.tick_time());
         Ok(VirtualBench {
             preset: *preset,
-            bench: tick::VirtualBench { machine, tick: software(&preset.model, settings)? },
+            bench: tick::VirtualBench { machine, tick: design::software(&preset.model, settings)? },
             state,
             safety: Safety::new(settings.safety),
             normals: Normals::new(seed),
@@ -173,26 +173,4 @@ impl Bench for VirtualBench {
     fn learn_own(&mut self, own: Stribeck<f64>) {
         self.preset.model.own = own;
     }
-}
-
-/// The software side for what is believed and how the bench runs; the rendering law is off.
-fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
-    let dt = settings.tick_time();
-    let current = CurrentControl {
-        torque_constant: model.load_motor.torque_constant,
-        current_limit: model.load_amplifier.current_limit,
-        voltage_limit: model.load_amplifier.supply_voltage,
-        amplifier_gain: model.load_amplifier.gain,
-        ..CurrentControl::default()
-    };
-    let winding = &model.load_motor;
-    Ok(Tick {
-        scaling: model.scaling,
-        decoder: model.encoder,
-        observer: design::velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
-        law: Law::Off,
-        current: design::current_control(current, winding.resistance, winding.inductance, dt)?,
-        controller: settings.controller,
-        control_period: dt * settings.divider() as f64,
-    })
 }

@@ -6,12 +6,14 @@ mod controllers;
 mod discretise;
 mod lyapunov;
 mod placement;
+mod software;
 mod velocity_observer;
 
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, speed_holder};
 pub use discretise::zero_order_hold;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
+pub use software::{difference_torque, software};
 pub use velocity_observer::{velocity_noise, velocity_observer};
 
 #[cfg(test)]

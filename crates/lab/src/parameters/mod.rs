@@ -10,7 +10,7 @@ pub(crate) mod number;
 pub mod presets;
 mod problem;
 mod read;
-mod schema;
+pub(crate) mod schema;
 mod set;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@ use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, poin
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
+use crate::design::difference_torque;
 use crate::experiment::{
     FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, predicted_velocity_noise,
     sweep_through_standstill,
@@ -49,7 +50,7 @@ pub fn render(
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Rendering, Error> {
-    let law = difference(desired, bench);
+    let law = difference_torque(desired, bench.model(), bench.settings());
     bench.set_law(Law::Paper(law));
     let curve = measure_friction(plan, bench, true, watch)?;
     let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
@@ -58,17 +59,6 @@ pub fn render(
     };
     let velocity_noise = predicted_velocity_noise(bench.model(), bench.settings())?;
     Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise })
-}
-
-/// The paper's law for what is believed of the machine.
-fn difference(desired: &Stribeck<f64>, bench: &dyn Bench) -> DifferenceTorque<f64> {
-    let model = bench.model();
-    DifferenceTorque {
-        desired: *desired,
-        own: model.own,
-        fade_velocity: bench.settings().fade_velocity,
-        torque_limit: model.load_amplifier.current_limit * model.load_motor.torque_constant,
-    }
 }
 
 impl Rendering {

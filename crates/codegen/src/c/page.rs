@@ -1,0 +1,181 @@
+//! `README.md` of a project: a page about the block at hand.
+
+use stickslip_core::fields::Field;
+
+use super::guard::constants;
+use super::prose::plain;
+use super::text::{literal, number, path};
+use super::vectors::STEPS;
+use super::{DEVIATIONS, check};
+use crate::record::{Precision, Program, Step};
+use crate::tree::Tree;
+
+/// The page for steps of `dt` [s].
+pub(super) fn page<F: Precision>(program: &Program, top: &Step, name: &str, dt: f64) -> String {
+    let mut out = format!("# {name}\n\n{}", about(top));
+    out += &format!(
+        "Written by stickslip from its block {}: change the model there, not these files. C99 without heap, recursion, \
+         global variables or libraries, in `{}`; every operation rounds once, in the order of the model, so that it \
+         computes the bits of the model.\n\n",
+        top.name,
+        F::C_NAME
+    );
+    out += &format!(
+        "| file | what for |\n|-|-|\n| `{name}.h`, `{name}.c` | the block: all that goes onto the target |\n\
+         | `{name}_selftest.h`, `{name}_selftest.c` | {STEPS} steps of the model, recomputed and compared |\n\
+         | `main.c` | an example that runs |\n\n"
+    );
+    out += &format!("## How to call it\n\n```c\n{}```\n\n", calls::<F>(top, name, dt));
+    out += &status(name);
+    for (title, tree) in [("Inputs", &top.input), ("Outputs", &top.output)] {
+        out += &signals(title, tree);
+    }
+    out += &parameters::<F>(program, top);
+    out += &state::<F>(top);
+    out += &choices(top);
+    out + &building::<F>(name) + &misra()
+}
+
+/// What the block computes: its documentation, equations set apart.
+fn about(top: &Step) -> String {
+    let paragraph =
+        |text: String| if text.starts_with("  ") { format!("    {}\n\n", text.trim()) } else { text + "\n\n" };
+    plain(top.help).into_iter().map(paragraph).collect()
+}
+
+/// The sequence of calls, with the names of this block.
+fn calls<F: Precision>(top: &Step, name: &str, dt: f64) -> String {
+    let [parameters, state, input, output] =
+        [&top.parameters, &top.state, &top.input, &top.output].map(|tree| tree.numbers() > 0);
+    let lines = |all: &[(bool, String)]| -> String {
+        all.iter().filter(|line| line.0).map(|line| format!("{}\n", line.1)).collect()
+    };
+    let join = |all: &[(bool, &str)]| all.iter().filter(|a| a.0).map(|a| a.1).collect::<Vec<_>>().join(", ");
+    let step = literal::<F>(dt);
+    let arguments = join(&[(parameters, "&p"), (state, "&s"), (input, "in"), (true, &step), (output, "out")]);
+    let (in_type, out_type) = (format!("const {name}_input *in"), format!("{name}_output *out"));
+    let given = join(&[(input, &in_type), (output, &out_type)]);
+    let given = if given.is_empty() { "void" } else { &given };
+    let fault = if parameters { format!("{name}_check(&p)") } else { "0".into() };
+    lines(&[
+        (true, format!("#include \"{name}.h\"\n")),
+        (parameters, format!("static {name}_parameters p;")),
+        (state, format!("static {name}_state s;")),
+        (
+            true,
+            "\n/* Once. NULL, or what is wrong with the parameters: then do not go on. */\nconst char *start(void)\n{"
+                .into(),
+        ),
+        (parameters, format!("    {name}_parameters_init(&p);   /* then set what differs */")),
+        (state, format!("    {name}_init(&s);")),
+        (true, format!("    return {fault};\n}}\n\n/* Every {} s. */\n{name}_status cycle({given})\n{{", number(dt))),
+        (true, format!("    return {name}_step({arguments});\n}}")),
+    ])
+}
+
+fn status(name: &str) -> String {
+    let [ok, input, not_computed] = constants(name);
+    format!(
+        "| status | what happened | what to do |\n|-|-|-|\n| `{ok}` | the step was taken | |\n\
+         | `{input}` | an input is NaN or infinite; the block coped (an observer coasts, a controller holds) | find the \
+         fault of the sensor; the outputs may be used |\n| `{not_computed}` | a result would be NaN or infinite, or the \
+         time step is not positive and finite: the state is as before, every output is 0 | bring the drive to rest |\n\n\
+         Whatever goes in, no output and no number of the state is NaN or infinite after a step that began from a \
+         finite state. An output may still be large: limits are parameters of the block.\n\n"
+    )
+}
+
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
+}
+
+/// Help on one line.
+fn help(field: &Field) -> String {
+    cell(&plain(field.help).join(" "))
+}
+
+fn signals(title: &str, tree: &Tree) -> String {
+    if tree.numbers() == 0 {
+        return String::new();
+    }
+    let mut out = format!("## {title}\n\n| name | symbol | unit | range | what it is |\n|-|-|-|-|-|\n");
+    for (place, field) in tree.leaves() {
+        let range = if check::values(field) == "finite" { String::new() } else { check::values(field) };
+        out += &format!("| `{}` | {} | {} | {range} | {} |\n", path(&place), field.symbol, field.unit, help(field));
+    }
+    out + "\n"
+}
+
+fn parameters<F: Precision>(program: &Program, top: &Step) -> String {
+    if top.parameters.numbers() == 0 {
+        return String::new();
+    }
+    let mut out = String::from(
+        "## Parameters\n\n`check` refuses what is out of its range. The values are those that `parameters_init` sets.\n\n\
+         | name | symbol | unit | range | value | what it is |\n|-|-|-|-|-|-|\n",
+    );
+    for ((place, field), value) in top.parameters.leaves().into_iter().zip(&program.parameters) {
+        let value: f64 = F::of(*value).into();
+        out += &format!(
+            "| `{}` | {} | {} | {} | {} | {} |\n",
+            path(&place),
+            field.symbol,
+            field.unit,
+            check::values(field),
+            if F::C_SUFFIX.is_empty() { number(value) } else { literal::<F>(value).replace('f', "") },
+            help(field)
+        );
+    }
+    for law in &program.laws.laws {
+        let law = format!("{} must be {} what the others allow. {}", law.path, law.order.words(), law.remedy);
+        out += &format!("\n- {law}");
+    }
+    out + "\n\n"
+}
+
+fn state<F: Precision>(top: &Step) -> String {
+    let numbers = top.state.numbers();
+    let bytes = numbers * if F::C_SUFFIX.is_empty() { 8 } else { 4 };
+    match numbers {
+        0 => "The block has no state.\n\n".into(),
+        1 => format!("The state is one number, {bytes} bytes.\n\n"),
+        _ => {
+            format!("The state has {numbers} numbers, {bytes} bytes. A copy of the struct is a copy of the state.\n\n")
+        }
+    }
+}
+
+/// What was chosen by configuration, and is fixed in this code.
+fn choices(top: &Step) -> String {
+    let mut out = String::new();
+    for (place, _, tree) in top.parameters.parts() {
+        if let Tree::Group(group) = tree {
+            for (tag, variant) in &group.chosen {
+                let whose = if place.is_empty() { "the block".into() } else { format!("`{}`", path(&place)) };
+                out += &format!("- {tag} of {whose}: {variant}\n");
+            }
+        }
+    }
+    if out.is_empty() { out } else { format!("Chosen when this was written, and not open any more:\n\n{out}\n") }
+}
+
+fn building<F: Precision>(name: &str) -> String {
+    format!(
+        "## How to compile it\n\n```sh\ncc -std=c99 -O2 -o {name} {name}.c {name}_selftest.c main.c\n./{name} > \
+         {name}.csv\n```\n\nWith gcc and clang any `-O` and `-march` will do: the source itself forbids them to fuse \
+         a multiplication with an addition, and refuses `-ffast-math`. On 32-bit x86 add `-msse2 -mfpmath=sse`. With \
+         another compiler switch contraction and every relaxed floating-point mode off, and let the self-test \
+         decide:\n\n```c\nconst char *fault = {name}_selftest();   /* NULL, or \"step 12: output …\" */\n```\n\nRun it \
+         once at start on the target as well. The processor must round to nearest and keep subnormal numbers: on \
+         x86 MXCSR without FTZ and DAZ, on Cortex-M FPSCR with FZ, DN and RMode 0, as after reset.{}\n\n",
+        if F::C_SUFFIX.is_empty() { " A Cortex-M4F computes `double` in software." } else { "" }
+    )
+}
+
+fn misra() -> String {
+    let rows: String = DEVIATIONS.iter().map(|(rule, reason)| format!("| {rule} | {} |\n", cell(reason))).collect();
+    format!(
+        "## MISRA C:2012\n\nChecked with cppcheck and its MISRA add-on; `main.c` is an example and is not meant to \
+         comply. Deviations:\n\n| rule | why |\n|-|-|\n{rows}"
+    )
+}

@@ -1,0 +1,50 @@
+//! All files of a project.
+
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+
+use super::{NotAName, example, page, print, selftest, vectors};
+use crate::record::{self, Precision, Recorded};
+
+/// What is written into one folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Project {
+    /// Names and texts: `NAME.h`, `NAME.c`, `NAME_selftest.h`, `NAME_selftest.c`, `main.c`, `README.md`.
+    pub files: Vec<(String, String)>,
+}
+
+impl Project {
+    /// The text of a file.
+    pub fn file(&self, name: &str) -> Option<&str> {
+        self.files.iter().find(|file| file.0 == name).map(|file| file.1.as_str())
+    }
+}
+
+/// Writes a block as a project in C, in the precision `F`: the code with a self-test, an example that runs, and a page
+/// about it. `step` is the time step [s] of self-test and example.
+///
+/// # Errors
+/// If C would not take the name.
+pub fn project<B, F>(block: &B, name: &str, step: f64) -> Result<Project, NotAName>
+where
+    F: Precision,
+    B: Fields<f64>,
+    B::With<F>: Block<F, Input: Default>,
+    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+{
+    let program = record::record::<B, F>(block);
+    let code = print::<F>(&program, name)?;
+    let top = program.steps.last().expect("a program has at least the block itself");
+    let vectors = vectors::vectors(&block.map(&mut |v: f64| F::of(v)), step);
+    let file = |name: String, text: String| (name, text);
+    Ok(Project {
+        files: vec![
+            file(format!("{name}.h"), code.header),
+            file(format!("{name}.c"), code.source),
+            file(format!("{name}_selftest.h"), selftest::header(name)),
+            file(format!("{name}_selftest.c"), selftest::source(name, top, &vectors)),
+            file("main.c".into(), example::main::<F>(name, top, step)),
+            file("README.md".into(), page::page::<F>(&program, top, name, step)),
+        ],
+    })
+}

@@ -1,0 +1,91 @@
+//! What a crowded page draws as one box: pure arithmetic that belongs together becomes a function f.
+
+use std::collections::BTreeSet;
+
+use super::{Kind, Page};
+
+/// A page with more boxes than this is hard to read.
+const BOXES: usize = 40;
+/// Nor one with more wires.
+const WIRES: usize = 84;
+
+/// For each node the first one of its group; a node by itself is its own.
+pub(super) fn groups(page: &Page) -> Vec<usize> {
+    let mut group: Vec<usize> = (0..page.nodes.len()).collect();
+    let crowded = |group: &[usize]| {
+        let shown = |node: usize| !matches!(page.nodes[node].kind, Kind::Constant(_));
+        let boxes: BTreeSet<_> = (0..group.len()).filter(|node| shown(*node)).map(|node| group[node]).collect();
+        let between = page.wires.iter().filter(|w| shown(w.from.node) && group[w.from.node] != group[w.to.node]);
+        let wires: BTreeSet<_> = between.map(|wire| (wire.from, group[wire.to.node])).collect();
+        boxes.len() > BOXES || wires.len() > WIRES
+    };
+    if page.nodes.len() > 2 * BOXES {
+        cones(page, &mut group);
+    }
+    while crowded(&group) && merge(page, &mut group) {}
+    group
+}
+
+/// Whether it only computes, from numbers to numbers.
+fn is_pure(kind: &Kind) -> bool {
+    !matches!(kind, Kind::Input | Kind::Output | Kind::Delay | Kind::Call { .. } | Kind::Constant(_))
+}
+
+/// What is read by one group only joins it.
+fn cones(page: &Page, group: &mut [usize]) {
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for node in (0..page.nodes.len()).rev().filter(|node| is_pure(&page.nodes[*node].kind)) {
+            let mut readers = page.wires.iter().filter(|w| w.from.node == node).map(|w| w.to.node);
+            let Some(first) = readers.next().map(|reader| group[reader]) else { continue };
+            let joins = is_pure(&page.nodes[first].kind) && readers.all(|reader| group[reader] == first);
+            if joins && group[node] != first {
+                group[node] = first;
+                changed = true;
+            }
+        }
+    }
+}
+
+/// Joins two groups, one of which reads the other: those that together have the fewest ports. `false` if none can be.
+fn merge(page: &Page, group: &mut [usize]) -> bool {
+    let between: BTreeSet<(usize, usize)> = page
+        .wires
+        .iter()
+        .map(|wire| (group[wire.from.node], group[wire.to.node]))
+        .filter(|(a, b)| a != b && is_pure(&page.nodes[*a].kind) && is_pure(&page.nodes[*b].kind))
+        .collect();
+    let ports = |a: usize, b: usize| {
+        let inside = |node: usize| group[node] == a || group[node] == b;
+        let crossing = page.wires.iter().filter(|wire| inside(wire.from.node) != inside(wire.to.node));
+        crossing.map(|wire| wire.from).collect::<BTreeSet<_>>().len()
+    };
+    let mut candidates: Vec<_> = between.into_iter().map(|(a, b)| (ports(a, b), a, b)).collect();
+    candidates.sort_unstable();
+    let Some((_, from, into)) = candidates.into_iter().find(|(_, a, b)| !detour(page, group, *a, *b)) else {
+        return false;
+    };
+    group.iter_mut().filter(|member| **member == from).for_each(|member| *member = into);
+    true
+}
+
+/// Whether one group is read by the other also by way of a third: then one box would close a loop.
+fn detour(page: &Page, group: &[usize], from: usize, to: usize) -> bool {
+    let mut seen = BTreeSet::new();
+    let after = |of: usize| {
+        let memory = matches!(page.nodes[of].kind, Kind::Delay);
+        let wires = page.wires.iter().filter(move |wire| !memory && group[wire.from.node] == of);
+        wires.map(|wire| group[wire.to.node])
+    };
+    let mut open: Vec<usize> = after(from).filter(|next| *next != to && *next != from).collect();
+    while let Some(next) = open.pop() {
+        if next == to {
+            return true;
+        }
+        if seen.insert(next) {
+            open.extend(after(next));
+        }
+    }
+    false
+}

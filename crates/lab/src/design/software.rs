@@ -1,0 +1,49 @@
+//! The software side of the bench from what is believed of the machine.
+
+use stickslip_core::control::CurrentControl;
+use stickslip_core::friction::Stribeck;
+use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::tick::Tick;
+
+use super::{current_control, velocity_observer};
+use crate::Error;
+use crate::preset::{Model, Settings};
+
+/// The software side for what is believed of the machine and how the bench runs; the rendering law is off.
+///
+/// # Errors
+/// Whatever [`velocity_observer`] and [`current_control`] refuse.
+pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
+    let dt = settings.tick_time();
+    let current = CurrentControl {
+        torque_constant: model.load_motor.torque_constant,
+        current_limit: model.load_amplifier.current_limit,
+        voltage_limit: model.load_amplifier.supply_voltage,
+        amplifier_gain: model.load_amplifier.gain,
+        ..CurrentControl::default()
+    };
+    let winding = &model.load_motor;
+    Ok(Tick {
+        scaling: model.scaling,
+        decoder: model.encoder,
+        observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+        law: Law::Off,
+        current: current_control(current, winding.resistance, winding.inductance, dt)?,
+        controller: settings.controller,
+        control_period: dt * settings.divider() as f64,
+    })
+}
+
+/// The paper's law for this desired characteristic, up to the torque of the load motor's largest current.
+pub fn difference_torque(
+    desired: &Stribeck<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> DifferenceTorque<f64> {
+    DifferenceTorque {
+        desired: *desired,
+        own: model.own,
+        fade_velocity: settings.fade_velocity,
+        torque_limit: model.load_amplifier.current_limit * model.load_motor.torque_constant,
+    }
+}
