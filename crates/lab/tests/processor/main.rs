@@ -10,6 +10,8 @@ mod target;
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use stickslip::generate::{self, Precision};
+use stickslip::parameters;
 use stickslip_codegen::c;
 use stickslip_codegen::record::{self, Recorded};
 use stickslip_core::block::Block;
@@ -67,6 +69,38 @@ fn a_whole_experiment_on_a_cortex_m7_in_double() {
     if available() {
         let (tick, run) = experiment();
         agrees::<f64, _>(M7, tick, run);
+    }
+}
+
+/// As a user gets them. A self-test recomputes vectors of the model and names the first number that differs.
+#[test]
+fn the_self_test_of_every_block_of_the_catalogue_passes_and_its_example_runs() {
+    if available() {
+        let preset =
+            parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+        for block in generate::blocks() {
+            for (target, precision) in [(M7, Precision::Double), (M4F, Precision::Single)] {
+                let project =
+                    generate::generate(block.name, &preset, precision, None).expect("a block of the catalogue");
+                let ran = target.compile(&Main::Project(&project)).run(&[], LIMIT);
+                assert!(ran.succeeded, "{} {}: {}", target.name, block.name, ran.said);
+                assert!(ran.said.starts_with("time [s],") && ran.said.lines().count() > 100, "{}", ran.said);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_self_test_that_fails_on_the_processor_is_seen() {
+    if available() {
+        let preset =
+            parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+        let mut project =
+            generate::generate("pid", &preset, Precision::Double, None).expect("a block of the catalogue");
+        let source = project.files.iter_mut().find(|(name, _)| name == "pid.c").expect("a project has its source");
+        source.1 = source.1.replacen(" - ", " + ", 1);
+        let ran = M7.compile(&Main::Project(&project)).run(&[], LIMIT);
+        assert!(!ran.succeeded && !ran.said.starts_with("time [s],"), "{}", ran.said);
     }
 }
 

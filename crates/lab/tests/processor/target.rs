@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use stickslip::generate::Generated;
 use stickslip_codegen::c::CSource;
 use stickslip_codegen::record::Program;
 use stickslip_codegen::tree::Tree;
@@ -61,6 +62,8 @@ fn firmware(file: &str) -> PathBuf {
 pub enum Main<'a> {
     /// A block, called `block`, in `pil.c`; whether it counts instructions.
     Block { program: &'a Program, code: &'a CSource, single: bool, measure: bool },
+    /// A generated project: its own example, which begins with the self-test.
+    Project(&'a Generated),
     /// The text of a whole program.
     Text(&'a str),
 }
@@ -108,6 +111,12 @@ impl Target {
                 arguments.extend(single.then(|| "-DREAL=float".into()));
                 arguments.extend(measure.then(|| "-DMEASURE".into()));
                 arguments.extend(["-DBLOCK=block".into(), shown(firmware("pil.c")), "block.c".into()]);
+            }
+            Main::Project(project) => {
+                for (name, text) in project.files.iter().filter(|(name, _)| !name.contains('/')) {
+                    write(name, text);
+                    arguments.extend(name.ends_with(".c").then(|| name.clone()));
+                }
             }
             Main::Text(text) => {
                 write("main.c", text);
