@@ -6,39 +6,40 @@ use stickslip_core::fields::Order;
 
 use super::idiom::{self, Idiom};
 use super::kernel::Needs;
-use super::plan::{Access, Argument, Plan, Planned, count};
-use super::text::{self, literal, wrap};
+use super::plan::Plan;
+use super::text::{literal, wrap};
 use super::types::Types;
+use super::uses::count;
 use crate::record::{Function, Graph, Id, Law, LawBook, Node, Operator, Precision, Source, Step};
 use crate::tree::Tree;
 
 /// Expressions that are needed once are written where they are needed up to this length.
 const INLINE: usize = 44;
-const INDENT: &str = "    ";
+pub(super) const INDENT: &str = "    ";
 
 /// An expression; not atomic if it needs parentheses within another.
 #[derive(Clone)]
-struct Expression {
-    text: String,
-    atomic: bool,
+pub(super) struct Expression {
+    pub(super) text: String,
+    pub(super) atomic: bool,
 }
 
 /// Writes the statements of a graph one after the other.
 pub(super) struct Body<'a> {
-    graph: &'a Graph,
-    uses: Vec<u32>,
-    expressions: Vec<Option<Expression>>,
-    idioms: Vec<Option<Idiom>>,
+    pub(super) graph: &'a Graph,
+    pub(super) uses: Vec<u32>,
+    pub(super) expressions: Vec<Option<Expression>>,
+    pub(super) idioms: Vec<Option<Idiom>>,
     /// What each number would like to be called, best first.
-    wanted_names: Vec<Vec<String>>,
-    taken: HashSet<String>,
-    temporaries: usize,
+    pub(super) wanted_names: Vec<Vec<String>>,
+    pub(super) taken: HashSet<String>,
+    pub(super) temporaries: usize,
     /// Operations that stand alone: a choice, and what a choice gives if it is true, read badly within others.
-    alone: HashSet<Id>,
+    pub(super) alone: HashSet<Id>,
     /// Operations that are needed once, and that by a store or a return.
-    final_only: HashSet<Id>,
+    pub(super) final_only: HashSet<Id>,
     /// Constant structs by type and initialiser.
-    structs: HashMap<(String, String), String>,
+    pub(super) structs: HashMap<(String, String), String>,
     /// What was written.
     pub(super) lines: String,
     /// The small functions that it calls.
@@ -134,86 +135,20 @@ impl<'a> Body<'a> {
     }
 
     /// Sets apart what follows.
-    fn blank_line(&mut self) {
+    pub(super) fn blank_line(&mut self) {
         if !self.lines.is_empty() {
             self.lines.push('\n');
         }
     }
 
-    /// What the numbers of state and output are called if they need a name.
-    fn name_results(&mut self, step: &Step) {
-        for (path, id) in step.state.paths().iter().zip(&step.new_state) {
-            self.wanted_names[id.index()] = vec![format!("{}_next", last_name(path))];
-        }
-        for (path, id) in step.output.paths().iter().zip(&step.results) {
-            self.wanted_names[id.index()] = vec![last_name(path), format!("{}_out", last_name(path))];
-        }
-    }
-
-    /// Names for what is handed in. The state is read before anything is written to it.
-    fn load<F: Precision>(&mut self, trees: &[&Tree]) {
-        let paths: Vec<Vec<String>> = trees.iter().map(|tree| tree.paths()).collect();
-        for (position, node) in self.graph.nodes.iter().enumerate() {
-            let Node::Source(source, number) = *node else { continue };
-            let uses = self.uses[position];
-            if uses == 0 {
-                continue;
-            }
-            let of = |kind: usize| paths[kind][number as usize].as_str();
-            let (access, path, keep, suffix) = match source {
-                // Far down in its struct or needed often, a parameter is read more easily by its own name.
-                Source::Parameters => ("p", of(0), uses > if of(0).contains('.') { 1 } else { 2 }, ""),
-                Source::Input => ("in", of(2), uses > 1, "_in"),
-                Source::State => ("s", of(1), true, ""),
-                Source::Step => {
-                    self.expressions[position] = Some(Expression { text: "dt".into(), atomic: true });
-                    continue;
-                }
-            };
-            let text = format!("{access}->{}", text::path(path));
-            if keep {
-                let among = &paths[source as usize];
-                let short = last_name(path);
-                let unique = among.iter().filter(|other| last_name(other) == short).count() == 1;
-                let name = if unique { short } else { last_names(path) };
-                self.wanted_names[position] = vec![name.clone(), format!("{name}{suffix}")];
-                self.assign(position, &text, F::C_NAME);
-            } else {
-                self.expressions[position] = Some(Expression { text, atomic: true });
-            }
-        }
-        self.blank_line();
-    }
-
-    fn assign(&mut self, position: usize, text: &str, kind: &str) {
+    pub(super) fn assign(&mut self, position: usize, text: &str, kind: &str) {
         let name = self.name(position);
         self.lines += &wrap(INDENT, &format!("const {kind} {name} = {text};"));
         self.expressions[position] = Some(Expression { text: name, atomic: true });
     }
 
-    /// A name that is not taken: after the field if the number is one, `t1`, `t2`, … if not.
-    fn name(&mut self, position: usize) -> String {
-        let wanted = std::mem::take(&mut self.wanted_names[position]);
-        let numbered = wanted.last().cloned();
-        let mut wanted = wanted.into_iter();
-        for attempt in 2.. {
-            let name = match (wanted.next(), &numbered) {
-                (Some(name), _) => name,
-                (None, Some(name)) => format!("{name}_{attempt}"),
-                (None, None) => {
-                    self.temporaries += 1;
-                    format!("t{}", self.temporaries)
-                }
-            };
-            if text::is_identifier(&name) && self.taken.insert(name.clone()) {
-                return name;
-            }
-        }
-        unreachable!("one of the numbered names is free")
-    }
-
     /// The expression as it stands alone.
-    fn plain(&self, id: Id) -> String {
+    pub(super) fn plain(&self, id: Id) -> String {
         self.expressions[id.index()].as_ref().expect("operands are written before their results").text.clone()
     }
 
@@ -286,84 +221,6 @@ impl<'a> Body<'a> {
             self.assign(id.index(), &expression.text, kind);
         }
     }
-
-    /// A call, with the structs that it needs before and the new state that is needed after it.
-    fn call<F: Precision>(&mut self, number: u32, planned: &Planned, callees: &Callees<'_>) {
-        let call = &self.graph.calls[number as usize];
-        let callee = &callees.steps[call.function];
-        let label = &callees.labels[call.function];
-        let type_of = |tree| callees.types.name(tree).expect("the structs of every step have names").to_string();
-        let mut arguments = Vec::new();
-        if let Some(argument) = &planned.parameters {
-            let name = format!("{}_p", planned.name);
-            arguments.push(self.constant_struct(argument, &type_of(&callee.parameters), &name));
-        }
-        if let Some((access, argument)) = &planned.state {
-            if let Some(argument) = argument {
-                let value = self.initialiser(argument);
-                self.lines += &wrap(INDENT, &format!("{} {} = {value};", type_of(&callee.state), access.value()));
-            }
-            arguments.push(access.address());
-        }
-        if let Some(argument) = &planned.input {
-            let name = format!("{}_in", planned.name);
-            arguments.push(self.constant_struct(argument, &type_of(&callee.input), &name));
-        }
-        arguments.push(self.plain(call.step));
-        if let Some(access) = &planned.output {
-            self.lines += &format!("{INDENT}{} {};\n", type_of(&callee.output), access.value());
-            arguments.push(access.address());
-        }
-        self.lines += &wrap(INDENT, &format!("{}_{label}_step({});", callees.prefix, arguments.join(", ")));
-        self.results::<F>(number, planned, callee);
-    }
-
-    /// The new state is copied, since the next call may work on it in place; an output stays where it lies.
-    fn results<F: Precision>(&mut self, call: u32, planned: &Planned, callee: &Step) {
-        let (state, output) = (callee.state.paths(), callee.output.paths());
-        for position in 0..self.graph.nodes.len() {
-            let Node::Result(of, number) = self.graph.nodes[position] else { continue };
-            let number = number as usize;
-            if of != call || self.uses[position] == 0 {
-                continue;
-            }
-            let member = |access: &Access, path: &str| access.member(&text::path(path));
-            if let (Some((access, _)), Some(path)) = (&planned.state, state.get(number)) {
-                self.wanted_names[position].push(last_name(path));
-                self.assign(position, &member(access, path), F::C_NAME);
-            } else if let Some(access) = &planned.output {
-                let text = member(access, &output[number - state.len()]);
-                self.expressions[position] = Some(Expression { text, atomic: true });
-            }
-        }
-    }
-
-    fn constant_struct(&mut self, argument: &Argument, type_name: &str, name: &str) -> String {
-        if let Argument::Whole(access) = argument {
-            return access.address();
-        }
-        let value = self.initialiser(argument);
-        if let Some(name) = self.structs.get(&(type_name.into(), value.clone())) {
-            return format!("&{name}");
-        }
-        self.lines += &wrap(INDENT, &format!("const {type_name} {name} = {value};"));
-        self.structs.insert((type_name.into(), value), name.into());
-        format!("&{name}")
-    }
-
-    fn initialiser(&self, argument: &Argument) -> String {
-        match argument {
-            Argument::Whole(access) => access.value(),
-            Argument::Number(id) => self.plain(*id),
-            Argument::Parts(parts) => {
-                let part = |(name, part): &(Option<String>, Argument)| match name {
-                    Some(name) => format!(".{name} = {}", self.initialiser(part)),
-                    None => self.initialiser(part),
-                };
-                format!("{{ {} }}", parts.iter().map(part).collect::<Vec<_>>().join(", "))
-            }
-        }
-    }
 }
 
 fn is_mask(node: Node) -> bool {
@@ -371,20 +228,6 @@ fn is_mask(node: Node) -> bool {
         node,
         Node::Truth(_) | Node::Less(..) | Node::LessOrEqual(..) | Node::And(..) | Node::Or(..) | Node::Not(_)
     )
-}
-
-/// `friction.table[1][2]` → `table_1_2`.
-fn last_name(path: &str) -> String {
-    let last = path.rsplit('.').next().unwrap_or(path);
-    text::identifier(&last.replace("][", "_").replace('[', "_").replace(']', ""))
-}
-
-/// `desired.friction.viscous` → `friction_viscous`.
-fn last_names(path: &str) -> String {
-    match path.rsplit_once('.') {
-        Some((before, last)) => format!("{}_{}", last_name(before), last_name(last)),
-        None => last_name(path),
-    }
 }
 
 /// What C calls a function of one number.

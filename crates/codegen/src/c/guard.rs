@@ -41,15 +41,19 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     let arguments: Vec<&str> = arguments.into_iter().filter(|a| a.1).map(|a| a.0).collect();
     let mut out = String::new();
     if state {
-        out += &format!("    const {name}_state before = *s;\n");
+        out += &format!("    {name}_state before;\n");
     }
-    out += &format!("    {name}_status status;\n    {name}_raw_step({});\n", arguments.join(", "));
+    out += &format!("    {name}_status status;\n    bool computed;\n\n");
+    if state {
+        out += "    before = *s;\n";
+    }
+    out += &format!("    {name}_raw_step({});\n", arguments.join(", "));
     let computed = [
         vec!["isfinite(dt)".into(), format!("(dt > {})", literal::<F>(0.0))],
         finite("s", &step.state),
         finite("out", &step.output),
     ];
-    out += &wrap("    ", &format!("const bool computed = {};", computed.concat().join(" && ")));
+    out += &wrap("    ", &format!("computed = {};", computed.concat().join(" && ")));
     out += "    if (!computed) {\n";
     if state {
         out += "        *s = before;\n";

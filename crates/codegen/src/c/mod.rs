@@ -4,6 +4,7 @@
 //! The code needs no heap and no library besides `fabs`; it has no loop and no branch on a signal but `?:`.
 
 mod body;
+mod call;
 mod check;
 mod example;
 mod excitation;
@@ -11,6 +12,7 @@ mod guard;
 mod idiom;
 mod interface;
 mod kernel;
+mod names;
 mod page;
 mod plan;
 mod project;
@@ -18,6 +20,7 @@ mod prose;
 mod selftest;
 mod text;
 mod types;
+mod uses;
 mod vectors;
 
 use stickslip_core::block::Block;

@@ -115,14 +115,13 @@ fn parameters<F: Precision>(program: &Program, top: &Step) -> String {
          | name | symbol | unit | range | value | what it is |\n|-|-|-|-|-|-|\n",
     );
     for ((place, field), value) in top.parameters.leaves().into_iter().zip(&program.parameters) {
-        let value: f64 = F::of(*value).into();
         out += &format!(
             "| `{}` | {} | {} | {} | {} | {} |\n",
             path(&place),
             field.symbol,
             field.unit,
             check::values(field),
-            if F::C_SUFFIX.is_empty() { number(value) } else { literal::<F>(value).replace('f', "") },
+            number(F::of(*value).text().parse().unwrap_or(*value)),
             help(field)
         );
     }

@@ -2,7 +2,8 @@
 
 use super::text;
 use super::types::Types;
-use crate::record::{Call, Graph, Id, Node, Source, Step};
+use super::uses::{count, results, sources};
+use crate::record::{Call, Id, Source, Step};
 use crate::tree::Tree;
 
 /// What a struct is initialised with, or passed as.
@@ -213,57 +214,4 @@ impl<'a> Planner<'a> {
         self.add(access.clone(), tree, new.to_vec(), true);
         Some((access, Some(argument)))
     }
-}
-
-/// The positions of the numbers of a source; of those that no operation needs, a position that none has.
-fn sources(graph: &Graph, source: Source, tree: &Tree) -> Vec<Id> {
-    let mut out = vec![Id(u32::MAX); tree.numbers()];
-    for (position, node) in graph.nodes.iter().enumerate() {
-        if let Node::Source(of, number) = node
-            && *of == source
-        {
-            out[*number as usize] = Id(position as u32);
-        }
-    }
-    out
-}
-
-fn results(graph: &Graph, call: usize, numbers: usize) -> Vec<Id> {
-    let mut out = vec![Id(u32::MAX); numbers];
-    for (position, node) in graph.nodes.iter().enumerate() {
-        if let Node::Result(of, number) = node
-            && *of as usize == call
-        {
-            out[*number as usize] = Id(position as u32);
-        }
-    }
-    out
-}
-
-/// How often each operation is used by those that the roots need, and which calls are.
-pub(super) fn count<'a>(graph: &Graph, roots: impl IntoIterator<Item = &'a Id>) -> (Vec<u32>, Vec<bool>) {
-    let mut uses = vec![0u32; graph.nodes.len()];
-    let mut live = vec![false; graph.calls.len()];
-    for root in roots {
-        uses[root.index()] += 1;
-    }
-    // Operands stand before their results: from the end, each operation is complete when it is met.
-    for position in (0..graph.nodes.len()).rev() {
-        if uses[position] == 0 {
-            continue;
-        }
-        for operand in graph.nodes[position].operands() {
-            uses[operand.index()] += 1;
-        }
-        if let Node::Result(call, _) = graph.nodes[position]
-            && !std::mem::replace(&mut live[call as usize], true)
-        {
-            let call = &graph.calls[call as usize];
-            let operands = call.parameters.iter().chain(&call.state).chain(&call.input);
-            for operand in operands.chain([&call.step]) {
-                uses[operand.index()] += 1;
-            }
-        }
-    }
-    (uses, live)
 }

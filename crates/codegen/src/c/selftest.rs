@@ -42,33 +42,38 @@ pub(super) fn source<F: Precision>(name: &str, step: &Step, vectors: &[Vector<F>
         out += &format!("    {word} {member}[{length}];\n");
     }
     out += &format!("    {name}_status status;\n}} {name}_vector;\n\n");
-    out += &format!("static const {name}_vector {name}_vectors[{STEPS}] = {{\n");
+    let longest = [&step.output, &step.state].into_iter().flat_map(Tree::paths).map(|path| path.len()).max();
+    let length = "step 123: output ".len() + longest.unwrap_or(0) + 1;
+    out += &helpers(name, real, word, length);
+    out + &function(name, real, step, &tables(word, name, step, vectors, every), every)
+}
+
+/// Vectors, states and names, as they stand in the function.
+fn tables<F: Precision>(word: &str, name: &str, step: &Step, vectors: &[Vector<F>], every: usize) -> String {
+    let states = step.state.numbers();
+    let mut out = format!("    static const {name}_vector vectors[{STEPS}] = {{\n");
     for vector in vectors {
         let lists = [&vector.input, &vector.output].map(|numbers| list(numbers));
         let lists: Vec<String> = lists.into_iter().filter(|list| !list.is_empty()).collect();
         let status = &constants(name)[vector.status as usize];
         let row = [vec![bits(vector.dt)], lists, vec![status.clone()]].concat().join(", ");
-        out += &wrap("    ", &format!("{{ {row} }},"));
+        out += &wrap("        ", &format!("{{ {row} }},"));
     }
-    out += "};\n\n";
+    out += "    };\n";
     if states > 0 {
         let rows: Vec<&Vector<F>> = vectors.iter().skip(every - 1).step_by(every).collect();
         let when = if every == 1 { "every step".into() } else { format!("every {every}th step") };
-        out += &format!("/* The state after {when}. */\n");
-        out += &format!("static const {word} {name}_states[{}][{states}] = {{\n", rows.len());
-        rows.iter().for_each(|vector| out += &wrap("    ", &format!("{},", list(&vector.state))));
-        out += "};\n\n";
+        out += &format!("    /* The state after {when}. */\n");
+        out += &format!("    static const {word} states[{}][{states}] = {{\n", rows.len());
+        rows.iter().for_each(|vector| out += &wrap("        ", &format!("{},", list(&vector.state))));
+        out += "    };\n";
     }
     for (kind, tree) in [("output", &step.output), ("state", &step.state)].into_iter().filter(|k| k.1.numbers() > 0) {
         let names: Vec<String> = tree.paths().iter().map(|path| format!("\"{kind} {path}\"")).collect();
-        let names =
-            format!("static const char *const {name}_{kind}_names[{}] = {{ {} }};", names.len(), names.join(", "));
-        out += &format!("{}\n", wrap("", &names));
+        let names = format!("static const char *const {kind}_names[{}] = {{ {} }};", names.len(), names.join(", "));
+        out += &wrap("    ", &names);
     }
-    let longest = [&step.output, &step.state].into_iter().flat_map(Tree::paths).map(|path| path.len()).max();
-    let length = "step 123: output ".len() + longest.unwrap_or(0) + 1;
-    out += &helpers(name, real, word, length);
-    out + &function(name, real, step, every)
+    out
 }
 
 fn bits<F: Precision>(number: F) -> String {
@@ -85,13 +90,13 @@ fn list<F: Precision>(numbers: &[F]) -> String {
 /// Number from bits and back, comparison, and the message.
 fn helpers(name: &str, real: &str, word: &str, length: usize) -> String {
     format!(
-        "static {real} {name}_number({word} bits) {{
+        "static {real} {name}_from_bits({word} bits) {{
     union {{ {real} number; {word} bits; }} view;
     view.bits = bits;
     return view.number;
 }}
 
-static {word} {name}_bits({real} number) {{
+static {word} {name}_to_bits({real} number) {{
     union {{ {real} number; {word} bits; }} view;
     view.number = number;
     return view.bits;
@@ -129,7 +134,7 @@ static const char *{name}_compare(uint32_t step, const char *const names[], cons
     const char *fault = NULL;
     uint32_t i;
     for (i = 0U; (i < numbers) && (fault == NULL); i++) {{
-        if ({name}_bits(found[i]) != expected[i]) {{
+        if ({name}_to_bits(found[i]) != expected[i]) {{
             fault = {name}_difference(step, names[i]);
         }}
     }}
@@ -142,7 +147,7 @@ static const char *{name}_compare(uint32_t step, const char *const names[], cons
 }
 
 /// `NAME_selftest`.
-fn function(name: &str, real: &str, step: &Step, every: usize) -> String {
+fn function(name: &str, real: &str, step: &Step, tables: &str, every: usize) -> String {
     let [parameters, state, input, output] =
         [&step.parameters, &step.state, &step.input, &step.output].map(|tree| tree.numbers() > 0);
     let when = |yes: bool, text: String| if yes { text } else { String::new() };
@@ -151,7 +156,7 @@ fn function(name: &str, real: &str, step: &Step, every: usize) -> String {
         .paths()
         .iter()
         .enumerate()
-        .map(|(i, place)| format!("        in.{} = {name}_number(vector->in[{i}]);\n", path(place)))
+        .map(|(i, place)| format!("        in.{} = {name}_from_bits(vector->in[{i}]);\n", path(place)))
         .collect();
     let all = |base: &str, tree: &Tree| {
         let numbers: Vec<String> = tree.paths().iter().map(|place| format!("{base}.{}", path(place))).collect();
@@ -160,26 +165,26 @@ fn function(name: &str, real: &str, step: &Step, every: usize) -> String {
     let compare = |kind: &str, expected: &str, base: &str, tree: &Tree| {
         let numbers = tree.numbers();
         wrap("            ", &all(base, tree))
-            + &wrap(
-                "            ",
-                &format!("fault = {name}_compare(k, {name}_{kind}_names, {expected}, found, {numbers}U);"),
-            )
+            + &wrap("            ", &format!("fault = {name}_compare(k, {kind}_names, {expected}, found, {numbers}U);"))
     };
     let arguments = [(parameters, "&p"), (state, "&s"), (input, "&in"), (true, ""), (output, "&out")];
-    let dt = format!("{name}_number(vector->dt)");
+    let dt = format!("{name}_from_bits(vector->dt)");
     let arguments: Vec<&str> =
         arguments.into_iter().filter(|a| a.0).map(|a| if a.1.is_empty() { dt.as_str() } else { a.1 }).collect();
-    let due = if every == 1 { String::new() } else { format!(" && ((k % {every}U) == {}U)", every - 1) };
+    let due = match every {
+        1 => "fault == NULL".into(),
+        _ => format!("(fault == NULL) && ((k % {every}U) == {}U)", every - 1),
+    };
     let row = if every == 1 { "k".into() } else { format!("k / {every}U") };
     [
-        format!("const char *{name}_selftest(void) {{\n    const char *fault = NULL;\n"),
+        format!("const char *{name}_selftest(void) {{\n{tables}    const char *fault = NULL;\n"),
         when(parameters, format!("    {name}_parameters p;\n")),
         when(state, format!("    {name}_state s;\n")),
         "    uint32_t k;\n".into(),
         when(parameters, format!("    {name}_parameters_init(&p);\n")),
         when(state, format!("    {name}_init(&s);\n")),
         format!("    for (k = 0U; (k < {STEPS}U) && (fault == NULL); k++) {{\n"),
-        format!("        const {name}_vector *const vector = &{name}_vectors[k];\n"),
+        format!("        const {name}_vector *const vector = &vectors[k];\n"),
         when(input, format!("        {name}_input in;\n")),
         when(output, format!("        {name}_output out;\n")),
         format!("        {name}_status status;\n"),
@@ -189,8 +194,8 @@ fn function(name: &str, real: &str, step: &Step, every: usize) -> String {
         when(
             state,
             format!(
-                "        if ((fault == NULL){due}) {{\n{}        }}\n",
-                compare("state", &format!("{name}_states[{row}]"), "s", &step.state)
+                "        if ({due}) {{\n{}        }}\n",
+                compare("state", &format!("states[{row}]"), "s", &step.state)
             ),
         ),
         format!(

@@ -1,8 +1,8 @@
 //! What a block is driven with: many trajectories of pseudo-random inputs, each with its own parameters.
 
-use stickslip_codegen::tree::{Member, Tree};
+use stickslip_codegen::tree::Tree;
 use stickslip_core::block::Block;
-use stickslip_core::fields::Kind;
+use stickslip_core::fields::{Field, Kind};
 
 use super::number::numbers;
 
@@ -12,6 +12,8 @@ pub struct Trajectory {
     pub parameters: Vec<f64>,
     pub inputs: Vec<Vec<f64>>,
     pub dt: f64,
+    /// Whether the last input is sensible but for one number that is NaN or infinite.
+    pub fault: bool,
 }
 
 /// As many as the widest lanes.
@@ -48,24 +50,9 @@ impl Random {
     }
 }
 
-/// The numbers of a tree with the rows of their tables.
-fn fields(tree: &Tree) -> Vec<&Member> {
-    fn collect<'a>(member: &'a Member, tree: &'a Tree, out: &mut Vec<&'a Member>) {
-        match tree {
-            Tree::Number => out.push(member),
-            Tree::List(length, element) => (0..*length).for_each(|_| collect(member, element, out)),
-            Tree::Group(group) => group.members.iter().for_each(|m| collect(m, &m.tree, out)),
-        }
-    }
-    let mut out = Vec::new();
-    tree.members().iter().for_each(|m| collect(m, &m.tree, &mut out));
-    out
-}
-
 /// A value near the one given, as the kind of number and its range want it. A number without a range was prepared from
 /// others: varied alone it would describe a machine that explodes.
-fn vary(member: &Member, value: f64, random: &mut Random) -> f64 {
-    let field = member.field;
+fn vary(field: &Field, value: f64, random: &mut Random) -> f64 {
     match field.kind {
         Kind::Real if field.minimum.is_finite() && field.maximum.is_finite() => {
             (value * (0.9 + 0.2 * random.unit())).clamp(field.minimum, field.maximum)
@@ -75,8 +62,7 @@ fn vary(member: &Member, value: f64, random: &mut Random) -> f64 {
 }
 
 /// An input between its limits, or of a sensible size: sweeps, noise, tiny and large values.
-fn excite(member: &Member, mode: usize, phase: f64, random: &mut Random) -> f64 {
-    let field = member.field;
+fn excite(field: &Field, mode: usize, phase: f64, random: &mut Random) -> f64 {
     let (low, high) = (field.minimum.max(-50.0), field.maximum.min(50.0));
     let at = |share: f64| low + (high - low) * share;
     let value = match mode {
@@ -88,22 +74,23 @@ fn excite(member: &Member, mode: usize, phase: f64, random: &mut Random) -> f64 
     if field.kind == Kind::Real { value } else { value.round().clamp(low, high) }
 }
 
-/// Trajectories for a block: a group of long ones with sensible inputs, then short ones with special values among them.
+/// Trajectories for a block: a group of long ones with sensible inputs, then short ones with special values
+/// among them, then those with a fault.
 pub fn trajectories<B: Block<f64, Input: Default>>(block: &B, dt: f64) -> Vec<Trajectory> {
     let mut random = Random::new(1);
     let (tree, given) = (Tree::of(block), numbers(block));
     let inputs = Tree::of(&B::Input::default());
-    let (parameters, inputs) = (fields(&tree), fields(&inputs));
+    let (parameters, inputs) = (tree.leaves(), inputs.leaves());
     let mut out = Vec::new();
     for number in 0..GROUP * (1 + SPECIAL_GROUPS) {
         let special = number >= GROUP;
         let frequency: Vec<f64> = inputs.iter().map(|_| 0.01 + 0.3 * random.unit()).collect();
         let steps = (0..if special { SPECIAL_STEPS } else { STEPS }).map(|step| {
-            let input = |(i, member): (usize, &&Member)| {
+            let input = |(i, (_, field)): (usize, &(String, &'static Field))| {
                 if special && random.unit() < 0.5 {
                     return SPECIAL[random.below(SPECIAL.len())];
                 }
-                excite(member, number % 4, frequency[i] * step as f64 + i as f64, &mut random)
+                excite(field, number % 4, frequency[i] * step as f64 + i as f64, &mut random)
             };
             inputs.iter().enumerate().map(input).collect()
         });
@@ -111,8 +98,24 @@ pub fn trajectories<B: Block<f64, Input: Default>>(block: &B, dt: f64) -> Vec<Tr
         let parameters = parameters
             .iter()
             .zip(&given)
-            .map(|(member, value)| if number == 0 { *value } else { vary(member, *value, &mut random) });
-        out.push(Trajectory { parameters: parameters.collect(), inputs: steps, dt });
+            .map(|((_, field), value)| if number == 0 { *value } else { vary(field, *value, &mut random) });
+        out.push(Trajectory { parameters: parameters.collect(), inputs: steps, dt, fault: false });
     }
+    out.extend(faults(&out));
+    out
+}
+
+/// The begin of a sensible trajectory with each number of the last input in turn made NaN or infinite; in whole groups.
+fn faults(trajectories: &[Trajectory]) -> Vec<Trajectory> {
+    let sensible = Trajectory { inputs: trajectories[0].inputs[..9].to_vec(), ..trajectories[0].clone() };
+    let mut out = Vec::new();
+    for number in 0..sensible.inputs[0].len() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut faulty = Trajectory { fault: true, ..sensible.clone() };
+            faulty.inputs[8][number] = value;
+            out.push(faulty);
+        }
+    }
+    out.resize(out.len().next_multiple_of(GROUP), sensible);
     out
 }

@@ -47,8 +47,10 @@ pub fn all() -> Vec<Written> {
     let mut plant = Plant::<f64>::default();
     plant.screw_friction.model = Model::Lugre(LuGre::default());
     let machine = plant.prepare(10, PLANT_STEP);
+    let mut law = DifferenceTorque::<f64>::default();
+    law.desired.breakaway_torque = 0.5;
     let pickups = Pickups::new(Tacho::default(), Accelerometer::default(), PLANT_STEP);
-    let tick = Tick::<f64> { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() };
+    let tick = Tick::<f64> { law: Law::Paper(law), ..Tick::default() };
     vec![
         project::<f64, _>("sliding", &SlidingFriction::<f64>::default(), DT),
         project::<f64, _>("lag", &Lag::<f64>::default(), DT),
@@ -58,14 +60,14 @@ pub fn all() -> Vec<Written> {
         project::<f64, _>("pid", &Pid::<f64>::default(), DT),
         project::<f64, _>("position", &PositionController::<f64>::Pid(Pid::default()), DT),
         project::<f64, _>("decoder", &Decoder::<f64>::default(), DT),
-        project::<f64, _>("difference", &DifferenceTorque::<f64>::default(), DT),
+        project::<f64, _>("difference", &law, DT),
         project::<f64, _>("observer", &VelocityObserver::<f64>::default(), DT),
         project::<f64, _>("encoder", &Encoder::<f64>::default(), DT),
         project::<f64, _>("pickups", &pickups, PLANT_STEP),
         project::<f64, _>("machine", &machine, PLANT_STEP),
         project::<f64, _>("tick", &tick, DT),
         project::<f64, _>("bench", &bench(), PLANT_STEP),
-        project::<f32, _>("difference_single", &DifferenceTorque::<f64>::default(), DT),
+        project::<f32, _>("difference_single", &law, DT),
         project::<f32, _>("tick_single", &tick, DT),
     ]
 }

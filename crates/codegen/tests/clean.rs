@@ -1,0 +1,208 @@
+//! What a reviewer asks of generated code: compilers, sanitizers and cppcheck with MISRA find nothing, faults are
+//! named, the example runs, and the page tells the truth.
+
+mod support;
+
+use std::path::Path;
+
+use stickslip_codegen::c::DEVIATIONS;
+use stickslip_codegen::record;
+use stickslip_core::control::{Pid, VelocityObserver};
+use stickslip_core::friction::{Fading, LuGre, Model};
+use stickslip_core::plant::Plant;
+use stickslip_core::render::DifferenceTorque;
+use support::blocks::{Lag, Nested};
+use support::compiler::{STRICT, compile, compile_and_run, tool};
+use support::projects::{self, Written};
+use support::{assert_same, bench, case, number};
+
+const SANITIZERS: [&str; 3] = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+
+/// Compiles code, self-test and example, and runs them; what they print.
+fn run_example(written: &Written, compiler: &str, flags: &[&str]) -> (bool, String) {
+    let (folder, name) = (written.folder.path(), written.name);
+    let files = [format!("{name}.c"), format!("{name}_selftest.c"), "main.c".into()];
+    compile(folder, compiler, flags, &files.each_ref().map(String::as_str), "example");
+    tool(folder, "./example", "", &[])
+}
+
+#[test]
+fn every_project_compiles_without_a_warning_and_its_example_runs() {
+    for written in projects::all() {
+        for (compiler, level) in [("gcc", "-O2"), ("gcc", "-O3"), ("clang", "-O2"), ("clang", "-O3")] {
+            let flags = [&STRICT[..], &[level]].concat();
+            let (success, table) = run_example(&written, compiler, &flags);
+            assert!(success, "{}, {compiler} {level}: {table}", written.name);
+            let columns = table.lines().next().unwrap_or_default().split(',').count();
+            assert_eq!(table.lines().count(), 401, "{table}");
+            assert!(table.lines().all(|line| line.split(',').count() == columns && !line.contains("nan")), "{table}");
+            assert!(table.lines().skip(1).all(|line| line.ends_with(",ok")), "{}: {table}", written.name);
+            let outputs = table.lines().next().unwrap_or_default().split(',').filter(|c| c.starts_with("output"));
+            let results = |line: &str| line.splitn(columns - outputs.clone().count(), ',').last().map(String::from);
+            let different: std::collections::HashSet<_> = table.lines().skip(1).map(results).collect();
+            assert!(different.len() > 5, "{}: {table}", written.name);
+        }
+    }
+}
+
+#[test]
+fn sanitizers_find_nothing() {
+    for written in projects::all() {
+        let flags = [&STRICT[..], &SANITIZERS].concat();
+        let (success, messages) = run_example(&written, "gcc", &flags);
+        assert!(success, "{}: {messages}", written.name);
+    }
+    let (block, dt) = (bench::bench(), bench::PLANT_STEP);
+    let trajectories = case::trajectories(&block, dt);
+    let program = record::record::<_, f64>(&block);
+    let code = stickslip_codegen::c::print::<f64>(&program, "block").expect("a good name");
+    let ran = compile_and_run(&program, &code, "gcc", &SANITIZERS, &trajectories);
+    assert_same("with sanitizers", &number::run_guarded(&block, &trajectories), &ran.guarded);
+}
+
+/// Rules that cppcheck says are broken: `misra-c2012-19.2`, `duplicateExpression`. The example is no part of the product.
+fn findings(folder: &Path) -> Vec<String> {
+    let arguments = [
+        "--std=c99",
+        "--enable=all",
+        "--addon=misra",
+        "--suppress=missingIncludeSystem",
+        "--template={file}:{line}:{id}",
+        "--quiet",
+        ".",
+    ];
+    let (_, text) = tool(folder, "cppcheck", "cppcheck", &arguments);
+    text.lines().filter(|line| !line.starts_with("main.c:") && line.contains(':')).map(String::from).collect()
+}
+
+fn rule(finding: &str) -> &str {
+    finding.rsplit(':').next().unwrap_or_default()
+}
+
+#[test]
+fn cppcheck_and_misra_find_the_stated_deviations_and_no_more() {
+    let deviations = DEVIATIONS.map(|(rule, _)| format!("misra-c2012-{rule}"));
+    let mut needed = Vec::new();
+    // The bench takes cppcheck longer than all others together, and consists of them.
+    for written in projects::all().into_iter().filter(|written| written.name != "bench") {
+        let found = findings(written.folder.path());
+        let other: Vec<_> = found.iter().filter(|finding| !deviations.iter().any(|d| d == rule(finding))).collect();
+        assert!(other.is_empty(), "{}: {other:#?}", written.name);
+        needed.extend(found.iter().map(|finding| rule(finding).to_string()));
+        let page = written.project.file("README.md").expect("a project has a page");
+        assert!(DEVIATIONS.iter().all(|(rule, why)| page.contains(&format!("| {rule} | {why} |"))), "{page}");
+    }
+    for deviation in &deviations {
+        assert!(needed.contains(deviation), "{deviation} is stated, but nothing needs it");
+    }
+}
+
+#[test]
+fn cppcheck_finds_what_is_put_there() {
+    let written = projects::project::<f64, _>("lag", &Lag::<f64>::default(), 1e-3);
+    let bad = "int lag_bad(int x);\nint lag_bad(int x) { if (x) x = 1; return x; }\n";
+    let source = format!("{}{bad}", written.project.file("lag.c").expect("a project has code"));
+    std::fs::write(written.folder.path().join("lag.c"), source).expect("a small file can be written");
+    let found = findings(written.folder.path());
+    for id in ["misra-c2012-14.4", "unusedFunction"] {
+        assert!(found.iter().any(|finding| rule(finding) == id), "{id} is not among {found:?}");
+    }
+}
+
+/// Changes the C and says what the self-test thinks of it.
+fn selftest(written: &Written, compiler: &str, flags: &[&str], change: impl Fn(&str) -> String) -> String {
+    let (folder, file) = (written.folder.path(), format!("{}.c", written.name));
+    let source = written.project.file(&file).expect("a project has code");
+    let changed = change(source);
+    std::fs::write(folder.join(&file), &changed).expect("a small file can be written");
+    let (success, text) = run_example(written, compiler, flags);
+    if success { String::new() } else { text }
+}
+
+#[test]
+fn a_compiler_that_computes_something_else_is_named_by_the_self_test() {
+    let written = projects::project::<f64, _>("observer", &VelocityObserver::<f64>::default(), 250e-6);
+    let as_it_is = |source: &str| source.to_string();
+    let bare = |source: &str| source.replace("#error", "#define ignored").replace("#pragma", "#define");
+    let plain = ["-O3", "-march=native"];
+    assert_eq!(selftest(&written, "gcc", &plain, as_it_is), "");
+    assert_eq!(selftest(&written, "clang", &plain, as_it_is), "");
+    let fast = ["-O3", "-march=native", "-ffast-math"];
+    assert!(selftest(&written, "gcc", &fast, bare).starts_with("step "), "fast-math goes unnoticed");
+    let one_bit = |source: &str| source.replace("0.17097088181959966", "0.17097088181959969");
+    let said = selftest(&written, "gcc", &["-O2"], one_bit);
+    assert!(said.starts_with("step ") && said.ends_with(": output angle\n"), "one bit goes unnoticed: {said}");
+    if std::arch::is_x86_feature_detected!("fma") {
+        let greedy = ["-O3", "-march=native", "-ffp-contract=fast"];
+        let said = selftest(&written, "gcc", &greedy, bare);
+        assert!(said.starts_with("step ") && said.contains(": "), "contraction goes unnoticed: {said}");
+    } else {
+        println!("NOT RUN: this processor lacks fma, so that nothing can be contracted");
+    }
+}
+
+/// What `check` says after a change of the parameters.
+fn fault(written: &Written, change: &str) -> String {
+    let (folder, name) = (written.folder.path(), written.name);
+    let text = format!(
+        "#include \"{name}.h\"\n#include <math.h>\n#include <stdio.h>\nint main(void) {{\n    {name}_parameters p;\n    \
+         const char *fault;\n    {name}_parameters_init(&p);\n    {change}\n    fault = {name}_check(&p);\n    \
+         printf(\"%s\", (fault != 0) ? fault : \"none\");\n    return 0;\n}}\n"
+    );
+    std::fs::write(folder.join("check.c"), text).expect("a small file can be written");
+    compile(folder, "gcc", &STRICT, &[&format!("{name}.c"), "check.c"], "check");
+    tool(folder, "./check", "", &[]).1
+}
+
+#[test]
+fn parameters_out_of_their_range_are_refused_with_path_and_range() {
+    let nested = projects::project::<f64, _>("nested", &Nested::<f64>::default(), 1e-3);
+    assert_eq!(fault(&nested, ""), "none");
+    let inertia = "inertia must be 1e-6 to 1 kg m^2";
+    for wrong in ["0.0", "2.0", "NAN", "INFINITY", "-1e-3"] {
+        assert_eq!(fault(&nested, &format!("p.inertia = {wrong};")), inertia);
+    }
+    assert_eq!(fault(&nested, "p.inertia = 1e-6;"), "none", "the limits are allowed");
+    assert_eq!(fault(&nested, "p.lags[2].limit = NAN;"), "lags[2].limit must be 0 to 1e9");
+    assert_eq!(fault(&nested, "p.lags[0].limit = -1.0; p.inertia = 2.0;"), "lags[0].limit must be 0 to 1e9");
+
+    let pid = projects::project::<f32, _>("pid", &Pid::<f64>::default(), 1e-3);
+    for wrong in ["0.5f", "2.0f", "NAN"] {
+        assert_eq!(fault(&pid, &format!("p.use_tacho = {wrong};")), "use_tacho must be 0 or 1");
+    }
+    let mut plant = Plant::<f64>::default();
+    plant.screw_friction.model =
+        Model::Lugre(LuGre { fading: Fading::Rational(Default::default()), ..LuGre::default() });
+    let machine = projects::project::<f64, _>("machine", &plant.prepare(10, 25e-6), 25e-6);
+    assert_eq!(fault(&machine, "p.half_flow[0][1] = INFINITY;"), "half_flow[0][1] must be finite");
+    let bits = fault(&machine, "p.plant.inputs.bits = 15.5;");
+    assert!(bits.starts_with("plant.inputs.bits must be a whole number, "), "{bits}");
+    let law = fault(&machine, "p.plant.screw_friction.model.fading.velocity = 500.0;");
+    assert!(law.starts_with("plant.screw_friction.model.fading must be at most what the others allow. "), "{law}");
+}
+
+#[test]
+fn the_page_shows_calls_that_compile_and_every_number() {
+    for written in projects::all() {
+        let page = written.project.file("README.md").expect("a project has a page");
+        let calls = page.split("```c\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block of C");
+        std::fs::write(written.folder.path().join("calls.c"), calls).expect("a small file can be written");
+        compile(written.folder.path(), "gcc", &[&STRICT[..], &["-c"]].concat(), &["calls.c"], "calls.o");
+        assert!(calls.contains(&format!("{}_step(", written.name)));
+        let heads = ["# ", "## Outputs", "## How to compile it", "## MISRA C:2012"];
+        assert!(heads.iter().all(|head| page.contains(head)), "{page}");
+    }
+    let observer = projects::project::<f64, _>("observer", &VelocityObserver::<f64>::default(), 250e-6);
+    let page = observer.project.file("README.md").expect("a project has a page");
+    for line in [
+        "| `angle_gain` | l_φ | 1 | 0 to 1 | 0.17097088181959966 |",
+        "The state has 4 numbers, 32 bytes.",
+        "    φ⁺ = φ + T·Ω + T²/2·α,",
+        "| `OBSERVER_NOT_COMPUTED` |",
+    ] {
+        assert!(page.contains(line), "{line} is not in:\n{page}");
+    }
+    let single = projects::project::<f32, _>("law", &DifferenceTorque::<f64>::default(), 250e-6);
+    let page = single.project.file("README.md").expect("a project has a page");
+    assert!(page.contains("| M_K | N m | 1e-6 to 200 | 0.18 |"), "{page}");
+}
