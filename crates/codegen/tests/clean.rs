@@ -132,6 +132,11 @@ fn a_compiler_that_computes_something_else_is_named_by_the_self_test() {
     let one_bit = |source: &str| source.replace("0.17097088181959966", "0.17097088181959969");
     let said = selftest(&written, "gcc", &["-O2"], one_bit);
     assert!(said.starts_with("step ") && said.ends_with(": output angle\n"), "one bit goes unnoticed: {said}");
+    if cfg!(target_arch = "x86_64") {
+        let extended = ["-std=gnu99", "-O2", "-mfpmath=387"];
+        let said = selftest(&written, "gcc", &extended, bare);
+        assert!(said.starts_with("step "), "80 bits go unnoticed: {said}");
+    }
     if std::arch::is_x86_feature_detected!("fma") {
         let greedy = ["-O3", "-march=native", "-ffp-contract=fast"];
         let said = selftest(&written, "gcc", &greedy, bare);

@@ -83,10 +83,14 @@ fn fast_math_is_refused_with_a_reason() {
     let code = c::generate::<_, f64>(&Lag::<f64>::default(), "lag").expect("a good name");
     std::fs::write(folder.path().join("lag.h"), code.header).expect("a small file can be written");
     std::fs::write(folder.path().join("lag.c"), code.source).expect("a small file can be written");
-    let gcc = Command::new("gcc").args(["-ffast-math", "-c", "lag.c"]).current_dir(folder.path()).output();
-    let gcc = gcc.expect("gcc starts: apt-get install gcc libc6-dev");
-    assert!(!gcc.status.success());
-    assert!(String::from_utf8_lossy(&gcc.stderr).contains("compile without -ffast-math and its parts"));
+    let parts =
+        ["-ffast-math", "-ffinite-math-only", "-freciprocal-math", "-fno-signed-zeros", "-funsafe-math-optimizations"];
+    for flag in parts {
+        let gcc = Command::new("gcc").args([flag, "-c", "lag.c"]).current_dir(folder.path()).output();
+        let gcc = gcc.expect("gcc starts: apt-get install gcc libc6-dev");
+        assert!(!gcc.status.success(), "{flag} is accepted");
+        assert!(String::from_utf8_lossy(&gcc.stderr).contains("compile without -ffast-math and its parts"), "{flag}");
+    }
 }
 
 #[test]

@@ -58,7 +58,7 @@ pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
         format!("        {name}_status status;\n"),
         inputs::<F>(step),
         format!("        status = {name}_step({});\n", arguments.join(", ")),
-        format!("        (void)printf(\"%.9g\", (double)k * (double)dt);\n"),
+        "        (void)printf(\"%.9g\", (double)k * (double)dt);\n".into(),
         prints,
         format!("        (void)printf(\",%s\\n\", (status == {upper}_OK) ? \"ok\" : \"not ok\");\n    }}\n"),
         "    return 0;\n}\n".into(),
