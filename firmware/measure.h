@@ -59,6 +59,7 @@ static void report(uint32_t parameter_bytes, uint32_t state_bytes) {
     printf("instructions %lu\n", (unsigned long)total);
     printf("largest %lu\n", (unsigned long)largest);
     printf("stack %lu\n", (unsigned long)(4 * deepest));
+    printf("painted %lu\n", (unsigned long)(4 * PAINTED));
     printf("parameters %lu\n", (unsigned long)parameter_bytes);
     printf("state %lu\n", (unsigned long)state_bytes);
     printf("loop_1000 %lu\n", (unsigned long)known_loop(1000));

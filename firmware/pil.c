@@ -4,7 +4,8 @@
  *     1, the parameters                   the next steps use them; until then, those of BLOCK_parameters_init
  *     2, the state                        the next step begins with it; until then, that of BLOCK_init
  *     3, REAL dt, the input               a step
- * each number in front a 32-bit word. After each step the file `outputs` gets its status, the output and the state.
+ * each number in front a 32-bit word. After each step the file `outputs` gets the status, a 32-bit word, the output
+ * and the state.
  *
  * Compile with -DBLOCK=name, for single precision -DREAL=float, and -DNO_PARAMETERS, -DNO_STATE, -DNO_INPUT or
  * -DNO_OUTPUT for what the block does not have. -DMEASURE counts instructions and stack (measure.h). */
@@ -97,8 +98,9 @@ int main(void) {
             read_all(&input, sizeof input, inputs);
 #endif
             BEFORE_STEP();
-            OF(step)(P S IN dt OUT);
+            const uint32_t status = (uint32_t)OF(step)(P S IN dt OUT);
             AFTER_STEP();
+            fwrite(&status, sizeof status, 1, outputs);
 #ifndef NO_OUTPUT
             fwrite(&output, sizeof output, 1, outputs);
 #endif

@@ -6,7 +6,7 @@ use stickslip_core::friction::Stribeck;
 use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::supervise::{Safety, SafetyInput, SafetyState};
-use stickslip_core::tick::{self, BenchInput, BenchState, Order, TickOutput};
+use stickslip_core::tick::{self, BenchInput, BenchState, Order, Tick, TickInput, TickOutput, TickState};
 
 use super::{Bench, Command, Frame};
 use crate::noise::Normals;
@@ -55,6 +55,13 @@ impl VirtualBench {
     /// The virtual machine as it truly is. Nothing that measures may ask for it.
     pub fn truth(&self) -> &Plant<f64> {
         &self.bench.machine.parts.plant
+    }
+
+    /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
+    /// A replay or another processor that is given the same gives the same.
+    pub fn next_tick(&self, command: &Command) -> (Tick<f64>, TickState<f64>, TickInput<f64>) {
+        let reads = TickInput { measurement: self.state.measurement, order: self.order(command) };
+        (self.bench.tick, self.state.tick, reads)
     }
 
     /// Order to the software for this tick.

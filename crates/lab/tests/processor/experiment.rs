@@ -1,0 +1,98 @@
+//! A whole experiment on the virtual bench, with everything that the software was given in each tick.
+
+use stickslip::bench::{Bench, Command, Frame, VirtualBench};
+use stickslip::experiment::{FrictionPlan, home, measure_friction};
+use stickslip::{Error, Model, Preset, Settings, Watch, parameters};
+use stickslip_core::block::Block as _;
+use stickslip_core::control::PositionController;
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::friction::Stribeck;
+use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::supervise::Safety;
+use stickslip_core::tick::{Tick, TickState};
+
+use super::run::{Record, Run, numbers};
+
+/// A bench that keeps what its software is given.
+struct Recording {
+    bench: VirtualBench,
+    run: Run,
+    /// Parameters in force and the state that the last tick should have left.
+    known: Option<(Tick<f64>, TickState<f64>)>,
+}
+
+impl Bench for Recording {
+    fn step(&mut self, command: Command) -> Result<Frame, Error> {
+        let (tick, mut state, input) = self.bench.next_tick(&command);
+        if self.known.is_none_or(|known| known.0 != tick) {
+            self.run.records.push(Record::Parameters(numbers(&tick)));
+        }
+        if self.known.is_none_or(|known| known.1 != state) {
+            self.run.records.push(Record::State(numbers(&state)));
+        }
+        self.run.records.push(Record::Step(numbers(&input)));
+        let frame = self.bench.step(command)?;
+        let output = tick.step(&mut state, input, self.run.dt);
+        assert_eq!(output, frame.signals, "what is recorded is what the bench computes on");
+        self.known = Some((tick, state));
+        Ok(frame)
+    }
+
+    fn model(&self) -> &Model<f64> {
+        self.bench.model()
+    }
+
+    fn settings(&self) -> &Settings<f64> {
+        self.bench.settings()
+    }
+
+    fn safety(&mut self) -> &mut Safety {
+        self.bench.safety()
+    }
+
+    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) {
+        self.bench.set_controller(controller, divider);
+    }
+
+    fn set_law(&mut self, law: Law<f64>) {
+        self.bench.set_law(law);
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.bench.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.bench.preload()
+    }
+
+    fn learn_own(&mut self, own: Stribeck<f64>) {
+        self.bench.learn_own(own);
+    }
+}
+
+/// Homing, the quick friction measurement, then three seconds of a sine with the paper's law: its software and all that
+/// it was given.
+pub fn experiment() -> (Tick<f64>, Run) {
+    let source = parameters::presets::find("clm-bench").expect("a preset of that name");
+    let preset: Preset<f64> = source.read().expect("a preset that reads");
+    let dt = preset.bench.tick_time();
+    let bench = VirtualBench::new(&preset, 1).expect("a preset that can be prepared");
+    let mut bench = Recording { bench, run: Run { records: Vec::new(), dt }, known: None };
+    bench.set_law(Law::Paper(DifferenceTorque {
+        own: preset.model.own,
+        desired: preset.bench.desired,
+        ..DifferenceTorque::default()
+    }));
+    home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
+    measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).expect("a measurement");
+    let start = bench.step(Command::default()).expect("a bench that runs").angle;
+    for tick in 0..(3.0 / dt) as usize {
+        let time = tick as f64 * dt;
+        let position = start + 2.0 * (1.0 - libm::cos(3.0 * time));
+        let velocity = 6.0 * libm::sin(3.0 * time);
+        let setpoint = Setpoint { position, velocity, ..Setpoint::default() };
+        bench.step(Command { setpoint, control: true, render: true, ..Command::default() }).expect("a bench that runs");
+    }
+    (bench.known.expect("it has run").0, bench.run)
+}

@@ -1,0 +1,175 @@
+//! Processor in the loop: the generated C on a Cortex-M in QEMU gives the bits of Rust over a whole experiment.
+#![expect(unreachable_pub, reason = "a test has no users")]
+
+mod bench;
+mod experiment;
+mod run;
+mod table;
+mod target;
+
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use stickslip::generate::{self, Precision};
+use stickslip::parameters;
+use stickslip_codegen::c;
+use stickslip_codegen::record::{self, Recorded};
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::tick::Tick;
+
+use run::{Bytes, Run, first_difference};
+use target::{M4F, M7, Main, Target, available};
+
+/// A hundred times what it takes.
+const LIMIT: Duration = Duration::from_secs(300);
+
+/// The experiment is made once for all tests.
+fn experiment() -> &'static (Tick<f64>, Run) {
+    static EXPERIMENT: OnceLock<(Tick<f64>, Run)> = OnceLock::new();
+    EXPERIMENT.get_or_init(experiment::experiment)
+}
+
+/// Runs a block on a processor and compares every output, state and status with Rust's.
+fn agrees<F: Bytes, B: Fields<f64>>(target: Target, block: &B, run: &Run)
+where
+    B::With<F>: Block<F, Input: Default>,
+    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+{
+    let program = record::record::<B, F>(block);
+    let code = c::print::<F>(&program, "block").expect("a good name");
+    let single = F::C_SUFFIX == "f";
+    let image = target.compile(&Main::Block { program: &program, code: &code, single, measure: false });
+    let ran = image.run(&run.inputs::<F>(), LIMIT);
+    assert!(ran.succeeded, "{}: {}", target.name, ran.said);
+    let top = program.steps.last().expect("a program has at least the block itself");
+    let difference = first_difference(&run.outputs::<F, B>(block), &ran.outputs, &top.output, &top.state, single);
+    assert_eq!(difference, None, "{} {}", target.name, F::C_NAME);
+}
+
+#[test]
+fn a_whole_experiment_on_a_cortex_m4f_in_double() {
+    if available() {
+        let (tick, run) = experiment();
+        println!("{} ticks in {} records", run.steps(), run.records.len());
+        assert!(run.steps() as f64 * run.dt > 40.0, "{} ticks are no whole experiment", run.steps());
+        agrees::<f64, _>(M4F, tick, run);
+    }
+}
+
+#[test]
+fn a_whole_experiment_on_a_cortex_m4f_in_float() {
+    if available() {
+        let (tick, run) = experiment();
+        agrees::<f32, _>(M4F, tick, run);
+    }
+}
+
+#[test]
+fn a_whole_experiment_on_a_cortex_m7_in_double() {
+    if available() {
+        let (tick, run) = experiment();
+        agrees::<f64, _>(M7, tick, run);
+    }
+}
+
+/// As a user gets them. A self-test recomputes vectors of the model and names the first number that differs.
+#[test]
+fn the_self_test_of_every_block_of_the_catalogue_passes_and_its_example_runs() {
+    if available() {
+        let preset =
+            parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+        for block in generate::blocks() {
+            for (target, precision) in [(M7, Precision::Double), (M4F, Precision::Single)] {
+                let project =
+                    generate::generate(block.name, &preset, precision, None).expect("a block of the catalogue");
+                let ran = target.compile(&Main::Project(&project)).run(&[], LIMIT);
+                assert!(ran.succeeded, "{} {}: {}", target.name, block.name, ran.said);
+                assert!(ran.said.starts_with("time [s],") && ran.said.lines().count() > 100, "{}", ran.said);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_self_test_that_fails_on_the_processor_is_seen() {
+    if available() {
+        let preset =
+            parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+        let mut project =
+            generate::generate("pid", &preset, Precision::Double, None).expect("a block of the catalogue");
+        let source = project.files.iter_mut().find(|(name, _)| name == "pid.c").expect("a project has its source");
+        let (head, body) = source.1.split_once("_raw_step(").expect("the source has the step");
+        source.1 = format!("{head}_raw_step({}", body.replace(" - ", " + "));
+        let ran = M7.compile(&Main::Project(&project)).run(&[], LIMIT);
+        assert!(!ran.succeeded && !ran.said.starts_with("time [s],"), "{}", ran.said);
+    }
+}
+
+/// Machine, software and noise, each tick from the state that the processor itself left.
+#[test]
+fn the_whole_bench_in_closed_loop() {
+    if available() {
+        let (bench, run) = bench::bench(8_000);
+        agrees::<f64, _>(M7, &bench, &run);
+        let (bench, run) = bench::bench(800);
+        agrees::<f64, _>(M4F, &bench, &run);
+        agrees::<f32, _>(M4F, &bench, &run);
+    }
+}
+
+#[test]
+fn the_committed_table_is_what_the_processors_need() {
+    if available() {
+        let (tick, run) = experiment();
+        table::check(&table::measure(tick, run));
+    }
+}
+
+#[test]
+fn a_number_that_left_the_table_is_named() {
+    let row = table::Row { key: ["Cortex-M7", "double", "pid"].map(String::from), numbers: [1000.0; 7] };
+    let then = |instructions: f64, block: &str| {
+        let mut cells = serde_json::Map::from_iter(row.cells());
+        cells.insert("instructions".into(), instructions.into());
+        cells.insert("block".into(), block.into());
+        serde_json::Value::Object(cells)
+    };
+    assert_eq!(table::differs(&then(1000.0, "pid"), &row, 0.02), None);
+    assert_eq!(table::differs(&then(985.0, "pid"), &row, 0.02), None);
+    let named = table::differs(&then(970.0, "pid"), &row, 0.02);
+    assert_eq!(named.as_deref(), Some("Cortex-M7 double pid: instructions was 970, is 1000"));
+    assert!(table::differs(&then(1000.0, "cascade"), &row, 0.02).is_some_and(|text| text.contains("the table has")));
+}
+
+#[test]
+fn one_other_bit_is_found_at_its_tick_and_number() {
+    let (tick, run) = experiment();
+    let program = record::record::<Tick<f64>, f64>(tick);
+    let top = program.steps.last().expect("a program has at least the block itself");
+    let expected = run.outputs::<f64, _>(tick);
+    let compared = |found: &[u8]| first_difference(&expected, found, &top.output, &top.state, false);
+    assert_eq!(compared(&expected), None);
+    let row = 4 + 8 * (top.output.numbers() + top.state.numbers());
+    let mut wrong = expected.clone();
+    wrong[123_456 * row + 4 + 8 * 5] ^= 1;
+    let difference = compared(&wrong).expect("it is wrong");
+    assert!(difference.starts_with("tick 123456 of "), "{difference}");
+    assert!(difference.contains(", estimated_velocity: "), "{difference}");
+    assert!(compared(&expected[..expected.len() - row]).is_some_and(|text| text.contains("None found")));
+}
+
+#[test]
+fn a_fault_says_what_it_is_and_a_program_that_hangs_is_ended() {
+    if available() {
+        for target in [M4F, M7] {
+            let wild = "int main(void) { return *(volatile int *)0xF0000000u; }";
+            let ran = target.compile(&Main::Text(wild)).run(&[], LIMIT);
+            assert!(!ran.succeeded && ran.said.starts_with("hard fault: "), "{}", ran.said);
+            let failing = target.compile(&Main::Text("int main(void) { return 3; }")).run(&[], LIMIT);
+            assert!(!failing.succeeded && failing.said.is_empty(), "{}", failing.said);
+        }
+        let hanging = M4F.compile(&Main::Text("int main(void) { for (;;) {} }")).run(&[], Duration::from_millis(500));
+        assert!(!hanging.succeeded && hanging.said.contains("the program hangs"), "{}", hanging.said);
+    }
+}
