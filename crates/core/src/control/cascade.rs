@@ -66,7 +66,8 @@ impl<T: Scalar> Block<T> for Cascade<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        let (deviation, direct) = self.direct(input.finite());
+        // No number goes in here as it is: where one is, `valid` discards what is computed from it.
+        let (deviation, direct) = self.direct(input);
         let increment = self.integral_gain * deviation * dt;
         let demand = direct + state.integral;
         let (torque, integral) =

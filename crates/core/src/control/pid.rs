@@ -93,8 +93,8 @@ impl<T: Scalar> Block<T> for Pid<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        // Where an input is no number, `valid` discards what is computed from it.
         let valid = input.valid();
-        let input = input.finite();
         let one = T::of(1.0);
 
         let difference = (input.measured_angle - state.previous_angle) / dt;

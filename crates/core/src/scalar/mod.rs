@@ -17,7 +17,7 @@ use crate::block::Block;
 
 /// The outcome of a comparison: one truth value, or one a lane.
 pub trait Mask<T>: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// `yes` where the mask is true, `no` elsewhere. Both are computed: keep both finite.
+    /// `yes` where the mask is true, `no` elsewhere. Both are computed, one counts.
     fn select(self, yes: T, no: T) -> T;
 }
 
@@ -77,7 +77,7 @@ pub trait Scalar:
     /// The whole k with 2^k ≤ |x| < 2^(k+1) for a normal x; anything else gives an unspecified number.
     fn exponent(self) -> Self;
 
-    /// Exponential, within 2 ulp; the one kernel of all instances.
+    /// Exponential, within 2 ulp, 0 instead of a subnormal number; the one kernel of all instances.
     #[inline(always)]
     fn exp(self) -> Self {
         kernel::exp(self)

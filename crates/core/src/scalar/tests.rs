@@ -10,7 +10,7 @@ fn ulps(a: f64, b: f64) -> f64 {
 
 proptest! {
     #[test]
-    fn exp_is_within_two_ulp(x in -700.0..700.0f64) {
+    fn exp_is_within_two_ulp(x in -708.0..709.7f64) {
         prop_assert!(ulps(Scalar::exp(x), f64::exp(x)) <= 2.0);
     }
 
@@ -32,7 +32,7 @@ proptest! {
     }
 
     #[test]
-    fn exp_of_single_precision_is_within_two_ulp(x in -87.0..88.0f32) {
+    fn exp_of_single_precision_is_within_two_ulp(x in -86.9..88.7f32) {
         let exact = f64::exp(f64::from(x));
         let got = f64::from(Scalar::exp(x));
         prop_assert!((got - exact).abs() <= 2.0 * exact * f64::from(f32::EPSILON));
@@ -77,7 +77,13 @@ fn special_values_of_exp() {
     assert_eq!(Scalar::exp(710.0), f64::INFINITY);
     assert_eq!(Scalar::exp(709.7), f64::exp(709.7));
     assert!(Scalar::exp(f64::NAN).is_nan());
-    assert!(Scalar::exp(-745.0f64) > 0.0);
+    // Never a subnormal number: they are slow on some machines and flushed on others.
+    assert!(Scalar::exp(-708.03) >= f64::MIN_POSITIVE);
+    for below in [-708.05f64, -708.4, -745.0, -1e300] {
+        assert_eq!(Scalar::exp(below).to_bits(), 0, "at {below}");
+    }
+    assert!(Scalar::exp(-86.98f32) >= f32::MIN_POSITIVE);
+    assert_eq!(Scalar::exp(-87.0f32).to_bits(), 0);
     assert_eq!(Scalar::exp(f32::NEG_INFINITY), 0.0);
     assert_eq!(Scalar::exp(f32::INFINITY), f32::INFINITY);
     assert!(Scalar::exp(f32::NAN).is_nan());
