@@ -173,7 +173,7 @@ fn laws_between_parameters_are_recorded_with_their_path() {
     let program = record::record::<_, f64>(&support::bench::bench());
     let paths: Vec<&str> = program.laws.laws.iter().map(|law| law.path.as_str()).collect();
     let fading = "lugre.fading";
-    assert!(paths.contains(&format!("bench.machine.plant.screw_friction.model.{fading}").as_str()), "{paths:?}");
+    assert!(paths.contains(&format!("machine.parts.plant.screw_friction.model.{fading}").as_str()), "{paths:?}");
     let known = |law: &record::Law| program.laws.graph.constant(law.bound).is_none();
     assert!(program.laws.laws.iter().all(known), "a bound follows from parameters, which stay open");
 }

@@ -12,7 +12,7 @@ use stickslip_core::sensor::{Accelerometer, Encoder, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
 use tempfile::TempDir;
 
-use super::bench::{PLANT_STEP, bench};
+use super::bench::{STEPS, TICK, bench};
 use super::blocks::{Lag, Nested, SlidingFriction};
 
 const DT: f64 = 250e-6;
@@ -44,12 +44,13 @@ where
 
 /// One of each kind, in double precision, and some in single.
 pub fn all() -> Vec<Written> {
+    let plant_step = TICK / STEPS as f64;
     let mut plant = Plant::<f64>::default();
     plant.screw_friction.model = Model::Lugre(LuGre::default());
-    let machine = plant.prepare(10, PLANT_STEP);
+    let machine = plant.prepare(STEPS, plant_step);
     let mut law = DifferenceTorque::<f64>::default();
     law.desired.breakaway_torque = 0.5;
-    let pickups = Pickups::new(Tacho::default(), Accelerometer::default(), PLANT_STEP);
+    let pickups = Pickups::new(Tacho::default(), Accelerometer::default(), plant_step);
     let tick = Tick::<f64> { law: Law::Paper(law), ..Tick::default() };
     vec![
         project::<f64, _>("sliding", &SlidingFriction::<f64>::default(), DT),
@@ -63,10 +64,10 @@ pub fn all() -> Vec<Written> {
         project::<f64, _>("difference", &law, DT),
         project::<f64, _>("observer", &VelocityObserver::<f64>::default(), DT),
         project::<f64, _>("encoder", &Encoder::<f64>::default(), DT),
-        project::<f64, _>("pickups", &pickups, PLANT_STEP),
-        project::<f64, _>("machine", &machine, PLANT_STEP),
+        project::<f64, _>("pickups", &pickups, plant_step),
+        project::<f64, _>("machine", &machine, plant_step),
         project::<f64, _>("tick", &tick, DT),
-        project::<f64, _>("bench", &bench(), PLANT_STEP),
+        project::<f64, _>("bench", &bench(), TICK),
         project::<f32, _>("difference_single", &law, DT),
         project::<f32, _>("tick_single", &tick, DT),
     ]
