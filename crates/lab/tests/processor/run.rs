@@ -114,9 +114,8 @@ pub fn first_difference(expected: &[u8], found: &[u8], output: &Tree, state: &Tr
     let names = [vec!["status".to_string()], output.paths(), state.paths()].concat();
     let row = 4 + (names.len() - 1) * size;
     let byte = expected.iter().zip(found).position(|(a, b)| a != b);
-    let Some(byte) = byte.or((expected.len() != found.len()).then_some(expected.len().min(found.len()))) else {
-        return None;
-    };
+    let length = (expected.len() != found.len()).then_some(expected.len().min(found.len()));
+    let byte = byte.or(length)?;
     let within = byte % row;
     let name = if within < 4 { 0 } else { 1 + (within - 4) / size };
     let place = format!("tick {} of {}, {}", byte / row, expected.len() / row, names[name]);
