@@ -79,7 +79,7 @@ impl CCommand {
             for (name, text) in &generated.files {
                 writeln!(out, "{:>7} lines  {}", text.lines().count(), self.out.join(name).display())?;
             }
-            Ok(())
+            Ok(writeln!(out, "How to call and to compile it: {}", self.out.join("README.md").display())?)
         })
     }
 }

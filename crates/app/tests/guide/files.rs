@@ -8,7 +8,7 @@ use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
 use crate::markdown::{Page, Table};
-use crate::{DRIVE_ENGINEER, LABORATORY, TEACHER};
+use crate::{DRIVE_ENGINEER, LABORATORY, MICROCONTROLLER, TEACHER};
 
 /// The tables below headings that begin with `stickslip COMMAND`.
 fn of_command(page: &Page, command: &str) -> Vec<Table> {
@@ -96,6 +96,12 @@ fn what_measure_fit_design_and_render_write_is_described() {
     ] {
         assert_eq!(wrong(&page, command, &out.join(folder)), [] as [String; 0]);
     }
+}
+
+#[test]
+fn what_generate_writes_is_described() {
+    let out = MICROCONTROLLER.path().join("observer");
+    assert_eq!(wrong(&Page::read("files.md"), "generate c", &out), [] as [String; 0]);
 }
 
 #[test]

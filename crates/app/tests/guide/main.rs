@@ -20,6 +20,7 @@ const OTHERS: [&str; 3] = ["introduction.md", "files.md", "errors.md"];
 /// Recipes whose files other tests look at, too.
 pub(crate) static DRIVE_ENGINEER: LazyLock<TempDir> = LazyLock::new(|| run("drive-engineer.md"));
 pub(crate) static LABORATORY: LazyLock<TempDir> = LazyLock::new(|| run("laboratory.md"));
+pub(crate) static MICROCONTROLLER: LazyLock<TempDir> = LazyLock::new(|| run("microcontroller.md"));
 pub(crate) static TEACHER: LazyLock<TempDir> = LazyLock::new(|| run("teacher.md"));
 
 #[test]
@@ -56,7 +57,7 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
         .filter(|page| page.blocks().iter().any(|block| block.kind == "sh"))
         .map(|page| page.name)
         .collect();
-    let recipes = ["drive-engineer.md", "laboratory.md", "researcher.md", "teacher.md"];
+    let recipes = ["drive-engineer.md", "laboratory.md", "microcontroller.md", "researcher.md", "teacher.md"];
     let run: BTreeSet<&str> = recipes.into_iter().chain(OTHERS).collect();
     assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");

@@ -5,7 +5,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
-/// PI control of the load motor's current with compensation of its back-EMF, for the plant
+/// PI control of the load motor's current with compensation of its back-EMF.
 ///
 ///   L·di/dt = u − R·i + K_L·Ω,   M_L = K_L·i against positive Ω
 ///   u = K_p·(i_ref − i) + I − K_L·Ω_est,   İ = K_i·(i_ref − i)

@@ -123,8 +123,11 @@ impl Generated {
         summary.result("generate.operations", operations as f64, "1");
         summary.result("generate.step", self.step, "s");
         for (name, text) in &self.files {
-            if name.ends_with(".c") || name.ends_with(".h") {
-                summary.result(&format!("generate.lines.{name}"), text.lines().count() as f64, "1");
+            let lines = text.lines().count() as f64;
+            if *name == format!("{}.h", self.prefix) {
+                summary.result("generate.header_lines", lines, "1");
+            } else if *name == format!("{}.c", self.prefix) {
+                summary.result("generate.source_lines", lines, "1");
             }
             summary.file(name);
         }
