@@ -42,9 +42,10 @@ impl<T: Scalar> DifferenceTorque<T> {
     /// Torque for the load motor [N m] at the estimated screw velocity [rad/s]; 0 for NaN.
     #[inline(always)]
     pub fn torque(&self, velocity: T) -> T {
-        let speed = velocity.abs();
-        let level = |curve: &Stribeck<T>| curve.run(&mut (), Speed { speed }, T::of(0.0)).torque;
-        let difference = level(&self.desired) - level(&self.own);
+        let (speed, none) = (velocity.abs(), T::of(0.0));
+        let desired = self.desired.run(&mut (), Speed { speed }, none).torque;
+        let own = self.own.run(&mut (), Speed { speed }, none).torque;
+        let difference = desired - own;
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
         // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
         let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));
