@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
     let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
-    let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm"];
+    let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm", "w3_generated/c_libm_checked"];
     if !demos.iter().map(|demo| demo.0).chain(ticks).any(wanted) {
         let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).collect();
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
@@ -32,9 +32,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     if ticks.into_iter().any(wanted) {
         // Nanoseconds a tick. Generated C is safe to call: its peer here is guarded as well.
-        let w3::Times { ours, ours_guarded, generated, hand } = w3::run(ROUNDS)?;
-        for (name, (ours, peer)) in ticks.into_iter().zip([(ours, hand), (ours_guarded, generated), (generated, hand)])
-        {
+        let w3::Times { ours, ours_guarded, generated, hand, hand_checked } = w3::run(ROUNDS)?;
+        let pairs = [(ours, hand), (ours_guarded, generated), (generated, hand), (generated, hand_checked)];
+        for (name, (ours, peer)) in ticks.into_iter().zip(pairs) {
             println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
         }
     }

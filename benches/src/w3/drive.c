@@ -1,5 +1,6 @@
 /* Runs a tick over a table of inputs and says how long one took: drive TABLE PASSES.
- * The table holds the parameters, dt, and inputs, all as doubles. Prints nanoseconds a tick and the last outputs. */
+ * The table holds the parameters, dt, and inputs, all as doubles. Prints nanoseconds a tick, the last outputs, their
+ * sum, and the sum of what the steps returned. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,6 +20,7 @@ int main(int argc, char **argv) {
     static DRIVE(state) s;
     DRIVE(output) out = { 0 };
     double dt, sum = 0.0;
+    unsigned status = 0;
     FILE *file = argc > 2 ? fopen(argv[1], "rb") : NULL;
     if (file == NULL || fread(&p, sizeof p, 1, file) != 1 || fread(&dt, sizeof dt, 1, file) != 1) {
         return 1;
@@ -28,11 +30,12 @@ int main(int argc, char **argv) {
     const double begin = now();
     for (long pass = 0; pass < passes; ++pass) {
         for (size_t k = 0; k < rows; ++k) {
-            DRIVE(step)(&p, &s, &table[k], dt, &out);
+            status += (unsigned)DRIVE(step)(&p, &s, &table[k], dt, &out);
             sum += out.amplifier_voltage;
         }
     }
     const double end = now();
-    printf("%.6f %.17g %.17g %.17g\n", (end - begin) / ((double)rows * (double)passes), out.amplifier_voltage, out.torque, sum);
+    printf("%.6f %.17g %.17g %.17g %u\n", (end - begin) / ((double)rows * (double)passes), out.amplifier_voltage,
+        out.torque, sum, status);
     return 0;
 }

@@ -1,5 +1,6 @@
 /* The tick of the paper's load-motor control as an engineer writes it by hand: three-state observer, difference of two
- * Stribeck curves, PI current control, P-PI cascade. Structs, libm, branches; nothing checked. */
+ * Stribeck curves, PI current control, P-PI cascade. Structs, libm, branches. Nothing is checked, unless CHECKED is
+ * defined: then no NaN and no infinity comes out or stays, as in the generated code. */
 #include "hand.h"
 
 #include <math.h>
@@ -60,9 +61,48 @@ static double control_position(const hand_parameters *p, hand_state *s, const ha
     return limited(demand, p->drive_limit);
 }
 
-void hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out) {
+static void step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out) {
     const double velocity = observe(p, s, in->measured_angle, in->acceleration, dt);
     const double wanted = difference_torque(p, velocity) / p->torque_constant;
     out->amplifier_voltage = control_current(p, s, wanted, in->current, velocity, dt);
     out->torque = control_position(p, s, in, dt);
 }
+
+#ifndef CHECKED
+
+int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out) {
+    step(p, s, in, dt, out);
+    return 0;
+}
+
+#else
+
+/* What is no number is replaced: the observer coasts, the current counts as 0, the position controller rests. */
+int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out) {
+    const hand_state before = *s;
+    hand_input seen = *in;
+    const int position = isfinite(in->reference_position) && isfinite(in->reference_velocity)
+        && isfinite(in->reference_acceleration) && isfinite(in->measured_angle) && isfinite(in->measured_velocity);
+    const int others = isfinite(in->acceleration) && isfinite(in->current);
+    if (!(position && others)) {
+        seen.measured_angle = isfinite(in->measured_angle) ? in->measured_angle : s->angle;
+        seen.acceleration = isfinite(in->acceleration) ? in->acceleration : s->offset;
+        seen.current = isfinite(in->current) ? in->current : 0.0;
+    }
+    step(p, s, &seen, dt, out);
+    if (!position) {
+        out->torque = 0.0;
+        s->integral = before.integral;
+    }
+    if (!(isfinite(dt) && dt > 0.0 && isfinite(s->angle) && isfinite(s->velocity) && isfinite(s->offset)
+        && isfinite(s->current_integral) && isfinite(s->integral) && isfinite(out->amplifier_voltage)
+        && isfinite(out->torque))) {
+        *s = before;
+        out->amplifier_voltage = 0.0;
+        out->torque = 0.0;
+        return 2;
+    }
+    return position && others ? 0 : 1;
+}
+
+#endif

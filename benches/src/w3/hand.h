@@ -29,6 +29,7 @@ typedef struct {
     double amplifier_voltage, torque;
 } hand_output;
 
-void hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out);
+/* 0, 1 if an input is no number, 2 if the step was not taken; always 0 unless CHECKED is defined. */
+int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out);
 
 #endif

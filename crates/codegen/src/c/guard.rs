@@ -43,7 +43,7 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     if state {
         out += &format!("    {name}_state before;\n");
     }
-    out += &format!("    {name}_status status;\n    bool computed;\n\n");
+    out += &format!("    {name}_status status;\n\n");
     if state {
         out += "    before = *s;\n";
     }
@@ -53,8 +53,9 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
         finite("s", &step.state),
         finite("out", &step.output),
     ];
-    out += &wrap("    ", &format!("computed = {};", computed.concat().join(" && ")));
-    out += "    if (!computed) {\n";
+    // No truth value of its own: clang would load the numbers side by side right after they were stored one by one,
+    // and wait.
+    out += &wrap("    ", &format!("if (!({})) {{", computed.concat().join(" && ")));
     if state {
         out += "        *s = before;\n";
     }

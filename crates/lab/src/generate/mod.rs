@@ -134,3 +134,58 @@ impl Generated {
         summary
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::presets;
+
+    fn made(name: &str) -> Generated {
+        let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
+        generate(name, &preset, Precision::Double, None).expect("a block of the catalogue")
+    }
+
+    #[test]
+    fn no_block_swells() {
+        let sizes = |name: &str| {
+            let summary = made(name).summary();
+            let size = |of: &str| summary.value(&format!("generate.{of}")).expect("every summary has it");
+            let numbers: f64 = ["parameters", "states", "inputs", "outputs"].into_iter().map(size).sum();
+            (size("operations"), numbers, size("source_lines"))
+        };
+        for Entry { name, .. } in blocks() {
+            let (operations, numbers, lines) = sizes(name);
+            // A line for an operation, two for a number (load and store, or set and check), and what frames them.
+            let budget = 100.0 + 1.2 * operations + 2.0 * numbers;
+            assert!(lines <= budget, "{name}: {lines} lines for {operations} operations and {numbers} numbers");
+        }
+        // What blocks are made of is called, not copied: the whole costs its parts and the wires between them.
+        let [(bench, numbers, _), (tick, ..), (plant, ..)] = ["bench", "tick", "plant"].map(sizes);
+        assert!(bench <= tick + plant + 2.0 * numbers, "{bench} operations of {tick} and {plant}");
+    }
+
+    #[test]
+    fn numbers_and_choices_come_from_the_preset() {
+        let mut preset: Preset<f64> = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset");
+        preset.bench.desired.stribeck_velocity = 1.375;
+        let text = |precision, prefix| {
+            let made = generate("difference_torque", &preset, precision, prefix).expect("a block of the catalogue");
+            made.files.into_iter().find(|file| file.0.ends_with("law.c")).expect("its source").1
+        };
+        let (double, single) = (text(Precision::Double, Some("law")), text(Precision::Single, Some("law")));
+        assert!(double.contains("p->desired.stribeck_velocity = 1.375;"));
+        assert!(single.contains("p->desired.stribeck_velocity = 1.375f;"));
+        let refused = generate("difference_torque", &preset, Precision::Double, Some("double"));
+        let message = refused.map(drop).expect_err("C keeps that word for itself").to_string();
+        assert!(message.contains("\"double\"") && message.contains("--prefix"), "{message}");
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_is_named() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("taken");
+        std::fs::write(&file, "").expect("a small file");
+        let refused = made("pid").write(&file).expect_err("a file is no folder");
+        assert!(refused.to_string().contains("taken"), "{refused}");
+    }
+}
