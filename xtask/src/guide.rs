@@ -22,9 +22,14 @@ fn build_with(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String
         }
     };
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    judge(program, output.status.success(), &said)
+}
+
+/// Whether a program that said this and ended so has made a book.
+fn judge(program: &str, succeeded: bool, said: &str) -> Result<Outcome, String> {
     // A file that is not there to be included is told of, and the book built without it.
     let complaints: Vec<&str> = said.lines().filter(|line| complains(line)).collect();
-    if output.status.success() && complaints.is_empty() {
+    if succeeded && complaints.is_empty() {
         return Ok(Outcome::Passed);
     }
     eprint!("{said}");
@@ -37,25 +42,20 @@ fn complains(line: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::PermissionsExt;
-
     use super::*;
-
-    /// A program that stands for mdBook, says a line and ends with a code.
-    fn outcome(line: &str, code: u8) -> Result<Outcome, String> {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let program = folder.path().join("mdbook");
-        std::fs::write(&program, format!("#!/bin/sh\necho '{line}'\nexit {code}\n")).expect("it takes files");
-        std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("it is ours");
-        build_with(program.to_str().expect("a path of letters"), folder.path(), folder.path())
-    }
 
     #[test]
     fn a_book_with_a_complaint_or_a_failure_is_none() {
-        assert!(matches!(outcome(" INFO Book building has started", 0), Ok(Outcome::Passed)));
-        assert!(outcome(" INFO Book building has started", 1).is_err());
-        let lacks = outcome("ERROR Error updating \"{{#include gone.md}}\"", 0).map(|_| ());
+        let begun = " INFO Book building has started";
+        assert!(matches!(judge("mdbook", true, begun), Ok(Outcome::Passed)));
+        assert!(judge("mdbook", false, begun).is_err());
+        let lacks = judge("mdbook", true, "ERROR Error updating \"{{#include gone.md}}\"").map(|_| ());
         assert!(lacks.is_err_and(|why| why.contains("gone.md")));
+    }
+
+    #[test]
+    fn a_program_that_fails_makes_no_book() {
+        assert!(build_with("false", Path::new("."), Path::new(".")).is_err());
     }
 
     #[test]

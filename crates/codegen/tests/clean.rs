@@ -72,7 +72,9 @@ fn findings(folder: &Path) -> Vec<String> {
         ".",
     ];
     let (_, text) = tool(folder, "cppcheck", "cppcheck", &arguments);
-    text.lines().filter(|line| !line.starts_with("main.c:") && line.contains(':')).map(String::from).collect()
+    // A block's input is the same whatever model is chosen in it: one without ripple does not look at the angle.
+    let counts = |line: &&str| line.contains(':') && !line.starts_with("main.c:") && rule(line) != "unusedStructMember";
+    text.lines().filter(counts).map(String::from).collect()
 }
 
 fn rule(finding: &str) -> &str {

@@ -118,7 +118,7 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
         let all = graph.calls.iter().enumerate().filter(|c| alike(*c)).count();
         let before = graph.calls.iter().enumerate().take(number).filter(|c| alike(*c)).count();
         let label = &labels[call.function];
-        let name = if all == 1 { label.clone() } else { format!("{label}_{}", before + 1) };
+        let name = if all == 1 { label.clone() } else { format!("{label}_{}", letters(before)) };
         let results = results(graph, number, callee.new_state.len() + callee.results.len());
         let (new_state, output) = results.split_at(callee.new_state.len());
         let parameters = planner.argument(&callee.parameters, &call.parameters);
@@ -146,6 +146,12 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
         stores.push((out.member(&text::path(path)), *id));
     }
     Plan { calls, uses: planner.uses, stores }
+}
+
+/// a, b, … z, aa, ab, …: functions that are called alike have numbers already.
+fn letters(number: usize) -> String {
+    let last = char::from(b'a' + (number % 26) as u8);
+    if number < 26 { last.into() } else { format!("{}{last}", letters(number / 26 - 1)) }
 }
 
 impl<'a> Planner<'a> {
@@ -213,5 +219,15 @@ impl<'a> Planner<'a> {
         let access = Access { base: format!("{name}_s"), pointer: false, path: String::new() };
         self.add(access.clone(), tree, new.to_vec(), true);
         Some((access, Some(argument)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::letters;
+
+    #[test]
+    fn calls_are_counted_in_letters() {
+        assert_eq!([0, 25, 26, 27, 52, 701, 702].map(letters), ["a", "z", "aa", "ab", "ba", "zz", "aaa"]);
     }
 }

@@ -63,6 +63,7 @@ agree!(
     element(Model::Lugre(LuGre::default())),
     element(Model::ElastoPlastic(ElastoPlastic::default())),
 );
+agree!(friction_step, Friction, element(Model::ElastoPlastic(ElastoPlastic::default())).friction);
 agree!(velocity_observer, VelocityObserver, VelocityObserver::default());
 agree!(encoder, Encoder, Encoder::default(), Encoder { fault: EncoderFault::Frozen, ..Encoder::default() });
 agree!(pickups, Pickups, Pickups::new(Tacho::default(), Accelerometer::default(), DT));

@@ -1,6 +1,6 @@
 //! Friction as a block of its own.
 
-use super::{Contact, Friction};
+use super::{Bending, Contact, Friction};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
@@ -40,9 +40,10 @@ impl<T: Scalar> Block<T> for FrictionElement<T> {
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Contact<T>, dt: T) -> Self::Output {
         let (middle, _) = self.friction.predict(state.deflection, input, T::of(0.5) * dt);
-        let (end, torque) = self.friction.step(state.deflection, middle, input, dt);
-        state.deflection = end;
-        FrictionElementOutput { torque }
+        let bending = Bending { deflection: state.deflection, probe: middle, contact: input };
+        let bent = self.friction.run(&mut (), bending, dt);
+        state.deflection = bent.deflection;
+        FrictionElementOutput { torque: bent.torque }
     }
 }
 

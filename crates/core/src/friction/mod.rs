@@ -28,9 +28,11 @@ pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
 pub use stribeck::{Decay, Exponent, FrictionTorque, Speed, Static, Stribeck};
 
 use crate::Fields;
+use crate::block::Block;
 use crate::scalar::Scalar;
 
-/// The friction of one place: screw, friction wheel, motor brushes.
+/// The friction of one place: screw, friction wheel, motor brushes. A step is the exponential one of its bristles, with
+/// the velocity held over it.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Friction<T> {
     /// The model.
@@ -120,6 +122,31 @@ pub struct Contact<T> {
     /// Torque that would bring the load to rest within the step.
     #[field(symbol = "M_a", unit = "N m")]
     pub arrest: T,
+}
+
+/// What a step of friction begins with. The bristles are no state of its own: an integrator asks for the same step
+/// from several places.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Bending<T> {
+    /// Deflection of the bristles at the begin.
+    #[field(symbol = "z", unit = "rad")]
+    pub deflection: T,
+    /// Deflection about which the release is linear: that of the step's middle.
+    #[field(symbol = "z_m", unit = "rad")]
+    pub probe: T,
+    /// What the contact sees.
+    pub contact: Contact<T>,
+}
+
+/// What a step of friction ends with.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Bent<T> {
+    /// Deflection of the bristles at the end.
+    #[field(symbol = "z⁺", unit = "rad")]
+    pub deflection: T,
+    /// Mean torque of the step, against positive motion.
+    #[field(symbol = "M_R", unit = "N m")]
+    pub torque: T,
 }
 
 impl<T: Scalar> Bend<T> {
@@ -212,7 +239,7 @@ impl<T: Scalar> Friction<T> {
     ///
     /// `probe` is the deflection about which the release is linear: that of the step's middle.
     #[inline(always)]
-    pub fn step(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
+    pub fn bent(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
         self.bend::<false>(deflection, probe, contact, dt)
     }
 
@@ -240,6 +267,19 @@ impl<T: Scalar> Friction<T> {
             Model::ElastoPlastic(model) => self.sided(deflection, relax_apart::<T, PREDICTS>(model, bend)),
         };
         (next, factor * (torque + viscous) + self.direction.offset)
+    }
+}
+
+impl<T: Scalar> Block<T> for Friction<T> {
+    type State = ();
+    type Input = Bending<T>;
+    type Output = Bent<T>;
+
+    /// One step with the velocity held.
+    #[inline(always)]
+    fn step(&self, _state: &mut (), input: Bending<T>, dt: T) -> Bent<T> {
+        let (deflection, torque) = self.bent(input.deflection, input.probe, input.contact, dt);
+        Bent { deflection, torque }
     }
 }
 

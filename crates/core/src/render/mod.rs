@@ -49,8 +49,7 @@ impl<T: Scalar> DifferenceTorque<T> {
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
         // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
         let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));
-        let signed = velocity.gt(T::of(0.0)).select(limited, -limited);
-        outside.select(signed, T::of(0.0))
+        outside.select(limited * velocity.sign(), T::of(0.0))
     }
 }
 
