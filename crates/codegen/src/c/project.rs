@@ -4,13 +4,15 @@ use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
 use super::{NotAName, example, page, print, selftest, vectors};
-use crate::record::{self, Precision, Recorded};
+use crate::record::{self, Precision, Program, Recorded};
 
 /// What is written into one folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Project {
     /// Names and texts: `NAME.h`, `NAME.c`, `NAME_selftest.h`, `NAME_selftest.c`, `main.c`, `README.md`.
     pub files: Vec<(String, String)>,
+    /// What was recorded.
+    pub program: Program,
 }
 
 impl Project {
@@ -37,14 +39,13 @@ where
     let top = program.steps.last().expect("a program has at least the block itself");
     let vectors = vectors::vectors(&block.map(&mut |v: f64| F::of(v)), step);
     let file = |name: String, text: String| (name, text);
-    Ok(Project {
-        files: vec![
-            file(format!("{name}.h"), code.header),
-            file(format!("{name}.c"), code.source),
-            file(format!("{name}_selftest.h"), selftest::header(name)),
-            file(format!("{name}_selftest.c"), selftest::source(name, top, &vectors)),
-            file("main.c".into(), example::main::<F>(name, top, step)),
-            file("README.md".into(), page::page::<F>(&program, top, name, step)),
-        ],
-    })
+    let files = vec![
+        file(format!("{name}.h"), code.header),
+        file(format!("{name}.c"), code.source),
+        file(format!("{name}_selftest.h"), selftest::header(name)),
+        file(format!("{name}_selftest.c"), selftest::source(name, top, &vectors)),
+        file("main.c".into(), example::main::<F>(name, top, step)),
+        file("README.md".into(), page::page::<F>(&program, top, name, step)),
+    ];
+    Ok(Project { files, program })
 }

@@ -35,7 +35,7 @@ pub struct Step {
 }
 
 /// A block and the blocks that it calls.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     /// Callees stand before their callers; the block itself is the last.
     pub steps: Vec<Step>,

@@ -8,7 +8,8 @@ mod catalogue;
 
 use std::path::Path;
 
-use stickslip_codegen::record::{self, Program, Recorded};
+use stickslip_codegen::c::Project;
+use stickslip_codegen::record::{Program, Recorded};
 use stickslip_codegen::{c, diagram};
 use stickslip_core::block::Block;
 
@@ -78,11 +79,10 @@ impl Request<'_> {
         B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
         B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
     {
-        let (program, project) = match self.precision {
-            Precision::Double => (record::record::<B, f64>(block), c::project::<B, f64>(block, self.prefix, step)),
-            Precision::Single => (record::record::<B, f32>(block), c::project::<B, f32>(block, self.prefix, step)),
-        };
-        let mut files = project?.files;
+        let Project { mut files, program } = match self.precision {
+            Precision::Double => c::project::<B, f64>(block, self.prefix, step),
+            Precision::Single => c::project::<B, f32>(block, self.prefix, step),
+        }?;
         files.push((format!("{DIAGRAM}/{}.json", self.prefix), diagram::json(&program, self.prefix)));
         let pages = diagram::pages(&program, self.prefix);
         files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
