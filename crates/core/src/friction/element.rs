@@ -1,6 +1,6 @@
 //! Friction as a block of its own.
 
-use super::{Bending, Contact, Friction};
+use super::{Contact, Friction, FrictionInput};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
@@ -40,10 +40,10 @@ impl<T: Scalar> Block<T> for FrictionElement<T> {
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Contact<T>, dt: T) -> Self::Output {
         let (middle, _) = self.friction.predict(state.deflection, input, T::of(0.5) * dt);
-        let bending = Bending { deflection: state.deflection, probe: middle, contact: input };
-        let bent = self.friction.run(&mut (), bending, dt);
-        state.deflection = bent.deflection;
-        FrictionElementOutput { torque: bent.torque }
+        let input = FrictionInput { deflection: state.deflection, probe: middle, contact: input };
+        let end = self.friction.run(&mut (), input, dt);
+        state.deflection = end.deflection;
+        FrictionElementOutput { torque: end.torque }
     }
 }
 

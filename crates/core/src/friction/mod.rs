@@ -127,7 +127,7 @@ pub struct Contact<T> {
 /// What a step of friction begins with. The bristles are no state of its own: an integrator asks for the same step
 /// from several places.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Bending<T> {
+pub struct FrictionInput<T> {
     /// Deflection of the bristles at the begin.
     #[field(symbol = "z", unit = "rad")]
     pub deflection: T,
@@ -140,7 +140,7 @@ pub struct Bending<T> {
 
 /// What a step of friction ends with.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Bent<T> {
+pub struct FrictionOutput<T> {
     /// Deflection of the bristles at the end.
     #[field(symbol = "z⁺", unit = "rad")]
     pub deflection: T,
@@ -239,7 +239,7 @@ impl<T: Scalar> Friction<T> {
     ///
     /// `probe` is the deflection about which the release is linear: that of the step's middle.
     #[inline(always)]
-    pub fn bent(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
+    pub fn correct(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
         self.bend::<false>(deflection, probe, contact, dt)
     }
 
@@ -272,14 +272,14 @@ impl<T: Scalar> Friction<T> {
 
 impl<T: Scalar> Block<T> for Friction<T> {
     type State = ();
-    type Input = Bending<T>;
-    type Output = Bent<T>;
+    type Input = FrictionInput<T>;
+    type Output = FrictionOutput<T>;
 
     /// One step with the velocity held.
     #[inline(always)]
-    fn step(&self, _state: &mut (), input: Bending<T>, dt: T) -> Bent<T> {
-        let (deflection, torque) = self.bent(input.deflection, input.probe, input.contact, dt);
-        Bent { deflection, torque }
+    fn step(&self, _state: &mut (), input: FrictionInput<T>, dt: T) -> FrictionOutput<T> {
+        let (deflection, torque) = self.correct(input.deflection, input.probe, input.contact, dt);
+        FrictionOutput { deflection, torque }
     }
 }
 

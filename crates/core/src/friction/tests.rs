@@ -141,8 +141,8 @@ fn steady_deflection(model: &Model<f64>, speed: f64) -> f64 {
 
 /// One step as the plant takes it: the release at the deflection of the middle.
 fn midpoint(friction: &Friction<f64>, deflection: f64, contact: Contact<f64>, dt: f64) -> (f64, f64) {
-    let (middle, _) = friction.bent(deflection, deflection, contact, 0.5 * dt);
-    friction.bent(deflection, middle, contact, dt)
+    let (middle, _) = friction.correct(deflection, deflection, contact, 0.5 * dt);
+    friction.correct(deflection, middle, contact, dt)
 }
 
 proptest! {
@@ -176,8 +176,8 @@ proptest! {
         let (deflection, probe) = (deflection * steady, probe * steady);
         let contact = Contact { velocity, angle, load, arrest };
         let mirrored = Contact { velocity: -velocity, arrest: -arrest, load: -load, ..contact };
-        let (end, torque) = friction.bent(deflection, probe, contact, dt);
-        prop_assert_eq!(friction.bent(-deflection, -probe, mirrored, dt), (-end, -torque));
+        let (end, torque) = friction.correct(deflection, probe, contact, dt);
+        prop_assert_eq!(friction.correct(-deflection, -probe, mirrored, dt), (-end, -torque));
     }
 
     #[test]
@@ -252,7 +252,7 @@ proptest! {
         sliding in curve(), share in -1.0..1.0f64, excess in 1.0..10.0f64,
     ) {
         let friction = plain(Model::Static(Static { sliding }));
-        let torque = |arrest| friction.bent(0.0, 0.0, Contact { arrest, ..Contact::default() }, 25e-6).1;
+        let torque = |arrest| friction.correct(0.0, 0.0, Contact { arrest, ..Contact::default() }, 25e-6).1;
         let needed = share * sliding.breakaway_torque;
         prop_assert_eq!(torque(needed), needed);
         prop_assert_eq!(torque(excess * sliding.breakaway_torque), sliding.level(0.0));
@@ -273,7 +273,7 @@ proptest! {
         let slowest = 0.05 * sliding.smallest_level() * dt / inertia;
         for _ in 0..1000 {
             let contact = Contact { velocity, arrest: velocity * inertia / dt, ..Contact::default() };
-            let after = velocity - friction.bent(0.0, 0.0, contact, dt).1 * dt / inertia;
+            let after = velocity - friction.correct(0.0, 0.0, contact, dt).1 * dt / inertia;
             // The arrest divided by factors and multiplied again: a few roundings.
             let rounding = 8.0 * f64::EPSILON * velocity.abs();
             prop_assert!(after * start.signum() >= -rounding, "turned from {velocity} to {after}");

@@ -10,7 +10,7 @@ use super::Plant;
 use crate::Fields;
 use crate::block::Block;
 use crate::drive::flow;
-use crate::friction::{Bending, Contact, Friction};
+use crate::friction::{Contact, Friction, FrictionInput};
 use crate::scalar::Scalar;
 use crate::sensor::Pickups;
 
@@ -291,8 +291,8 @@ fn pass<T: Scalar, const PREDICTS: bool, const N: usize>(
         let (end, torque) = if PREDICTS {
             friction.predict(start[i], contact, dt)
         } else {
-            let bent = friction.run(&mut (), Bending { deflection: start[i], probe: probe[i], contact }, dt);
-            (bent.deflection, bent.torque)
+            let end = friction.run(&mut (), FrictionInput { deflection: start[i], probe: probe[i], contact }, dt);
+            (end.deflection, end.torque)
         };
         ends[i] = end;
         arrest -= factor * torque;

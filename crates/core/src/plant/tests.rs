@@ -223,7 +223,7 @@ fn steady_sliding_is_on_the_curve() {
             for _ in 0..200_000 {
                 let arrest = f64::signum(velocity) * 1e9;
                 let contact = crate::friction::Contact { velocity, angle: 0.3, load: 0.0, arrest };
-                (deflection, torque) = friction.bent(deflection, deflection, contact, STEP);
+                (deflection, torque) = friction.correct(deflection, deflection, contact, STEP);
             }
             assert!((torque - expected).abs() <= 1e-10 * expected.abs(), "{name} at {velocity}: {torque}, {expected}");
         }

@@ -44,10 +44,10 @@ proptest! {
             * (1.0 + ripple.amplitude * (ripple.periods * angle + ripple.phase).sin());
         let deflection = deflection * steady_deflection(&model, velocity.abs());
         let dt = 25e-6;
-        let (end, torque) = plain(model).bent(deflection, deflection, Contact { arrest, ..driven(velocity) }, dt);
+        let (end, torque) = plain(model).correct(deflection, deflection, Contact { arrest, ..driven(velocity) }, dt);
         // What is to be arrested grows with the friction, so that the static model is asked for the same share.
         let contact = Contact { velocity, angle, load: carried, arrest: expected * arrest };
-        let (same, multiplied) = modified.bent(deflection, deflection, contact, dt);
+        let (same, multiplied) = modified.correct(deflection, deflection, contact, dt);
         prop_assert_eq!(same, end);
         // At 20 periods and 10 rad the sine's argument is rounded by 3e-14; the factor is 0.1 at least.
         prop_assert!((multiplied - expected * torque).abs() <= 1e-11 * (expected * (torque.abs() + arrest.abs())));
@@ -72,7 +72,7 @@ proptest! {
         let (stiffness, damping) = friction.stiffest();
         let dt = 1e-6;
         let at_rest = deflection * steady_deflection(&friction.model, 0.0);
-        let torque = |velocity| friction.bent(at_rest, at_rest, driven(velocity), dt).1;
+        let torque = |velocity| friction.correct(at_rest, at_rest, driven(velocity), dt).1;
         // Nothing but the way and the damping at these speeds; sliding bristles give way at up to three times Ω, as
         // |z| ≤ 2·z_s here.
         let bound = 3.0 * (stiffness * dt + damping) * 2.0 * creep;
@@ -134,7 +134,7 @@ proptest! {
 fn static_friction_jumps_at_a_reversal_where_bristles_do_not() {
     let jump = |model| {
         let deflection = 0.5 * steady_deflection(&model, 0.0);
-        let torque = |velocity| plain(model).bent(deflection, deflection, driven(velocity), 1e-6).1;
+        let torque = |velocity| plain(model).correct(deflection, deflection, driven(velocity), 1e-6).1;
         torque(1e-9) - torque(-1e-9)
     };
     let bristles = ElastoPlastic::<f64>::default();

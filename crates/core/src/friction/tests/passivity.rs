@@ -128,7 +128,7 @@ fn bursts(model: LuGre<f64>, speed: f64) -> f64 {
         for (way, speed) in [(4.0 * bend, 1e-3), (bend, speed)] {
             for _ in 0..100 {
                 let step = way / 100.0;
-                let (end, torque) = friction.bent(deflection, deflection, driven(side * speed), step / speed);
+                let (end, torque) = friction.correct(deflection, deflection, driven(side * speed), step / speed);
                 work += torque * side * step;
                 deflection = end;
             }
@@ -163,7 +163,7 @@ fn a_load_that_changes_while_the_bristles_are_bent_does_work_on_them() {
     let cycle = |pressed: f64| {
         let (mut deflection, mut work) = (0.0, 0.0);
         for (velocity, load) in [(bend / dt, 0.0), (-bend / dt, pressed)] {
-            let (end, torque) = friction.bent(deflection, deflection, Contact { load, ..driven(velocity) }, dt);
+            let (end, torque) = friction.correct(deflection, deflection, Contact { load, ..driven(velocity) }, dt);
             work += torque * velocity * dt;
             deflection = end;
         }
