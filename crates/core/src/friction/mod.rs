@@ -13,6 +13,8 @@
 //! bristles are bent does work on them, in proportion to the energy that they store.
 
 mod bristle;
+mod bristles;
+pub(crate) mod contacts;
 mod element;
 mod stribeck;
 #[cfg(test)]
@@ -24,6 +26,7 @@ use bristle::relax;
 pub use bristle::{
     Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
 };
+pub use bristles::Bristles;
 pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
 pub use stribeck::{Decay, Exponent, FrictionTorque, Speed, Static, Stribeck};
 
