@@ -41,9 +41,21 @@ pub struct Model<T> {
     /// Lag of servo amplifier and tacho together: it bounds how stiff a velocity loop may be.
     #[field(symbol = "τ", unit = "s", range = 0.0..=0.1, default = 0.85e-3)]
     pub drive_lag: T,
+    /// Lag of the servo amplifier alone; the rest of the lag above is the tacho's.
+    #[field(symbol = "τ_s", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
+    pub servo_lag: T,
+    /// Noise of the tacho at the converter, RMS.
+    #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
+    pub tacho_noise: T,
     /// Noise density of the accelerometer, one-sided.
     #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
     pub accelerometer_noise: T,
+    /// Natural frequency of the accelerometer, second order.
+    #[field(symbol = "f_0", unit = "Hz", range = 10.0..=1e5, default = 1000.0)]
+    pub accelerometer_bandwidth: T,
+    /// Damping ratio of the accelerometer.
+    #[field(symbol = "ζ", unit = "1", range = 0.05..=2.0, default = 0.7)]
+    pub accelerometer_damping: T,
     /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is no
     /// friction of the load and is subtracted.
     pub motor_friction: Friction<T>,

@@ -51,7 +51,7 @@ impl<T: Scalar> Block<T> for DifferenceTorque<T> {
 
     #[inline(always)]
     fn step(&self, _state: &mut (), input: LawInput<T>, _dt: T) -> LawOutput<T> {
-        LawOutput { torque: self.torque(input.estimated_velocity) }
+        input.with(self.torque(input.estimated_velocity))
     }
 }
 

@@ -1,12 +1,25 @@
 //! Rendering laws: which torque the load motor adds, so that the axis feels the desired friction.
+//!
+//! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
+//! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
+//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding.
 
+mod admittance;
+mod bristle;
 mod difference;
+mod karnopp;
+mod smooth;
 
+pub use admittance::Admittance;
+pub use bristle::BristleDifference;
 pub use difference::DifferenceTorque;
+pub use karnopp::Karnopp;
+pub use smooth::SmoothDifference;
 
 use crate::Fields;
 use crate::block::Block;
-use crate::scalar::Scalar;
+use crate::estimate::DriveObserverState;
+use crate::scalar::{Mask, Scalar};
 
 /// The rendering law in force.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -16,14 +29,37 @@ pub enum Law<T> {
     Off,
     /// The static difference torque with fade-out.
     Paper(DifferenceTorque<T>),
+    /// The static difference torque with a smooth sign.
+    Smooth(SmoothDifference<T>),
+    /// True stick within a band around standstill.
+    Karnopp(Karnopp<T>),
+    /// Difference of two frictions with bristles.
+    Bristle(BristleDifference<T>),
+    /// A virtual load with the desired friction, followed.
+    Admittance(Admittance<T>),
 }
 
 /// What a rendering law reads.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LawInput<T> {
-    /// Estimated velocity of the screw.
+    /// Estimated velocity of the screw, by encoder and accelerometer alone.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub estimated_velocity: T,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub angle: T,
+    /// Velocity of the motor by the tacho.
+    #[field(symbol = "Ω_M", unit = "rad/s")]
+    pub motor_velocity: T,
+    /// Measured acceleration of the carriage, with its offset.
+    #[field(symbol = "a", unit = "m/s^2")]
+    pub acceleration: T,
+    /// Measured current of the load motor.
+    #[field(symbol = "i", unit = "A")]
+    pub current: T,
+    /// Torque that the drive motor is asked for from the next tick on.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torque: T,
 }
 
 /// What a rendering law gives.
@@ -32,15 +68,76 @@ pub struct LawOutput<T> {
     /// Torque for the load motor, against positive motion.
     #[field(symbol = "M_diff", unit = "N m")]
     pub torque: T,
+    /// Velocity of the screw as the law takes it, for the back-EMF.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub velocity: T,
+    /// Current of the load motor to be expected when the torque acts.
+    #[field(symbol = "i_L", unit = "A")]
+    pub current: T,
 }
 
+/// What rendering remembers; each law uses what it needs, so that laws may be swapped while running.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LawState<T> {
+    /// The observer of the drive.
+    pub observer: DriveObserverState<T>,
+    /// Deflection of the desired bristles.
+    #[field(symbol = "z_d", unit = "rad")]
+    pub desired_deflection: T,
+    /// Velocity of the virtual load.
+    #[field(symbol = "Ω_v", unit = "rad/s")]
+    pub virtual_velocity: T,
+    /// How far the virtual load is ahead.
+    #[field(symbol = "φ_v − φ", unit = "rad")]
+    pub virtual_lead: T,
+    /// Friction torque held against the virtual load.
+    #[field(symbol = "M_v", unit = "N m")]
+    pub virtual_resistance: T,
+    /// Torque that the drive motor was asked for, in force until the next tick.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torque: T,
+    /// Voltage that the load motor was given, in force until the next tick.
+    #[field(symbol = "u", unit = "V")]
+    pub voltage: T,
+    /// Difference torque of the last tick.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub torque: T,
+    /// What is left of the step between the law before and this one.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub bump: T,
+    /// Whether a law has just come into force.
+    #[field(unit = "1", flag)]
+    pub swapped: T,
+}
+
+/// Time in which the step between two laws fades [s].
+const TAKE_OVER: f64 = 20e-3;
+
 impl<T: Scalar> Law<T> {
-    /// Torque for the load motor, against positive motion [N m], at the estimated velocity of the screw [rad/s].
+    /// Torque for the load motor in this tick. A law that has just come into force begins with the torque of the one
+    /// before.
     #[inline(always)]
-    pub fn torque(&self, velocity: T, dt: T) -> T {
-        match self {
-            Law::Off => T::of(0.0),
-            Law::Paper(law) => law.run(&mut (), LawInput { estimated_velocity: velocity }, dt).torque,
-        }
+    pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+        let wanted = match self {
+            Law::Off => input.with(T::of(0.0)),
+            Law::Paper(law) => law.run(&mut (), input, dt),
+            Law::Smooth(law) => law.run(&mut (), input, dt),
+            Law::Karnopp(law) => law.run(state, input, dt),
+            Law::Bristle(law) => law.run(state, input, dt),
+            Law::Admittance(law) => law.run(state, input, dt),
+        };
+        let swapped = state.swapped.gt(T::of(0.5));
+        let fading = state.bump * (T::of(1.0) - dt / T::of(TAKE_OVER)).max(T::of(0.0));
+        state.bump = swapped.select(state.torque - wanted.torque, fading);
+        state.swapped = T::of(0.0);
+        LawOutput { torque: wanted.torque + state.bump, ..wanted }
+    }
+}
+
+impl<T: Scalar> LawInput<T> {
+    /// This torque [N m], with motion and current as measured.
+    #[inline(always)]
+    fn with(&self, torque: T) -> LawOutput<T> {
+        LawOutput { torque, velocity: self.estimated_velocity, current: self.current }
     }
 }
