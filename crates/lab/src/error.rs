@@ -373,6 +373,14 @@ pub enum Error {
     /// A name that C does not take.
     #[error("{0}. Say another by --prefix")]
     NoIdentifier(#[from] stickslip_codegen::c::NotAName),
+    /// A bench that cannot render.
+    #[error(
+        "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."
+    )]
+    NothingToRender {
+        /// The preset.
+        preset: String,
+    },
 }
 
 impl Error {
