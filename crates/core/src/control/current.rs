@@ -8,11 +8,13 @@ use crate::scalar::{Mask, Scalar};
 /// PI control of the load motor's current with compensation of its back-EMF.
 ///
 ///   L·di/dt = u − R·i + K_L·Ω,   M_L = K_L·i against positive Ω
-///   u = K_p·(i_ref − i) + I − K_L·Ω_est,   İ = K_i·(i_ref − i)
+///   u = K_p·(i_ref − i) + R·i + I − K_L·Ω_est,   İ = K_i·(i_ref − i)
 ///
 /// The reference is limited to the motor's current, the voltage to what amplifier and D/A converter give; at the limit
 /// the integrator moves only back (conditional integration). K_p = L/(3·T_s) and K_i = R/(3·T_s) cancel the motor's
-/// pole and leave a loop for 1.5 T_s of delay (magnitude optimum): `stickslip::design::current_control`.
+/// pole and leave a loop for 1.5 T_s of delay (magnitude optimum): `stickslip::design::current_control`. With a current
+/// that is predicted to when the voltage acts, and its drop fed forward, one sample is enough:
+/// `stickslip::design::predictive_current_control`.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurrentControl<T> {
     /// Voltage per deviation of the current.
@@ -21,6 +23,9 @@ pub struct CurrentControl<T> {
     /// Voltage per deviation and time.
     #[field(symbol = "K_i", unit = "V/(A s)", range = 0.0..=1e7, default = 813.3333333333334)]
     pub integral_gain: T,
+    /// Resistance whose voltage drop is fed forward at the present current; 0 leaves it to the integrator.
+    #[field(symbol = "R", unit = "Ω", range = 0.0..=20.0)]
+    pub resistance: T,
     /// Torque per current, and back-EMF per velocity; 0 switches its compensation off.
     #[field(symbol = "K_L", unit = "N m/A", range = 0.0..=10.0, default = 0.0934)]
     pub torque_constant: T,
@@ -83,11 +88,12 @@ impl<T: Scalar> Block<T> for CurrentControl<T> {
         let zero = T::of(0.0);
         let reference = finite_or(input.reference_current, zero).clamp(-self.current_limit, self.current_limit);
         let sensed = measurable(input.measured_current);
-        let deviation = sensed.select(reference - finite_or(input.measured_current, zero), zero);
+        let current = finite_or(input.measured_current, zero);
+        let deviation = sensed.select(reference - current, zero);
         let held = sensed.select(state.integral, zero);
 
         let back_emf = self.torque_constant * finite_or(input.estimated_velocity, zero);
-        let demand = self.proportional_gain * deviation + held - back_emf;
+        let demand = self.proportional_gain * deviation + self.resistance * current + held - back_emf;
         let limit = self.voltage_limit.min(self.amplifier_gain * self.converter_limit);
         let voltage = demand.clamp(-limit, limit);
 

@@ -266,13 +266,14 @@ impl<T: Scalar> DriveObserver<T> {
     }
 
     /// What the model does from the next tick on, `steps` of it, with the load motor's torque replaced by what is asked
-    /// of it: `torque` gives that [N m] for each step's middle and the own friction there [N m].
+    /// of it: `torque` gives that [N m] for each step's middle and the own friction there [N m]. Their mean [N m], without
+    /// the first `skip`.
     #[inline(always)]
     pub fn look_ahead(
         &self,
         state: &DriveObserverState<T>,
         motor_torque: T,
-        steps: usize,
+        (skip, steps): (usize, usize),
         dt: T,
         mut torque: impl FnMut(&DriveModelOutput<T>, T, T) -> T,
     ) -> T {
@@ -284,7 +285,7 @@ impl<T: Scalar> DriveObserver<T> {
         drive.load_current = T::of(0.0);
         drive.load_resistance += asked;
         let mut sum = T::of(0.0);
-        for _ in 0..steps {
+        for step in 0..steps {
             let held = DriveModelInput {
                 motor_torque,
                 voltage: -constant * drive.velocity,
@@ -293,9 +294,11 @@ impl<T: Scalar> DriveObserver<T> {
             };
             let middle = self.model.run(&mut drive, held, dt);
             asked = torque(&middle, middle.friction_torque + state.residual, dt);
-            sum += asked;
+            if step >= skip {
+                sum += asked;
+            }
         }
-        sum / T::of(steps as f64)
+        sum / T::of((steps - skip) as f64)
     }
 }
 

@@ -28,9 +28,9 @@ pub struct Admittance<T> {
     /// Bandwidth with which the virtual load is followed, critically damped.
     #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
     pub bandwidth: T,
-    /// Steps of the model from the next tick to the end of what is averaged.
+    /// Steps of the model from the next tick to the begin and to the end of what is averaged.
     #[field(fixed)]
-    pub ahead: usize,
+    pub ahead: (usize, usize),
     /// Largest torque asked of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,

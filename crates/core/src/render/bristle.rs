@@ -23,9 +23,9 @@ pub struct BristleDifference<T> {
     pub observer: DriveObserver<T>,
     /// What the axis shall feel like.
     pub desired: Friction<T>,
-    /// Steps of the model from the next tick to the end of what is averaged.
+    /// Steps of the model from the next tick to the begin and to the end of what is averaged.
     #[field(fixed)]
-    pub ahead: usize,
+    pub ahead: (usize, usize),
     /// Largest torque asked of the load motor.
     #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
     pub torque_limit: T,

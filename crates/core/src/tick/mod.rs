@@ -219,7 +219,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
         let difference_torque = order.render.gt(half).select(wanted.torque, zero);
         let demand = CurrentControlInput {
             reference_current: difference_torque / self.current.torque_constant,
-            measured_current: current,
+            measured_current: wanted.current,
             estimated_velocity: wanted.velocity,
         };
         let load = self.current.run(&mut state.current, demand, dt);

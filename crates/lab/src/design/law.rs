@@ -16,7 +16,7 @@ pub fn rendering_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Law
     let rendered = settings.desired_bristles.under(desired);
     let bristle = |shares: [f64; 3], missing_torque: f64| -> Result<Law<f64>, Error> {
         let observer = drive_observer(model, settings, &Trust { shares, missing_torque, ..Trust::default() })?;
-        let ahead = (1.5 * observer.steps as f64).round() as usize;
+        let ahead = (0, (1.5 * observer.steps as f64).round() as usize);
         Ok(Law::Bristle(BristleDifference { observer, desired: rendered, ahead, torque_limit }))
     };
     Ok(match settings.law {
@@ -35,7 +35,7 @@ pub fn rendering_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Law
         LawChoice::Admittance(tracking) => {
             let trust = Trust { shares: [0.0, 0.0, 1.0], missing_torque: 0.1, ..Trust::default() };
             let observer = drive_observer(model, settings, &trust)?;
-            let ahead = (1.5 * observer.steps as f64).round() as usize;
+            let ahead = (0, (1.5 * observer.steps as f64).round() as usize);
             Law::Admittance(Admittance {
                 observer,
                 desired: rendered,

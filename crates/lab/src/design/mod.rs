@@ -12,14 +12,14 @@ mod riccati;
 mod software;
 mod velocity_observer;
 
-pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, speed_holder};
+pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub use drive_observer::{Trust, drive_observer};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use riccati::kalman_gain;
-pub use software::{difference_torque, software};
+pub use software::{difference_torque, load_current_control, software};
 pub use velocity_observer::{velocity_noise, velocity_observer};
 
 #[cfg(test)]

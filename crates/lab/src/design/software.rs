@@ -5,9 +5,12 @@ use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
 
-use super::{current_control, velocity_observer};
+use super::{current_control, predictive_current_control, velocity_observer};
 use crate::Error;
 use crate::preset::{Model, Settings};
+
+/// Share of a current's deviation that is made up in a sample.
+const SHARE: f64 = 0.7;
 
 /// The software side for what is believed of the machine and how the bench runs; the rendering law is off.
 ///
@@ -15,23 +18,42 @@ use crate::preset::{Model, Settings};
 /// Whatever [`velocity_observer`] and [`current_control`] refuse.
 pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
     let dt = settings.tick_time();
-    let current = CurrentControl {
-        torque_constant: model.load_motor.torque_constant,
-        current_limit: model.load_amplifier.current_limit,
-        voltage_limit: model.load_amplifier.supply_voltage,
-        amplifier_gain: model.load_amplifier.gain,
-        ..CurrentControl::default()
-    };
-    let winding = &model.load_motor;
     Ok(Tick {
         scaling: model.scaling,
         decoder: model.encoder,
         observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
         law: Law::Off,
-        current: current_control(current, winding.resistance, winding.inductance, dt)?,
+        current: load_current_control(&Law::Off, model, settings)?,
         controller: settings.controller,
         control_period: dt * settings.divider() as f64,
     })
+}
+
+/// Current control of the load motor under a law: predictive where the law's observer predicts the current, else PI.
+///
+/// # Errors
+/// Whatever [`current_control`] refuses.
+pub fn load_current_control(
+    law: &Law<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<CurrentControl<f64>, Error> {
+    let (winding, dt) = (&model.load_motor, settings.tick_time());
+    let base = CurrentControl {
+        torque_constant: winding.torque_constant,
+        current_limit: model.load_amplifier.current_limit,
+        voltage_limit: model.load_amplifier.supply_voltage,
+        amplifier_gain: model.load_amplifier.gain,
+        ..CurrentControl::default()
+    };
+    match law {
+        Law::Bristle(_) | Law::Admittance(_) => {
+            predictive_current_control(base, winding.resistance, winding.inductance, SHARE, dt)
+        }
+        Law::Off | Law::Paper(_) | Law::Smooth(_) | Law::Karnopp(_) => {
+            current_control(base, winding.resistance, winding.inductance, dt)
+        }
+    }
 }
 
 /// The paper's law for this desired characteristic, up to the torque of the load motor's largest current.

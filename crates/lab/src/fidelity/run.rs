@@ -40,6 +40,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch
     let mut tick = design::software(&cell.preset.model, settings)?;
     tick.controller = plan.controller;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
+    tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
     let bench = VirtualBench { machine, tick };
     let mut state = BenchState::default();
     // One tick at rest fills the pickups and gives the first readings.
