@@ -60,3 +60,6 @@ pub use run::Trace;
 pub use scenario::{CLOSED_LOOP, SCENARIOS, Scenario};
 pub use score::{Score, scores};
 pub use study::{Outcome, Row, run_plan};
+
+#[cfg(test)]
+mod tests;
