@@ -381,6 +381,16 @@ pub enum Error {
         /// The preset.
         preset: String,
     },
+    /// A part of the fidelity benchmark that there is not.
+    #[error("{name} is no {what}. There are: {}.", known.join(", "))]
+    NothingToCompare {
+        /// What it should be.
+        what: &'static str,
+        /// The name asked for.
+        name: String,
+        /// Those that there are.
+        known: Vec<&'static str>,
+    },
 }
 
 impl Error {

@@ -3,6 +3,7 @@
 mod completions;
 mod demo;
 mod design;
+mod fidelity;
 mod fit;
 mod generate;
 mod identify;
@@ -45,6 +46,11 @@ pub(crate) enum Command {
         after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
     )]
     Render(render::RenderCommand),
+    /// Trajectory equivalence: the same controller on a machine that truly has the desired friction, and on the bench that
+    /// renders it.
+    #[command(after_help = "Example: stickslip fidelity --quick\n\
+                            Example: stickslip fidelity --preset clm-bench --law paper --law auto --mismatch own+10%")]
+    Fidelity(fidelity::Fidelity),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -96,6 +102,10 @@ impl Command {
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
             Command::Render(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Fidelity(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
