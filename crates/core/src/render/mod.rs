@@ -118,6 +118,16 @@ impl<T: Scalar> Law<T> {
     /// before.
     #[inline(always)]
     pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+        /// Once a kind of number where calls are cheap: the laws are long, and many simulate them.
+        #[inline(never)]
+        fn called<T: Scalar>(law: &Law<T>, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+            law.rendered(state, input, dt)
+        }
+        if T::CALLS_ARE_CHEAP { called(self, state, input, dt) } else { self.rendered(state, input, dt) }
+    }
+
+    #[inline(always)]
+    fn rendered(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let wanted = match self {
             Law::Off => input.with(T::of(0.0)),
             Law::Paper(law) => law.run(&mut (), input, dt),

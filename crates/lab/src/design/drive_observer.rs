@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 
-use super::{kalman_gain, zero_order_hold};
+use super::{kalman_filter, zero_order_hold};
 use crate::Error;
 use crate::preset::{Model, Settings};
 
@@ -18,13 +18,11 @@ pub struct Trust {
     pub motor_torque: f64,
     /// How fast the accelerometer's offset wanders [m/s²/√s].
     pub offset: f64,
-    /// Where the missing torque is put: scale of sliding friction, deflection of elastic bristles, residual.
-    pub shares: [f64; 3],
 }
 
 impl Default for Trust {
     fn default() -> Self {
-        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3, shares: [0.0; 3] }
+        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3 }
     }
 }
 
@@ -54,18 +52,12 @@ pub fn drive_observer(
     let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -omega * omega, -damping]);
     let (phi, gamma) = zero_order_hold(&a, &DMatrix::from_row_slice(2, 1, &[0.0, omega * omega]), step)?;
     let row = |i: usize| [phi[(i, 0)], phi[(i, 1)], gamma[(i, 0)]];
-    let [scale_share, deflection_share, residual_share] = trust.shares;
     Ok(DriveObserver {
         model: prepared,
         steps,
         tacho_share: 1.0 - libm::exp(-step / tacho_lag),
         accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
         gains: gains(model, dt, tacho_lag, trust)?,
-        scale_share,
-        deflection_share,
-        residual_share,
-        scale_floor: 0.1 * model.own.kinetic_torque,
-        bristle_stiffness: model.own_bristles.stiffness,
     })
 }
 
@@ -114,8 +106,8 @@ fn gains(model: &Model<f64>, dt: f64, tacho_lag: f64, trust: &Trust) -> Result<O
         converter / scaling.accelerometer,
     ];
     let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
-    let gain = kalman_gain(&phi, &shown, &q, &r)?;
-    let row = |i: usize| [gain[(i, 0)], gain[(i, 1)], gain[(i, 2)]];
+    let filter = kalman_filter(&phi, &shown, &q, &r)?;
+    let row = |i: usize| [filter.gain[(i, 0)], filter.gain[(i, 1)], filter.gain[(i, 2)]];
     Ok(ObserverGains {
         angle: row(0),
         twist: row(1),

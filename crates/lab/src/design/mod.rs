@@ -18,7 +18,7 @@ pub use drive_observer::{Trust, drive_observer};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
-pub use riccati::kalman_gain;
+pub use riccati::{KalmanFilter, kalman_filter};
 pub use software::{difference_torque, load_current_control, software};
 pub use velocity_observer::{velocity_noise, velocity_observer};
 

@@ -2,7 +2,7 @@
 
 use super::scenario::CLOSED_LOOP;
 use super::{Cell, Role, Runs, Score, scores};
-use crate::preset::{LawChoice, Tracking};
+use crate::preset::{LawChoice, Residual, Tracking};
 use crate::{Error, design};
 
 /// All laws with their stable names.
@@ -11,17 +11,16 @@ pub const LAWS: &[(&str, LawChoice<f64>)] = &[
     ("smooth", LawChoice::Smooth),
     ("karnopp", LawChoice::Karnopp),
     ("bristle", LawChoice::Bristle),
-    ("residual", LawChoice::Residual),
-    ("adaptive", LawChoice::Adaptive),
-    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 150.0 })),
+    ("residual", LawChoice::Residual(Residual { missing_torque: 0.03 })),
+    ("residual_slow", LawChoice::Residual(Residual { missing_torque: 0.01 })),
+    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 250.0, missing_torque: 0.1 })),
+    ("admittance_slow", LawChoice::Admittance(Tracking { bandwidth: 250.0, missing_torque: 0.02 })),
 ];
 
 /// The law that all others are held against.
 pub(super) const PAPER: &str = "paper";
 /// In a list of laws: the one that the bench picks before the run.
 pub const AUTO: &str = "auto";
-/// What is picked.
-const PICKED: &str = "adaptive";
 
 /// Half widths of the fade-out that are tried [rad/s].
 const WIDTHS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
@@ -31,11 +30,6 @@ const SEARCH_SEED: u64 = 1000;
 /// The names that a selection takes.
 pub fn law_names() -> impl Iterator<Item = &'static str> {
     LAWS.iter().map(|(name, _)| *name).chain([AUTO])
-}
-
-/// The name of the law that the bench picks for a cell, from what it believes of the machine.
-pub(super) fn picked(_cell: &Cell) -> &'static str {
-    PICKED
 }
 
 /// Whether a law has a width around standstill: the fade-out, or what stands for it.
@@ -99,7 +93,7 @@ pub(super) fn best_width(cell: &Cell, references: &[Runs; 2], threads: usize, do
 }
 
 /// A difference between 0 and 1; counts by their share, 1 where there is none.
-fn badness(score: &Score) -> f64 {
+pub(super) fn badness(score: &Score) -> f64 {
     let share = if score.measure.ends_with("count") { score.reference.max(1.0) } else { 1.0 };
     let difference = score.difference / share;
     // Not `min` alone: a run that is not stable is the worst.

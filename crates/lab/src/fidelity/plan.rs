@@ -178,6 +178,6 @@ fn known<T: Copy>(
     asked.iter().map(find).collect()
 }
 
-fn processors() -> usize {
+pub(super) fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

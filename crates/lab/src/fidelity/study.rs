@@ -2,9 +2,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::law::{AUTO, PAPER, best_width, has_width, picked, search_references, search_runs, with_law};
+use super::law::{AUTO, PAPER, best_width, has_width, search_references, search_runs, with_law};
 use super::scenario::CLOSED_LOOP;
-use super::{Bed, Cell, Group, LAWS, Mismatch, Plan, Role, Runs, Scenario, Score, Trace, scores};
+use super::{Bed, Cell, Group, LAWS, Mismatch, Plan, Role, Runs, Scenario, Score, Trace, pick_law, scores};
 use crate::{Error, Watch};
 
 /// One number of the benchmark.
@@ -62,7 +62,7 @@ pub struct Example {
 /// [`Error::Cancelled`] before anything was finished; what the design functions refuse.
 pub fn run_plan(plan: &Plan, watch: &Watch) -> Result<Outcome, Error> {
     let mut outcome = Outcome { plan: plan.clone(), rows: Vec::new(), examples: Vec::new(), complete: true };
-    let mut work = Work { plan, watch, done: AtomicUsize::new(0), desired: None };
+    let mut work = Work { plan, watch, done: AtomicUsize::new(0), desired: None, picked: Vec::new() };
     let shown = example(plan);
     for group in &plan.groups {
         let keeps = shown.is_some_and(|shown| shown.shares_a(group));
@@ -98,8 +98,7 @@ impl Group {
     }
 
     /// The laws by their own names, each once, the picked one in its place.
-    fn resolved(&self, cell: &Cell) -> Vec<&'static str> {
-        let auto = picked(cell);
+    fn resolved(&self, auto: &str) -> Vec<&'static str> {
         let asked = |name: &str| self.laws.iter().any(|law| law == name || law == AUTO && name == auto);
         LAWS.iter().map(|(name, _)| *name).filter(|name| asked(name)).collect()
     }
@@ -111,6 +110,8 @@ struct Work<'a> {
     done: AtomicUsize,
     /// A of the group before.
     desired: Option<(Group, Runs)>,
+    /// What was picked: by preset, wheel and rate, for the belief knows no mismatch.
+    picked: Vec<(Group, &'static str)>,
 }
 
 impl Work<'_> {
@@ -120,6 +121,22 @@ impl Work<'_> {
         let widths = group.laws.iter().filter(|law| has_width(law)).count();
         let search = if widths > 0 { 2 * CLOSED_LOOP.len() + widths * search_runs() } else { 0 };
         scenarios.len() * seeds.len() * (2 + group.laws.len()) + search
+    }
+
+    /// The name of the law that the bench picks, from what it believes of the machine; none where nobody asks.
+    fn picked(&mut self, group: &Group, cell: &Cell) -> Result<&'static str, Error> {
+        if !group.laws.iter().any(|law| law == AUTO) {
+            return Ok("");
+        }
+        let alike = |(other, _): &&(Group, _)| {
+            (&other.preset, other.wheel, other.rate) == (&group.preset, group.wheel, group.rate)
+        };
+        if let Some((_, name)) = self.picked.iter().find(alike) {
+            return Ok(name);
+        }
+        let name = pick_law(&cell.preset.model, &cell.preset.bench)?.name;
+        self.picked.push((group.clone(), name));
+        Ok(name)
     }
 
     fn group(&mut self, group: &Group, keeps: bool, outcome: &mut Outcome) -> Result<(), Error> {
@@ -132,6 +149,8 @@ impl Work<'_> {
             .take_while(|other| !std::ptr::eq(*other, group))
             .map(|other| self.runs(other))
             .sum();
+        let cell = Bed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
+        let picked = self.picked(group, &cell)?;
         // What is found in common is counted as done.
         self.done.store(before, Ordering::Relaxed);
         let desired = self.desired.take().filter(|(of, _)| of.shares_a(group)).map(|(_, runs)| runs);
@@ -141,7 +160,6 @@ impl Work<'_> {
         let (watch, done) = (self.watch, &self.done);
         let done = move || watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
 
-        let cell = Bed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
         let run = |cell: &Cell, role| Runs::counted(cell, role, scenarios, seeds, *threads, &done);
         let a = desired.map_or_else(|| run(&cell, Role::Desired), Ok)?;
         let a0 = run(&cell, Role::Own)?;
@@ -150,7 +168,7 @@ impl Work<'_> {
             examples = shown(group, &a, &a0);
         }
         let mut references = None;
-        for name in group.resolved(&cell) {
+        for name in group.resolved(picked) {
             let search = |cell: &Cell| {
                 if references.is_none() {
                     references = Some(search_references(cell, *threads, &done)?);
@@ -159,7 +177,7 @@ impl Work<'_> {
             };
             let cell = with_law(&cell, name, search)?;
             let b = run(&cell, Role::Rendered)?;
-            let auto = name == picked(&cell);
+            let auto = name == picked;
             for example in &mut examples {
                 if let (true, Some(k)) = (auto || name == PAPER, index(&b, example.scenario)) {
                     example.b.push((name, b.traces[k][0].clone()));
