@@ -1,7 +1,7 @@
 //! Which cells are compared.
 
 use super::law::{AUTO, LAWS, PAPER};
-use super::{MISMATCHES, Mismatch, SCENARIOS, Scenario};
+use super::{Bed, MISMATCHES, Mismatch, SCENARIOS, Scenario};
 use crate::Error;
 
 /// The cells of one machine and rate: the same A and A0.
@@ -102,7 +102,7 @@ impl Selection {
     /// at 4 kHz and with the mismatch `real` unless said otherwise.
     ///
     /// # Errors
-    /// [`Error::NothingToCompare`] where a name is not known.
+    /// [`Error::NothingToCompare`] where a name is not known; as [`Bed::find`].
     pub fn plan(&self) -> Result<Plan, Error> {
         let mismatches: Vec<Mismatch> = known("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
         let scenarios: Vec<Scenario> = known("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
@@ -115,7 +115,7 @@ impl Selection {
                 rates: chosen(block.rates, &self.rates, |a, b| a == b),
                 mismatches: chosen(block.mismatches, &mismatches, |a, b| a.name == b.name),
                 laws: block.laws,
-            }));
+            })?);
         }
         if groups.is_empty() {
             let or = |given: &[String], otherwise: &[&str]| {
@@ -126,7 +126,7 @@ impl Selection {
                 rates: if self.rates.is_empty() { vec![4000.0] } else { self.rates.clone() },
                 mismatches: if mismatches.is_empty() { vec![Mismatch::REAL] } else { mismatches },
                 laws: names(&[PAPER, AUTO]),
-            });
+            })?;
         }
         let all = if self.quick { super::CLOSED_LOOP } else { SCENARIOS };
         let count = self.seeds.unwrap_or(if self.quick { 3 } else { 10 });
@@ -139,20 +139,21 @@ impl Selection {
     }
 
     /// The groups of a block. With and without wheel stand together: they share A.
-    fn groups(&self, block: &Block) -> Vec<Group> {
+    fn groups(&self, block: &Block) -> Result<Vec<Group>, Error> {
         let mut groups = Vec::new();
         for preset in &block.presets {
+            let has_wheel = Bed::find(preset)?.has_wheel();
+            let set_up = |wheel: &bool| (has_wheel || !wheel) && self.wheel.is_none_or(|only| only == *wheel);
             for &rate in &block.rates {
                 for &mismatch in &block.mismatches {
-                    for wheel in [true, false].into_iter().filter(|wheel| self.wheel.is_none_or(|only| only == *wheel))
-                    {
+                    for wheel in [true, false].into_iter().filter(set_up) {
                         let laws = if self.laws.is_empty() { &block.laws } else { &self.laws }.clone();
                         groups.push(Group { preset: preset.clone(), wheel, rate, mismatch, laws });
                     }
                 }
             }
         }
-        groups
+        Ok(groups)
     }
 }
 

@@ -22,6 +22,8 @@ pub struct Trace {
     pub reference: Vec<f64>,
     /// What the drive feels [N m]: the true torque of its motor less that of the motor's own friction.
     pub felt_torque: Vec<f64>,
+    /// What resists the load [N m]: its true friction and the true torque of the load motor together.
+    pub resisting_torque: Vec<f64>,
     /// True torque of the load motor, against positive motion [N m].
     pub load_torque: Vec<f64>,
     /// Whether it came to its end: no fault of the supervision, all numbers.
@@ -34,14 +36,14 @@ pub struct Trace {
 /// What the design of the software and the integrator refuse.
 pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
     let settings = &cell.preset.bench;
-    let plan = scenario.plan(&cell.preset)?;
+    let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
     let (steps, step) = settings.plant_steps();
     let plant = machine(cell, role);
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
-    tick.controller = plan.controller;
-    let control_divider = if plan.every_tick { 1 } else { divider };
+    tick.controller = course.controller;
+    let control_divider = if course.every_tick { 1 } else { divider };
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
     tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
@@ -51,9 +53,9 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
 
     let normals = Normals::new(seed);
-    let mut setpoints = plan.drive.setpoints(settings.tick_rate);
-    let rest = (plan.rest * settings.tick_rate) as u64;
-    let cycles = rest + (plan.duration * settings.tick_rate) as u64;
+    let mut setpoints = course.drive.setpoints(settings.tick_rate);
+    let rest = (course.rest * settings.tick_rate) as u64;
+    let cycles = rest + (course.duration * settings.tick_rate) as u64;
     let samples = (cycles / divider) as usize;
     let column = || Vec::with_capacity(samples);
     let period = dt * divider as f64;
@@ -62,17 +64,18 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         angle: column(),
         reference: column(),
         felt_torque: column(),
+        resisting_torque: column(),
         load_torque: column(),
         stable: true,
     };
     for cycle in 0..cycles {
         let mut order = Order { render: 1.0, ..Order::default() };
         order.schedule(cycle, control_divider);
-        order.control = f64::from(u8::from(plan.drive.controls()));
+        order.control = f64::from(u8::from(course.drive.controls()));
         if let Some(cycle) = cycle.checked_sub(rest) {
             let time = cycle as f64 * dt;
-            order.added_torque = plan.drive.torque(time);
-            match (&plan.drive, &mut setpoints) {
+            order.added_torque = course.drive.torque(time);
+            match (&course.drive, &mut setpoints) {
                 (Drive::Staircase(staircase), _) => order.reference = staircase.at(time),
                 (_, Some(generator)) => order.reference = generator.next(),
                 _ => {}
@@ -87,7 +90,9 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         trace.angle.push(parts.angle);
         trace.reference.push(order.reference.position);
         trace.felt_torque.push(parts.motor_torque - parts.motor_resistance);
-        trace.load_torque.push(parts.load_current * plant.load_motor.winding.torque_constant);
+        let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
+        trace.resisting_torque.push(parts.load_resistance + load_torque);
+        trace.load_torque.push(load_torque);
         // What the supervision of a bench would stop; written so that a NaN is a fault.
         let following =
             order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;
@@ -95,7 +100,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             trace.stable = false;
             break;
         }
-        if plan.drive.is_over(parts.angle) {
+        if course.drive.is_over(parts.angle) {
             break;
         }
     }

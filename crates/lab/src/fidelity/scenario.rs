@@ -73,7 +73,7 @@ pub(super) enum Quantity {
     Breakaway,
     /// Area of the loop of felt torque over angle.
     Area,
-    /// Distance of the felt from the desired friction.
+    /// Distance of the rendered from the desired characteristic.
     Curve,
 }
 
@@ -146,7 +146,7 @@ const fn measure(name: &'static str, of: Quantity) -> Measure {
 }
 
 /// What a run does.
-pub(super) struct Plan {
+pub(super) struct Course {
     pub(super) controller: PositionController<f64>,
     /// Whether the controller runs in every tick instead of at its own rate.
     pub(super) every_tick: bool,
@@ -210,7 +210,7 @@ impl Scenario {
     }
 
     /// What to do on this bench.
-    pub(super) fn plan(&self, preset: &Preset<f64>) -> Result<Plan, Error> {
+    pub(super) fn course(&self, preset: &Preset<f64>) -> Result<Course, Error> {
         let breakaway = preset.bench.desired.breakaway_torque;
         let limits = MotionLimits { velocity: 40.0, acceleration: 600.0, jerk: 6e6 };
         let moves = PointToPoint { distance: 10.0, limits, dwell_time: 0.5, moves: 4.0 };
@@ -224,7 +224,7 @@ impl Scenario {
             Kind::Hunting => (Drive::Position(step), START_UP + COUNTED),
             Kind::StickSlip => (Drive::Position(Reference::Ramp(ramp)), START_UP + COUNTED),
             Kind::Breakaway => (Drive::TorqueRamp { rate: 0.5 * breakaway, travel: BROKEN_AWAY }, 4.0),
-            Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.7 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
+            Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.9 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
             Kind::Curve => {
                 let staircase = Staircase::new();
                 let duration = staircase.duration();
@@ -237,7 +237,7 @@ impl Scenario {
             Kind::Curve => speed_holder(preset)?,
             _ => preset.bench.controller,
         };
-        Ok(Plan { controller, every_tick: self.kind == Kind::Curve, drive, rest: REST, duration })
+        Ok(Course { controller, every_tick: self.kind == Kind::Curve, drive, rest: REST, duration })
     }
 
     /// From here on a run is evaluated [s].

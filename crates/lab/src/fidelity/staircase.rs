@@ -1,4 +1,4 @@
-//! Constant speeds one after the other, both ways: the friction that the drive feels at each.
+//! Constant speeds one after the other, both ways: the friction that the load has at each.
 
 use std::f64::consts::TAU;
 
@@ -79,17 +79,17 @@ impl Staircase {
         }
     }
 
-    /// RMS of felt less desired friction over the speeds, as a share of the desired breakaway torque. Felt is the odd part
-    /// of the mean drive torque; the staircase begins at `rest` [s] in the trace. NaN where the trace ends before.
+    /// RMS of rendered less desired friction over the speeds, as a share of the desired breakaway torque. Rendered is the
+    /// odd part of the mean of what resists the load; the staircase begins at `rest` [s] in the trace. NaN where the trace ends before.
     pub(super) fn error(&self, trace: &Trace, desired: &Stribeck<f64>, rest: f64) -> f64 {
-        let felt = |[begin, end]: [f64; 2]| {
+        let mean = |[begin, end]: [f64; 2]| {
             let sample = |time: f64| ((rest + time) / trace.period).round() as usize;
-            let span = trace.felt_torque.get(sample(begin)..sample(end).min(trace.felt_torque.len()));
+            let span = trace.resisting_torque.get(sample(begin)..sample(end).min(trace.resisting_torque.len()));
             span.filter(|span| !span.is_empty()).map_or(f64::NAN, |span| span.iter().sum::<f64>() / span.len() as f64)
         };
         let squares = self.plateaus.chunks_exact(2).map(|pair| {
             let (speed, forth) = pair[0];
-            let odd = 0.5 * (felt(forth) - felt(pair[1].1));
+            let odd = 0.5 * (mean(forth) - mean(pair[1].1));
             (odd - desired.magnitude(speed)).powi(2)
         });
         libm::sqrt(squares.sum::<f64>() / SPEEDS as f64) / desired.breakaway_torque
@@ -109,12 +109,12 @@ fn after(start: &Setpoint<f64>, time: f64) -> Setpoint<f64> {
 mod tests {
     use super::*;
 
-    /// What a drive would feel that has this curve exactly, on a staircase that begins at once.
-    fn felt(staircase: &Staircase, curve: impl Fn(f64) -> f64) -> Trace {
+    /// What resists a load that has this curve exactly, on a staircase that begins at once.
+    fn resisted(staircase: &Staircase, curve: impl Fn(f64) -> f64) -> Trace {
         let period = 1e-3;
         let samples = (staircase.duration() / period) as usize + 1;
-        let felt_torque = (0..samples).map(|k| curve(staircase.at(k as f64 * period).velocity)).collect();
-        Trace { period, felt_torque, ..Trace::default() }
+        let resisting_torque = (0..samples).map(|k| curve(staircase.at(k as f64 * period).velocity)).collect();
+        Trace { period, resisting_torque, ..Trace::default() }
     }
 
     #[test]
@@ -135,17 +135,17 @@ mod tests {
     #[test]
     fn the_desired_curve_has_no_error_and_an_offset_none_either() {
         let (staircase, desired) = (Staircase::new(), Stribeck::default());
-        let exact = felt(&staircase, |velocity| desired.torque(velocity) + 0.05);
+        let exact = resisted(&staircase, |velocity| desired.torque(velocity) + 0.05);
         assert!(staircase.error(&exact, &desired, 0.0) < 1e-12);
-        let scaled = felt(&staircase, |velocity| velocity.signum() * (desired.magnitude(velocity.abs()) + 0.003));
+        let scaled = resisted(&staircase, |velocity| velocity.signum() * (desired.magnitude(velocity.abs()) + 0.003));
         assert!((staircase.error(&scaled, &desired, 0.0) - 0.01).abs() < 1e-12, "1 % of M_S = 0.3 N m");
     }
 
     #[test]
     fn a_run_that_broke_off_has_no_curve() {
         let (staircase, desired) = (Staircase::new(), Stribeck::default());
-        let mut cut = felt(&staircase, |velocity| desired.torque(velocity));
-        cut.felt_torque.truncate(5000);
+        let mut cut = resisted(&staircase, |velocity| desired.torque(velocity));
+        cut.resisting_torque.truncate(5000);
         assert!(staircase.error(&cut, &desired, 0.0).is_nan());
     }
 }

@@ -2,7 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use stickslip_core::plant::Plant;
+
 use super::law::{AUTO, PAPER, best_width, has_width, search_references, search_runs, with_law};
+use super::machine::machine;
 use super::scenario::CLOSED_LOOP;
 use super::{Bed, Cell, Group, LAWS, Mismatch, Plan, Role, Runs, Scenario, Score, Trace, pick_law, scores};
 use crate::{Error, Watch};
@@ -65,7 +68,7 @@ pub fn run_plan(plan: &Plan, watch: &Watch) -> Result<Outcome, Error> {
     let mut work = Work { plan, watch, done: AtomicUsize::new(0), desired: None, picked: Vec::new() };
     let shown = example(plan);
     for group in &plan.groups {
-        let keeps = shown.is_some_and(|shown| shown.shares_a(group));
+        let keeps = shown.is_some_and(|shown| shown.is_beside(group));
         match work.group(group, keeps, &mut outcome) {
             Ok(()) => {}
             Err(Error::Cancelled) if !outcome.rows.is_empty() => {
@@ -92,8 +95,8 @@ fn example(plan: &Plan) -> Option<&Group> {
 }
 
 impl Group {
-    /// Whether A is the same: the wheel is no part of it.
-    fn shares_a(&self, other: &Group) -> bool {
+    /// Whether it is the same but for the wheel.
+    fn is_beside(&self, other: &Group) -> bool {
         self.preset == other.preset && self.rate == other.rate && self.mismatch.name == other.mismatch.name
     }
 
@@ -108,8 +111,8 @@ struct Work<'a> {
     plan: &'a Plan,
     watch: &'a Watch,
     done: AtomicUsize,
-    /// A of the group before.
-    desired: Option<(Group, Runs)>,
+    /// The group before, its A and its runs.
+    desired: Option<(Group, Plant<f64>, Runs)>,
     /// What was picked: by preset, wheel and rate, for the belief knows no mismatch.
     picked: Vec<(Group, &'static str)>,
 }
@@ -153,15 +156,20 @@ impl Work<'_> {
         let picked = self.picked(group, &cell)?;
         // What is found in common is counted as done.
         self.done.store(before, Ordering::Relaxed);
-        let desired = self.desired.take().filter(|(of, _)| of.shares_a(group)).map(|(_, runs)| runs);
-
         let wheel = if group.wheel { "with wheel" } else { "without wheel" };
         let stage = format!("{} {wheel}, {:.0} kHz, {}", group.preset, group.rate / 1000.0, group.mismatch.name);
         let (watch, done) = (self.watch, &self.done);
         let done = move || watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
 
         let run = |cell: &Cell, role| Runs::counted(cell, role, scenarios, seeds, *threads, &done);
-        let a = desired.map_or_else(|| run(&cell, Role::Desired), Ok)?;
+        let truth = machine(&cell, Role::Desired);
+        // Neither wheel nor law nor own friction is a part of A.
+        let a = match self.desired.take() {
+            Some((last, machine, runs)) if (&last.preset, last.rate, machine) == (&group.preset, group.rate, truth) => {
+                runs
+            }
+            _ => run(&cell, Role::Desired)?,
+        };
         let a0 = run(&cell, Role::Own)?;
         let mut examples: Vec<Example> = Vec::new();
         if keeps {
@@ -196,7 +204,7 @@ impl Work<'_> {
             }));
         }
         outcome.examples.append(&mut examples);
-        self.desired = Some((group.clone(), a));
+        self.desired = Some((group.clone(), truth, a));
         Ok(())
     }
 }

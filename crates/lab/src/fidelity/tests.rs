@@ -26,8 +26,9 @@ fn a_machine_differs_from_itself_by_nothing_and_from_one_without_rendering_by_al
     let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1, 2]));
     for score in scores(&a, &a, &a0) {
         assert_eq!((score.difference, score.excess, score.ci95), (0.0, 0.0, [0.0; 2]), "{score:?}");
-        assert!(score.stable && score.floor > 0.0 && score.floor < 0.05, "{score:?}");
+        assert!(score.stable && score.floor < 0.05, "{score:?}");
     }
+    assert!(scores(&a, &a, &a0)[0].floor > 0.0, "other noise, another path");
     // The law is off: the load motor's current is controlled to zero within the noise of its sensor.
     let sine = scores(&b, &a, &a0)[0];
     assert!((sine.difference - 1.0).abs() < 0.02, "{sine:?}");
@@ -47,14 +48,15 @@ fn with_the_desired_friction_the_controller_hunts_with_the_own_one_it_does_not()
 
 #[test]
 fn a_law_that_runs_away_is_not_stable_and_has_no_difference() {
-    let mut cell = cell(true, Mismatch::PERFECT);
-    // It believes in twenty times the friction, and pushes accordingly.
+    let mut cell = cell(false, Mismatch::PERFECT);
+    cell.preset.bench.safety.speed = 100.0;
+    // It believes in twenty times the friction, and pushes the load along as soon as it breaks away.
     cell.preset.model.own.kinetic_torque *= 20.0;
     cell.preset.model.own.breakaway_torque *= 20.0;
     let bench = &cell.preset;
     cell.law = Law::Paper(design::difference_torque(&bench.bench.desired, &bench.model, &bench.bench));
-    let scenarios = [Scenario::SINE_2HZ];
-    let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1]));
+    let scenarios = [Scenario::PRESLIDING];
+    let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1, 2]));
     let score = scores(&b, &a, &a0)[0];
     assert!(!score.stable && score.difference.is_nan() && score.excess.is_nan(), "{score:?}");
     assert!(b.traces[0][0].angle.len() < a.traces[0][0].angle.len(), "it is stopped");
@@ -62,14 +64,14 @@ fn a_law_that_runs_away_is_not_stable_and_has_no_difference() {
 
 #[test]
 fn what_leaves_its_place_has_no_presliding_loop() {
-    // Without the wheel the machine breaks away at 0.2 N m, the cycles have 0.315.
+    // Without the wheel the machine breaks away at 0.2 N m, the cycles have 0.405.
     let cell = cell(false, Mismatch::PERFECT);
     let scenarios = [Scenario::PRESLIDING, Scenario::BREAKAWAY];
     let [a, a0] = [Role::Desired, Role::Own].map(|role| runs(&cell, role, &scenarios, &[1]));
     let scores = scores(&a0, &a, &a0);
     assert_eq!(scores[0].difference, 1.0);
-    // 0.20 instead of 0.45 N m, both 1 to 2 % later than they break away.
-    assert!((scores[1].difference - (1.0 - 0.20 / 0.45)).abs() < 0.02, "{:?}", scores[1]);
+    // 0.20 instead of 0.45 N m; until it has moved by 5 mrad the ramp has gone on by about 10 mN m.
+    assert!((scores[1].difference - (1.0 - 0.20 / 0.45)).abs() < 0.03, "{:?}", scores[1]);
     assert!((scores[1].reference - 0.45).abs() < 0.01, "{:?}", scores[1]);
 }
 
@@ -137,11 +139,12 @@ fn the_number_of_threads_does_not_show() {
     let cell = cell(true, Mismatch::REAL);
     let run = |threads| {
         let watch = Watch::silent();
-        Runs::simulate(&cell, Role::Own, &[Scenario::BREAKAWAY, Scenario::PRESLIDING], &[1, 2], threads, &watch)
-            .unwrap()
+        Runs::simulate(&cell, Role::Own, &[Scenario::SINE_2HZ, Scenario::BREAKAWAY], &[1, 2], threads, &watch).unwrap()
     };
-    assert_eq!(run(1).traces, run(3).traces);
-    assert_ne!(run(1).traces[0][0], run(1).traces[0][1], "seeds differ");
+    // Not `assert_eq!`: nobody wants to read a trace.
+    let [one, three] = [run(1), run(3)];
+    assert!(one.traces == three.traces, "the runs differ");
+    assert!(one.traces[0][0] != one.traces[0][1], "another seed is another run");
 }
 
 #[test]
