@@ -6,6 +6,7 @@ mod controllers;
 mod discretise;
 mod lyapunov;
 mod placement;
+mod region;
 mod software;
 mod velocity_observer;
 
@@ -13,8 +14,9 @@ pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, speed_h
 pub use discretise::zero_order_hold;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
+pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use software::{difference_torque, software};
-pub use velocity_observer::{velocity_noise, velocity_observer};
+pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]
 mod tests;

@@ -9,10 +9,9 @@ use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, poin
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
-use crate::design::difference_torque;
+use crate::design::{Passage, Region, difference_torque, predicted_velocity_noise};
 use crate::experiment::{
-    FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, predicted_velocity_noise,
-    sweep_through_standstill,
+    FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, sweep_through_standstill,
 };
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::quantity::{Estimate, number, tied};
@@ -43,14 +42,17 @@ pub struct Rendering {
 ///
 /// # Errors
 /// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
-/// [`Error::BenchFault`]; what the design functions refuse.
+/// [`Error::NotRenderable`] before anything moves; [`Error::BenchFault`]; what the design functions refuse.
 pub fn render(
     plan: &FrictionPlan<f64>,
     desired: &Stribeck<f64>,
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Rendering, Error> {
-    let law = difference_torque(desired, bench.model(), bench.settings());
+    let (model, settings) = (bench.model(), bench.settings());
+    let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
+    Region::of(model, settings, passage)?.admit(&model.own, desired, plan.fastest)?;
+    let law = difference_torque(desired, model, settings);
     bench.set_law(Law::Paper(law));
     let curve = measure_friction(plan, bench, true, watch)?;
     let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
