@@ -19,6 +19,7 @@ extern crate std;
 pub mod block;
 pub mod control;
 pub mod drive;
+pub mod estimate;
 pub mod fields;
 pub mod friction;
 pub mod plant;

@@ -376,6 +376,14 @@ pub enum Error {
     /// A desired friction outside the renderable region.
     #[error("{0}")]
     NotRenderable(Box<crate::design::Verdict>),
+    /// A bench that cannot render.
+    #[error(
+        "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."
+    )]
+    NothingToRender {
+        /// The preset.
+        preset: String,
+    },
 }
 
 impl Error {

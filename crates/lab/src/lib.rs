@@ -7,6 +7,7 @@ pub mod demo;
 pub mod design;
 mod error;
 pub mod experiment;
+pub mod fidelity;
 pub mod figure;
 pub mod filter;
 pub mod fit;

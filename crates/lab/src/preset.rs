@@ -4,7 +4,7 @@ use stickslip_core::Fields;
 use stickslip_core::control::PositionController;
 use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
 use stickslip_core::fields::{ParameterError, at_most};
-use stickslip_core::friction::{Friction, Stribeck};
+use stickslip_core::friction::{Bristles, Friction, Stribeck};
 use stickslip_core::plant::Plant;
 use stickslip_core::scalar::Scalar;
 use stickslip_core::supervise::{HomingPlan, SafetyLimits};
@@ -41,14 +41,28 @@ pub struct Model<T> {
     /// Lag of servo amplifier and tacho together: it bounds how stiff a velocity loop may be.
     #[field(symbol = "τ", unit = "s", range = 0.0..=0.1, default = 0.85e-3)]
     pub drive_lag: T,
+    /// Lag of the servo amplifier alone; the rest of the lag above is the tacho's.
+    #[field(symbol = "τ_s", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
+    pub servo_lag: T,
+    /// Noise of the tacho at the converter, RMS.
+    #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
+    pub tacho_noise: T,
     /// Noise density of the accelerometer, one-sided.
     #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
     pub accelerometer_noise: T,
+    /// Natural frequency of the accelerometer, second order.
+    #[field(symbol = "f_0", unit = "Hz", range = 10.0..=1e5, default = 1000.0)]
+    pub accelerometer_bandwidth: T,
+    /// Damping ratio of the accelerometer.
+    #[field(symbol = "ζ", unit = "1", range = 0.05..=2.0, default = 0.7)]
+    pub accelerometer_damping: T,
     /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is no
     /// friction of the load and is subtracted.
     pub motor_friction: Friction<T>,
     /// Friction on the load side, friction wheel included, as last measured.
     pub own: Stribeck<T>,
+    /// The bristles under it, as a presliding measurement shows them: for the laws that render presliding.
+    pub own_bristles: Bristles<T>,
 }
 
 /// How the bench runs.
@@ -70,6 +84,10 @@ pub struct Settings<T> {
     pub controller: PositionController<T>,
     /// The characteristic to be rendered.
     pub desired: Stribeck<T>,
+    /// The bristles under it, for the laws that render presliding.
+    pub desired_bristles: Bristles<T>,
+    /// The rendering law.
+    pub law: LawChoice<T>,
     /// Half width of the fade-out interval of the paper's law.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,
@@ -77,6 +95,34 @@ pub struct Settings<T> {
     pub safety: SafetyLimits<T>,
     /// How the index is searched.
     pub homing: HomingPlan<T>,
+}
+
+/// How the difference of desired and own friction is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum LawChoice<T> {
+    /// The paper's: static difference, sign of the estimated velocity, fade-out around standstill.
+    Paper,
+    /// The same with a smooth sign instead of the fade-out.
+    Smooth,
+    /// Karnopp's: within a band around standstill the load motor takes up what the drive applies.
+    Karnopp,
+    /// Desired less own friction, both with bristles, on an observer that contains the drive and its friction.
+    Bristle,
+    /// The same with the friction that the model lacks estimated as one torque.
+    Residual,
+    /// The same with the own friction's scale estimated, for each direction: what it lacks is known through a reversal.
+    Adaptive,
+    /// A virtual load with the desired friction, which the load is made to follow.
+    Admittance(Tracking<T>),
+}
+
+/// How a virtual load is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Tracking<T> {
+    /// Bandwidth, critically damped.
+    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
+    pub bandwidth: T,
 }
 
 impl<T: Scalar> Settings<T> {

@@ -29,13 +29,13 @@ const BEYOND_MEASURE: f64 = 1e12;
 
 /// Whether a machine can have measured or commanded this: no NaN, no infinity.
 #[inline(always)]
-fn measurable<T: Scalar>(value: T) -> T::Mask {
+pub(crate) fn measurable<T: Scalar>(value: T) -> T::Mask {
     value.abs().lt(T::of(BEYOND_MEASURE))
 }
 
 /// `value`, or `instead` where it cannot have been measured.
 #[inline(always)]
-fn finite_or<T: Scalar>(value: T, instead: T) -> T {
+pub(crate) fn finite_or<T: Scalar>(value: T, instead: T) -> T {
     measurable(value).select(value, instead)
 }
 

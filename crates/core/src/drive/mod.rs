@@ -4,10 +4,12 @@
 //! software *believes*; the values differ, the equations do not.
 
 mod flow;
+mod linear;
 
 use core::f64::consts::TAU;
 
 pub use flow::flow;
+pub(crate) use linear::{INPUTS, STATES, advance, half_flow};
 
 use crate::Fields;
 use crate::scalar::{Mask, Scalar};

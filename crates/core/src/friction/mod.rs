@@ -13,6 +13,8 @@
 //! bristles are bent does work on them, in proportion to the energy that they store.
 
 mod bristle;
+mod bristles;
+pub(crate) mod contacts;
 mod element;
 mod stribeck;
 #[cfg(test)]
@@ -24,6 +26,7 @@ use bristle::relax;
 pub use bristle::{
     Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
 };
+pub use bristles::Bristles;
 pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
 pub use stribeck::{Decay, Exponent, FrictionTorque, Speed, Static, Stribeck};
 
@@ -226,6 +229,15 @@ impl<T: Scalar> Friction<T> {
         let sliding = velocity.sign() * self.direction.factor(velocity) * level;
         let viscous = self.direction.viscous_factor(velocity) * self.viscous() * velocity;
         self.factor(&contact) * (sliding + viscous) + self.direction.offset
+    }
+
+    /// Share of a motion that slides, 0 elastic … 1, at a deflection [rad] and a velocity [rad/s]; 1 without bristles.
+    #[inline(always)]
+    pub fn sliding_share(&self, deflection: T, velocity: T) -> T {
+        match &self.model {
+            Model::ElastoPlastic(model) => model.release(deflection, velocity, model.sliding(velocity.abs())).share,
+            _ => T::of(1.0),
+        }
     }
 
     /// A step of bristles with the factor of their direction: by the sign of the deflection, not of the velocity, so

@@ -9,15 +9,10 @@
 use super::Plant;
 use crate::Fields;
 use crate::block::Block;
-use crate::drive::flow;
-use crate::friction::{Contact, Friction, FrictionInput};
+use crate::drive::{INPUTS, STATES, advance, half_flow};
+use crate::friction::contacts::{Sliding, correct, deflections, predict};
 use crate::scalar::Scalar;
 use crate::sensor::Pickups;
-
-/// Linear states: twist, motor velocity, velocity, load current, motor torque.
-const STATES: usize = 5;
-/// Inputs held over a step: torque on the motor, torque on the load, winding voltage, motor torque aimed at.
-const INPUTS: usize = 4;
 
 /// The moving parts of the virtual machine, prepared for a step: motor, coupling, load, friction, currents.
 ///
@@ -133,47 +128,7 @@ struct Held<T> {
 impl<T: Scalar> Machine<T> {
     /// Prepares the flow over half of `dt` [s].
     pub(super) fn new(plant: &Plant<T>, steps: usize, dt: T, noise_bandwidth_root: T) -> Self {
-        const N: usize = STATES + INPUTS + 1;
-        const ANGLE: usize = N - 1;
-        let (zero, one) = (T::of(0.0), T::of(1.0));
-        let drive = &plant.drive;
-        let winding = &plant.load_motor.winding;
-        let mut a = [[zero; N]; N];
-        // δ̇ = Ω_M − Ω
-        a[0][1] = one;
-        a[0][2] = -one;
-        // J_M·Ω̇_M = M_M − c·δ − d·(Ω_M − Ω) − M_R,M
-        let per_motor = one / drive.motor_inertia;
-        a[1][0] = -drive.coupling_stiffness * per_motor;
-        a[1][1] = -drive.coupling_damping * per_motor;
-        a[1][2] = drive.coupling_damping * per_motor;
-        a[1][4] = per_motor;
-        a[1][STATES] = -per_motor;
-        // J_L·Ω̇ = c·δ + d·(Ω_M − Ω) − K·i − M_R
-        let per_load = one / drive.load_inertia;
-        a[2][0] = drive.coupling_stiffness * per_load;
-        a[2][1] = drive.coupling_damping * per_load;
-        a[2][2] = -drive.coupling_damping * per_load;
-        a[2][3] = -winding.torque_constant * per_load;
-        a[2][STATES + 1] = -per_load;
-        // L·di/dt = u − R·i + K·Ω
-        let per_inductance = one / winding.inductance;
-        a[3][2] = winding.torque_constant * per_inductance;
-        a[3][3] = -winding.resistance * per_inductance;
-        a[3][STATES + 2] = per_inductance;
-        // τ·Ṁ_M = M_aim − M_M
-        let per_lag = one / plant.servo.lag;
-        a[4][4] = -per_lag;
-        a[4][STATES + 3] = per_lag;
-        // φ̇ = Ω
-        a[ANGLE][2] = one;
-        let phi = flow(&a, T::of(0.5) * dt);
-        let mut half_flow = [[zero; STATES + 1]; STATES + INPUTS];
-        for (column, out) in half_flow.iter_mut().enumerate() {
-            for (row, source) in [0, 1, 2, 3, 4, ANGLE].into_iter().enumerate() {
-                out[row] = phi[source][column];
-            }
-        }
+        let half_flow = half_flow(&plant.drive, &plant.load_motor.winding, plant.servo.lag, dt);
         let pickups = Pickups::new(plant.tacho, plant.accelerometer, dt);
         Machine { plant: *plant, pickups, steps, noise_bandwidth_root, half_flow }
     }
@@ -192,17 +147,7 @@ impl<T: Scalar> Machine<T> {
             held.voltage,
             held.torque,
         ];
-        // Column by column: six independent sums instead of six chains, side by side in memory.
-        let mut sum = self.half_flow[0];
-        for row in 0..=STATES {
-            sum[row] *= x[0];
-        }
-        for column in 1..STATES + INPUTS {
-            for row in 0..=STATES {
-                sum[row] += self.half_flow[column][row] * x[column];
-            }
-        }
-        let [twist, motor_velocity, velocity, load_current, motor_torque, way] = sum;
+        let [twist, motor_velocity, velocity, load_current, motor_torque, way] = advance(&self.half_flow, x);
         state.arm_twist += T::of(0.5) * dt * state.arm_velocity - way;
         state.angle += way;
         state.twist = twist;
@@ -211,94 +156,6 @@ impl<T: Scalar> Machine<T> {
         state.load_current = load_current;
         state.motor_torque = motor_torque;
     }
-}
-
-/// A mass on which friction acts, in the middle of a step.
-#[derive(Clone, Copy)]
-struct Sliding<T> {
-    inertia: T,
-    velocity: T,
-    angle: T,
-    /// Torque that the contacts carry.
-    load: T,
-    /// Torque against positive motion that was held in the flow.
-    held: T,
-    /// Torque against positive motion from all that is no friction.
-    others: T,
-}
-
-/// Predictor of several contacts on one mass: half a step at the velocity of the start. Leaves the deflections of the
-/// middle in `contacts`, returns the velocity of the middle [rad/s]. A contact is its friction, a factor of its torque,
-/// and its deflection.
-#[inline(always)]
-fn predict<T: Scalar, const N: usize>(mass: &Sliding<T>, contacts: &mut [(&Friction<T>, T, T); N], dt: T) -> T {
-    let start = deflections(contacts);
-    let half = T::of(0.5) * dt;
-    let (middle, torque) = pass::<T, true, N>(mass, mass.velocity, contacts, start, start, half);
-    for i in 0..N {
-        contacts[i].2 = middle[i];
-    }
-    mass.velocity - (torque - mass.held) * half / mass.inertia
-}
-
-/// Corrector: the whole step at the velocity of the middle, α linear about the deflections of the middle. Leaves the deflections
-/// of the end in `contacts`, returns the new velocity [rad/s] and the new torque to hold [N m].
-#[inline(always)]
-fn correct<T: Scalar, const N: usize>(
-    mass: &Sliding<T>,
-    middle: T,
-    start: [T; N],
-    contacts: &mut [(&Friction<T>, T, T); N],
-    dt: T,
-) -> (T, T) {
-    let probe = deflections(contacts);
-    let (ends, torque) = pass::<T, false, N>(mass, middle, contacts, start, probe, dt);
-    for i in 0..N {
-        contacts[i].2 = ends[i];
-    }
-    (mass.velocity - (torque - mass.held) * dt / mass.inertia, torque)
-}
-
-/// Not `array::map`, which stays a call where a number is wide.
-#[inline(always)]
-fn deflections<T: Scalar, const N: usize>(contacts: &[(&Friction<T>, T, T); N]) -> [T; N] {
-    let mut out = [T::of(0.0); N];
-    for i in 0..N {
-        out[i] = contacts[i].2;
-    }
-    out
-}
-
-/// One evaluation of all contacts over `dt`: the new deflections and the torque.
-#[inline(always)]
-fn pass<T: Scalar, const PREDICTS: bool, const N: usize>(
-    mass: &Sliding<T>,
-    velocity: T,
-    contacts: &[(&Friction<T>, T, T); N],
-    start: [T; N],
-    probe: [T; N],
-    dt: T,
-) -> ([T; N], T) {
-    // Friction that would bring the mass to rest within dt; each contact takes up what it can.
-    let mut arrest = mass.held + mass.velocity * mass.inertia / dt - mass.others;
-    let mut total = mass.others;
-    let mut ends = start;
-    for i in 0..N {
-        let (friction, factor, _) = contacts[i];
-        // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.
-        let share = arrest / factor.max(T::of(1e-12));
-        let contact = Contact { velocity, angle: mass.angle, load: mass.load, arrest: share };
-        let (end, torque) = if PREDICTS {
-            friction.predict(start[i], contact, dt)
-        } else {
-            let end = friction.run(&mut (), FrictionInput { deflection: start[i], probe: probe[i], contact }, dt);
-            (end.deflection, end.torque)
-        };
-        ends[i] = end;
-        arrest -= factor * torque;
-        total += factor * torque;
-    }
-    (ends, total)
 }
 
 impl<T: Scalar> Block<T> for Machine<T> {

@@ -1,8 +1,24 @@
 //! Rendering laws: which torque the load motor adds, so that the axis feels the desired friction.
+//!
+//! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
+//! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
+//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding.
+
+mod admittance;
+mod bristle;
+mod difference;
+mod karnopp;
+mod smooth;
+
+pub use admittance::Admittance;
+pub use bristle::BristleDifference;
+pub use difference::DifferenceTorque;
+pub use karnopp::Karnopp;
+pub use smooth::SmoothDifference;
 
 use crate::Fields;
 use crate::block::Block;
-use crate::friction::{Speed, Stribeck};
+use crate::estimate::DriveObserverState;
 use crate::scalar::{Mask, Scalar};
 
 /// The rendering law in force.
@@ -13,52 +29,37 @@ pub enum Law<T> {
     Off,
     /// The static difference torque with fade-out.
     Paper(DifferenceTorque<T>),
-}
-
-/// The paper's rendering law: desired minus own characteristic, faded out around standstill.
-///
-/// ```text
-/// M_diff = sign(Ω_est)·[M_R,desired(|Ω_est|) − M_R,own(|Ω_est|)],   0 while |Ω_est| ≤ Ω_fade
-/// ```
-///
-/// Henrichfreise, Starbek, Reuter, figure 8. Needs the friction wheel for the breakaway torque: within the fade-out
-/// interval only the machine's own friction acts, and at its limits the torque steps.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct DifferenceTorque<T> {
-    /// What the axis shall feel like.
-    pub desired: Stribeck<T>,
-    /// What it has, friction wheel included, as measured.
-    pub own: Stribeck<T>,
-    /// Half width of the fade-out interval around standstill. 2.5 to 3 times the standard deviation of the estimated
-    /// velocity: narrower, noise turns the sign; wider, less of the characteristic is rendered.
-    #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
-    pub fade_velocity: T,
-    /// Largest torque asked of the load motor.
-    #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
-    pub torque_limit: T,
-}
-
-impl<T: Scalar> DifferenceTorque<T> {
-    /// Torque for the load motor [N m] at the estimated screw velocity [rad/s]; 0 for NaN.
-    #[inline(always)]
-    pub fn torque(&self, velocity: T) -> T {
-        let (speed, none) = (velocity.abs(), T::of(0.0));
-        let desired = self.desired.run(&mut (), Speed { speed }, none).torque;
-        let own = self.own.run(&mut (), Speed { speed }, none).torque;
-        let difference = desired - own;
-        let limited = difference.clamp(-self.torque_limit, self.torque_limit);
-        // Not `speed < fade`: a NaN must give zero, not reach the motor. Nor does an infinite speed: ∞·0 is none.
-        let outside = speed.gt(self.fade_velocity) & speed.lt(T::of(1e9));
-        outside.select(limited * velocity.sign(), T::of(0.0))
-    }
+    /// The static difference torque with a smooth sign.
+    Smooth(SmoothDifference<T>),
+    /// True stick within a band around standstill.
+    Karnopp(Karnopp<T>),
+    /// Difference of two frictions with bristles.
+    Bristle(BristleDifference<T>),
+    /// A virtual load with the desired friction, followed.
+    Admittance(Admittance<T>),
 }
 
 /// What a rendering law reads.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LawInput<T> {
-    /// Estimated velocity of the screw.
+    /// Estimated velocity of the screw, by encoder and accelerometer alone.
     #[field(symbol = "Ω_est", unit = "rad/s")]
     pub estimated_velocity: T,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub angle: T,
+    /// Velocity of the motor by the tacho.
+    #[field(symbol = "Ω_M", unit = "rad/s")]
+    pub motor_velocity: T,
+    /// Measured acceleration of the carriage, with its offset.
+    #[field(symbol = "a", unit = "m/s^2")]
+    pub acceleration: T,
+    /// Measured current of the load motor.
+    #[field(symbol = "i", unit = "A")]
+    pub current: T,
+    /// Torque that the drive motor is asked for from the next tick on.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torque: T,
 }
 
 /// What a rendering law gives.
@@ -67,57 +68,76 @@ pub struct LawOutput<T> {
     /// Torque for the load motor, against positive motion.
     #[field(symbol = "M_diff", unit = "N m")]
     pub torque: T,
+    /// Velocity of the screw as the law takes it, for the back-EMF.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub velocity: T,
+    /// Current of the load motor to be expected when the torque acts.
+    #[field(symbol = "i_L", unit = "A")]
+    pub current: T,
 }
 
-impl<T: Scalar> Block<T> for DifferenceTorque<T> {
-    type State = ();
-    type Input = LawInput<T>;
-    type Output = LawOutput<T>;
-
-    #[inline(always)]
-    fn step(&self, _state: &mut (), input: LawInput<T>, _dt: T) -> LawOutput<T> {
-        LawOutput { torque: self.torque(input.estimated_velocity) }
-    }
+/// What rendering remembers; each law uses what it needs, so that laws may be swapped while running.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LawState<T> {
+    /// The observer of the drive.
+    pub observer: DriveObserverState<T>,
+    /// Deflection of the desired bristles.
+    #[field(symbol = "z_d", unit = "rad")]
+    pub desired_deflection: T,
+    /// Velocity of the virtual load.
+    #[field(symbol = "Ω_v", unit = "rad/s")]
+    pub virtual_velocity: T,
+    /// How far the virtual load is ahead.
+    #[field(symbol = "φ_v − φ", unit = "rad")]
+    pub virtual_lead: T,
+    /// Friction torque held against the virtual load.
+    #[field(symbol = "M_v", unit = "N m")]
+    pub virtual_resistance: T,
+    /// Torque that the drive motor was asked for, in force until the next tick.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torque: T,
+    /// Voltage that the load motor was given, in force until the next tick.
+    #[field(symbol = "u", unit = "V")]
+    pub voltage: T,
+    /// Difference torque of the last tick.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub torque: T,
+    /// What is left of the step between the law before and this one.
+    #[field(symbol = "M_diff", unit = "N m")]
+    pub bump: T,
+    /// Whether a law has just come into force.
+    #[field(unit = "1", flag)]
+    pub swapped: T,
 }
+
+/// Time in which the step between two laws fades [s].
+const TAKE_OVER: f64 = 20e-3;
 
 impl<T: Scalar> Law<T> {
-    /// Torque for the load motor, against positive motion [N m], at the estimated velocity of the screw [rad/s].
+    /// Torque for the load motor in this tick. A law that has just come into force begins with the torque of the one
+    /// before.
     #[inline(always)]
-    pub fn torque(&self, velocity: T, dt: T) -> T {
-        match self {
-            Law::Off => T::of(0.0),
-            Law::Paper(law) => law.run(&mut (), LawInput { estimated_velocity: velocity }, dt).torque,
-        }
+    pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+        let wanted = match self {
+            Law::Off => input.with(T::of(0.0)),
+            Law::Paper(law) => law.run(&mut (), input, dt),
+            Law::Smooth(law) => law.run(&mut (), input, dt),
+            Law::Karnopp(law) => law.run(state, input, dt),
+            Law::Bristle(law) => law.run(state, input, dt),
+            Law::Admittance(law) => law.run(state, input, dt),
+        };
+        let swapped = state.swapped.gt(T::of(0.5));
+        let fading = state.bump * (T::of(1.0) - dt / T::of(TAKE_OVER)).max(T::of(0.0));
+        state.bump = swapped.select(state.torque - wanted.torque, fading);
+        state.swapped = T::of(0.0);
+        LawOutput { torque: wanted.torque + state.bump, ..wanted }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn law() -> DifferenceTorque<f64> {
-        let desired =
-            Stribeck { kinetic_torque: 0.12, stribeck_velocity: 1.5, viscous_friction: 1.2e-3, ..Stribeck::default() };
-        DifferenceTorque { desired, own: Stribeck::default(), fade_velocity: 0.3, torque_limit: 0.05 }
-    }
-
-    #[test]
-    fn the_difference_is_odd_faded_out_and_limited() {
-        let law = law();
-        for velocity in [0.0, 0.1, 0.3, 0.301, 1.0, 5.0, 60.0, 150.0] {
-            let torque = law.torque(velocity);
-            assert_eq!(torque, -law.torque(-velocity));
-            let full = law.desired.magnitude(velocity) - law.own.magnitude(velocity);
-            let expected = if velocity > 0.3 { full.clamp(-0.05, 0.05) } else { 0.0 };
-            assert_eq!(torque, expected, "at {velocity}");
-        }
-        assert!(law.torque(5.0) < 0.0 && law.torque(150.0) > 0.0, "the difference changes its sign");
-    }
-
-    #[test]
-    fn no_number_gives_no_torque() {
-        for velocity in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(law().torque(velocity), 0.0);
-        }
+impl<T: Scalar> LawInput<T> {
+    /// This torque [N m], with motion and current as measured.
+    #[inline(always)]
+    fn with(&self, torque: T) -> LawOutput<T> {
+        LawOutput { torque, velocity: self.estimated_velocity, current: self.current }
     }
 }

@@ -19,7 +19,7 @@ use crate::control::{
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
-use crate::render::Law;
+use crate::render::{Law, LawInput, LawState};
 use crate::scalar::{Mask, Scalar};
 
 /// Data-sheet scaling of instruments and servo amplifier.
@@ -92,6 +92,8 @@ pub struct TickState<T> {
     pub decoder: DecoderState<T>,
     /// Observer.
     pub observer: VelocityObserverState<T>,
+    /// Rendering law.
+    pub law: LawState<T>,
     /// Current control.
     pub current: CurrentControlState<T>,
     /// Position controller.
@@ -198,19 +200,33 @@ impl<T: Scalar> Block<T> for Tick<T> {
 
         let seen = VelocityObserverInput { angle: decoded.angle, acceleration };
         let estimate = self.observer.run(&mut state.observer, seen, dt);
-        let wanted = self.law.torque(estimate.velocity, dt);
-        let difference_torque = order.render.gt(half).select(wanted, zero);
-        let demand = CurrentControlInput {
-            reference_current: difference_torque / self.current.torque_constant,
-            measured_current: current,
-            estimated_velocity: estimate.velocity,
-        };
-        let load = self.current.run(&mut state.current, demand, dt);
-
+        // The position controller first: what it asks for acts in the same tick as the load torque.
         self.control(state, &order, decoded.angle, motor_velocity);
         let torque = nan_to_zero(state.commanded_torque + order.added_torque);
         let limit = self.scaling.servo_limit;
         let servo_voltage = (torque / self.scaling.torque_per_volt).clamp(-limit, limit);
+        let commanded_torque = servo_voltage * self.scaling.torque_per_volt;
+
+        let felt = LawInput {
+            estimated_velocity: estimate.velocity,
+            angle: decoded.angle,
+            motor_velocity,
+            acceleration,
+            current,
+            motor_torque: commanded_torque,
+        };
+        let wanted = self.law.render(&mut state.law, felt, dt);
+        let difference_torque = order.render.gt(half).select(wanted.torque, zero);
+        let demand = CurrentControlInput {
+            reference_current: difference_torque / self.current.torque_constant,
+            measured_current: current,
+            estimated_velocity: wanted.velocity,
+        };
+        let load = self.current.run(&mut state.current, demand, dt);
+        state.law.motor_torque = commanded_torque;
+        state.law.voltage = load.voltage;
+        state.law.torque = difference_torque;
+
         TickOutput {
             servo_voltage,
             amplifier_voltage: load.amplifier_input,
@@ -220,7 +236,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
             estimated_velocity: estimate.velocity,
             acceleration_offset: estimate.acceleration_offset,
             measured_motor_velocity: motor_velocity,
-            commanded_torque: servo_voltage * self.scaling.torque_per_volt,
+            commanded_torque,
             difference_torque,
             measured_load_torque: current * self.current.torque_constant,
         }

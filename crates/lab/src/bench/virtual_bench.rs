@@ -149,6 +149,7 @@ impl Bench for VirtualBench {
 
     fn set_law(&mut self, law: Law<f64>) {
         self.bench.tick.law = law;
+        self.state.tick.law.swapped = 1.0;
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

@@ -4,17 +4,23 @@
 
 mod controllers;
 mod discretise;
+mod drive_observer;
+mod law;
 mod lyapunov;
 mod placement;
 mod region;
+mod riccati;
 mod software;
 mod velocity_observer;
 
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, speed_holder};
 pub use discretise::zero_order_hold;
+pub use drive_observer::{Trust, drive_observer};
+pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
+pub use riccati::kalman_gain;
 pub use software::{difference_torque, software};
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 

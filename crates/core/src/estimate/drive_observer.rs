@@ -1,0 +1,311 @@
+//! Observer of the drive with its friction inside.
+
+use super::{DriveModel, DriveModelInput, DriveModelOutput, DriveState};
+use crate::Fields;
+use crate::block::Block;
+use crate::control::finite_or;
+use crate::fields::Fields as _;
+use crate::scalar::{Mask, Scalar};
+
+/// The accelerometer as the observer believes it, prepared for a step of the model: second order.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct AccelerationSensor<T> {
+    /// Way of the carriage per angle of the screw.
+    #[field(symbol = "1/i_h", unit = "m/rad", range = 1e-5..=1.0, default = 7.957_747_154_594_768e-4)]
+    pub carriage_ratio: T,
+    /// Exact step: rows value and rate, columns value, rate and input held.
+    #[field(unit = "1")]
+    pub flow: [[T; 3]; 2],
+}
+
+/// Correction of each state per deviation of a measurement: a column for encoder, tacho and accelerometer each.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ObserverGains<T> {
+    /// Of the angle.
+    #[field(unit = "rad", range = -1e9..=1e9)]
+    pub angle: [T; 3],
+    /// Of the twist.
+    #[field(unit = "rad", range = -1e9..=1e9)]
+    pub twist: [T; 3],
+    /// Of the motor's velocity.
+    #[field(unit = "rad/s", range = -1e9..=1e9)]
+    pub motor_velocity: [T; 3],
+    /// Of the velocity.
+    #[field(unit = "rad/s", range = -1e9..=1e9)]
+    pub velocity: [T; 3],
+    /// Of the torque that the model lacks.
+    #[field(unit = "N m", range = -1e9..=1e9)]
+    pub torque: [T; 3],
+    /// Of the accelerometer's offset.
+    #[field(unit = "m/s^2", range = -1e9..=1e9)]
+    pub offset: [T; 3],
+    /// Of the tacho's low-pass.
+    #[field(unit = "rad/s", range = -1e9..=1e9)]
+    pub tacho: [T; 3],
+    /// Of the accelerometer's value.
+    #[field(unit = "m/s^2", range = -1e9..=1e9)]
+    pub acceleration: [T; 3],
+    /// Of the accelerometer's rate.
+    #[field(unit = "m/s^3", range = -1e9..=1e9)]
+    pub acceleration_rate: [T; 3],
+    /// Of the load current, per deviation of the measured one.
+    #[field(unit = "1", range = 0.0..=1.0, default = 0.3)]
+    pub current: T,
+}
+
+/// Observer of the whole drive: the model moves in steps of its own, each measurement corrects it.
+///
+/// The gains are those of a stationary Kalman filter for the linear drive with an unknown torque on the load
+/// (`stickslip::design::drive_observer`). What they find of that torque goes where it belongs: while the bristles are
+/// elastic it is their deflection that was wrong, while the load slides it is the scale of the friction, one for each
+/// direction, so that it is known through a reversal; and what is left goes into a residual torque.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DriveObserver<T> {
+    /// The drive, prepared for a step.
+    pub model: DriveModel<T>,
+    /// How many steps of the model a tick has.
+    #[field(fixed)]
+    pub steps: usize,
+    /// Share of the way to its input that the tacho's low-pass goes in a step.
+    #[field(unit = "1", range = 0.0..=1.0, default = 1.0)]
+    pub tacho_share: T,
+    /// The accelerometer.
+    pub accelerometer: AccelerationSensor<T>,
+    /// Correction by the measurements.
+    pub gains: ObserverGains<T>,
+    /// Share of the missing torque that is taken for the scale of the sliding friction.
+    #[field(unit = "1", range = 0.0..=10.0)]
+    pub scale_share: T,
+    /// Share of it that is taken for a wrong deflection while the bristles are elastic.
+    #[field(unit = "1", range = 0.0..=10.0)]
+    pub deflection_share: T,
+    /// Share of it that is taken for a torque besides friction.
+    #[field(unit = "1", range = 0.0..=10.0)]
+    pub residual_share: T,
+    /// Friction torque below which its scale is learnt more slowly.
+    #[field(symbol = "ε", unit = "N m", range = 1e-9..=200.0, default = 0.02)]
+    pub scale_floor: T,
+    /// Stiffness of the load's bristles.
+    #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]
+    pub bristle_stiffness: T,
+}
+
+/// What the observer expects at the next tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DriveObserverState<T> {
+    /// The drive.
+    pub drive: DriveState<T>,
+    /// What the friction exceeds the model's by, as a share: in positive and in negative direction.
+    #[field(unit = "1")]
+    pub scale: [T; 2],
+    /// Torque besides friction, against positive motion.
+    #[field(symbol = "r", unit = "N m")]
+    pub residual: T,
+    /// Accelerometer offset.
+    #[field(symbol = "a₀", unit = "m/s^2")]
+    pub offset: T,
+    /// Tacho behind its low-pass.
+    #[field(unit = "rad/s")]
+    pub tacho: T,
+    /// Accelerometer: value.
+    #[field(unit = "m/s^2")]
+    pub acceleration: T,
+    /// Accelerometer: rate.
+    #[field(unit = "m/s^3")]
+    pub acceleration_rate: T,
+    /// Whether it runs; the first measurements are taken as they are.
+    #[field(unit = "1", flag)]
+    pub started: T,
+}
+
+/// What the observer reads at a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DriveObserverInput<T> {
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub angle: T,
+    /// Velocity of the motor by the tacho.
+    #[field(symbol = "Ω_M", unit = "rad/s")]
+    pub motor_velocity: T,
+    /// Measured acceleration of the carriage, with its offset.
+    #[field(symbol = "a", unit = "m/s^2")]
+    pub acceleration: T,
+    /// Measured current of the load motor.
+    #[field(symbol = "i", unit = "A")]
+    pub current: T,
+    /// Torque asked of the drive motor until the next tick.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub motor_torque: T,
+    /// Voltage at the load motor until the next tick.
+    #[field(symbol = "u", unit = "V")]
+    pub voltage: T,
+    /// A velocity to start from.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub estimated_velocity: T,
+}
+
+/// What the observer says of the present tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Estimate<T> {
+    /// Screw angle.
+    #[field(symbol = "φ_est", unit = "rad")]
+    pub angle: T,
+    /// Screw velocity.
+    #[field(symbol = "Ω_est", unit = "rad/s")]
+    pub velocity: T,
+}
+
+impl<T: Scalar> DriveObserver<T> {
+    /// Takes the measurements of this tick in.
+    #[inline(always)]
+    fn correct(&self, state: &mut DriveObserverState<T>, input: &DriveObserverInput<T>) {
+        let known = state.started.gt(T::of(0.5));
+        let begin = self.begin(input);
+        *state = state.merge(&begin, &mut |running, fresh| known.select(running, fresh));
+
+        let error = [
+            finite_or(input.angle, state.drive.angle) - state.drive.angle,
+            finite_or(input.motor_velocity, state.tacho) - state.tacho,
+            finite_or(input.acceleration, state.acceleration + state.offset) - state.acceleration - state.offset,
+        ];
+        let by = |gain: [T; 3]| gain[0] * error[0] + gain[1] * error[1] + gain[2] * error[2];
+        let gains = &self.gains;
+        let drive = &mut state.drive;
+        let missing = by(gains.torque);
+        drive.angle += by(gains.angle);
+        drive.twist += by(gains.twist);
+        drive.motor_velocity += by(gains.motor_velocity);
+        drive.velocity += by(gains.velocity);
+        drive.load_current += gains.current * (finite_or(input.current, drive.load_current) - drive.load_current);
+        state.offset += by(gains.offset);
+        state.tacho += by(gains.tacho);
+        state.acceleration += by(gains.acceleration);
+        state.acceleration_rate += by(gains.acceleration_rate);
+        self.assign(state, missing);
+    }
+
+    /// Where a torque [N m] that the model lacks belongs.
+    #[inline(always)]
+    fn assign(&self, state: &mut DriveObserverState<T>, missing: T) {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let drive = &mut state.drive;
+        let factor = Self::scale(state.scale, drive.deflection);
+        let friction = (drive.load_resistance - state.residual) / factor;
+        let sliding = self.model.friction.sliding_share(drive.deflection, drive.velocity);
+        let floor = self.scale_floor;
+        let learnt = self.scale_share * sliding * missing * friction / (friction * friction + floor * floor);
+        let forward = drive.deflection.gt(zero);
+        let limit = T::of(0.7);
+        state.scale = [
+            (state.scale[0] + forward.select(learnt, zero)).clamp(-limit, limit),
+            (state.scale[1] + forward.select(zero, learnt)).clamp(-limit, limit),
+        ];
+        drive.deflection += self.deflection_share * (one - sliding) * missing / (self.bristle_stiffness * factor);
+        let residual = self.residual_share * missing;
+        state.residual += residual;
+        drive.load_resistance += residual;
+    }
+
+    /// Factor of the friction while the bristles are bent to this side.
+    #[inline(always)]
+    fn scale(scale: [T; 2], deflection: T) -> T {
+        T::of(1.0) + deflection.gt(T::of(0.0)).select(scale[0], scale[1])
+    }
+
+    /// The state from which the first measurement is met.
+    #[inline(always)]
+    fn begin(&self, input: &DriveObserverInput<T>) -> DriveObserverState<T> {
+        let zero = T::of(0.0);
+        let velocity = finite_or(input.estimated_velocity, zero);
+        DriveObserverState {
+            drive: DriveState {
+                angle: finite_or(input.angle, zero),
+                velocity,
+                twist: input.motor_torque / self.model.drive.coupling_stiffness,
+                motor_velocity: velocity,
+                load_current: finite_or(input.current, zero),
+                motor_torque: input.motor_torque,
+                ..DriveState::default()
+            },
+            offset: finite_or(input.acceleration, zero),
+            tacho: velocity,
+            started: T::of(1.0),
+            ..DriveObserverState::default()
+        }
+    }
+
+    /// Takes the measurements in and moves on to the next tick; `passenger` sees each step and its length [s].
+    #[inline(always)]
+    pub fn follow(
+        &self,
+        state: &mut DriveObserverState<T>,
+        input: &DriveObserverInput<T>,
+        dt: T,
+        mut passenger: impl FnMut(&DriveModelOutput<T>, T),
+    ) -> Estimate<T> {
+        self.correct(state, input);
+        let estimate = Estimate { angle: state.drive.angle, velocity: state.drive.velocity };
+        let dt = dt / T::of(self.steps as f64);
+        for _ in 0..self.steps {
+            let held = DriveModelInput {
+                motor_torque: input.motor_torque,
+                voltage: input.voltage,
+                friction_scale: Self::scale(state.scale, state.drive.deflection),
+                resistance: state.residual,
+            };
+            let middle = self.model.run(&mut state.drive, held, dt);
+            state.tacho += self.tacho_share * (middle.motor_velocity - state.tacho);
+            let felt = self.accelerometer.carriage_ratio * middle.acceleration;
+            let [value, rate] = self.accelerometer.flow;
+            let (a, v) = (state.acceleration, state.acceleration_rate);
+            state.acceleration = value[0] * a + value[1] * v + value[2] * felt;
+            state.acceleration_rate = rate[0] * a + rate[1] * v + rate[2] * felt;
+            passenger(&middle, dt);
+        }
+        estimate
+    }
+
+    /// What the model does from the next tick on, `steps` of it, with the load motor's torque replaced by what is asked
+    /// of it: `torque` gives that [N m] for each step's middle and the own friction there [N m].
+    #[inline(always)]
+    pub fn look_ahead(
+        &self,
+        state: &DriveObserverState<T>,
+        motor_torque: T,
+        steps: usize,
+        dt: T,
+        mut torque: impl FnMut(&DriveModelOutput<T>, T, T) -> T,
+    ) -> T {
+        let dt = dt / T::of(self.steps as f64);
+        let constant = self.model.winding.torque_constant;
+        let mut drive = state.drive;
+        let mut asked = constant * drive.load_current;
+        // The current is taken out of the model, and what it did is held instead.
+        drive.load_current = T::of(0.0);
+        drive.load_resistance += asked;
+        let mut sum = T::of(0.0);
+        for _ in 0..steps {
+            let held = DriveModelInput {
+                motor_torque,
+                voltage: -constant * drive.velocity,
+                friction_scale: Self::scale(state.scale, drive.deflection),
+                resistance: state.residual + asked,
+            };
+            let middle = self.model.run(&mut drive, held, dt);
+            asked = torque(&middle, middle.friction_torque + state.residual, dt);
+            sum += asked;
+        }
+        sum / T::of(steps as f64)
+    }
+}
+
+impl<T: Scalar> Block<T> for DriveObserver<T> {
+    type State = DriveObserverState<T>;
+    type Input = DriveObserverInput<T>;
+    type Output = Estimate<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Estimate<T> {
+        self.follow(state, &input, dt, |_, _| {})
+    }
+}

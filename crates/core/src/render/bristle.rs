@@ -1,0 +1,81 @@
+//! Difference of two frictions with bristles, on a predicted velocity.
+
+use super::{LawInput, LawOutput, LawState};
+use crate::Fields;
+use crate::block::Block;
+use crate::drive::nan_to_zero;
+use crate::estimate::{DriveObserver, DriveObserverInput};
+use crate::friction::{Contact, Friction};
+use crate::scalar::Scalar;
+
+/// Desired less own friction, both with bristles on the same velocity: that of an observer which contains the drive and
+/// its friction, run ahead to when the torque acts.
+///
+/// ```text
+/// M_diff = mean over the look-ahead of  M_desired(z_d, Ω) − M_own(z, Ω) − r
+/// ```
+///
+/// Renders presliding and breakaway, without a fade-out and without a friction wheel. How far it can be trusted is how
+/// far the observer's friction is that of the machine; its scale may be learnt (see [`DriveObserver`]).
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct BristleDifference<T> {
+    /// The drive with its own friction, and what corrects it.
+    pub observer: DriveObserver<T>,
+    /// What the axis shall feel like.
+    pub desired: Friction<T>,
+    /// Steps of the model from the next tick to the end of what is averaged.
+    #[field(fixed)]
+    pub ahead: usize,
+    /// Largest torque asked of the load motor.
+    #[field(symbol = "M_max", unit = "N m", range = 0.0..=200.0, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// One step of friction without an integrator around it: the new deflection and the mean torque.
+#[inline(always)]
+pub(super) fn slide<T: Scalar>(friction: &Friction<T>, deflection: T, velocity: T, dt: T) -> (T, T) {
+    let contact = Contact { velocity, ..Contact::default() };
+    let (middle, _) = friction.predict(deflection, contact, T::of(0.5) * dt);
+    friction.correct(deflection, middle, contact, dt)
+}
+
+impl<T: Scalar> LawInput<T> {
+    /// What the observer reads.
+    #[inline(always)]
+    pub(super) fn seen(&self, state: &LawState<T>) -> DriveObserverInput<T> {
+        DriveObserverInput {
+            angle: self.angle,
+            motor_velocity: self.motor_velocity,
+            acceleration: self.acceleration,
+            current: self.current,
+            motor_torque: state.motor_torque,
+            voltage: state.voltage,
+            estimated_velocity: self.estimated_velocity,
+        }
+    }
+}
+
+impl<T: Scalar> Block<T> for BristleDifference<T> {
+    type State = LawState<T>;
+    type Input = LawInput<T>;
+    type Output = LawOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+        let seen = input.seen(state);
+        let mut desired_deflection = state.desired_deflection;
+        let desired = &self.desired;
+        self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
+            desired_deflection = slide(desired, desired_deflection, middle.velocity, h).0;
+        });
+        state.desired_deflection = desired_deflection;
+        let limit = self.torque_limit;
+        let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
+            let (end, torque) = slide(desired, desired_deflection, middle.velocity, h);
+            desired_deflection = end;
+            (torque - own).clamp(-limit, limit)
+        });
+        let drive = &state.observer.drive;
+        LawOutput { torque: nan_to_zero(mean), velocity: drive.velocity, current: drive.load_current }
+    }
+}

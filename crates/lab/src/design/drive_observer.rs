@@ -1,0 +1,131 @@
+//! The observer with the drive's model inside: its step, and its gains by a stationary Kalman filter.
+
+use std::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
+
+use super::{kalman_gain, zero_order_hold};
+use crate::Error;
+use crate::preset::{Model, Settings};
+
+/// How far the model is trusted: what may be wrong with it, as white noise on its rates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trust {
+    /// How fast the torque that the model lacks wanders [N m/√s].
+    pub missing_torque: f64,
+    /// Torque noise of the drive motor [N m/√Hz].
+    pub motor_torque: f64,
+    /// How fast the accelerometer's offset wanders [m/s²/√s].
+    pub offset: f64,
+    /// Where the missing torque is put: scale of sliding friction, deflection of elastic bristles, residual.
+    pub shares: [f64; 3],
+}
+
+impl Default for Trust {
+    fn default() -> Self {
+        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3, shares: [0.0; 3] }
+    }
+}
+
+/// Longest step of the observer's model [s].
+const LONGEST_STEP: f64 = 125e-6;
+
+/// Order of the states of the linear filter.
+const STATES: usize = 9;
+
+/// The observer of the drive that is believed.
+///
+/// # Errors
+/// As the design functions.
+pub fn drive_observer(
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+    trust: &Trust,
+) -> Result<DriveObserver<f64>, Error> {
+    let dt = settings.tick_time();
+    let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(1.0) as usize;
+    let step = dt / steps as f64;
+    let own = model.own_bristles.under(model.own);
+    let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
+    let tacho_lag = (model.drive_lag - model.servo_lag).max(1e-6);
+    let omega = TAU * model.accelerometer_bandwidth;
+    let damping = 2.0 * model.accelerometer_damping * omega;
+    let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -omega * omega, -damping]);
+    let (phi, gamma) = zero_order_hold(&a, &DMatrix::from_row_slice(2, 1, &[0.0, omega * omega]), step)?;
+    let row = |i: usize| [phi[(i, 0)], phi[(i, 1)], gamma[(i, 0)]];
+    let [scale_share, deflection_share, residual_share] = trust.shares;
+    Ok(DriveObserver {
+        model: prepared,
+        steps,
+        tacho_share: 1.0 - libm::exp(-step / tacho_lag),
+        accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
+        gains: gains(model, dt, tacho_lag, trust)?,
+        scale_share,
+        deflection_share,
+        residual_share,
+        scale_floor: 0.1 * model.own.kinetic_torque,
+        bristle_stiffness: model.own_bristles.stiffness,
+    })
+}
+
+/// Gains of the stationary filter: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
+fn gains(model: &Model<f64>, dt: f64, tacho_lag: f64, trust: &Trust) -> Result<ObserverGains<f64>, Error> {
+    let drive = &model.drive;
+    let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
+    let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
+    let omega = TAU * model.accelerometer_bandwidth;
+    let ratio = drive.carriage_ratio();
+    let mut a = DMatrix::<f64>::zeros(STATES, STATES);
+    a[(0, 3)] = 1.0;
+    (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
+    (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
+    (a[(3, 1)], a[(3, 2)], a[(3, 3)], a[(3, 4)]) = (c * per_load, d * per_load, -d * per_load, -per_load);
+    (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
+    a[(7, 8)] = 1.0;
+    // The sensor feels the load's acceleration: its row of the rates.
+    for column in 0..STATES {
+        a[(8, column)] = omega * omega * ratio * a[(3, column)];
+    }
+    a[(8, 7)] -= omega * omega;
+    a[(8, 8)] -= 2.0 * model.accelerometer_damping * omega;
+
+    let mut noise = DMatrix::<f64>::zeros(STATES, STATES);
+    noise[(2, 2)] = (trust.motor_torque * per_motor).powi(2);
+    noise[(4, 4)] = trust.missing_torque.powi(2);
+    noise[(5, 5)] = trust.offset.powi(2);
+    // One-sided density S: white noise of S²/2.
+    noise[(8, 8)] = 0.5 * (omega * omega * model.accelerometer_noise).powi(2);
+    let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
+    let (half, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), 0.5 * dt)?;
+    // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
+    let q = (&noise + 4.0 * &half * &noise * half.transpose() + &phi * &noise * phi.transpose()) * (dt / 6.0);
+
+    let mut shown = DMatrix::<f64>::zeros(3, STATES);
+    shown[(0, 0)] = 1.0;
+    shown[(1, 6)] = 1.0;
+    (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
+    let scaling = &model.scaling;
+    // A converter of 16 bits over ±10 V: one step of noise, and its own rounding.
+    let converter = 20.0 / 65536.0 * 1.04;
+    let deviations = [
+        TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
+        libm::hypot(model.tacho_noise, converter) / scaling.tacho,
+        converter / scaling.accelerometer,
+    ];
+    let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
+    let gain = kalman_gain(&phi, &shown, &q, &r)?;
+    let row = |i: usize| [gain[(i, 0)], gain[(i, 1)], gain[(i, 2)]];
+    Ok(ObserverGains {
+        angle: row(0),
+        twist: row(1),
+        motor_velocity: row(2),
+        velocity: row(3),
+        torque: row(4),
+        offset: row(5),
+        tacho: row(6),
+        acceleration: row(7),
+        acceleration_rate: row(8),
+        current: 0.3,
+    })
+}

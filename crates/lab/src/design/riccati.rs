@@ -1,0 +1,54 @@
+//! The stationary Kalman filter.
+
+use nalgebra::DMatrix;
+
+use super::{finite, square};
+use crate::Error;
+
+/// Doublings until the filter's covariance is known to rounding: 2⁴⁰ samples.
+const DOUBLINGS: usize = 40;
+
+/// Gain K of x̂ = x̄ + K·(y − C·x̄) of the stationary Kalman filter for x⁺ = A·x + w, y = C·x + v with white w and v of
+/// covariance Q and R.
+///
+/// Structured doubling of P = A·P·Aᵀ − A·P·Cᵀ·(C·P·Cᵀ + R)⁻¹·C·P·Aᵀ + Q (Chu, Fan, Lin 2005): k steps are 2ᵏ samples.
+///
+/// # Errors
+/// What is no number, R that is not positive definite, and what does not converge: a state that neither the outputs
+/// show nor dies out.
+pub fn kalman_gain(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<DMatrix<f64>, Error> {
+    let order = square("the system matrix", a)?;
+    let unobservable = || {
+        let remedy = "Measure more, or leave out the states that the outputs do not show.";
+        Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+    };
+    let inverse = r.clone().try_inverse().ok_or_else(unobservable)?;
+    let identity = DMatrix::<f64>::identity(order, order);
+    let mut step = a.transpose();
+    let mut seen = c.transpose() * inverse * c;
+    let mut covariance = q.clone();
+    for _ in 0..DOUBLINGS {
+        let lu = (&identity + &seen * &covariance).lu();
+        let forward = lu.solve(&step).ok_or_else(unobservable)?;
+        let spread = (&identity + &covariance * &seen).lu().solve(&step.transpose()).ok_or_else(unobservable)?;
+        let more = step.transpose() * &covariance * &forward;
+        seen = &seen + &step * &seen * &spread;
+        step = &step * &forward;
+        covariance += &more;
+        covariance = 0.5 * (&covariance + covariance.transpose());
+        seen = 0.5 * (&seen + seen.transpose());
+        if more.norm() <= 1e-14 * covariance.norm() {
+            break;
+        }
+    }
+    finite("the covariance of the filter", &covariance)?;
+    let innovation = c * &covariance * c.transpose() + r;
+    let gain = innovation.lu().solve(&(c * &covariance)).ok_or_else(unobservable)?.transpose();
+    finite("the gain of the filter", &gain)?;
+    Ok(gain)
+}

@@ -1,0 +1,112 @@
+//! The test beds that are compared, with and without their friction wheel.
+
+use stickslip_core::friction::{ElastoPlastic, Friction, LuGre, Model, Stribeck};
+use stickslip_core::plant::Plant;
+use stickslip_core::render::Law;
+
+use super::{Cell, Mismatch};
+use crate::parameters::presets;
+use crate::{Error, Preset};
+
+/// Friction of the preset `prototype` without its wheel: there the wheel belongs to the one friction of the load side.
+const PROTOTYPE_RELEASED: (&str, [f64; 4]) = ("prototype", [0.20, 0.12, 1.5, 2e-3]);
+
+/// A preset that is set up with and without its friction wheel.
+#[derive(Clone, Debug)]
+pub struct Bed {
+    /// Name of the preset.
+    pub name: String,
+    preset: Preset<f64>,
+}
+
+impl Bed {
+    /// The bed of a preset, by its name or the path of its file.
+    ///
+    /// # Errors
+    /// As reading the preset; [`Error::NothingToRender`] where no load motor is mounted.
+    pub fn find(name_or_path: &str) -> Result<Self, Error> {
+        let preset: Preset<f64> = presets::find(name_or_path)?.read()?;
+        if preset.plant.load_motor.winding.torque_constant <= 0.0 {
+            return Err(Error::NothingToRender { preset: name_or_path.into() });
+        }
+        Ok(Bed { name: name_or_path.into(), preset })
+    }
+
+    /// Whether there is a wheel that can be released.
+    pub fn has_wheel(&self) -> bool {
+        self.preset.plant.wheel.preload > 0.0 || self.name == PROTOTYPE_RELEASED.0
+    }
+
+    /// The bench at rest at angle 0, its wheel pressed on as the preset says or released, at this tick rate [Hz], the
+    /// position controller at 1 kHz. The software believes the friction that the machine then has, but not the mismatch.
+    /// Nothing is rendered yet.
+    pub fn cell(&self, wheel: bool, tick_rate: f64, mismatch: Mismatch) -> Cell {
+        let mut preset = self.preset;
+        preset.plant.start_angle = 0.0;
+        preset.bench.tick_rate = tick_rate;
+        preset.bench.control_divider = 0.0;
+        if !wheel {
+            self.release(&mut preset);
+        }
+        Cell { preset, desired: desired_friction(&self.preset), mismatch, law: Law::Off }
+    }
+
+    /// Takes the friction wheel off, and the belief follows.
+    fn release(&self, preset: &mut Preset<f64>) {
+        let Plant { wheel, screw_friction, .. } = &mut preset.plant;
+        let Some(sliding) = sliding_mut(screw_friction) else { return };
+        if wheel.preload > 0.0 {
+            wheel.preload = 0.0;
+        } else if self.name == PROTOTYPE_RELEASED.0 {
+            let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = PROTOTYPE_RELEASED.1;
+            *sliding = Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, ..*sliding };
+        } else {
+            return;
+        }
+        preset.model.own = *sliding;
+    }
+}
+
+/// The sliding curve of a friction, where it has one.
+pub(super) fn sliding_mut(friction: &mut Friction<f64>) -> Option<&mut Stribeck<f64>> {
+    match &mut friction.model {
+        Model::Static(model) => Some(&mut model.sliding),
+        Model::Lugre(model) => Some(&mut model.sliding),
+        Model::ElastoPlastic(model) => Some(&mut model.lugre.sliding),
+        Model::Nothing | Model::Dahl(_) => None,
+    }
+}
+
+/// The bristles of a friction, where it has some with a Stribeck curve.
+pub(super) fn bristles_mut(friction: &mut Friction<f64>) -> Option<&mut LuGre<f64>> {
+    match &mut friction.model {
+        Model::Lugre(model) => Some(model),
+        Model::ElastoPlastic(model) => Some(&mut model.lugre),
+        Model::Nothing | Model::Static(_) | Model::Dahl(_) => None,
+    }
+}
+
+/// The desired friction as a machine would have it: its sliding curve on elasto-plastic bristles that break away at the
+/// same twist as those of all contacts of the load side together, with damping in proportion.
+fn desired_friction(preset: &Preset<f64>) -> Friction<f64> {
+    let Plant { mut screw_friction, wheel, .. } = preset.plant;
+    let mut wheel_friction = wheel.friction;
+    let mut bristles = LuGre::default();
+    let [mut stiffness, mut damping, mut breakaway] = [0.0; 3];
+    for (friction, share) in [(&mut wheel_friction, wheel.preload), (&mut screw_friction, 1.0)] {
+        if let (Some(contact), true) = (bristles_mut(friction), share > 0.0) {
+            bristles = *contact;
+            stiffness += share * contact.bristle_stiffness;
+            damping += share * contact.bristle_damping;
+            breakaway += share * contact.sliding.breakaway_torque;
+        }
+    }
+    if breakaway > 0.0 {
+        let scale = preset.bench.desired.breakaway_torque / breakaway;
+        bristles.bristle_stiffness = stiffness * scale;
+        bristles.bristle_damping = damping * scale;
+    }
+    bristles.sliding = preset.bench.desired;
+    let model = Model::ElastoPlastic(ElastoPlastic { lugre: bristles, ..ElastoPlastic::default() });
+    Friction { model, ..Friction::default() }
+}

@@ -1,0 +1,53 @@
+//! One cell of the comparison, and its runs.
+
+use stickslip_core::friction::Friction;
+use stickslip_core::render::Law;
+
+use super::parallel::map;
+use super::run::{Trace, run};
+use super::{Mismatch, Role, Scenario};
+use crate::{Error, Preset, Watch};
+
+/// A bench, what differs from its belief, and a law.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The bench without the mismatch.
+    pub preset: Preset<f64>,
+    /// The friction of A.
+    pub desired: Friction<f64>,
+    /// How the machine differs from `preset`.
+    pub mismatch: Mismatch,
+    /// The rendering law of B.
+    pub law: Law<f64>,
+}
+
+/// All runs of one machine: scenarios by seeds.
+#[derive(Clone, Debug)]
+pub struct Runs {
+    /// The scenarios, in the order of `traces`.
+    pub scenarios: Vec<Scenario>,
+    /// For each scenario the traces of all seeds.
+    pub traces: Vec<Vec<Trace>>,
+}
+
+impl Runs {
+    /// Simulates a machine of the cell in these scenarios with these noise seeds. The result does not depend on the
+    /// number of threads.
+    ///
+    /// # Errors
+    /// What the design of the software and the integrator refuse; [`Error::Cancelled`].
+    pub fn simulate(
+        cell: &Cell,
+        role: Role,
+        scenarios: &[Scenario],
+        seeds: &[u64],
+        threads: usize,
+        watch: &Watch,
+    ) -> Result<Self, Error> {
+        let jobs: Vec<_> =
+            scenarios.iter().flat_map(|scenario| seeds.iter().map(move |&seed| (scenario, seed))).collect();
+        let mut traces = map(&jobs, threads, |&(scenario, seed)| run(cell, role, scenario, seed, watch))?.into_iter();
+        let by_seed = |_| traces.by_ref().take(seeds.len()).collect();
+        Ok(Runs { scenarios: scenarios.to_vec(), traces: scenarios.iter().map(by_seed).collect() })
+    }
+}

@@ -1,0 +1,224 @@
+//! What the machines are made to do, and what is compared afterwards.
+
+use std::f64::consts::TAU;
+
+use stickslip_core::control::reference::{Constant, MotionLimits, PointToPoint, Ramp, Reference, Sine};
+use stickslip_core::control::{Pid, PositionController};
+
+use crate::{Error, Preset, design};
+
+/// Time at rest before each scenario, so that the observer has settled [s].
+const REST: f64 = 0.5;
+/// Step of the set-point that hunting begins with [rad].
+const STEP: f64 = 0.5;
+/// Speed of the ramp of stick-slip [rad/s].
+const RAMP_SPEED: f64 = 0.1;
+/// Limit cycles are counted in this time [s].
+const COUNTED: f64 = 12.0;
+/// Time that a limit cycle has to establish itself [s].
+const START_UP: f64 = 3.0;
+/// Time in which a sine grows, and the first torque cycle takes [s].
+const FADE_IN: f64 = 1.0;
+
+/// A load that has moved so far from its place has broken away, whatever the bristles [rad].
+pub(super) const BROKEN_AWAY: f64 = 5e-3;
+
+/// A scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scenario {
+    /// Its stable name.
+    pub name: &'static str,
+    kind: Kind,
+    /// What is compared.
+    pub(super) measures: &'static [Measure],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    SlowSine,
+    FastSine,
+    PointToPoint,
+    Hunting,
+    StickSlip,
+    Breakaway,
+    Presliding,
+}
+
+/// One number of a comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Measure {
+    /// Its stable name, the `scenario` of a row.
+    pub(super) name: &'static str,
+    pub(super) of: Quantity,
+}
+
+/// What a measure looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    /// E, all the time after the fade-in.
+    Angle,
+    /// E while the set-point moves.
+    Moving,
+    /// E in the last 100 ms of each dwell.
+    End,
+    /// Amplitude of a limit cycle.
+    Amplitude,
+    /// Time between its breakaways.
+    Interval,
+    /// Their number.
+    Count,
+    /// Torque of the drive at which the load leaves its place.
+    Breakaway,
+    /// Area of the loop of drive torque over angle.
+    Area,
+}
+
+impl Scenario {
+    /// Sine of 2 rad at 0.5 Hz, the preset's controller.
+    pub const SINE_05HZ: Scenario = scenario("sine_0.5hz", Kind::SlowSine, &[measure("sine_0.5hz", Quantity::Angle)]);
+    /// Sine of 2 rad at 2 Hz, the preset's controller.
+    pub const SINE_2HZ: Scenario = scenario("sine_2hz", Kind::FastSine, &[measure("sine_2hz", Quantity::Angle)]);
+    /// Moves of 10 rad forth and back at 40 rad/s and 600 rad/s² with dwells, the preset's controller.
+    pub const POINT_TO_POINT: Scenario = scenario(
+        "point_to_point",
+        Kind::PointToPoint,
+        &[
+            measure("point_to_point", Quantity::Angle),
+            measure("point_to_point_moving", Quantity::Moving),
+            measure("point_to_point_end", Quantity::End),
+        ],
+    );
+    /// A PID controller with a triple pole at 15 rad/s and three times its integral gain, to a set-point.
+    pub const HUNTING: Scenario = scenario(
+        "hunting",
+        Kind::Hunting,
+        &[
+            measure("hunting_amplitude", Quantity::Amplitude),
+            measure("hunting_interval", Quantity::Interval),
+            measure("hunting_count", Quantity::Count),
+        ],
+    );
+    /// A PID controller with a triple pole at 20 rad/s along a ramp of 0.1 rad/s.
+    pub const STICK_SLIP: Scenario = scenario(
+        "stick_slip",
+        Kind::StickSlip,
+        &[
+            measure("stick_slip_amplitude", Quantity::Amplitude),
+            measure("stick_slip_interval", Quantity::Interval),
+            measure("stick_slip_count", Quantity::Count),
+        ],
+    );
+    /// The drive's torque rises slowly until the load moves; no controller.
+    pub const BREAKAWAY: Scenario =
+        scenario("breakaway", Kind::Breakaway, &[measure("breakaway", Quantity::Breakaway)]);
+    /// The drive's torque cycles below breakaway; no controller.
+    pub const PRESLIDING: Scenario =
+        scenario("presliding", Kind::Presliding, &[measure("presliding_area", Quantity::Area)]);
+}
+
+/// All scenarios.
+pub const SCENARIOS: &[Scenario] = &[
+    Scenario::SINE_05HZ,
+    Scenario::SINE_2HZ,
+    Scenario::POINT_TO_POINT,
+    Scenario::HUNTING,
+    Scenario::STICK_SLIP,
+    Scenario::BREAKAWAY,
+    Scenario::PRESLIDING,
+];
+
+const fn scenario(name: &'static str, kind: Kind, measures: &'static [Measure]) -> Scenario {
+    Scenario { name, kind, measures }
+}
+
+const fn measure(name: &'static str, of: Quantity) -> Measure {
+    Measure { name, of }
+}
+
+/// What a run does.
+pub(super) struct Plan {
+    pub(super) controller: PositionController<f64>,
+    pub(super) drive: Drive,
+    /// Time before it [s].
+    pub(super) rest: f64,
+    /// Time that it takes [s].
+    pub(super) duration: f64,
+}
+
+/// What moves the machine.
+pub(super) enum Drive {
+    /// The position controller along a reference.
+    Position(Reference<f64>),
+    /// A torque that rises [N m/s] until the load has moved this far [rad].
+    TorqueRamp { rate: f64, travel: f64 },
+    /// A torque that cycles with this amplitude [N m] and frequency [Hz].
+    TorqueCycles { amplitude: f64, frequency: f64 },
+}
+
+impl Drive {
+    /// Torque without controller [N m].
+    pub(super) fn torque(&self, time: f64) -> f64 {
+        match self {
+            Drive::Position(_) => 0.0,
+            Drive::TorqueRamp { rate, .. } => rate * time.max(0.0),
+            Drive::TorqueCycles { amplitude, frequency } => amplitude * libm::sin(TAU * frequency * time.max(0.0)),
+        }
+    }
+
+    /// Whether all has been seen.
+    pub(super) fn is_over(&self, angle: f64) -> bool {
+        matches!(self, Drive::TorqueRamp { travel, .. } if angle.abs() > *travel)
+    }
+}
+
+impl Scenario {
+    /// The scenario of a name.
+    pub fn find(name: &str) -> Option<Scenario> {
+        SCENARIOS.iter().copied().find(|scenario| scenario.name == name)
+    }
+
+    /// What to do on this bench.
+    pub(super) fn plan(&self, preset: &Preset<f64>) -> Result<Plan, Error> {
+        let breakaway = preset.bench.desired.breakaway_torque;
+        let limits = MotionLimits { velocity: 40.0, acceleration: 600.0, jerk: 6e6 };
+        let moves = PointToPoint { distance: 10.0, limits, dwell_time: 0.5, moves: 4.0 };
+        let sine = |frequency| Reference::Sine(Sine { amplitude: 2.0, frequency, fade_time: 1.0 });
+        let ramp = Ramp { velocity: RAMP_SPEED, acceleration: 1.0, hold_time: 1e4 };
+        let step = Reference::Constant(Constant { position: STEP });
+        let (drive, duration) = match self.kind {
+            Kind::SlowSine => (Drive::Position(sine(0.5)), FADE_IN + 4.0),
+            Kind::FastSine => (Drive::Position(sine(2.0)), FADE_IN + 2.0),
+            Kind::PointToPoint => (Drive::Position(Reference::PointToPoint(moves)), moves.duration()),
+            Kind::Hunting => (Drive::Position(step), START_UP + COUNTED),
+            Kind::StickSlip => (Drive::Position(Reference::Ramp(ramp)), START_UP + COUNTED),
+            Kind::Breakaway => (Drive::TorqueRamp { rate: 0.5 * breakaway, travel: BROKEN_AWAY }, 4.0),
+            Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.7 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
+        };
+        let controller = match self.kind {
+            Kind::Hunting => pid(preset, 15.0, 3.0)?,
+            Kind::StickSlip => pid(preset, 20.0, 1.0)?,
+            _ => preset.bench.controller,
+        };
+        Ok(Plan { controller, drive, rest: REST, duration })
+    }
+
+    /// From here on a run is evaluated [s].
+    pub(super) fn evaluated_from(&self) -> f64 {
+        REST + match self.kind {
+            Kind::SlowSine | Kind::FastSine | Kind::Presliding => FADE_IN,
+            Kind::Hunting | Kind::StickSlip => START_UP,
+            Kind::PointToPoint | Kind::Breakaway => 0.0,
+        }
+    }
+}
+
+/// A PID controller with a triple pole at this bandwidth [rad/s], its integral gain raised by a factor.
+fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionController<f64>, Error> {
+    let torque_limit = match preset.bench.controller {
+        PositionController::Cascade(cascade) => cascade.torque_limit,
+        PositionController::Pid(pid) => pid.torque_limit,
+    };
+    let base = Pid { torque_limit, ..Pid::default() };
+    let pid = design::pid_by_bandwidth(base, preset.model.drive.inertia(), bandwidth)?;
+    Ok(PositionController::Pid(Pid { integral_gain: factor * pid.integral_gain, ..pid }))
+}
