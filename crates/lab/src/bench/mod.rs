@@ -12,7 +12,7 @@ pub use virtual_bench::VirtualBench;
 use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::Law;
+use stickslip_core::render::{Correction, Law};
 use stickslip_core::supervise::Safety;
 use stickslip_core::tick::TickOutput;
 
@@ -67,6 +67,9 @@ pub trait Bench {
 
     /// The rendering law in force from the next tick on.
     fn set_law(&mut self, law: Law<f64>);
+
+    /// What is added to the rendering law from the next tick on.
+    fn set_correction(&mut self, correction: Correction<f64>);
 
     /// Presses the friction wheel's linings on, 0 … 1. On hardware it asks the operator to do it.
     ///

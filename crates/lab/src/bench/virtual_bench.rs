@@ -4,7 +4,7 @@ use stickslip_core::block::Block as _;
 use stickslip_core::control::{ControllerInput, PositionController};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
-use stickslip_core::render::Law;
+use stickslip_core::render::{Correction, Law};
 use stickslip_core::supervise::{Safety, SafetyInput, SafetyState};
 use stickslip_core::tick::{self, BenchInput, BenchState, Order, Tick, TickInput, TickOutput, TickState};
 
@@ -150,6 +150,10 @@ impl Bench for VirtualBench {
     fn set_law(&mut self, law: Law<f64>) {
         self.bench.tick.law = law;
         self.state.tick.law.swapped = 1.0;
+    }
+
+    fn set_correction(&mut self, correction: Correction<f64>) {
+        self.bench.tick.correction = correction;
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
