@@ -1,11 +1,14 @@
 use super::*;
+use crate::bench::VirtualBench;
+use crate::experiment::home;
+use crate::parameters::presets;
 
 /// A bench on which so much of a correction arrives, with an error of its law that a correction can mend and one that
 /// it cannot.
 fn bench(arrives: f64, mendable: f64, stays: f64) -> impl FnMut(Correction<f64>) -> Result<Vec<Missing>, Error> {
     move |correction| {
         let missing = |k: i32| {
-            let speed = 0.4 * libm::pow(1.3, f64::from(k));
+            let speed = 0.4 * libm::pow(1.6, f64::from(k / 2));
             let corrected = arrives * correction.correct(0.0, speed, 1e-3);
             let torque = mendable * libm::exp(-speed / 5.0) - corrected + if k % 2 == 0 { stays } else { -stays };
             Missing { speed, torque, standard_error: 1e-5 }
@@ -46,7 +49,7 @@ fn it_ends_within_the_error_of_the_measurement() {
 
 #[test]
 fn what_no_table_mends_stops_it_and_it_is_never_worse() {
-    // Signs that alternate between speeds closer than the table's points.
+    // At each speed one direction lacks what the other has too much.
     let corrected = run(20, bench(1.0, 0.01, 0.004));
     assert_eq!(corrected.stopped, Stopped::NoBetter);
     assert!(corrected.iterations.len() < 10, "{}", corrected.iterations.len());
@@ -94,7 +97,36 @@ fn where_nothing_was_measured_the_next_value_holds_and_sure_points_weigh_more() 
     let point = |speed: f64, torque: f64, standard_error: f64| Missing { speed, torque, standard_error };
     let mut table = table();
     table.torque = smooth(&table, &[point(2.0, 0.01, 1e-6), point(5.0, 0.02, 1e-6)]);
-    assert!((table.torque[0] - 0.01).abs() < 1e-4 && (table.torque[23] - 0.02).abs() < 1e-4, "{:?}", table.torque);
+    assert!((table.torque_at(2.0) - 0.01).abs() < 1e-6 && (table.torque_at(5.0) - 0.02).abs() < 1e-6);
+    // The points beside the two measured speeds lie on the line through them.
+    let [first, last] = [0, 23].map(|k| table.torque[k]);
+    assert!(table.torque[..8].iter().all(|torque| (torque - first).abs() < 1e-9), "{:?}", table.torque);
+    assert!(table.torque[14..].iter().all(|torque| (torque - last).abs() < 1e-9), "{:?}", table.torque);
+    assert!((first - 0.01).abs() < 1e-3 && (last - 0.02).abs() < 1e-3, "{:?}", table.torque);
     table.torque = smooth(&table, &[point(3.0, 0.01, 1e-5), point(3.0, 0.03, 1e-3), point(9.0, 0.01, 1e-5)]);
     assert!((table.torque_at(3.0) - 0.01).abs() < 1e-4, "{:?}", table.torque);
+}
+
+/// The paper's law on the default bench at a few speeds, corrected at most three times, with the torque constant of the
+/// load motor so many times what it is believed to be.
+fn on_the_bench(strength: f64) -> Corrected<Rendering> {
+    let mut preset: crate::Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    preset.plant.load_motor.winding.torque_constant *= strength;
+    let plan = FrictionPlan { slowest: 0.5, fastest: 8.0, speeds: 5.0, ..FrictionPlan::quick() };
+    let mut bench = VirtualBench::new(&preset, 1).unwrap();
+    let watch = Watch::default();
+    home(&mut bench, &watch).unwrap();
+    render_corrected(&plan, &preset.bench.desired, 3, &mut bench, &watch).unwrap()
+}
+
+#[test]
+fn a_load_motor_that_is_too_weak_is_corrected_and_one_that_is_far_too_strong_is_left_alone() {
+    let weak = on_the_bench(0.5);
+    assert!(weak.kept >= 1 && weak.best().error < 0.1 * weak.iterations[0].error, "{:?}", errors(&weak));
+    let strong = on_the_bench(3.5);
+    assert_eq!((strong.kept, strong.stopped), (0, Stopped::NoBetter), "{:?}", errors(&strong));
+}
+
+fn errors(corrected: &Corrected<Rendering>) -> Vec<f64> {
+    corrected.iterations.iter().map(|iteration| iteration.error).collect()
 }
