@@ -1,13 +1,19 @@
 //! The bench as an experiment sees it: tick by tick, through converters and counters.
 //!
 //! Experiments are written over [`Bench`] and run unchanged on the virtual machine, in lockstep or by the clock, and
-//! on hardware. What they know of the machine is [`Bench::model`].
+//! on hardware. What they know of the machine is [`Bench::model`]. [`LockstepBench`] is the software over any [`Io`].
 
+pub(crate) mod io;
+mod lockstep;
+pub mod remote;
 mod traveller;
 mod virtual_bench;
 
+pub use io::{Io, Voltages};
+pub use lockstep::LockstepBench;
+pub use remote::RemoteBench;
 pub use traveller::Traveller;
-pub use virtual_bench::VirtualBench;
+pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;

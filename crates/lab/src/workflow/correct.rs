@@ -29,7 +29,7 @@ pub struct Missing {
 }
 
 /// Why no further correction was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stopped {
     /// What is missing lies within the error of its measurement.
     WithinError,
@@ -41,17 +41,22 @@ pub enum Stopped {
     TooFew,
     /// The user cancelled.
     Cancelled,
+    /// Supervision took the torque away under the last correction, with its reason.
+    Fault(String),
 }
 
 impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Stopped::WithinError => "what is missing lies within the error of its measurement",
-            Stopped::NoBetter => "the last correction did not help; the one before it is kept",
-            Stopped::Enough => "as many corrections were made as were asked for",
-            Stopped::TooFew => "fewer than two plateaus slid, and no table goes through them",
-            Stopped::Cancelled => "it was cancelled",
-        })
+        match self {
+            Stopped::WithinError => f.write_str("what is missing lies within the error of its measurement"),
+            Stopped::NoBetter => f.write_str("the last correction did not help; the one before it is kept"),
+            Stopped::Enough => f.write_str("as many corrections were made as were asked for"),
+            Stopped::TooFew => f.write_str("fewer than two plateaus slid, and no table goes through them"),
+            Stopped::Cancelled => f.write_str("it was cancelled"),
+            Stopped::Fault(reason) => {
+                write!(f, "the last correction ended in a fault ({reason}); the one before it is kept")
+            }
+        }
     }
 }
 
@@ -90,7 +95,7 @@ impl<R> Corrected<R> {
 /// it may correct.
 ///
 /// # Errors
-/// Those of the measurement, but a cancellation after the first one.
+/// Those of the measurement, but a cancellation or a fault after the first one.
 pub fn correct<R>(
     table: CorrectionTable<f64>,
     corrections: usize,
@@ -103,6 +108,7 @@ pub fn correct<R>(
     let stopped = loop {
         let measured = match measure(correction) {
             Err(Error::Cancelled) if !iterations.is_empty() => break Stopped::Cancelled,
+            Err(Error::BenchFault { reason, .. }) if !iterations.is_empty() => break Stopped::Fault(reason),
             ended => ended?,
         };
         let lacking = missing(&measured);

@@ -58,6 +58,10 @@ impl Bench for Recording {
         self.bench.set_law(law);
     }
 
+    fn set_correction(&mut self, correction: Correction<f64>) {
+        self.bench.set_correction(correction);
+    }
+
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         self.bench.set_preload(preload)
     }
