@@ -373,6 +373,9 @@ pub enum Error {
     /// A name that C does not take.
     #[error("{0}. Say another by --prefix")]
     NoIdentifier(#[from] stickslip_codegen::c::NotAName),
+    /// A desired friction outside the renderable region.
+    #[error("{0}")]
+    NotRenderable(Box<crate::design::Verdict>),
     /// A bench that cannot render.
     #[error(
         "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."

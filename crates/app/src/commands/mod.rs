@@ -10,6 +10,7 @@ mod identify;
 mod machine;
 mod measure;
 mod params;
+mod plant;
 mod render;
 mod report;
 mod validate;
@@ -68,6 +69,9 @@ pub(crate) enum Command {
     /// Describe a machine in a file.
     #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
     Machine(machine::Machine),
+    /// Serve the virtual machine to a bench in another process, datagram by datagram.
+    #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7")]
+    Plant(plant::PlantCommand),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
@@ -114,6 +118,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Validate(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Plant(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

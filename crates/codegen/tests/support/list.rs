@@ -6,7 +6,7 @@ use stickslip_core::friction::{
     Stribeck,
 };
 use stickslip_core::plant::{Machine, Plant};
-use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::render::{CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
 use support::blocks::{Holder, Lag, Nested, SlidingFriction};
@@ -46,6 +46,7 @@ agree!(
     PositionController::Cascade(Cascade::default())
 );
 agree!(decoder, Decoder, Decoder::default());
+agree!(correction, CorrectionTable, CorrectionTable { torque: std::array::from_fn(|k| 1e-3 * (k as f64 - 7.0)), ..CorrectionTable::default() });
 agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());
 agree!(tick, Tick, Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() });
 agree!(

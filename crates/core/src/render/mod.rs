@@ -2,16 +2,19 @@
 //!
 //! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
 //! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
-//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding.
+//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds to
+//! any of them what a measurement under it has shown to lack.
 
 mod admittance;
 mod bristle;
+mod correction;
 mod difference;
 mod karnopp;
 mod smooth;
 
 pub use admittance::Admittance;
 pub use bristle::BristleDifference;
+pub use correction::{Correction, CorrectionInput, CorrectionOutput, CorrectionTable, POINTS as CORRECTION_POINTS};
 pub use difference::DifferenceTorque;
 pub use karnopp::Karnopp;
 pub use smooth::SmoothDifference;

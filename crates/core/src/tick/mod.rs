@@ -19,7 +19,7 @@ use crate::control::{
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
-use crate::render::{Law, LawInput, LawState};
+use crate::render::{Correction, Law, LawInput, LawState};
 use crate::scalar::{Mask, Scalar};
 
 /// Data-sheet scaling of instruments and servo amplifier.
@@ -76,6 +76,8 @@ pub struct Tick<T> {
     pub observer: VelocityObserver<T>,
     /// The rendering law.
     pub law: Law<T>,
+    /// What is added to it.
+    pub correction: Correction<T>,
     /// Current control of the load motor.
     pub current: CurrentControl<T>,
     /// The position controller under test.
@@ -216,7 +218,8 @@ impl<T: Scalar> Block<T> for Tick<T> {
             motor_torque: commanded_torque,
         };
         let wanted = self.law.render(&mut state.law, felt, dt);
-        let difference_torque = order.render.gt(half).select(wanted.torque, zero);
+        let corrected = self.correction.correct(wanted.torque, wanted.velocity, dt);
+        let difference_torque = order.render.gt(half).select(corrected, zero);
         let demand = CurrentControlInput {
             reference_current: difference_torque / self.current.torque_constant,
             measured_current: wanted.current,

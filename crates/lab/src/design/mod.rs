@@ -8,6 +8,7 @@ mod drive_observer;
 mod law;
 mod lyapunov;
 mod placement;
+mod region;
 mod riccati;
 mod software;
 mod velocity_observer;
@@ -18,9 +19,10 @@ pub use drive_observer::{Trust, drive_observer};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use placement::{ObserverForm, observer_gain, place_poles};
+pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use riccati::{KalmanFilter, kalman_filter};
 pub use software::{difference_torque, load_current_control, software};
-pub use velocity_observer::{velocity_noise, velocity_observer};
+pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]
 mod tests;

@@ -23,8 +23,7 @@ pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};
 pub use presliding::{Loop, Presliding, PreslidingPlan, measure_presliding};
 pub use rendering::{
-    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, predicted_velocity_noise,
-    sweep_through_standstill,
+    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, sweep_through_standstill,
 };
 
 use crate::Error;
