@@ -75,6 +75,7 @@ impl VirtualBench {
             control: flag(command.control && on),
             render: flag(command.render && on),
             added_torque: if on { command.added_torque } else { 0.0 },
+            added_load_torque: if on { command.added_load_torque } else { 0.0 },
             ..Order::default()
         };
         order.schedule(self.cycle, self.divider);
@@ -116,11 +117,13 @@ impl Bench for VirtualBench {
     fn step(&mut self, command: Command) -> Result<Frame, Error> {
         let order = self.order(&command);
         let input = BenchInput { order, external_torque: 0.0, noise: self.normals.of_tick(self.cycle) };
+        let measurement = self.state.measurement;
         let signals = self.bench.step(&mut self.state, input, self.preset.bench.tick_time());
         let frame = Frame {
             cycle: self.cycle,
             angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
             setpoint: command.setpoint,
+            measurement,
             signals,
         };
         self.last = ControllerInput {
