@@ -125,7 +125,8 @@ fn predict<T: Scalar>(
             let next = segment.samples.get(k + 1).map_or(sample.angle, |next| next.angle);
             let middle = 0.5 * (sample.angle + next);
             let (sin, cos) = libm::sincos(middle);
-            load_resistance = own[LEVEL] + get(Index::RippleCosine) * T::of(cos) + get(Index::RippleSine) * T::of(sin);
+            let ripple = get(Index::RippleCosine) * T::of(cos) + get(Index::RippleSine) * T::of(sin);
+            load_resistance = own[LEVEL] * (T::of(1.0) + ripple);
             if order > 0.0 {
                 // The motor is ahead of the screw by the twist, which is small.
                 let (sin, cos) = libm::sincos(order * middle);

@@ -11,7 +11,9 @@
 //! themselves. The load motor's K_L is its back-EMF, volts over rad/s, and thereby its torque per current. Every
 //! torque of the bench, inertias and stiffness with them, is measured against that torque: their scale is no truer than
 //! the current sensor's volts per ampere, and K_L and R no truer than the gain of the load amplifier. Both are taken from
-//! the data sheet. The friction of the drive motor itself is entered, not measured. An offset of the load amplifier looks
+//! the data sheet. The virtual machine shows its integrator here: its steps of 25 µs shift a millisecond's lags by 1 µs
+//! and inertias by a thousandth, more than the intervals of a quiet bench; with steps of 5 µs it is the machine of its
+//! equations. The friction of the drive motor itself is entered, not measured. An offset of the load amplifier looks
 //! like one of the current sensor. The delay of the computation, one tick, is known; what is estimated are the lags of
 //! servo amplifier and tacho behind it.
 
@@ -69,8 +71,8 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     let setting = fit::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0 };
     let start = parameters::coordinates(&parameters::start(&model));
     let solution = fit::fit(start, segments, setting, rough(&model), watch)?;
-    let torque_per_volt = parameters::values(&solution.coordinates)[Index::TorquePerVolt as usize];
-    let own = own_friction(&curve, &model, torque_per_volt / model.scaling.torque_per_volt)?;
+    let at = parameters::values(&solution.coordinates);
+    let own = own_friction(&curve, &model, &at)?;
     Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
 }
 
@@ -80,14 +82,46 @@ fn rough(model: &Model<f64>) -> [f64; CHANNELS] {
     [10.0 * model.encoder.resolution(), scaling.tacho, 0.5 * scaling.accelerometer, 0.05]
 }
 
-/// The Stribeck curve of a measurement that took the servo's data sheet for true; its torques are `scale` times as large.
-fn own_friction(curve: &FrictionCurve, model: &Model<f64>, scale: f64) -> Result<StribeckFit, Error> {
-    let scaled = |point: CurvePoint| {
+/// The Stribeck curve of a measurement that took the data sheet for true, mean of both directions.
+fn own_friction(
+    curve: &FrictionCurve,
+    model: &Model<f64>,
+    at: &[f64; parameters::PARAMETERS],
+) -> Result<StribeckFit, Error> {
+    let scale = at[Index::TorquePerVolt as usize] / model.scaling.torque_per_volt;
+    // The control holds a current of 0 by the sensor: its offset flows.
+    let load_torque = -at[Index::TorqueConstant as usize] * at[Index::CurrentOffset as usize];
+    let corrected = |point: CurvePoint| {
         // What the motor itself rubs was subtracted in true torque.
         let motor = model.motor_friction.steady_torque(point.velocity, 0.0, 0.0);
-        let standard_error = point.standard_error * scale;
-        CurvePoint { torque: (point.torque + motor) * scale - motor, standard_error, ..point }
+        let torque = (point.torque + motor) * scale - motor - load_torque;
+        CurvePoint { torque, standard_error: point.standard_error * scale, ..point }
     };
-    let points: Vec<CurvePoint> = curve.points().into_iter().map(scaled).collect();
-    fit_stribeck(&points, &FrictionCurve::FIT)
+    let points: Vec<CurvePoint> = curve.points().into_iter().map(corrected).collect();
+    fit_stribeck(&symmetric(&points), &FrictionCurve::FIT)
+}
+
+/// Points without what both directions have in common, offset and asymmetry, which no symmetric curve has: each takes
+/// half the difference to its counterpart at the opposite velocity, and a point without one falls out.
+fn symmetric(points: &[CurvePoint]) -> Vec<CurvePoint> {
+    let mean = |point: &CurvePoint| {
+        let opposite = |other: &&CurvePoint| (other.velocity / point.velocity + 1.0).abs() < 0.1;
+        let other = points.iter().find(opposite)?;
+        let standard_error = libm::hypot(point.standard_error, other.standard_error) * std::f64::consts::FRAC_1_SQRT_2;
+        Some(CurvePoint { torque: 0.5 * (point.torque - other.torque), standard_error, ..*point })
+    };
+    points.iter().filter_map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_directions_have_in_common_is_no_part_of_a_symmetric_curve() {
+        let point = |velocity: f64, torque: f64| CurvePoint { velocity, torque, standard_error: 1e-3 };
+        let left = symmetric(&[point(1.0, 0.25), point(-1.01, -0.15), point(7.0, 0.3)]);
+        assert_eq!(left.iter().map(|p| p.torque).collect::<Vec<_>>(), [0.2, -0.2]);
+        assert!((left[0].standard_error / 1e-3 - 1.0).abs() < 1e-12);
+    }
 }

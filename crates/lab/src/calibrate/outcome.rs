@@ -131,7 +131,7 @@ impl Calibration {
         let uncertainty = variance.sqrt();
         if amplitude > SIGNIFICANT * uncertainty {
             let phase = libm::atan2(at[cosine], at[sine]);
-            self.add("friction_ripple", "ripple of friction over a turn", "N m", amplitude, uncertainty);
+            self.add("friction_ripple", "ripple of friction over a turn, as a share", "1", amplitude, uncertainty);
             self.add("friction_ripple_phase", "its phase at the screw's zero", "rad", phase, uncertainty / amplitude);
         }
     }
