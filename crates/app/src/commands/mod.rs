@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod calibrate;
 mod completions;
 mod demo;
 mod design;
@@ -32,6 +33,9 @@ pub(crate) enum Command {
     /// Measure on the virtual bench.
     #[command(subcommand, after_help = "Example: stickslip measure friction --linings pressed --seed 7")]
     Measure(measure::Measure),
+    /// Let the bench identify itself: scales, masses, coupling, lags, load motor and own friction.
+    #[command(after_help = "Example: stickslip calibrate --preset clm-real --seed 7")]
+    Calibrate(calibrate::CalibrateCommand),
     /// The Stribeck curve through a measured friction curve, and what the data leave open.
     #[command(after_help = "Example: stickslip fit stickslip-out/measure-friction\n\
                             Example: stickslip fit data/direct_drive_joint/friction_curve.csv --side each")]
@@ -101,6 +105,10 @@ impl Command {
             }
             Command::Measure(command) => {
                 let watch = watch(command.shown());
+                command.run(out, &watch)
+            }
+            Command::Calibrate(command) => {
+                let watch = watch(command.shown);
                 command.run(out, &watch)
             }
             Command::Fit(command) => command.run(out),

@@ -122,6 +122,9 @@ pub struct Order<T> {
     /// Torque added to the controller's, for breakaway ramps and identification.
     #[field(symbol = "M_add", unit = "N m")]
     pub added_torque: T,
+    /// Torque of the load motor added to the law's, against positive motion, for identification.
+    #[field(symbol = "M_add,L", unit = "N m")]
+    pub added_load_torque: T,
     /// A sample of the position controller begins.
     #[field(unit = "1", flag)]
     pub control_due: T,
@@ -177,7 +180,7 @@ pub struct TickOutput<T> {
     /// Torque asked of the drive motor.
     #[field(symbol = "M_M", unit = "N m")]
     pub commanded_torque: T,
-    /// Torque asked of the load motor, against positive motion.
+    /// Torque asked of the load motor, against positive motion: the law's, and what is added to it.
     #[field(symbol = "M_diff", unit = "N m")]
     pub difference_torque: T,
     /// Torque of the load motor by its measured current, against positive motion.
@@ -219,7 +222,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
         };
         let wanted = self.law.render(&mut state.law, felt, dt);
         let corrected = self.correction.correct(wanted.torque, wanted.velocity, dt);
-        let difference_torque = order.render.gt(half).select(corrected, zero);
+        let difference_torque = order.render.gt(half).select(corrected, zero) + order.added_load_torque;
         let demand = CurrentControlInput {
             reference_current: difference_torque / self.current.torque_constant,
             measured_current: wanted.current,

@@ -73,6 +73,7 @@ impl<M: Io> LockstepBench<M> {
             control: flag(command.control && on),
             render: flag(command.render && on),
             added_torque: if on { command.added_torque } else { 0.0 },
+            added_load_torque: if on { command.added_load_torque } else { 0.0 },
             ..Order::default()
         };
         order.schedule(self.cycle, self.divider);
@@ -122,6 +123,7 @@ impl<M: Io> Bench for LockstepBench<M> {
             cycle: self.cycle,
             angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
             setpoint: command.setpoint,
+            measurement: reads.measurement,
             signals,
         };
         self.last = ControllerInput {

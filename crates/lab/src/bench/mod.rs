@@ -20,7 +20,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
 use stickslip_core::supervise::Safety;
-use stickslip_core::tick::TickOutput;
+use stickslip_core::tick::{Measurement, TickOutput};
 
 use crate::Error;
 use crate::preset::{Model, Settings};
@@ -36,6 +36,8 @@ pub struct Command {
     pub render: bool,
     /// Torque added to the controller's [N m].
     pub added_torque: f64,
+    /// Torque of the load motor added to the law's, against positive motion [N m].
+    pub added_load_torque: f64,
 }
 
 /// What an experiment gets in a tick.
@@ -47,6 +49,8 @@ pub struct Frame {
     pub angle: f64,
     /// The set-point that was followed.
     pub setpoint: Setpoint<f64>,
+    /// What the interfaces delivered at the begin of the tick.
+    pub measurement: Measurement<f64>,
     /// Everything that the software knows.
     pub signals: TickOutput<f64>,
 }

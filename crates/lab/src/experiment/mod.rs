@@ -16,6 +16,7 @@ mod presliding;
 mod rendering;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
+pub(crate) use friction::hold_speed;
 pub use friction::{FrictionCurve, measure_friction};
 pub use homing::home;
 pub use next_speeds::{Addition, Goal, next_speeds};

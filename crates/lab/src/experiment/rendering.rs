@@ -77,7 +77,7 @@ pub fn sweep_through_standstill(
         watch.stage("sweep through standstill", frames.len() as f64 * dt * acceleration / (6.0 * amplitude))?;
         while traveller.setpoint.velocity != target {
             let setpoint = traveller.toward(target);
-            frames.push(bench.step(Command { setpoint, control: true, render: true, added_torque: 0.0 })?);
+            frames.push(bench.step(Command { setpoint, control: true, render: true, ..Command::default() })?);
         }
     }
     Ok(frames)

@@ -83,8 +83,7 @@ pub fn experiment() -> (Tick<f64>, Run) {
     let dt = preset.bench.tick_time();
     let bench = VirtualBench::new(&preset, 1).expect("a preset that can be prepared");
     let mut bench = Recording { bench, run: Run { records: Vec::new(), dt }, known: None };
-    let law =
-        DifferenceTorque { own: preset.model.own, desired: preset.bench.desired, ..DifferenceTorque::default() };
+    let law = DifferenceTorque { own: preset.model.own, desired: preset.bench.desired, ..DifferenceTorque::default() };
     bench.set_law(Law::Paper(law)).expect("a current control for this motor");
     home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
     measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).expect("a measurement");
