@@ -23,7 +23,7 @@ pub(crate) struct Fidelity {
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE")]
     preset: Vec<String>,
-    /// Name of a law: paper, smooth, karnopp, bristle, residual, adaptive, admittance; auto is the one that the bench picks.
+    /// Name of a law: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow; auto is the one that the bench picks.
     #[arg(long, value_name = "NAME")]
     law: Vec<String>,
     /// Rate of sensors, observer, law and current control.

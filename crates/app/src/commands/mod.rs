@@ -54,7 +54,7 @@ pub(crate) enum Command {
     /// Trajectory equivalence: the same controller on a machine that truly has the desired friction, and on the bench that
     /// renders it.
     #[command(after_help = "Example: stickslip fidelity --quick\n\
-                            Example: stickslip fidelity --preset clm-bench --law paper --law auto --mismatch own+10%")]
+                            Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
     /// Inertia and friction of an axis from a recording of it.
     #[command(

@@ -32,6 +32,8 @@ pub(crate) fn machine(name: &str, seed: u64) -> Result<Preset<f64>, Error> {
     plant.load_motor.winding.torque_constant *= 1.0 + 0.05 * draw();
     plant.load_motor.winding.resistance *= 1.0 + 0.2 * draw();
     plant.load_motor.winding.inductance *= 1.0 + 0.2 * draw();
+    // A commutator, as real ones have it.
+    plant.tacho.ripple = 0.01;
     plant.tacho.bandwidth /= 1.0 + 0.5 * draw();
     plant.tacho.constant *= 1.0 + 0.02 * draw();
     plant.accelerometer.sensitivity *= 1.0 + 0.02 * draw();

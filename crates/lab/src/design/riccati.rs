@@ -51,7 +51,7 @@ pub fn kalman_filter(
         covariance += &more;
         covariance = 0.5 * (&covariance + covariance.transpose());
         seen = 0.5 * (&seen + seen.transpose());
-        if more.norm() <= 1e-14 * covariance.norm() {
+        if more.amax() <= 1e-14 * covariance.amax() {
             break;
         }
     }

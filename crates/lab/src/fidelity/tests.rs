@@ -257,7 +257,7 @@ fn a_name_that_is_none_is_told_with_those_that_are() {
     let law = message(Selection { laws: vec!["newton".into()], ..Selection::default() });
     assert_eq!(
         law,
-        "newton is no law. There are: paper, smooth, karnopp, bristle, residual, adaptive, admittance, auto."
+        "newton is no law. There are: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow, auto."
     );
     assert!(
         message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("x is no mismatch.")
