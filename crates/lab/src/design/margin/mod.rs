@@ -1,0 +1,165 @@
+//! How far a rendering law is from chatter.
+//!
+//! The loop of law, observer, current control, believed machine and all delays is linearised about a load that is stuck,
+//! tick by tick and with exact slopes, and driven by the noise of the instruments. There the rendered bristles are
+//! stiffest against what damps them; a load that slides is damped by more. Chatter is what the load torque then does
+//! within half a second, about as long as a load sticks in a limit cycle: an unstable loop has grown far beyond the
+//! limit by then, a stable one shows its noise. `docs/studies/margins.md` holds it against the whole virtual bench.
+//!
+//! Left out: the position controller, which is far slower, and the torque steps of the paper's law at its fade-out
+//! limits. That law asks for nothing at rest, so that nothing limits it here.
+
+mod sampled_loop;
+
+use stickslip_core::friction::Model as FrictionModel;
+use stickslip_core::render::Law;
+
+use crate::Error;
+use crate::preset::{Model, Settings};
+use sampled_loop::{Chatter, SampledLoop};
+
+/// Change of the load torque from millisecond to millisecond that counts as chatter [N m RMS].
+pub const CHATTER_LIMIT: f64 = 20e-3;
+/// Stiffnesses of the desired bristles between which a limit is looked for [N m/rad].
+pub const STIFFNESSES: [f64; 2] = [100.0, 1e5];
+/// Largest gain that is tried.
+const GAINS: f64 = 10.0;
+/// Time in which chatter builds up [s].
+const HORIZON: f64 = 0.5;
+/// Time over which the load torque's change is taken [s].
+const PERIOD: f64 = 1e-3;
+/// Ratio of a search's steps, and the accuracy to which its end is found.
+const STRIDE: f64 = 1.15;
+const ACCURACY: f64 = 1.005;
+
+/// How far a law is from chatter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margin {
+    /// Stiffness of the desired bristles up to which there is none, their damping as it is [N m/rad]; `None`: no limit up
+    /// to the last of [`STIFFNESSES`].
+    pub stiffness_limit: Option<f64>,
+    /// Factor of the law's torque up to which there is none; `None`: at least 10.
+    pub gain_margin: Option<f64>,
+    /// Additional delay up to which there is none [s]; `None`: at least three ticks.
+    pub delay_margin: Option<f64>,
+    /// Change of the load torque from millisecond to millisecond [N m RMS].
+    pub predicted_chatter: f64,
+    /// Where most of it comes from.
+    pub cause: &'static str,
+}
+
+/// How far a law of this machine and these settings is from chatter.
+///
+/// # Errors
+/// [`Error::Chatters`] where it chatters as it is; what the design of observer and current control refuses.
+pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Margin, Error> {
+    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let chatter = |sampled: &SampledLoop<f64>| chatter(sampled, model, settings);
+    let now = chatter(&sampled);
+    let predicted_chatter = now.rms();
+    let stiffness = bristles(law).map(|(stiffness, _)| stiffness);
+    if !(predicted_chatter <= CHATTER_LIMIT) {
+        let feasible = stiffness.and_then(|stiffness| feasible(law, stiffness, model, settings).transpose()).transpose()?;
+        let (limit, cause) = (CHATTER_LIMIT, now.cause());
+        return Err(Error::Chatters { predicted_chatter, limit, cause, stiffness, feasible });
+    }
+    let gain_margin = climb(1.0, GAINS, |gain| {
+        sampled.gain = gain;
+        chatter(&sampled).rms() <= CHATTER_LIMIT
+    });
+    sampled.gain = 1.0;
+    let too_late = (1..=sampled.most_late()).find(|&late| {
+        sampled.late = late;
+        !(chatter(&sampled).rms() <= CHATTER_LIMIT)
+    });
+    Ok(Margin {
+        stiffness_limit: stiffness_limit(law, model, settings)?,
+        gain_margin,
+        delay_margin: too_late.map(|late| (late - 1) as f64 * sampled.step()),
+        predicted_chatter,
+        cause: now.cause(),
+    })
+}
+
+/// Stiffness of the desired bristles up to which a law does not chatter, their damping as it is [N m/rad]; `None` where
+/// there is no limit up to the last of [`STIFFNESSES`], 0 where it chatters already at the first.
+///
+/// # Errors
+/// What the design of observer and current control refuses.
+pub fn stiffness_limit(
+    law: &Law<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<Option<f64>, Error> {
+    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let [softest, stiffest] = STIFFNESSES;
+    Ok(climb(softest, stiffest, |stiffness| {
+        sampled.law = with_stiffness(law, stiffness);
+        chatter(&sampled, model, settings).rms() <= CHATTER_LIMIT
+    }))
+}
+
+/// The largest stiffness below this one that does not chatter.
+fn feasible(
+    law: &Law<f64>,
+    stiffness: f64,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<Option<f64>, Error> {
+    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let found = climb(1.0 / stiffness, 1.0 / STIFFNESSES[0], |inverse| {
+        sampled.law = with_stiffness(law, 1.0 / inverse);
+        !(chatter(&sampled, model, settings).rms() <= CHATTER_LIMIT)
+    });
+    // A hair softer than where chatter ends.
+    Ok(found.map(|inverse| 1.0 / (ACCURACY * inverse)))
+}
+
+fn chatter(sampled: &SampledLoop<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Chatter {
+    let ticks = |time: f64| (time * settings.tick_rate).round().max(1.0);
+    sampled.linearised(model).chatter(libm::log2(ticks(HORIZON)).round() as usize, ticks(PERIOD) as usize)
+}
+
+/// The largest value from `first` on up to which all is well, by steps and then bisection; `None` if that is to `last`, 0
+/// if not even `first` is.
+fn climb(first: f64, last: f64, mut well: impl FnMut(f64) -> bool) -> Option<f64> {
+    let (mut good, mut next) = (0.0, first);
+    while well(next) {
+        if next >= last {
+            return None;
+        }
+        (good, next) = (next, (next * STRIDE).min(last));
+    }
+    while good > 0.0 && next > ACCURACY * good {
+        let middle = libm::sqrt(good * next);
+        if well(middle) { good = middle } else { next = middle }
+    }
+    Some(good)
+}
+
+/// Stiffness and damping of the bristles that a law renders; `None` where it has none.
+fn bristles(law: &Law<f64>) -> Option<(f64, f64)> {
+    let desired = match law {
+        Law::Bristle(law) => &law.desired,
+        Law::Admittance(law) => &law.desired,
+        Law::Off | Law::Paper(_) | Law::Smooth(_) | Law::Karnopp(_) => return None,
+    };
+    Some(desired.stiffest())
+}
+
+/// The law with other desired bristles, their damping as it is; a law without any stays.
+fn with_stiffness(law: &Law<f64>, stiffness: f64) -> Law<f64> {
+    let mut law = *law;
+    let desired = match &mut law {
+        Law::Bristle(law) => &mut law.desired,
+        Law::Admittance(law) => &mut law.desired,
+        Law::Off | Law::Paper(_) | Law::Smooth(_) | Law::Karnopp(_) => return law,
+    };
+    match &mut desired.model {
+        FrictionModel::Dahl(model) => model.bristle_stiffness = stiffness,
+        FrictionModel::Lugre(model) => model.bristle_stiffness = stiffness,
+        FrictionModel::ElastoPlastic(model) => model.lugre.bristle_stiffness = stiffness,
+        FrictionModel::Nothing | FrictionModel::Static(_) => {}
+    }
+    law
+}
