@@ -114,10 +114,17 @@ fn the_summary_goes_to_stdout_or_nothing_does() {
 fn a_desired_curve_that_the_load_motor_cannot_make_is_told() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let text = done("design --from clm-bench --set desired.viscous_friction=0.05", folder.path());
-    assert!(text.contains("the load motor lacks up to 2.5"), "{text}");
+    assert!(text.contains("the load motor needs 3.924 N·m, its current limit gives 1.401 N·m."), "{text}");
     let file = std::fs::read_to_string(folder.path().join("stickslip-out/design/desired.toml")).unwrap();
     let preset: Preset<f64> = parameters::read(&file, "desired.toml").unwrap();
     assert_eq!(preset.bench.desired.viscous_friction, 0.05);
+    let (renderable, _) = result(folder.path(), "stickslip-out/design", "region.renderable");
+    assert_eq!(renderable, 0.0);
+    let render = "render --own clm-bench --desired stickslip-out/design/desired.toml";
+    let text = refused(1, render, folder.path());
+    // What would do at the speeds of the plan, which end before those of the design.
+    assert!(text.contains("or, alone, viscous friction b = 0.0294 N·m·s/rad."), "{text}");
+    assert!(!folder.path().join("stickslip-out/render").exists());
 }
 
 #[test]

@@ -373,6 +373,9 @@ pub enum Error {
     /// A name that C does not take.
     #[error("{0}. Say another by --prefix")]
     NoIdentifier(#[from] stickslip_codegen::c::NotAName),
+    /// A desired friction outside the renderable region.
+    #[error("{0}")]
+    NotRenderable(Box<crate::design::Verdict>),
     /// A bench that cannot render.
     #[error(
         "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."
@@ -381,10 +384,20 @@ pub enum Error {
         /// The preset.
         preset: String,
     },
+    /// A part of the fidelity benchmark that there is not.
+    #[error("{name} is no {what}. There are: {}.", known.join(", "))]
+    NothingToCompare {
+        /// What it should be.
+        what: &'static str,
+        /// The name asked for.
+        name: String,
+        /// Those that there are.
+        known: Vec<&'static str>,
+    },
     /// A rendering law that would chatter.
     #[error(
-        "rendered like this the load motor would chatter by {:.3} N m, {} N m are allowed; most of it comes from {cause}. {}",
-        predicted_chatter, limit, chatter_remedy(*stiffness, *feasible)
+        "rendered like this the load motor would chatter by {}, {limit} N m are allowed: {cause}. {}",
+        chatter_in_words(*predicted_chatter), chatter_remedy(*stiffness, *feasible)
     )]
     Chatters {
         /// Predicted change of the load torque from millisecond to millisecond [N m RMS].
@@ -420,6 +433,11 @@ fn remedy(source: &io::Error) -> &'static str {
         io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
         _ => "Choose another place, or mend what the system says.",
     }
+}
+
+/// Chatter [N m]: what has grown for half a second is of no size.
+fn chatter_in_words(torque: f64) -> String {
+    if torque < 10.0 { format!("{torque:.3} N m") } else { "as much as it can".into() }
 }
 
 /// What to do about chatter.

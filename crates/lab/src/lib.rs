@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod calibrate;
 pub mod curve_file;
 pub mod demo;
 pub mod design;
@@ -30,6 +31,6 @@ pub mod watch;
 pub mod workflow;
 
 pub use error::Error;
-pub use preset::{LawChoice, Model, Preset, Settings, Tracking};
+pub use preset::{LawChoice, Model, Preset, Residual, Settings, Tracking};
 pub use summary::Summary;
 pub use watch::Watch;

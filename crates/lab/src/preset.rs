@@ -110,19 +110,31 @@ pub enum LawChoice<T> {
     /// Desired less own friction, both with bristles, on an observer that contains the drive and its friction.
     Bristle,
     /// The same with the friction that the model lacks estimated as one torque.
-    Residual,
-    /// The same with the own friction's scale estimated, for each direction: what it lacks is known through a reversal.
-    Adaptive,
+    Residual(Residual<T>),
     /// A virtual load with the desired friction, which the load is made to follow.
     Admittance(Tracking<T>),
+    /// The one that does best in a simulation of what is believed of the machine, off by what may be wrong with it.
+    Auto,
+}
+
+/// How a torque that the model lacks is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Residual<T> {
+    /// How fast it wanders: more follows a friction that is off, less lets less noise through.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.03)]
+    pub missing_torque: T,
 }
 
 /// How a virtual load is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Tracking<T> {
     /// Bandwidth, critically damped.
-    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 150.0)]
+    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 250.0)]
     pub bandwidth: T,
+    /// How fast the torque that the model lacks wanders: more follows a friction that is off, less lets less noise
+    /// through.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.1)]
+    pub missing_torque: T,
 }
 
 impl<T: Scalar> Settings<T> {

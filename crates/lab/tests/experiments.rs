@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use stickslip::bench::VirtualBench;
+use stickslip::bench::{Bench, Command, VirtualBench};
 use stickslip::experiment::{
     BreakawayPlan, FrictionPlan, PreslidingPlan, home, measure_breakaway, measure_friction, measure_presliding,
 };
@@ -116,4 +116,18 @@ fn presliding_within_a_count_is_called_not_identifiable() {
     assert!(presliding.least_stiffness <= 300.0 && presliding.least_stiffness > 50.0);
     let warning = &presliding.warnings()[0];
     assert!(warning.contains("not identifiable with this encoder of 2000 counts a revolution: at least"), "{warning}");
+}
+
+#[test]
+fn a_torque_added_to_the_load_motor_comes_with_the_law_off_and_goes_with_its_order() {
+    let mut bench = homed("clm-bench", |_| {});
+    // A third of breakaway: the load rests. 50 ms are thirty time constants of the current control.
+    for asked in [0.1, 0.0] {
+        let command = Command { added_load_torque: asked, ..Command::default() };
+        let frames: Vec<_> = (0..200).map(|_| bench.step(command).unwrap()).collect();
+        let mean = frames[100..].iter().map(|frame| frame.signals.measured_load_torque).sum::<f64>() / 100.0;
+        assert_eq!(frames[199].signals.difference_torque, asked);
+        // The sensor's noise of 10 mA, a tenth in the mean.
+        assert!((mean - asked).abs() < 5e-4, "{mean} instead of {asked} N m");
+    }
 }

@@ -6,8 +6,9 @@ use std::str::FromStr;
 
 use clap::Args;
 use stickslip::Preset;
+use stickslip::design::{Passage, Region};
 use stickslip::parameters::{self, presets};
-use stickslip::workflow::design::{Design, LoadLimits, through_points};
+use stickslip::workflow::design::{Design, through_points};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -30,6 +31,9 @@ pub(crate) struct DesignCommand {
     /// Change a value of the desired friction (desired.stribeck_velocity=1.5), after the points, or of the bench.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
+    /// How fast the drive shall change its speed under the law, in rad/s²: delay and current lag behind it.
+    #[arg(long, value_name = "RAD/S²", default_value_t = Passage::default().acceleration)]
+    acceleration: f64,
     /// Folder for desired.toml, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/design")]
     out: PathBuf,
@@ -70,8 +74,9 @@ impl DesignCommand {
             text = parameters::set::<Preset<f64>>(&text, "--set", &format!("bench.{path}"), value)?;
         }
         let preset: Preset<f64> = parameters::read(&text, "--set").map_err(stickslip::Error::from)?;
-        let load = LoadLimits::of(&preset.model);
-        let design = Design { own: known.model.own, desired: preset.bench.desired, points, load };
+        let passage = Passage { acceleration: self.acceleration, ..Passage::default() };
+        let region = Region::of(&preset.model, &preset.bench, passage)?;
+        let design = Design { own: known.model.own, desired: preset.bench.desired, points, region };
         let summary = design.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for line in design.table().lines() {

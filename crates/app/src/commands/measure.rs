@@ -4,9 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use stickslip::bench::RemoteBench;
+use stickslip::bench::remote::Address;
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use stickslip::quantity::number;
-use stickslip::workflow::measure::{Outcome, Plan, measure};
+use stickslip::workflow::measure::{Outcome, Plan, measure, measure_on};
 use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
@@ -43,6 +45,9 @@ pub(crate) struct How {
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Measure on a machine in another process, as `stickslip plant` serves one; the preset says what is believed of it.
+    #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
+    io: Option<Address>,
     /// Linings of the friction wheel; without it as the preset has them.
     #[arg(long, value_enum)]
     linings: Option<Linings>,
@@ -107,18 +112,20 @@ impl How {
         let plan = self.plan::<P>()?;
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let preset = source::preset(&self.preset, settings.filter(|(path, _)| !path.starts_with("plan.")))?;
-        let preload = match self.linings {
-            Some(Linings::Released) => 0.0,
-            Some(Linings::Pressed) => 1.0,
-            None => preset.plant.wheel.preload,
-        };
+        let preload = self.linings.map(|linings| match linings {
+            Linings::Released => 0.0,
+            Linings::Pressed => 1.0,
+        });
         let duration = number(plan.duration(&preset), 0);
-        let linings = number(preload, 2);
+        let linings = number(preload.unwrap_or(preset.plant.wheel.preload), 2);
         self.shown.say(out, &format!("{}, linings at {linings}: {duration} s on the bench.", plan.about()))?;
         if self.dry_run {
             return Ok(());
         }
-        let measurement = measure(plan, &preset, preload, self.seed, watch)?;
+        let measurement = match self.io {
+            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch)?,
+            None => measure(plan, &preset, preload, self.seed, watch)?,
+        };
         let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
         let summary = measurement.write(&folder, &source::command_line())?;
         let outcome = &measurement.outcome;

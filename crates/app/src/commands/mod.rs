@@ -1,14 +1,17 @@
 //! One file a command.
 
+mod calibrate;
 mod completions;
 mod demo;
 mod design;
+mod fidelity;
 mod fit;
 mod generate;
 mod identify;
 mod machine;
 mod measure;
 mod params;
+mod plant;
 mod render;
 mod report;
 mod validate;
@@ -30,6 +33,9 @@ pub(crate) enum Command {
     /// Measure on the virtual bench.
     #[command(subcommand, after_help = "Example: stickslip measure friction --linings pressed --seed 7")]
     Measure(measure::Measure),
+    /// Let the bench identify itself: scales, masses, coupling, lags, load motor and own friction.
+    #[command(after_help = "Example: stickslip calibrate --preset clm-real --seed 7")]
+    Calibrate(calibrate::CalibrateCommand),
     /// The Stribeck curve through a measured friction curve, and what the data leave open.
     #[command(after_help = "Example: stickslip fit stickslip-out/measure-friction\n\
                             Example: stickslip fit data/direct_drive_joint/friction_curve.csv --side each")]
@@ -45,6 +51,11 @@ pub(crate) enum Command {
         after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
     )]
     Render(render::RenderCommand),
+    /// Trajectory equivalence: the same controller on a machine that truly has the desired friction, and on the bench that
+    /// renders it.
+    #[command(after_help = "Example: stickslip fidelity --quick\n\
+                            Example: stickslip fidelity --preset clm-bench --law paper --law auto --mismatch own+10%")]
+    Fidelity(fidelity::Fidelity),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -62,6 +73,9 @@ pub(crate) enum Command {
     /// Describe a machine in a file.
     #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
     Machine(machine::Machine),
+    /// Serve the virtual machine to a bench in another process, datagram by datagram.
+    #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7")]
+    Plant(plant::PlantCommand),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
@@ -93,9 +107,17 @@ impl Command {
                 let watch = watch(command.shown());
                 command.run(out, &watch)
             }
+            Command::Calibrate(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
             Command::Render(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Fidelity(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
@@ -104,6 +126,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Validate(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Plant(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

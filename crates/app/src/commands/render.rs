@@ -30,6 +30,10 @@ pub(crate) struct RenderCommand {
     /// Change a value of the bench (bench.fade_velocity=0.2); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
+    /// Measure, correct the torque over the speed by what is missing, and measure again, at most so many times; it ends
+    /// where it no longer helps.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    corrections: usize,
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -57,12 +61,12 @@ impl RenderCommand {
         let linings = number(preset.plant.wheel.preload, 2);
         self.shown
             .say(out, &format!("{} under the law, linings at {linings}: {duration} s on the bench.", plan.about()))?;
-        let run = render_run(&plan, &preset, self.seed, watch)?;
+        let run = render_run(&plan, &preset, self.corrections, self.seed, watch)?;
         let summary = run.write(&self.out, &source::command_line())?;
-        let rendering = &run.rendering;
+        let rendering = run.rendering();
         self.shown.show(out, &summary, |out| {
             writeln!(out, "RMS distance of the rendered from the desired characteristic:")?;
-            for line in rendering.lines() {
+            for line in rendering.lines().into_iter().chain(run.lines()) {
                 writeln!(out, "  {line}")?;
             }
             for warning in rendering.curve.warnings() {
@@ -70,6 +74,6 @@ impl RenderCommand {
             }
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })?;
-        if rendering.complete() { Ok(()) } else { Err(Failure::Incomplete(self.out)) }
+        if run.complete() { Ok(()) } else { Err(Failure::Incomplete(self.out)) }
     }
 }

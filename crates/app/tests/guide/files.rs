@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::process::Command;
 
 use serde_json::Value;
 use stickslip::machine::Machine;
@@ -102,6 +103,32 @@ fn what_measure_fit_design_and_render_write_is_described() {
 fn what_generate_writes_is_described() {
     let out = MICROCONTROLLER.path().join("observer");
     assert_eq!(wrong(&Page::read("files.md"), "generate c", &out), [] as [String; 0]);
+}
+
+#[test]
+fn what_fidelity_writes_is_described() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let small = "fidelity --seeds 1 --law auto --mismatch perfect --mismatch own+10% --rate 4000 --preset prototype \
+                 --scenario sine_2hz --scenario hunting --quiet --out .";
+    let status =
+        Command::new(env!("CARGO_BIN_EXE_stickslip")).args(small.split_whitespace()).current_dir(&folder).status();
+    assert!(status.expect("the program starts").success());
+    let page = Page::read("files.md");
+    assert_eq!(wrong(&page, "fidelity", folder.path()), [] as [String; 0]);
+
+    let summary = std::fs::read_to_string(folder.path().join("summary.json")).expect("the command wrote it");
+    let summary: Value = serde_json::from_str(&summary).expect("it is JSON");
+    let told: Vec<Table> =
+        page.tables().into_iter().filter(|table| table.heading == "stickslip fidelity: a row").collect();
+    let told: BTreeSet<String> = told[0]
+        .column("cell")
+        .expect("its cells")
+        .iter()
+        .flat_map(|cell| cell.split(", "))
+        .map(|cell| cell.replace('`', ""))
+        .collect();
+    let real: BTreeSet<String> = summary["rows"][0].as_object().expect("a row").keys().cloned().collect();
+    assert_eq!(told, real, "left the page, right the file");
 }
 
 #[test]

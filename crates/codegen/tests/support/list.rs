@@ -1,12 +1,14 @@
 // Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
 
 use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::drive::{TwoMass, Winding};
+use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 use stickslip_core::friction::{
-    Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
+    Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
     Stribeck,
 };
 use stickslip_core::plant::{Machine, Plant};
-use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::render::{Admittance, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
 use support::blocks::{Holder, Lag, Nested, SlidingFriction};
@@ -18,6 +20,28 @@ fn machine(model: Model<f64>) -> Machine<f64> {
     plant.screw_friction.model = model;
     plant.wheel.preload = 0.5;
     plant.prepare(10, 25e-6)
+}
+
+fn believed() -> DriveModel<f64> {
+    let own = Bristles::default().under(Stribeck::default());
+    DriveModel::new(TwoMass::default(), Winding::default(), 0.32e-3, Friction::default(), own, 125e-6)
+}
+
+fn rendered() -> Friction<f64> {
+    Bristles::default().under(Stribeck { kinetic_torque: 0.12, ..Stribeck::default() })
+}
+
+/// Gains of the size that a design gives.
+fn observer() -> DriveObserver<f64> {
+    let gains = ObserverGains {
+        angle: [0.03, 3e-4, -9e-6],
+        velocity: [3.7, 0.07, 4e-3],
+        torque: [-1.0, -0.03, -3e-3],
+        tacho: [2.3, 0.14, 2e-3],
+        ..ObserverGains::default()
+    };
+    let accelerometer = AccelerationSensor { flow: [[0.8, 1e-4, 0.2], [-2e3, 0.6, 2e3]], ..AccelerationSensor::default() };
+    DriveObserver { model: believed(), steps: 2, tacho_share: 0.2, accelerometer, gains }
 }
 
 fn element(model: Model<f64>) -> FrictionElement<f64> {
@@ -46,8 +70,29 @@ agree!(
     PositionController::Cascade(Cascade::default())
 );
 agree!(decoder, Decoder, Decoder::default());
+agree!(correction, CorrectionTable, CorrectionTable { torque: std::array::from_fn(|k| 1e-3 * (k as f64 - 7.0)), ..CorrectionTable::default() });
 agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());
-agree!(tick, Tick, Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() });
+agree!(
+    tick,
+    Tick,
+    Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() },
+    Tick { law: Law::Smooth(SmoothDifference::default()), ..Tick::default() },
+    Tick { law: Law::Karnopp(Karnopp::default()), ..Tick::default() },
+);
+agree!(smooth_difference, SmoothDifference, SmoothDifference::default());
+agree!(karnopp, Karnopp, Karnopp::default());
+agree!(drive_model, DriveModel, believed());
+agree!(drive_observer, DriveObserver, observer());
+agree!(
+    bristle_difference,
+    BristleDifference,
+    BristleDifference { observer: observer(), desired: rendered(), ahead: (0, 3), torque_limit: 1.0 }
+);
+agree!(
+    admittance,
+    Admittance,
+    Admittance { observer: observer(), desired: rendered(), bandwidth: 250.0, ahead: (0, 3), torque_limit: 1.0 }
+);
 agree!(
     stribeck,
     Stribeck,

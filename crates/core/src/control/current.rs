@@ -76,6 +76,14 @@ pub struct CurrentControlOutput<T> {
     pub amplifier_input: T,
 }
 
+impl<T: Scalar> CurrentControl<T> {
+    /// What amplifier and D/A converter give at most [V].
+    #[inline(always)]
+    pub fn largest_voltage(&self) -> T {
+        self.voltage_limit.min(self.amplifier_gain * self.converter_limit)
+    }
+}
+
 impl<T: Scalar> Block<T> for CurrentControl<T> {
     type State = CurrentControlState<T>;
     type Input = CurrentControlInput<T>;
@@ -94,7 +102,7 @@ impl<T: Scalar> Block<T> for CurrentControl<T> {
 
         let back_emf = self.torque_constant * finite_or(input.estimated_velocity, zero);
         let demand = self.proportional_gain * deviation + self.resistance * current + held - back_emf;
-        let limit = self.voltage_limit.min(self.amplifier_gain * self.converter_limit);
+        let limit = self.largest_voltage();
         let voltage = demand.clamp(-limit, limit);
 
         let increment = self.integral_gain * deviation * dt;

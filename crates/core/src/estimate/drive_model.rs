@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 ///
 /// ```text
 /// J_M·φ̈_M = M_M − M_C − M_R,M      M_C = c·(φ_M − φ) + d·(φ̇_M − φ̇)
-/// J_L·φ̈   = M_C − s·M_R − K·i − M_x
+/// J_L·φ̈   = M_C − M_R − K·i − M_x
 /// L·di/dt = u − R·i + K·φ̇          τ·Ṁ_M = M_aim − M_M
 /// ```
 ///
@@ -76,9 +76,6 @@ pub struct DriveModelInput<T> {
     /// Voltage at the load motor.
     #[field(symbol = "u", unit = "V")]
     pub voltage: T,
-    /// Factor of the load's friction.
-    #[field(symbol = "s", unit = "1", default = 1.0)]
-    pub friction_scale: T,
     /// Torque against positive motion of the load that is neither friction nor the load motor's.
     #[field(symbol = "M_x", unit = "N m")]
     pub resistance: T,
@@ -152,6 +149,23 @@ impl<T: Scalar> Block<T> for DriveModel<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut DriveState<T>, input: DriveModelInput<T>, dt: T) -> DriveModelOutput<T> {
+        /// Once a kind of number where calls are cheap.
+        #[inline(never)]
+        fn called<T: Scalar>(
+            model: &DriveModel<T>,
+            state: &mut DriveState<T>,
+            input: DriveModelInput<T>,
+            dt: T,
+        ) -> DriveModelOutput<T> {
+            model.advance(state, input, dt)
+        }
+        if T::CALLS_ARE_CHEAP { called(self, state, input, dt) } else { self.advance(state, input, dt) }
+    }
+}
+
+impl<T: Scalar> DriveModel<T> {
+    #[inline(always)]
+    fn advance(&self, state: &mut DriveState<T>, input: DriveModelInput<T>, dt: T) -> DriveModelOutput<T> {
         let start = state.velocity;
         let (motor_held, load_held) = (state.motor_resistance, state.load_resistance);
         self.flow(state, motor_held, load_held, &input);
@@ -176,7 +190,7 @@ impl<T: Scalar> Block<T> for DriveModel<T> {
             others: input.resistance,
         };
         let mut brushes = [(&self.motor_friction, T::of(1.0), state.motor_deflection)];
-        let mut contacts = [(&self.friction, input.friction_scale, state.deflection)];
+        let mut contacts = [(&self.friction, T::of(1.0), state.deflection)];
         let (brush_start, contact_start) = (deflections(&brushes), deflections(&contacts));
         let motor_middle = predict(&motor, &mut brushes, dt);
         let load_middle = predict(&load, &mut contacts, dt);

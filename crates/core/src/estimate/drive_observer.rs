@@ -56,9 +56,8 @@ pub struct ObserverGains<T> {
 /// Observer of the whole drive: the model moves in steps of its own, each measurement corrects it.
 ///
 /// The gains are those of a stationary Kalman filter for the linear drive with an unknown torque on the load
-/// (`stickslip::design::drive_observer`). What they find of that torque goes where it belongs: while the bristles are
-/// elastic it is their deflection that was wrong, while the load slides it is the scale of the friction, one for each
-/// direction, so that it is known through a reversal; and what is left goes into a residual torque.
+/// (`stickslip::design::drive_observer`): what the believed friction lacks, as long as it wanders slowly. Presliding lies
+/// below a count of most encoders; what shows it is the model.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserver<T> {
     /// The drive, prepared for a step.
@@ -73,21 +72,6 @@ pub struct DriveObserver<T> {
     pub accelerometer: AccelerationSensor<T>,
     /// Correction by the measurements.
     pub gains: ObserverGains<T>,
-    /// Share of the missing torque that is taken for the scale of the sliding friction.
-    #[field(unit = "1", range = 0.0..=10.0)]
-    pub scale_share: T,
-    /// Share of it that is taken for a wrong deflection while the bristles are elastic.
-    #[field(unit = "1", range = 0.0..=10.0)]
-    pub deflection_share: T,
-    /// Share of it that is taken for a torque besides friction.
-    #[field(unit = "1", range = 0.0..=10.0)]
-    pub residual_share: T,
-    /// Friction torque below which its scale is learnt more slowly.
-    #[field(symbol = "ε", unit = "N m", range = 1e-9..=200.0, default = 0.02)]
-    pub scale_floor: T,
-    /// Stiffness of the load's bristles.
-    #[field(symbol = "σ₀", unit = "N m/rad", range = 1e-3..=1e7, default = 300.0)]
-    pub bristle_stiffness: T,
 }
 
 /// What the observer expects at the next tick.
@@ -95,10 +79,7 @@ pub struct DriveObserver<T> {
 pub struct DriveObserverState<T> {
     /// The drive.
     pub drive: DriveState<T>,
-    /// What the friction exceeds the model's by, as a share: in positive and in negative direction.
-    #[field(unit = "1")]
-    pub scale: [T; 2],
-    /// Torque besides friction, against positive motion.
+    /// Torque that the model lacks, against positive motion.
     #[field(symbol = "r", unit = "N m")]
     pub residual: T,
     /// Accelerometer offset.
@@ -171,7 +152,6 @@ impl<T: Scalar> DriveObserver<T> {
         let by = |gain: [T; 3]| gain[0] * error[0] + gain[1] * error[1] + gain[2] * error[2];
         let gains = &self.gains;
         let drive = &mut state.drive;
-        let missing = by(gains.torque);
         drive.angle += by(gains.angle);
         drive.twist += by(gains.twist);
         drive.motor_velocity += by(gains.motor_velocity);
@@ -181,35 +161,10 @@ impl<T: Scalar> DriveObserver<T> {
         state.tacho += by(gains.tacho);
         state.acceleration += by(gains.acceleration);
         state.acceleration_rate += by(gains.acceleration_rate);
-        self.assign(state, missing);
-    }
-
-    /// Where a torque [N m] that the model lacks belongs.
-    #[inline(always)]
-    fn assign(&self, state: &mut DriveObserverState<T>, missing: T) {
-        let (zero, one) = (T::of(0.0), T::of(1.0));
-        let drive = &mut state.drive;
-        let factor = Self::scale(state.scale, drive.deflection);
-        let friction = (drive.load_resistance - state.residual) / factor;
-        let sliding = self.model.friction.sliding_share(drive.deflection, drive.velocity);
-        let floor = self.scale_floor;
-        let learnt = self.scale_share * sliding * missing * friction / (friction * friction + floor * floor);
-        let forward = drive.deflection.gt(zero);
-        let limit = T::of(0.7);
-        state.scale = [
-            (state.scale[0] + forward.select(learnt, zero)).clamp(-limit, limit),
-            (state.scale[1] + forward.select(zero, learnt)).clamp(-limit, limit),
-        ];
-        drive.deflection += self.deflection_share * (one - sliding) * missing / (self.bristle_stiffness * factor);
-        let residual = self.residual_share * missing;
-        state.residual += residual;
-        drive.load_resistance += residual;
-    }
-
-    /// Factor of the friction while the bristles are bent to this side.
-    #[inline(always)]
-    fn scale(scale: [T; 2], deflection: T) -> T {
-        T::of(1.0) + deflection.gt(T::of(0.0)).select(scale[0], scale[1])
+        let missing = by(gains.torque);
+        state.residual += missing;
+        // What is held has changed by as much: it acts from now on, not as a kick.
+        state.drive.load_resistance += missing;
     }
 
     /// The state from which the first measurement is met.
@@ -250,7 +205,6 @@ impl<T: Scalar> DriveObserver<T> {
             let held = DriveModelInput {
                 motor_torque: input.motor_torque,
                 voltage: input.voltage,
-                friction_scale: Self::scale(state.scale, state.drive.deflection),
                 resistance: state.residual,
             };
             let middle = self.model.run(&mut state.drive, held, dt);
@@ -289,7 +243,6 @@ impl<T: Scalar> DriveObserver<T> {
             let held = DriveModelInput {
                 motor_torque,
                 voltage: -constant * drive.velocity,
-                friction_scale: Self::scale(state.scale, drive.deflection),
                 resistance: state.residual + asked,
             };
             let middle = self.model.run(&mut drive, held, dt);

@@ -231,15 +231,6 @@ impl<T: Scalar> Friction<T> {
         self.factor(&contact) * (sliding + viscous) + self.direction.offset
     }
 
-    /// Share of a motion that slides, 0 elastic … 1, at a deflection [rad] and a velocity [rad/s]; 1 without bristles.
-    #[inline(always)]
-    pub fn sliding_share(&self, deflection: T, velocity: T) -> T {
-        match &self.model {
-            Model::ElastoPlastic(model) => model.release(deflection, velocity, model.sliding(velocity.abs())).share,
-            _ => T::of(1.0),
-        }
-    }
-
     /// A step of bristles with the factor of their direction: by the sign of the deflection, not of the velocity, so
     /// that the torque has no jump at a reversal.
     #[inline(always)]

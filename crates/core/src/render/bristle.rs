@@ -16,7 +16,7 @@ use crate::scalar::Scalar;
 /// ```
 ///
 /// Renders presliding and breakaway, without a fade-out and without a friction wheel. How far it can be trusted is how
-/// far the observer's friction is that of the machine; its scale may be learnt (see [`DriveObserver`]).
+/// far the observer's friction is that of the machine; what it lacks may be estimated as a torque r ([`DriveObserver`]).
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct BristleDifference<T> {
     /// The drive with its own friction, and what corrects it.

@@ -2,16 +2,19 @@
 //!
 //! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
 //! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
-//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding.
+//! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds to
+//! any of them what a measurement under it has shown to lack.
 
 mod admittance;
 mod bristle;
+mod correction;
 mod difference;
 mod karnopp;
 mod smooth;
 
 pub use admittance::Admittance;
 pub use bristle::BristleDifference;
+pub use correction::{Correction, CorrectionInput, CorrectionOutput, CorrectionTable, POINTS as CORRECTION_POINTS};
 pub use difference::DifferenceTorque;
 pub use karnopp::Karnopp;
 pub use smooth::SmoothDifference;
@@ -118,6 +121,16 @@ impl<T: Scalar> Law<T> {
     /// before.
     #[inline(always)]
     pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+        /// Once a kind of number where calls are cheap: the laws are long, and many simulate them.
+        #[inline(never)]
+        fn called<T: Scalar>(law: &Law<T>, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
+            law.rendered(state, input, dt)
+        }
+        if T::CALLS_ARE_CHEAP { called(self, state, input, dt) } else { self.rendered(state, input, dt) }
+    }
+
+    #[inline(always)]
+    fn rendered(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let wanted = match self {
             Law::Off => input.with(T::of(0.0)),
             Law::Paper(law) => law.run(&mut (), input, dt),

@@ -19,7 +19,7 @@ use crate::control::{
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
-use crate::render::{Law, LawInput, LawState};
+use crate::render::{Correction, Law, LawInput, LawState};
 use crate::scalar::{Mask, Scalar};
 
 /// Data-sheet scaling of instruments and servo amplifier.
@@ -76,6 +76,8 @@ pub struct Tick<T> {
     pub observer: VelocityObserver<T>,
     /// The rendering law.
     pub law: Law<T>,
+    /// What is added to it.
+    pub correction: Correction<T>,
     /// Current control of the load motor.
     pub current: CurrentControl<T>,
     /// The position controller under test.
@@ -120,6 +122,9 @@ pub struct Order<T> {
     /// Torque added to the controller's, for breakaway ramps and identification.
     #[field(symbol = "M_add", unit = "N m")]
     pub added_torque: T,
+    /// Torque of the load motor added to the law's, against positive motion, for identification.
+    #[field(symbol = "M_add,L", unit = "N m")]
+    pub added_load_torque: T,
     /// A sample of the position controller begins.
     #[field(unit = "1", flag)]
     pub control_due: T,
@@ -175,7 +180,7 @@ pub struct TickOutput<T> {
     /// Torque asked of the drive motor.
     #[field(symbol = "M_M", unit = "N m")]
     pub commanded_torque: T,
-    /// Torque asked of the load motor, against positive motion.
+    /// Torque asked of the load motor, against positive motion: the law's, and what is added to it.
     #[field(symbol = "M_diff", unit = "N m")]
     pub difference_torque: T,
     /// Torque of the load motor by its measured current, against positive motion.
@@ -216,7 +221,8 @@ impl<T: Scalar> Block<T> for Tick<T> {
             motor_torque: commanded_torque,
         };
         let wanted = self.law.render(&mut state.law, felt, dt);
-        let difference_torque = order.render.gt(half).select(wanted.torque, zero);
+        let corrected = self.correction.correct(wanted.torque, wanted.velocity, dt);
+        let difference_torque = order.render.gt(half).select(corrected, zero) + order.added_load_torque;
         let demand = CurrentControlInput {
             reference_current: difference_torque / self.current.torque_constant,
             measured_current: wanted.current,

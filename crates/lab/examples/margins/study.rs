@@ -3,16 +3,17 @@
 use stickslip::design::{self, CHATTER_LIMIT, STIFFNESSES};
 use stickslip::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, Trace};
 use stickslip::noise::Normals;
-use stickslip::{Error, LawChoice, Tracking, Watch};
+use stickslip::{Error, LawChoice, Residual, Tracking, Watch};
 use stickslip_core::friction::Model;
 
 /// The laws that render bristles, and the admittance.
-pub(crate) const LAWS: [(&str, LawChoice<f64>); 4] = [
-    ("bristle", LawChoice::Bristle),
-    ("residual", LawChoice::Residual),
-    ("adaptive", LawChoice::Adaptive),
-    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 150.0 })),
-];
+pub(crate) fn laws() -> [(&'static str, LawChoice<f64>); 3] {
+    [
+        ("bristle", LawChoice::Bristle),
+        ("residual", LawChoice::Residual(Residual::default())),
+        ("admittance", LawChoice::Admittance(Tracking::default())),
+    ]
+}
 
 /// Tick rates that are drawn from [Hz].
 const RATES: [f64; 6] = [1e3, 2e3, 4e3, 5e3, 8e3, 1e4];

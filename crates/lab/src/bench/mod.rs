@@ -1,20 +1,26 @@
 //! The bench as an experiment sees it: tick by tick, through converters and counters.
 //!
 //! Experiments are written over [`Bench`] and run unchanged on the virtual machine, in lockstep or by the clock, and
-//! on hardware. What they know of the machine is [`Bench::model`].
+//! on hardware. What they know of the machine is [`Bench::model`]. [`LockstepBench`] is the software over any [`Io`].
 
+pub(crate) mod io;
+mod lockstep;
+pub mod remote;
 mod traveller;
 mod virtual_bench;
 
+pub use io::{Io, Voltages};
+pub use lockstep::LockstepBench;
+pub use remote::RemoteBench;
 pub use traveller::Traveller;
-pub use virtual_bench::VirtualBench;
+pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::Law;
+use stickslip_core::render::{Correction, Law};
 use stickslip_core::supervise::Safety;
-use stickslip_core::tick::TickOutput;
+use stickslip_core::tick::{Measurement, TickOutput};
 
 use crate::Error;
 use crate::preset::{Model, Settings};
@@ -30,6 +36,8 @@ pub struct Command {
     pub render: bool,
     /// Torque added to the controller's [N m].
     pub added_torque: f64,
+    /// Torque of the load motor added to the law's, against positive motion [N m].
+    pub added_load_torque: f64,
 }
 
 /// What an experiment gets in a tick.
@@ -41,6 +49,8 @@ pub struct Frame {
     pub angle: f64,
     /// The set-point that was followed.
     pub setpoint: Setpoint<f64>,
+    /// What the interfaces delivered at the begin of the tick.
+    pub measurement: Measurement<f64>,
     /// Everything that the software knows.
     pub signals: TickOutput<f64>,
 }
@@ -65,8 +75,15 @@ pub trait Bench {
     /// The position controller in force from the next tick on, run every `divider` ticks; it takes the torque over.
     fn set_controller(&mut self, controller: PositionController<f64>, divider: u64);
 
-    /// The rendering law in force from the next tick on.
-    fn set_law(&mut self, law: Law<f64>);
+    /// The rendering law in force from the next tick on, with the current control that belongs to it. It begins with the
+    /// torque of the law before.
+    ///
+    /// # Errors
+    /// What the design of the current control refuses.
+    fn set_law(&mut self, law: Law<f64>) -> Result<(), Error>;
+
+    /// What is added to the rendering law from the next tick on.
+    fn set_correction(&mut self, correction: Correction<f64>);
 
     /// Presses the friction wheel's linings on, 0 … 1. On hardware it asks the operator to do it.
     ///

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 
-use super::{kalman_gain, zero_order_hold};
+use super::{kalman_filter, zero_order_hold};
 use crate::Error;
 use crate::preset::{Model, Settings};
 
@@ -18,13 +18,11 @@ pub struct Trust {
     pub motor_torque: f64,
     /// How fast the accelerometer's offset wanders [m/s²/√s].
     pub offset: f64,
-    /// Where the missing torque is put: scale of sliding friction, deflection of elastic bristles, residual.
-    pub shares: [f64; 3],
 }
 
 impl Default for Trust {
     fn default() -> Self {
-        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3, shares: [0.0; 3] }
+        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3 }
     }
 }
 
@@ -49,9 +47,8 @@ pub fn drive_observer(
     let dt = settings.tick_time();
     let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(1.0) as usize;
     let observer = believed_drive(model, dt / steps as f64)?;
-    let [scale_share, deflection_share, residual_share] = trust.shares;
     let gains = gains(model, dt, tacho_lag(model), trust)?;
-    Ok(DriveObserver { steps, gains, scale_share, deflection_share, residual_share, ..observer })
+    Ok(DriveObserver { steps, gains, ..observer })
 }
 
 /// Between servo amplifier and tacho what is left of both lags [s].
@@ -74,11 +71,6 @@ pub(super) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObser
         tacho_share: 1.0 - libm::exp(-step / tacho_lag(model)),
         accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
         gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
-        scale_share: 0.0,
-        deflection_share: 0.0,
-        residual_share: 0.0,
-        scale_floor: 0.1 * model.own.kinetic_torque,
-        bristle_stiffness: model.own_bristles.stiffness,
     })
 }
 
@@ -125,8 +117,8 @@ fn gains(model: &Model<f64>, dt: f64, tacho_lag: f64, trust: &Trust) -> Result<O
         CONVERTER_NOISE / scaling.accelerometer,
     ];
     let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
-    let gain = kalman_gain(&phi, &shown, &q, &r)?;
-    let row = |i: usize| [gain[(i, 0)], gain[(i, 1)], gain[(i, 2)]];
+    let filter = kalman_filter(&phi, &shown, &q, &r)?;
+    let row = |i: usize| [filter.gain[(i, 0)], filter.gain[(i, 1)], filter.gain[(i, 2)]];
     Ok(ObserverGains {
         angle: row(0),
         twist: row(1),

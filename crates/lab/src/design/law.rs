@@ -1,23 +1,27 @@
 //! The rendering law that is chosen, prepared for the bench.
 
+use stickslip_core::estimate::DriveObserver;
 use stickslip_core::render::{Admittance, BristleDifference, Karnopp, Law, SmoothDifference};
 
 use super::{Trust, difference_torque, drive_observer};
 use crate::Error;
 use crate::preset::{LawChoice, Model, Settings};
 
+/// How far the drive is looked ahead from the next tick, when a voltage begins to act: to the middle of the sample in
+/// which the current gets there [samples].
+const AHEAD: f64 = 1.5;
+
 /// The rendering law of `settings.law` for what is believed of the machine.
 ///
 /// # Errors
-/// As the design of the observer.
+/// As the design of the observer; with `auto` whatever stops the simulations that choose.
 pub fn rendering_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Law<f64>, Error> {
     let paper = difference_torque(&settings.desired, model, settings);
     let (desired, own, torque_limit) = (paper.desired, paper.own, paper.torque_limit);
+    let observer = |missing_torque| drive_observer(model, settings, &Trust { missing_torque, ..Trust::default() });
     let rendered = settings.desired_bristles.under(desired);
-    let bristle = |shares: [f64; 3], missing_torque: f64| -> Result<Law<f64>, Error> {
-        let observer = drive_observer(model, settings, &Trust { shares, missing_torque, ..Trust::default() })?;
-        let ahead = (0, (1.5 * observer.steps as f64).round() as usize);
-        Ok(Law::Bristle(BristleDifference { observer, desired: rendered, ahead, torque_limit }))
+    let bristle = |observer| {
+        Law::Bristle(BristleDifference { ahead: ahead(&observer), observer, desired: rendered, torque_limit })
     };
     Ok(match settings.law {
         LawChoice::Paper => Law::Paper(paper),
@@ -29,20 +33,30 @@ pub fn rendering_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Law
             let band = settings.fade_velocity.max(1e-4);
             Law::Karnopp(Karnopp { desired, own, band, torque_limit, ..Karnopp::default() })
         }
-        LawChoice::Bristle => bristle([0.0; 3], 0.03)?,
-        LawChoice::Residual => bristle([0.0, 0.0, 1.0], 0.03)?,
-        LawChoice::Adaptive => bristle([1.0, 1.0, 0.0], 0.03)?,
+        LawChoice::Bristle => {
+            let mut observer = observer(Trust::default().missing_torque)?;
+            observer.gains.torque = [0.0; 3];
+            bristle(observer)
+        }
+        LawChoice::Residual(residual) => bristle(observer(residual.missing_torque)?),
         LawChoice::Admittance(tracking) => {
-            let trust = Trust { shares: [0.0, 0.0, 1.0], missing_torque: 0.1, ..Trust::default() };
-            let observer = drive_observer(model, settings, &trust)?;
-            let ahead = (0, (1.5 * observer.steps as f64).round() as usize);
+            let observer = observer(tracking.missing_torque)?;
             Law::Admittance(Admittance {
+                ahead: ahead(&observer),
                 observer,
                 desired: rendered,
                 bandwidth: tracking.bandwidth,
-                ahead,
                 torque_limit,
             })
         }
+        LawChoice::Auto => {
+            let law = crate::fidelity::pick_law(model, settings)?.law;
+            rendering_law(model, &Settings { law, ..*settings })?
+        }
     })
+}
+
+/// Steps of the observer's model from the begin of what is looked ahead to its end.
+fn ahead(observer: &DriveObserver<f64>) -> (usize, usize) {
+    (0, (AHEAD * observer.steps as f64).round() as usize)
 }

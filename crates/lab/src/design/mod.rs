@@ -9,6 +9,7 @@ mod law;
 mod lyapunov;
 mod margin;
 mod placement;
+mod region;
 mod riccati;
 mod software;
 mod velocity_observer;
@@ -20,9 +21,10 @@ pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use margin::{CHATTER_LIMIT, Margin, STIFFNESSES, margin, stiffness_limit};
 pub use placement::{ObserverForm, observer_gain, place_poles};
-pub use riccati::kalman_gain;
+pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
+pub use riccati::{KalmanFilter, kalman_filter};
 pub use software::{difference_torque, load_current_control, software};
-pub use velocity_observer::{velocity_noise, velocity_observer};
+pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]
 mod tests;

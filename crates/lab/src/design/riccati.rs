@@ -8,7 +8,16 @@ use crate::Error;
 /// Doublings until the filter's covariance is known to rounding: 2⁴⁰ samples.
 const DOUBLINGS: usize = 40;
 
-/// Gain K of x̂ = x̄ + K·(y − C·x̄) of the stationary Kalman filter for x⁺ = A·x + w, y = C·x + v with white w and v of
+/// A stationary Kalman filter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KalmanFilter {
+    /// Gain K of x̂ = x̄ + K·(y − C·x̄), a row a state and a column an output.
+    pub gain: DMatrix<f64>,
+    /// Covariance of the estimate x̂.
+    pub covariance: DMatrix<f64>,
+}
+
+/// The stationary Kalman filter for x⁺ = A·x + w, y = C·x + v with white w and v of
 /// covariance Q and R.
 ///
 /// Structured doubling of P = A·P·Aᵀ − A·P·Cᵀ·(C·P·Cᵀ + R)⁻¹·C·P·Aᵀ + Q (Chu, Fan, Lin 2005): k steps are 2ᵏ samples.
@@ -16,12 +25,12 @@ const DOUBLINGS: usize = 40;
 /// # Errors
 /// What is no number, R that is not positive definite, and what does not converge: a state that neither the outputs
 /// show nor dies out.
-pub fn kalman_gain(
+pub fn kalman_filter(
     a: &DMatrix<f64>,
     c: &DMatrix<f64>,
     q: &DMatrix<f64>,
     r: &DMatrix<f64>,
-) -> Result<DMatrix<f64>, Error> {
+) -> Result<KalmanFilter, Error> {
     let order = square("the system matrix", a)?;
     let unobservable = || {
         let remedy = "Measure more, or leave out the states that the outputs do not show.";
@@ -50,5 +59,6 @@ pub fn kalman_gain(
     let innovation = c * &covariance * c.transpose() + r;
     let gain = innovation.lu().solve(&(c * &covariance)).ok_or_else(unobservable)?.transpose();
     finite("the gain of the filter", &gain)?;
-    Ok(gain)
+    let covariance = (&identity - &gain * c) * covariance;
+    Ok(KalmanFilter { gain, covariance })
 }

@@ -2,7 +2,7 @@
 
 use stickslip_core::control::CurrentControl;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
 
 use super::{current_control, predictive_current_control, velocity_observer};
@@ -23,6 +23,7 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
         decoder: model.encoder,
         observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
         law: Law::Off,
+        correction: Correction::Nothing,
         current: load_current_control(&Law::Off, model, settings)?,
         controller: settings.controller,
         control_period: dt * settings.divider() as f64,

@@ -5,6 +5,7 @@ use stickslip_core::control::VelocityObserver;
 
 use super::{discrete_lyapunov, sampling_time, within};
 use crate::Error;
+use crate::preset::{Model, Settings};
 
 /// The observer with the poles of its error at −p_i [1/s], that is e^(−p_i·T), for a screw of this lead [m/rev] and a
 /// sampling time `dt` [s].
@@ -62,4 +63,16 @@ pub fn velocity_noise(
     let pulled = correction * (count / 12f64.sqrt());
     let covariance = discrete_lyapunov(&(kept * a), &(&pushed * pushed.transpose() + &pulled * pulled.transpose()))?;
     Ok(covariance[(1, 1)].sqrt())
+}
+
+/// Standard deviation of the estimated velocity [rad/s] that encoder and accelerometer leave, by the data sheet.
+///
+/// # Errors
+/// As [`velocity_observer`] and [`velocity_noise`].
+pub fn predicted_velocity_noise(model: &Model<f64>, settings: &Settings<f64>) -> Result<f64, Error> {
+    let dt = settings.tick_time();
+    let gains = velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?;
+    // One-sided density over half the tick rate.
+    let acceleration = model.accelerometer_noise * libm::sqrt(0.5 / dt);
+    velocity_noise(&gains, model.encoder.counts_per_revolution, acceleration, dt)
 }

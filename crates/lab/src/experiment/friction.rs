@@ -139,7 +139,7 @@ pub fn measure_friction(
         }
     };
     let ended = plan.walk(start, dt, &mut |setpoint, phase| {
-        let frame = bench.step(Command { setpoint, control: true, render, added_torque: 0.0 })?;
+        let frame = bench.step(Command { setpoint, control: true, render, ..Command::default() })?;
         let now = if let Phase::Plateau(velocity) = phase { Some(velocity) } else { None };
         if now != current {
             close(current, &mut frames);
@@ -170,7 +170,7 @@ pub fn measure_friction(
 ///
 /// # Errors
 /// As [`design::speed_holder`].
-pub(super) fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
+pub(crate) fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     let (model, dt) = (*bench.model(), bench.settings().tick_time());
     let base =
         Cascade { torque_limit: model.scaling.torque_per_volt * model.scaling.servo_limit, ..Cascade::default() };

@@ -16,6 +16,7 @@ mod presliding;
 mod rendering;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
+pub(crate) use friction::hold_speed;
 pub use friction::{FrictionCurve, measure_friction};
 pub use homing::home;
 pub use next_speeds::{Addition, Goal, next_speeds};
@@ -23,8 +24,7 @@ pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};
 pub use presliding::{Loop, Presliding, PreslidingPlan, measure_presliding};
 pub use rendering::{
-    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, predicted_velocity_noise,
-    sweep_through_standstill,
+    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, sweep_through_standstill,
 };
 
 use crate::Error;

@@ -294,7 +294,13 @@ mod tests {
             .map(|cycle| {
                 let t = cycle as f64 * DT;
                 let signals = TickOutput { commanded_torque: torque(t), ..TickOutput::default() };
-                Frame { cycle, angle: (angle(t) / COUNT).floor() * COUNT, setpoint: Default::default(), signals }
+                Frame {
+                    cycle,
+                    angle: (angle(t) / COUNT).floor() * COUNT,
+                    setpoint: Default::default(),
+                    measurement: Default::default(),
+                    signals,
+                }
             })
             .collect();
         let balance =

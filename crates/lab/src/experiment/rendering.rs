@@ -5,21 +5,7 @@ use stickslip_core::render::DifferenceTorque;
 
 use super::friction::hold_speed;
 use crate::bench::{Bench, Command, Frame, Traveller};
-use crate::design;
-use crate::preset::{Model, Settings};
 use crate::{Error, Watch};
-
-/// Standard deviation of the estimated velocity [rad/s] that encoder and accelerometer leave, by the data sheet.
-///
-/// # Errors
-/// As the design functions.
-pub fn predicted_velocity_noise(model: &Model<f64>, settings: &Settings<f64>) -> Result<f64, Error> {
-    let dt = settings.tick_time();
-    let gains = design::velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?;
-    // One-sided density over half the tick rate.
-    let acceleration = model.accelerometer_noise * libm::sqrt(0.5 / dt);
-    design::velocity_noise(&gains, model.encoder.counts_per_revolution, acceleration, dt)
-}
 
 /// Difference between desired and rendered characteristic [N m] that is expected at a velocity [rad/s].
 ///
@@ -91,7 +77,7 @@ pub fn sweep_through_standstill(
         watch.stage("sweep through standstill", frames.len() as f64 * dt * acceleration / (6.0 * amplitude))?;
         while traveller.setpoint.velocity != target {
             let setpoint = traveller.toward(target);
-            frames.push(bench.step(Command { setpoint, control: true, render: true, added_torque: 0.0 })?);
+            frames.push(bench.step(Command { setpoint, control: true, render: true, ..Command::default() })?);
         }
     }
     Ok(frames)

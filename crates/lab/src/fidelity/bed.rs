@@ -1,6 +1,6 @@
 //! The test beds that are compared, with and without their friction wheel.
 
-use stickslip_core::friction::{ElastoPlastic, Friction, LuGre, Model, Stribeck};
+use stickslip_core::friction::{Friction, LuGre, Model, Stribeck};
 use stickslip_core::plant::Plant;
 use stickslip_core::render::Law;
 
@@ -48,7 +48,8 @@ impl Bed {
         if !wheel {
             self.release(&mut preset);
         }
-        Cell { preset, desired: desired_friction(&self.preset), mismatch, law: Law::Off }
+        let desired = preset.bench.desired_bristles.under(preset.bench.desired);
+        Cell { preset, desired, mismatch, law: Law::Off }
     }
 
     /// Takes the friction wheel off, and the belief follows.
@@ -64,6 +65,9 @@ impl Bed {
             return;
         }
         preset.model.own = *sliding;
+        if let Model::ElastoPlastic(contact) = screw_friction.model {
+            preset.model.own_bristles = contact.into();
+        }
     }
 }
 
@@ -84,29 +88,4 @@ pub(super) fn bristles_mut(friction: &mut Friction<f64>) -> Option<&mut LuGre<f6
         Model::ElastoPlastic(model) => Some(&mut model.lugre),
         Model::Nothing | Model::Static(_) | Model::Dahl(_) => None,
     }
-}
-
-/// The desired friction as a machine would have it: its sliding curve on elasto-plastic bristles that break away at the
-/// same twist as those of all contacts of the load side together, with damping in proportion.
-fn desired_friction(preset: &Preset<f64>) -> Friction<f64> {
-    let Plant { mut screw_friction, wheel, .. } = preset.plant;
-    let mut wheel_friction = wheel.friction;
-    let mut bristles = LuGre::default();
-    let [mut stiffness, mut damping, mut breakaway] = [0.0; 3];
-    for (friction, share) in [(&mut wheel_friction, wheel.preload), (&mut screw_friction, 1.0)] {
-        if let (Some(contact), true) = (bristles_mut(friction), share > 0.0) {
-            bristles = *contact;
-            stiffness += share * contact.bristle_stiffness;
-            damping += share * contact.bristle_damping;
-            breakaway += share * contact.sliding.breakaway_torque;
-        }
-    }
-    if breakaway > 0.0 {
-        let scale = preset.bench.desired.breakaway_torque / breakaway;
-        bristles.bristle_stiffness = stiffness * scale;
-        bristles.bristle_damping = damping * scale;
-    }
-    bristles.sliding = preset.bench.desired;
-    let model = Model::ElastoPlastic(ElastoPlastic { lugre: bristles, ..ElastoPlastic::default() });
-    Friction { model, ..Friction::default() }
 }

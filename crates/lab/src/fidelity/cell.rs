@@ -1,6 +1,6 @@
 //! One cell of the comparison, and its runs.
 
-use stickslip_core::friction::Friction;
+use stickslip_core::friction::{Friction, Stribeck};
 use stickslip_core::render::Law;
 
 use super::parallel::map;
@@ -28,6 +28,8 @@ pub struct Runs {
     pub scenarios: Vec<Scenario>,
     /// For each scenario the traces of all seeds.
     pub traces: Vec<Vec<Trace>>,
+    /// The characteristic that is desired.
+    pub desired: Stribeck<f64>,
 }
 
 impl Runs {
@@ -44,10 +46,31 @@ impl Runs {
         threads: usize,
         watch: &Watch,
     ) -> Result<Self, Error> {
+        Runs::counted(cell, role, scenarios, seeds, threads, &|| watch.check())
+    }
+
+    /// The same; `done` is called after each run, and its error ends the work.
+    pub(super) fn counted(
+        cell: &Cell,
+        role: Role,
+        scenarios: &[Scenario],
+        seeds: &[u64],
+        threads: usize,
+        done: &(dyn Fn() -> Result<(), Error> + Sync),
+    ) -> Result<Self, Error> {
         let jobs: Vec<_> =
             scenarios.iter().flat_map(|scenario| seeds.iter().map(move |&seed| (scenario, seed))).collect();
-        let mut traces = map(&jobs, threads, |&(scenario, seed)| run(cell, role, scenario, seed, watch))?.into_iter();
+        let simulate = |&(scenario, seed): &(&Scenario, u64)| {
+            let trace = run(cell, role, scenario, seed)?;
+            done()?;
+            Ok(trace)
+        };
+        let mut traces = map(&jobs, threads, simulate)?.into_iter();
         let by_seed = |_| traces.by_ref().take(seeds.len()).collect();
-        Ok(Runs { scenarios: scenarios.to_vec(), traces: scenarios.iter().map(by_seed).collect() })
+        Ok(Runs {
+            scenarios: scenarios.to_vec(),
+            traces: scenarios.iter().map(by_seed).collect(),
+            desired: cell.preset.bench.desired,
+        })
     }
 }

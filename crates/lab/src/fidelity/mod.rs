@@ -36,19 +36,32 @@
 mod bed;
 mod cell;
 mod cycle;
+mod law;
 mod machine;
 mod mismatch;
 mod parallel;
+mod pick;
+mod plan;
+mod report;
 mod run;
 mod scenario;
 mod score;
+mod staircase;
 mod statistics;
+mod study;
 
 pub use bed::Bed;
 pub use cell::{Cell, Runs};
 pub use cycle::LimitCycle;
+pub use law::{AUTO, LAWS, law_names};
 pub use machine::Role;
 pub use mismatch::{MISMATCHES, Mismatch};
+pub use pick::{Pick, pick_law};
+pub use plan::{Group, Plan, Selection};
 pub use run::Trace;
-pub use scenario::{SCENARIOS, Scenario};
+pub use scenario::{CLOSED_LOOP, SCENARIOS, Scenario};
 pub use score::{Score, scores};
+pub use study::{Outcome, Row, run_plan};
+
+#[cfg(test)]
+mod tests;

@@ -1,19 +1,18 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::control::reference::Generator;
 use stickslip_core::plant::{PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
 use super::machine::machine;
-use super::scenario::{Drive, Plan};
+use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
 use crate::noise::Normals;
-use crate::{Error, Watch, design, integrator};
+use crate::{Error, design, integrator};
 
 /// What truly happened, once a sample of the position controller.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trace {
     /// Time between samples [s].
     pub period: f64,
@@ -21,8 +20,10 @@ pub struct Trace {
     pub angle: Vec<f64>,
     /// Set-point [rad]; 0 where nothing is controlled.
     pub reference: Vec<f64>,
-    /// True torque of the drive motor [N m].
-    pub drive_torque: Vec<f64>,
+    /// What the drive feels [N m]: the true torque of its motor less that of the motor's own friction.
+    pub felt_torque: Vec<f64>,
+    /// What resists the load [N m]: its true friction and the true torque of the load motor together.
+    pub resisting_torque: Vec<f64>,
     /// True torque of the load motor, against positive motion [N m].
     pub load_torque: Vec<f64>,
     /// Whether it came to its end: no fault of the supervision, all numbers.
@@ -30,15 +31,20 @@ pub struct Trace {
 }
 
 /// Runs a machine of the cell in a scenario.
-pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch: &Watch) -> Result<Trace, Error> {
+///
+/// # Errors
+/// What the design of the software and the integrator refuse.
+pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
     let settings = &cell.preset.bench;
-    let plan = scenario.plan(&cell.preset)?;
+    let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
     let (steps, step) = settings.plant_steps();
     let plant = machine(cell, role);
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
-    tick.controller = plan.controller;
+    tick.controller = course.controller;
+    let control_divider = if course.every_tick { 1 } else { divider };
+    tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
     tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
     let bench = VirtualBench { machine, tick };
@@ -47,9 +53,9 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch
     state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
 
     let normals = Normals::new(seed);
-    let mut setpoints = plan.setpoints(settings.tick_rate);
-    let rest = (plan.rest * settings.tick_rate) as u64;
-    let cycles = rest + (plan.duration * settings.tick_rate) as u64;
+    let mut setpoints = course.drive.setpoints(settings.tick_rate);
+    let rest = (course.rest * settings.tick_rate) as u64;
+    let cycles = rest + (course.duration * settings.tick_rate) as u64;
     let samples = (cycles / divider) as usize;
     let column = || Vec::with_capacity(samples);
     let period = dt * divider as f64;
@@ -57,21 +63,23 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch
         period,
         angle: column(),
         reference: column(),
-        drive_torque: column(),
+        felt_torque: column(),
+        resisting_torque: column(),
         load_torque: column(),
         stable: true,
     };
     for cycle in 0..cycles {
         let mut order = Order { render: 1.0, ..Order::default() };
-        order.schedule(cycle, divider);
-        let time = (cycle as f64 - rest as f64) * dt;
-        if let Some(generator) = &mut setpoints {
-            order.control = 1.0;
-            if cycle >= rest {
-                order.reference = generator.next();
+        order.schedule(cycle, control_divider);
+        order.control = f64::from(u8::from(course.drive.controls()));
+        if let Some(cycle) = cycle.checked_sub(rest) {
+            let time = cycle as f64 * dt;
+            order.added_torque = course.drive.torque(time);
+            match (&course.drive, &mut setpoints) {
+                (Drive::Staircase(staircase), _) => order.reference = staircase.at(time),
+                (_, Some(generator)) => order.reference = generator.next(),
+                _ => {}
             }
-        } else {
-            order.added_torque = plan.drive.torque(time);
         }
         let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
         bench.step(&mut state, input, dt);
@@ -81,8 +89,10 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch
         let parts = &state.plant.machine;
         trace.angle.push(parts.angle);
         trace.reference.push(order.reference.position);
-        trace.drive_torque.push(parts.motor_torque);
-        trace.load_torque.push(parts.load_current * plant.load_motor.winding.torque_constant);
+        trace.felt_torque.push(parts.motor_torque - parts.motor_resistance);
+        let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
+        trace.resisting_torque.push(parts.load_resistance + load_torque);
+        trace.load_torque.push(load_torque);
         // What the supervision of a bench would stop; written so that a NaN is a fault.
         let following =
             order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;
@@ -90,24 +100,11 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64, watch
             trace.stable = false;
             break;
         }
-        if plan.drive.is_over(parts.angle) {
+        if course.drive.is_over(parts.angle) {
             break;
-        }
-        if cycle % 1024 < divider {
-            watch.check()?;
         }
     }
     Ok(trace)
-}
-
-impl Plan {
-    /// The set-points, where the position is controlled.
-    fn setpoints(&self, rate: f64) -> Option<Generator<'_>> {
-        match self.drive {
-            Drive::Position(reference) => Some(Generator::new(reference, rate)),
-            _ => None,
-        }
-    }
 }
 
 impl Trace {

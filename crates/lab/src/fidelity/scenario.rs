@@ -2,13 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use stickslip_core::control::reference::{Constant, MotionLimits, PointToPoint, Ramp, Reference, Sine};
-use stickslip_core::control::{Pid, PositionController};
+use stickslip_core::control::reference::{Constant, Generator, MotionLimits, PointToPoint, Ramp, Reference, Sine};
+use stickslip_core::control::{Cascade, Pid, PositionController};
 
+use super::staircase::Staircase;
 use crate::{Error, Preset, design};
 
 /// Time at rest before each scenario, so that the observer has settled [s].
-const REST: f64 = 0.5;
+pub(super) const REST: f64 = 0.5;
 /// Step of the set-point that hunting begins with [rad].
 const STEP: f64 = 0.5;
 /// Speed of the ramp of stick-slip [rad/s].
@@ -42,6 +43,7 @@ enum Kind {
     StickSlip,
     Breakaway,
     Presliding,
+    Curve,
 }
 
 /// One number of a comparison.
@@ -69,8 +71,10 @@ pub(super) enum Quantity {
     Count,
     /// Torque of the drive at which the load leaves its place.
     Breakaway,
-    /// Area of the loop of drive torque over angle.
+    /// Area of the loop of felt torque over angle.
     Area,
+    /// Distance of the rendered from the desired characteristic.
+    Curve,
 }
 
 impl Scenario {
@@ -114,6 +118,8 @@ impl Scenario {
     /// The drive's torque cycles below breakaway; no controller.
     pub const PRESLIDING: Scenario =
         scenario("presliding", Kind::Presliding, &[measure("presliding_area", Quantity::Area)]);
+    /// Constant speeds of 0.05 to 50 rad/s both ways, held by a stiff controller of its own that runs in every tick.
+    pub const CURVE: Scenario = scenario("curve", Kind::Curve, &[measure("curve", Quantity::Curve)]);
 }
 
 /// All scenarios.
@@ -125,7 +131,11 @@ pub const SCENARIOS: &[Scenario] = &[
     Scenario::STICK_SLIP,
     Scenario::BREAKAWAY,
     Scenario::PRESLIDING,
+    Scenario::CURVE,
 ];
+
+/// Those in which the controller under test acts.
+pub const CLOSED_LOOP: &[Scenario] = SCENARIOS.split_at(5).0;
 
 const fn scenario(name: &'static str, kind: Kind, measures: &'static [Measure]) -> Scenario {
     Scenario { name, kind, measures }
@@ -136,8 +146,10 @@ const fn measure(name: &'static str, of: Quantity) -> Measure {
 }
 
 /// What a run does.
-pub(super) struct Plan {
+pub(super) struct Course {
     pub(super) controller: PositionController<f64>,
+    /// Whether the controller runs in every tick instead of at its own rate.
+    pub(super) every_tick: bool,
     pub(super) drive: Drive,
     /// Time before it [s].
     pub(super) rest: f64,
@@ -149,6 +161,8 @@ pub(super) struct Plan {
 pub(super) enum Drive {
     /// The position controller along a reference.
     Position(Reference<f64>),
+    /// A controller along constant speeds.
+    Staircase(Staircase),
     /// A torque that rises [N m/s] until the load has moved this far [rad].
     TorqueRamp { rate: f64, travel: f64 },
     /// A torque that cycles with this amplitude [N m] and frequency [Hz].
@@ -159,9 +173,22 @@ impl Drive {
     /// Torque without controller [N m].
     pub(super) fn torque(&self, time: f64) -> f64 {
         match self {
-            Drive::Position(_) => 0.0,
-            Drive::TorqueRamp { rate, .. } => rate * time.max(0.0),
-            Drive::TorqueCycles { amplitude, frequency } => amplitude * libm::sin(TAU * frequency * time.max(0.0)),
+            Drive::Position(_) | Drive::Staircase(_) => 0.0,
+            Drive::TorqueRamp { rate, .. } => rate * time,
+            Drive::TorqueCycles { amplitude, frequency } => amplitude * libm::sin(TAU * frequency * time),
+        }
+    }
+
+    /// Whether the position is controlled.
+    pub(super) fn controls(&self) -> bool {
+        matches!(self, Drive::Position(_) | Drive::Staircase(_))
+    }
+
+    /// The set-points of a reference, one a tick.
+    pub(super) fn setpoints(&self, rate: f64) -> Option<Generator<'_>> {
+        match self {
+            Drive::Position(reference) => Some(Generator::new(*reference, rate)),
+            _ => None,
         }
     }
 
@@ -177,8 +204,13 @@ impl Scenario {
         SCENARIOS.iter().copied().find(|scenario| scenario.name == name)
     }
 
+    /// Whether a measure is one of its.
+    pub(super) fn has(&self, measure: &str) -> bool {
+        self.measures.iter().any(|own| own.name == measure)
+    }
+
     /// What to do on this bench.
-    pub(super) fn plan(&self, preset: &Preset<f64>) -> Result<Plan, Error> {
+    pub(super) fn course(&self, preset: &Preset<f64>) -> Result<Course, Error> {
         let breakaway = preset.bench.desired.breakaway_torque;
         let limits = MotionLimits { velocity: 40.0, acceleration: 600.0, jerk: 6e6 };
         let moves = PointToPoint { distance: 10.0, limits, dwell_time: 0.5, moves: 4.0 };
@@ -192,14 +224,20 @@ impl Scenario {
             Kind::Hunting => (Drive::Position(step), START_UP + COUNTED),
             Kind::StickSlip => (Drive::Position(Reference::Ramp(ramp)), START_UP + COUNTED),
             Kind::Breakaway => (Drive::TorqueRamp { rate: 0.5 * breakaway, travel: BROKEN_AWAY }, 4.0),
-            Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.7 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
+            Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.9 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
+            Kind::Curve => {
+                let staircase = Staircase::new();
+                let duration = staircase.duration();
+                (Drive::Staircase(staircase), duration)
+            }
         };
         let controller = match self.kind {
             Kind::Hunting => pid(preset, 15.0, 3.0)?,
             Kind::StickSlip => pid(preset, 20.0, 1.0)?,
+            Kind::Curve => speed_holder(preset)?,
             _ => preset.bench.controller,
         };
-        Ok(Plan { controller, drive, rest: REST, duration })
+        Ok(Course { controller, every_tick: self.kind == Kind::Curve, drive, rest: REST, duration })
     }
 
     /// From here on a run is evaluated [s].
@@ -207,18 +245,29 @@ impl Scenario {
         REST + match self.kind {
             Kind::SlowSine | Kind::FastSine | Kind::Presliding => FADE_IN,
             Kind::Hunting | Kind::StickSlip => START_UP,
-            Kind::PointToPoint | Kind::Breakaway => 0.0,
+            Kind::PointToPoint | Kind::Breakaway | Kind::Curve => 0.0,
         }
     }
 }
 
 /// A PID controller with a triple pole at this bandwidth [rad/s], its integral gain raised by a factor.
 fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionController<f64>, Error> {
-    let torque_limit = match preset.bench.controller {
-        PositionController::Cascade(cascade) => cascade.torque_limit,
-        PositionController::Pid(pid) => pid.torque_limit,
-    };
-    let base = Pid { torque_limit, ..Pid::default() };
+    let base = Pid { torque_limit: torque_limit(preset), ..Pid::default() };
     let pid = design::pid_by_bandwidth(base, preset.model.drive.inertia(), bandwidth)?;
     Ok(PositionController::Pid(Pid { integral_gain: factor * pid.integral_gain, ..pid }))
+}
+
+/// A controller that holds a speed as stiffly as its delays admit.
+fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> {
+    let base = Cascade { torque_limit: torque_limit(preset), ..Cascade::default() };
+    let (model, dt) = (&preset.model, preset.bench.tick_time());
+    Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.drive_lag, dt)?))
+}
+
+/// Largest torque of the controller under test [N m].
+fn torque_limit(preset: &Preset<f64>) -> f64 {
+    match preset.bench.controller {
+        PositionController::Cascade(cascade) => cascade.torque_limit,
+        PositionController::Pid(pid) => pid.torque_limit,
+    }
 }

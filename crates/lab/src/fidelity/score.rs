@@ -1,6 +1,9 @@
 //! From the runs of A, A0 and B to numbers.
 
-use super::scenario::{BROKEN_AWAY, Measure, Quantity};
+use stickslip_core::friction::Stribeck;
+
+use super::scenario::{BROKEN_AWAY, Quantity, REST};
+use super::staircase::Staircase;
 use super::statistics::{bootstrap, mean};
 use super::{LimitCycle, Runs, Scenario, Trace};
 
@@ -10,7 +13,8 @@ pub struct Score {
     /// Name of the measure.
     pub measure: &'static str,
     /// Mean over the seeds, the same noise in A and B: E for angles, |B/A − 1| for what has one value, the difference of
-    /// numbers for counts. 1 where B has no limit cycle, or no presliding loop, though A has one; NaN where B is not stable.
+    /// numbers for counts, the distance from the desired curve over its breakaway torque for the curve. 1 where B has no
+    /// limit cycle, or no presliding loop, though A has one; NaN where B is not stable.
     pub difference: f64,
     /// 95 % interval of it.
     pub ci95: [f64; 2],
@@ -18,7 +22,7 @@ pub struct Score {
     pub excess: f64,
     /// 95 % interval of it.
     pub excess_ci95: [f64; 2],
-    /// A against A with other noise, mean over the seeds.
+    /// A against A with other noise, mean over the seeds. NaN with one seed; for the curve, the distance of A's own.
     pub floor: f64,
     /// What A has itself, mean over the seeds: distance from A0 [rad] for angles, else the measure's own value, SI.
     pub reference: f64,
@@ -31,104 +35,116 @@ pub struct Score {
 /// Compares B with A in all measures; A0 scales the angles. All three have the same scenarios and seeds.
 pub fn scores(b: &Runs, a: &Runs, a0: &Runs) -> Vec<Score> {
     let mut scores = Vec::new();
-    for (index, scenario) in b.scenarios.iter().enumerate() {
+    for (index, &scenario) in b.scenarios.iter().enumerate() {
         for measure in scenario.measures {
-            scores.push(score(scenario, measure, &b.traces[index], &a.traces[index], &a0.traces[index]));
+            let judge = Judge { scenario, quantity: measure.of, desired: b.desired };
+            scores.push(judge.score(measure.name, &b.traces[index], &a.traces[index], &a0.traces[index]));
         }
     }
     scores
 }
 
-fn score(scenario: &Scenario, measure: &Measure, b: &[Trace], a: &[Trace], a0: &[Trace]) -> Score {
-    let seeds = a.len();
-    // With independent noise: each seed against the next.
-    let other = |k: usize| (k + 1) % seeds;
-    let compare = |b: &Trace, k: usize, of: usize| measure.of.difference(scenario, b, &a[of], &a0[k], &a[k]);
-    let stable = b.iter().all(|trace| trace.stable);
-    let same: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, k)).collect();
-    let apart: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, other(k))).collect();
-    let floors: Vec<f64> = (0..seeds).map(|k| compare(&a[k], k, other(k))).collect();
-    let square = |values: &[f64], drawn: &[usize]| mean(drawn.iter().map(|&k| values[k] * values[k]));
-    let excess = |drawn: &[usize]| {
-        let more = square(&apart, drawn) - square(&floors, drawn);
-        // Not `max`: NaN stays.
-        if more < 0.0 { 0.0 } else { libm::sqrt(more) }
-    };
-    let all: Vec<usize> = (0..seeds).collect();
-    let unless_unstable = |value: f64| if stable { value } else { f64::NAN };
-    Score {
-        measure: measure.name,
-        difference: unless_unstable(mean(same.iter().copied())),
-        ci95: bootstrap(seeds, |drawn| mean(drawn.iter().map(|&k| same[k]))).map(unless_unstable),
-        excess: unless_unstable(excess(&all)),
-        excess_ci95: bootstrap(seeds, excess).map(unless_unstable),
-        floor: mean(floors.iter().copied()),
-        reference: mean((0..seeds).map(|k| measure.of.reference(scenario, &a[k], &a0[k]))),
-        stable,
-        chatter: mean(b.iter().map(Trace::chatter)),
-    }
+/// One measure.
+struct Judge {
+    scenario: Scenario,
+    quantity: Quantity,
+    desired: Stribeck<f64>,
 }
 
-impl Quantity {
-    /// How far `b` is from `a`. Angles are scaled by the distance of `own` from `scale`, runs with the same noise.
-    fn difference(self, scenario: &Scenario, b: &Trace, a: &Trace, own: &Trace, scale: &Trace) -> f64 {
-        match self {
+impl Judge {
+    fn score(&self, measure: &'static str, b: &[Trace], a: &[Trace], a0: &[Trace]) -> Score {
+        let seeds = a.len();
+        // With independent noise: each seed against the next.
+        let other = |k: usize| (k + 1) % seeds;
+        let compare = |b: &Trace, k: usize, of: usize| self.difference(b, &a[of], [&a0[k], &a[k]]);
+        let stable = b.iter().all(|trace| trace.stable);
+        let same: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, k)).collect();
+        let apart: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, other(k))).collect();
+        // A trace against itself is no floor.
+        let alone = seeds == 1 && self.quantity != Quantity::Curve;
+        let floor = |k: usize| if alone { f64::NAN } else { compare(&a[k], k, other(k)) };
+        let floors: Vec<f64> = (0..seeds).map(floor).collect();
+        let square = |values: &[f64], drawn: &[usize]| mean(drawn.iter().map(|&k| values[k] * values[k]));
+        let excess = |drawn: &[usize]| {
+            let more = square(&apart, drawn) - square(&floors, drawn);
+            // Not `max`: NaN stays.
+            if more < 0.0 { 0.0 } else { libm::sqrt(more) }
+        };
+        let all: Vec<usize> = (0..seeds).collect();
+        let unless_unstable = |value: f64| if stable { value } else { f64::NAN };
+        Score {
+            measure,
+            difference: unless_unstable(mean(same.iter().copied())),
+            ci95: bootstrap(seeds, |drawn| mean(drawn.iter().map(|&k| same[k]))).map(unless_unstable),
+            excess: unless_unstable(excess(&all)),
+            excess_ci95: bootstrap(seeds, excess).map(unless_unstable),
+            floor: mean(floors.iter().copied()),
+            reference: mean((0..seeds).map(|k| self.reference(&a[k], &a0[k]))),
+            stable,
+            chatter: mean(b.iter().map(Trace::chatter)),
+        }
+    }
+
+    /// How far `b` is from `a`; angles are scaled by the distance of two traces.
+    fn difference(&self, b: &Trace, a: &Trace, scale: [&Trace; 2]) -> f64 {
+        match self.quantity {
             Quantity::Angle | Quantity::Moving | Quantity::End => {
-                self.distance(scenario, b, a) / self.distance(scenario, own, scale)
+                self.distance(b, a) / self.distance(scale[0], scale[1])
             }
-            Quantity::Count => (self.value(scenario, b) - self.value(scenario, a)).abs(),
-            _ => {
-                let (of_b, of_a) = (self.value(scenario, b), self.value(scenario, a));
+            Quantity::Curve => self.value(b),
+            Quantity::Count => (self.value(b) - self.value(a)).abs(),
+            Quantity::Amplitude | Quantity::Interval | Quantity::Breakaway | Quantity::Area => {
+                let (of_b, of_a) = (self.value(b), self.value(a));
                 // A cycle or a loop of A that B does not have at all. Without one in A there is nothing to compare.
                 if of_b.is_nan() && !of_a.is_nan() { 1.0 } else { (of_b / of_a - 1.0).abs() }
             }
         }
     }
 
-    fn reference(self, scenario: &Scenario, a: &Trace, own: &Trace) -> f64 {
-        match self {
-            Quantity::Angle | Quantity::Moving | Quantity::End => self.distance(scenario, own, a),
-            _ => self.value(scenario, a),
+    fn reference(&self, a: &Trace, a0: &Trace) -> f64 {
+        match self.quantity {
+            Quantity::Angle | Quantity::Moving | Quantity::End => self.distance(a0, a),
+            _ => self.value(a),
         }
     }
 
-    /// Root mean square distance of two angles [rad] where this quantity looks.
-    fn distance(self, scenario: &Scenario, b: &Trace, a: &Trace) -> f64 {
-        let from = (scenario.evaluated_from() / a.period) as usize;
+    /// Root mean square distance of two angles [rad] where the quantity looks.
+    fn distance(&self, b: &Trace, a: &Trace) -> f64 {
+        let from = (self.scenario.evaluated_from() / a.period) as usize;
         let samples = a.angle.len().min(b.angle.len());
         let dwell = (0.1 / a.period).round() as usize;
         let moves = |k: usize| a.reference[k] != a.reference[k - 1];
-        let counts = |k: usize| match self {
-            Quantity::Moving => moves(k),
+        let counts = |k: &usize| match self.quantity {
+            Quantity::Moving => moves(*k),
             // A dwell ends where the set-point moves next, or the run ends.
-            Quantity::End => !moves(k) && (k + dwell >= samples || (k + 1..=k + dwell).any(moves)),
+            Quantity::End => !moves(*k) && (k + dwell >= samples || (k + 1..=k + dwell).any(moves)),
             _ => true,
         };
         let squares: Vec<f64> =
-            (from.max(1)..samples).filter(|&k| counts(k)).map(|k| (b.angle[k] - a.angle[k]).powi(2)).collect();
+            (from.max(1)..samples).filter(counts).map(|k| (b.angle[k] - a.angle[k]).powi(2)).collect();
         libm::sqrt(mean(squares.iter().copied()))
     }
 
     /// The one value of a trace; NaN where it has none.
-    fn value(self, scenario: &Scenario, trace: &Trace) -> f64 {
-        let from = scenario.evaluated_from();
-        let cycle = || LimitCycle::find(trace, from);
-        match self {
-            Quantity::Amplitude => cycle().amplitude,
-            Quantity::Interval => cycle().interval,
-            Quantity::Count => cycle().breakaways as f64,
-            Quantity::Breakaway => trace.drive_torque.last().copied().unwrap_or(f64::NAN),
+    fn value(&self, trace: &Trace) -> f64 {
+        let from = self.scenario.evaluated_from();
+        match self.quantity {
+            Quantity::Amplitude => LimitCycle::find(trace, from).amplitude,
+            Quantity::Interval => LimitCycle::find(trace, from).interval,
+            Quantity::Count => LimitCycle::find(trace, from).breakaways as f64,
+            Quantity::Breakaway => trace.felt_torque.last().copied().unwrap_or(f64::NAN),
             Quantity::Area => loop_area(trace, from),
+            Quantity::Curve => Staircase::new().error(trace, &self.desired, REST),
             Quantity::Angle | Quantity::Moving | Quantity::End => f64::NAN,
         }
     }
 }
 
-/// Work of the drive in closed loops of torque over angle from a time [s] on [N m rad]; NaN where the load breaks away.
+/// Work in closed loops of felt torque over angle from a time [s] on [N m rad]; NaN where the load breaks away.
 fn loop_area(trace: &Trace, from: f64) -> f64 {
     let start = (from / trace.period) as usize;
     let work =
-        |k: usize| 0.5 * (trace.drive_torque[k] + trace.drive_torque[k - 1]) * (trace.angle[k] - trace.angle[k - 1]);
+        |k: usize| 0.5 * (trace.felt_torque[k] + trace.felt_torque[k - 1]) * (trace.angle[k] - trace.angle[k - 1]);
     if trace.angle.iter().any(|angle| angle.abs() > BROKEN_AWAY) {
         return f64::NAN;
     }

@@ -4,24 +4,21 @@ use std::convert::Infallible;
 use std::path::Path;
 
 use serde_json::Value;
-use stickslip_core::drive::Winding;
 use stickslip_core::friction::{Decay, Stribeck};
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::draw::{folded, friction, load, torque};
 
+use crate::design::{Band, Region, Verdict};
 use crate::figure::{Axis, Role, Series};
 use crate::fit::{PARAMETERS, Stop, minimise};
 use crate::parameters::{Entry, Value as Parameter, flatten};
-use crate::preset::Model;
 use crate::quantity::Estimate;
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::{Error, Preset, Summary, output, parameters};
 
 /// Speed up to which own and desired friction are compared [rad/s]: as far as figures show them.
 pub const FASTEST: f64 = 80.0;
-/// Steps of the comparison, evenly spaced on a logarithmic scale from a ten-thousandth of [`FASTEST`].
-const STEPS: usize = 400;
 
 /// What the axis has and what it shall feel like.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,45 +29,8 @@ pub struct Design {
     pub desired: Stribeck<f64>,
     /// Reference points that it was laid through: speed [rad/s] and torque [N m].
     pub points: Vec<[f64; 2]>,
-    /// What the load motor can do.
-    pub load: LoadLimits,
-}
-
-/// What a load motor can do, as it is believed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LoadLimits {
-    /// Torque at the amplifier's current limit [N m].
-    pub torque: f64,
-    winding: Winding<f64>,
-    voltage: f64,
-}
-
-impl LoadLimits {
-    /// Of the load motor and its amplifier.
-    pub fn of(model: &Model<f64>) -> Self {
-        LoadLimits {
-            torque: model.load_amplifier.current_limit * model.load_motor.torque_constant,
-            winding: model.load_motor,
-            voltage: model.load_amplifier.supply_voltage,
-        }
-    }
-
-    /// Lowest and highest steady torque [N m] against a motion at a speed Ω > 0 [rad/s]: current limit, and voltage,
-    /// 0 = ±U − R·i + K·Ω. The back-EMF helps the motor that brakes and hinders the one that drives.
-    pub fn at(&self, speed: f64) -> [f64; 2] {
-        let Winding { torque_constant, resistance, .. } = self.winding;
-        let by = |voltage: f64| torque_constant * (voltage + torque_constant * speed) / resistance;
-        [by(-self.voltage).max(-self.torque), by(self.voltage).min(self.torque)]
-    }
-}
-
-/// A range of speeds in which the load motor cannot give the difference.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shortage {
-    /// From and to [rad/s].
-    pub speeds: [f64; 2],
-    /// Largest torque that is missing [N m].
-    pub missing: f64,
+    /// What the bench can render.
+    pub region: Region,
 }
 
 /// The Stribeck curve through reference points (speed ≥ 0 [rad/s], torque > 0 [N m]) by least squares. What the points
@@ -136,21 +96,31 @@ impl Design {
         (squares / self.points.len() as f64).sqrt()
     }
 
+    /// Speed up to which the comparison goes [rad/s].
+    fn fastest(&self) -> f64 {
+        FASTEST.min(self.region.speed_limit)
+    }
+
     /// The speeds of the comparison [rad/s], rising.
-    fn speeds() -> impl Iterator<Item = f64> {
-        (0..=STEPS).map(|k| FASTEST * libm::pow(1e4, k as f64 / STEPS as f64 - 1.0))
+    fn speeds(&self) -> impl Iterator<Item = f64> + Clone + use<> {
+        Region::speeds(self.fastest())
+    }
+
+    /// Whether the bench can render it, and if not, where, why, and what would do.
+    pub fn verdict(&self) -> Verdict {
+        self.region.judge(&self.own, &self.desired, self.fastest())
     }
 
     /// Largest difference torque by magnitude, with its sign [N m], and the speed at which it is needed [rad/s].
     pub fn largest(&self) -> [f64; 2] {
-        let differences = Self::speeds().map(|speed| [self.difference(speed), speed]);
+        let differences = self.speeds().map(|speed| [self.difference(speed), speed]);
         differences.max_by(|a, b| a[0].abs().total_cmp(&b[0].abs())).expect("there are speeds")
     }
 
     /// Speeds at which the difference torque changes its sign [rad/s]: there the load motor changes from braking to
     /// driving, or back.
     pub fn sign_changes(&self) -> Vec<f64> {
-        let speeds: Vec<f64> = Self::speeds().collect();
+        let speeds: Vec<f64> = self.speeds().collect();
         let crosses = |pair: &&[f64]| self.difference(pair[0]) * self.difference(pair[1]) < 0.0;
         let narrow = |pair: &[f64]| {
             let [mut low, mut high] = [pair[0], pair[1]];
@@ -163,30 +133,12 @@ impl Design {
         speeds.windows(2).filter(crosses).map(narrow).collect()
     }
 
-    /// Where the load motor cannot give the difference.
-    pub fn shortages(&self) -> Vec<Shortage> {
-        let mut shortages: Vec<Shortage> = Vec::new();
-        let mut before = false;
-        for speed in Self::speeds() {
-            let difference = self.difference(speed);
-            let [low, high] = self.load.at(speed);
-            let missing = (difference - high).max(low - difference);
-            match shortages.last_mut().filter(|_| before) {
-                _ if missing <= 0.0 => {}
-                Some(last) => *last = Shortage { speeds: [last.speeds[0], speed], missing: last.missing.max(missing) },
-                None => shortages.push(Shortage { speeds: [speed; 2], missing }),
-            }
-            before = missing > 0.0;
-        }
-        shortages
-    }
-
     /// What a reader should know, in sentences.
     pub fn remarks(&self) -> Vec<String> {
         let speed = |value: f64| Estimate::new(value, "rad/s").to_string();
         let mut remarks = Vec::new();
         let [largest, at] = self.largest();
-        let limit = Estimate::new(self.load.torque, "N m");
+        let limit = Estimate::new(self.region.torque_limit, "N m");
         remarks.push(format!(
             "The load motor has to {} with up to {}, at {}; it has {limit}.",
             if largest < 0.0 { "drive" } else { "brake" },
@@ -196,13 +148,11 @@ impl Design {
         for change in self.sign_changes() {
             remarks.push(format!("The difference torque changes its sign at {}.", speed(change)));
         }
-        for Shortage { speeds: [from, to], missing } in self.shortages() {
-            remarks.push(format!(
-                "From {} to {} the load motor lacks up to {}: there the desired friction cannot be rendered.",
-                speed(from),
-                speed(to),
-                Estimate::new(missing, "N m")
-            ));
+        let verdict = self.verdict();
+        if let Some(remedy) = verdict.remedy() {
+            remarks.push("The desired friction cannot be rendered.".into());
+            remarks.extend(verdict.reasons());
+            remarks.push(remedy);
         }
         let rest = self.desired.breakaway_torque - self.own.breakaway_torque;
         if rest.abs() > 0.05 * self.desired.breakaway_torque {
@@ -246,25 +196,16 @@ impl Design {
             summary.result(&format!("own.{key}"), own, unit).result(&format!("desired.{key}"), desired, unit);
         }
         let [largest, at] = self.largest();
-        summary
-            .result("design.largest_difference", largest, "N m")
-            .result("design.largest_difference_at", at, "rad/s")
-            .result("design.torque_limit", self.load.torque, "N m")
-            .result("design.shortages", self.shortages().len() as f64, "1");
+        summary.result("design.largest_difference", largest, "N m").result("design.largest_difference_at", at, "rad/s");
+        self.region.tell(&mut summary);
+        self.verdict().tell(&mut summary);
         if !self.points.is_empty() {
             summary.result("design.distance_from_points", self.distance(), "N m");
         }
         for change in self.sign_changes() {
             summary.row([("kind", Value::from("sign change")), ("speed", change.into())]);
         }
-        for Shortage { speeds: [from, to], missing } in self.shortages() {
-            summary.row([
-                ("kind", "shortage".into()),
-                ("speed", from.into()),
-                ("to", to.into()),
-                ("missing", missing.into()),
-            ]);
-        }
+        self.region.rows(&self.own, &self.desired, self.fastest(), &mut summary);
         summary
     }
 
@@ -277,22 +218,25 @@ impl Design {
             let points = self.points.iter().map(|[v, m]| (*v, *m));
             figure = figure.series(Series::points(Role::Reference, "reference points", points).large());
         }
-        let difference = Self::speeds().map(|speed| (speed, self.difference(speed)));
-        let able = Self::speeds().map(|speed| {
-            let [low, high] = self.load.at(speed);
+        let difference = self.speeds().map(|speed| (speed, self.difference(speed)));
+        let able = self.speeds().map(|speed| {
+            let Band { torque: [low, high], .. } = self.region.at(speed);
             (speed, low, high)
         });
-        let asked = load("Difference torque, and what the load motor can do")
+        let asked = load("Difference torque in the renderable region")
             .x(Axis::new("speed Ω", "rad/s").stretched())
-            .series(Series::band(Role::Reference, "load motor", able))
+            .series(Series::band(Role::Reference, "steadily by current and voltage", able))
             .series(Series::line(Role::Rendered, "difference torque", difference));
+        let asked = self.verdict().shortages.iter().fold(asked, |figure, shortage| {
+            figure.interval(shortage.speeds[0], shortage.speeds[1], format!("{} limit", shortage.bound.limit))
+        });
         let [largest, _] = self.largest();
         let caption = format!(
             "What the axis has, and what it shall feel like; the load motor bridges up to {}.",
             torque(largest.abs())
         );
         let about =
-            "Desired minus own friction, against positive motion, and the torque that current and voltage admit.";
+            format!("Desired minus own friction, against positive motion. {}", self.region.about(self.fastest()));
         Report::new("Desired friction", Provenance::new(command, None, self.fragment()))
             .summary(self.remarks().join(" "))
             .table(self.table())
@@ -323,10 +267,12 @@ fn values(curve: &Stribeck<f64>) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::Passage;
 
     fn design(desired: Stribeck<f64>) -> Design {
-        let load = LoadLimits::of(&Preset::default().model);
-        Design { own: Stribeck::default(), desired, points: Vec::new(), load }
+        let Preset { model, bench, .. } = Preset::default();
+        let region = Region::of(&model, &bench, Passage::default()).unwrap();
+        Design { own: Stribeck::default(), desired, points: Vec::new(), region }
     }
 
     #[test]
@@ -358,23 +304,11 @@ mod tests {
     }
 
     #[test]
-    fn sign_changes_and_what_the_motor_cannot_do_are_found() {
+    fn sign_changes_are_found() {
         let gentle = design(Stribeck { kinetic_torque: 0.12, viscous_friction: 1.2e-3, ..Stribeck::default() });
         let [change] = gentle.sign_changes()[..] else { panic!("{:?}", gentle.sign_changes()) };
         // −0.06 N m·(1 − e^(−Ω/3)) + 1e-3·Ω = 0: from 20 rad/s on the exponential is below 1e-8 of it.
-        assert!((change - 60.0).abs() < 1e-5 && gentle.shortages().is_empty(), "{change}");
-        let steep = design(Stribeck { viscous_friction: 0.05, ..Stribeck::default() });
-        let [Shortage { speeds: [from, to], missing }] = steep.shortages()[..] else { panic!() };
-        // The difference, (0.05 − 2e-4)·Ω, passes 15 A · 0.0934 N m/A; a step of the comparison is 2.3 %.
-        assert!((from / (1.401 / 0.0498) - 1.0).abs() < 0.025 && to == FASTEST, "{from} {to}");
-        assert!((missing - (0.0498 * 80.0 - 1.401)).abs() < 1e-9);
-    }
-
-    #[test]
-    fn the_back_emf_hinders_the_motor_that_drives() {
-        let limits = LoadLimits { voltage: 8.0, ..LoadLimits::of(&Preset::default().model) };
-        let [low, high] = limits.at(60.0);
-        assert!(low.abs() < 0.6 * high && high <= limits.torque, "{low} … {high}");
+        assert!((change - 60.0).abs() < 1e-5, "{change}");
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! Each step is a function from values to a result, and a result writes itself into a folder: `summary.json`, the
 //! report, tables. The next step reads what the one before has written; [`demo`](crate::demo) does all on one bench.
 
+pub mod calibrate;
+pub mod correct;
 pub mod design;
 pub(crate) mod draw;
 pub mod fit;

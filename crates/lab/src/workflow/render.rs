@@ -2,21 +2,24 @@
 
 use std::path::Path;
 
+use serde_json::Value;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::render::{Correction, DifferenceTorque};
 
+use super::correct::{Corrected, Iteration, Missing, Stopped, render_corrected};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
-use crate::design::difference_torque;
+use crate::design::{Passage, Region, difference_torque, predicted_velocity_noise, rendering_law};
 use crate::experiment::{
-    FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, predicted_velocity_noise,
-    sweep_through_standstill,
+    FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, sweep_through_standstill,
 };
 use crate::figure::{Axis, Figure, Role, Series};
+use crate::preset::{LawChoice, Settings};
 use crate::quantity::{Estimate, number, tied};
 use crate::report::{Provenance, Report, Section};
+use crate::table::Column;
 use crate::{Error, Preset, Summary, Watch, output, parameters};
 
 /// Speed up to which the sweep through standstill goes [rad/s].
@@ -29,7 +32,8 @@ const SWEEP_ACCELERATION: f64 = 1.5;
 pub struct Rendering {
     /// The plan of the measurement.
     pub plan: FrictionPlan<f64>,
-    /// The law that rendered.
+    /// Desired and own characteristic, the limit of the torque, and the interval around standstill in which the law
+    /// that rendered gives none or less.
     pub law: DifferenceTorque<f64>,
     /// The friction as measured under the law.
     pub curve: FrictionCurve,
@@ -43,15 +47,21 @@ pub struct Rendering {
 ///
 /// # Errors
 /// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
-/// [`Error::BenchFault`]; what the design functions refuse.
+/// [`Error::NotRenderable`] before anything moves; [`Error::BenchFault`]; what the design functions refuse.
 pub fn render(
     plan: &FrictionPlan<f64>,
     desired: &Stribeck<f64>,
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Rendering, Error> {
-    let law = difference_torque(desired, bench.model(), bench.settings());
-    bench.set_law(Law::Paper(law));
+    let (model, settings) = (bench.model(), bench.settings());
+    let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
+    Region::of(model, settings, passage)?.admit(&model.own, desired, plan.fastest)?;
+    let settings = Settings { desired: *desired, ..*settings };
+    let law =
+        DifferenceTorque { fade_velocity: faded_below(&settings), ..difference_torque(desired, model, &settings) };
+    let rendering = rendering_law(model, &settings)?;
+    bench.set_law(rendering)?;
     let curve = measure_friction(plan, bench, true, watch)?;
     let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
         Err(Error::Cancelled) => Vec::new(),
@@ -61,7 +71,27 @@ pub fn render(
     Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise })
 }
 
+/// Speed up to which the law that is set renders nothing, or less than the difference [rad/s].
+pub(crate) fn faded_below(settings: &Settings<f64>) -> f64 {
+    match settings.law {
+        LawChoice::Paper | LawChoice::Smooth | LawChoice::Karnopp => settings.fade_velocity,
+        LawChoice::Bristle | LawChoice::Residual(_) | LawChoice::Admittance(_) | LawChoice::Auto => 0.0,
+    }
+}
+
 impl Rendering {
+    /// What is missing on each plateau that counts, outside the fade-out.
+    pub(crate) fn missing(&self) -> Vec<Missing> {
+        let outside = |speed: f64| speed > self.law.fade_velocity;
+        let kept = self.curve.kept().filter(|plateau| outside(plateau.set_velocity.abs()));
+        let missing = kept.map(|plateau| Missing {
+            speed: plateau.velocity.abs(),
+            torque: plateau.set_velocity.signum() * (self.law.desired.torque(plateau.velocity) - plateau.torque),
+            standard_error: plateau.standard_error,
+        });
+        missing.collect()
+    }
+
     /// Whether it came to its end.
     pub fn complete(&self) -> bool {
         self.curve.complete && !self.sweep.is_empty()
@@ -115,10 +145,13 @@ impl Rendering {
     }
 
     /// What came out, in lines for a terminal.
-    pub fn lines(&self) -> [String; 2] {
+    pub fn lines(&self) -> Vec<String> {
         let breakaway = self.law.desired.breakaway_torque;
         let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
-        [
+        if self.law.fade_velocity == 0.0 {
+            return vec![format!("at all speeds              {} % of M_S", percent(self.error_outside_fade()))];
+        }
+        vec![
             format!("outside the fade-out       {} % of M_S", percent(self.error_outside_fade())),
             format!(
                 "inside                     {} % of M_S, expected {} %",
@@ -130,6 +163,13 @@ impl Rendering {
 
     /// What came out, in a sentence.
     pub(crate) fn verdict(&self) -> String {
+        if self.law.fade_velocity == 0.0 {
+            return format!(
+                "Rendered by the load motor through observer, current control and all delays, the desired friction is \
+                 met within {}.",
+                self.over_breakaway(self.error_outside_fade()),
+            );
+        }
         format!(
             "Rendered by the load motor through observer, current control and all delays, the desired friction is \
              met within {} outside the fade-out and {} inside, where {} is expected.",
@@ -242,36 +282,75 @@ pub struct RenderRun {
     pub preset: Preset<f64>,
     /// Seed of its noise.
     pub seed: u64,
-    /// What was measured.
-    pub rendering: Rendering,
+    /// What was measured, and how it was corrected.
+    pub corrected: Corrected<Rendering>,
 }
 
-/// Switches a virtual bench on, homes it and renders `bench.desired` with `model.own` as its own friction.
+/// Switches a virtual bench on, homes it and renders `bench.desired` with `model.own` as its own friction, corrected at
+/// most so many times.
 ///
 /// # Errors
 /// As [`render`].
 pub fn render_run(
     plan: &FrictionPlan<f64>,
     preset: &Preset<f64>,
+    corrections: usize,
     seed: u64,
     watch: &Watch,
 ) -> Result<RenderRun, Error> {
     let mut bench = VirtualBench::new(preset, seed)?;
     home(&mut bench, watch)?;
-    let rendering = render(plan, &preset.bench.desired, &mut bench, watch)?;
-    Ok(RenderRun { preset: *preset, seed, rendering })
+    let corrected = render_corrected(plan, &preset.bench.desired, corrections, &mut bench, watch)?;
+    Ok(RenderRun { preset: *preset, seed, corrected })
 }
 
 impl RenderRun {
+    /// The measurement under the correction that is kept.
+    pub fn rendering(&self) -> &Rendering {
+        &self.corrected.best().measured
+    }
+
+    /// Whether it came to its end.
+    pub fn complete(&self) -> bool {
+        self.rendering().complete() && self.corrected.stopped != Stopped::Cancelled
+    }
+
+    /// How the corrections went, in lines for a terminal; none where none was asked for.
+    pub fn lines(&self) -> Vec<String> {
+        let Corrected { iterations, kept, stopped } = &self.corrected;
+        if iterations.len() == 1 && *stopped == Stopped::Enough {
+            return Vec::new();
+        }
+        let breakaway = self.rendering().law.desired.breakaway_torque;
+        let line = |(k, iteration): (usize, &Iteration<Rendering>)| {
+            let mark = if k == *kept { ", kept" } else { "" };
+            format!("after {k} corrections        {} % of M_S{mark}", number(100.0 * iteration.error / breakaway, 3))
+        };
+        iterations.iter().enumerate().map(line).chain([format!("No more: {stopped}.")]).collect()
+    }
+
     /// The numbers, under their stable names; `render.complete` is 0 where the run was cancelled.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("render");
-        let rendering = &self.rendering;
+        let rendering = self.rendering();
+        let Corrected { iterations, kept, .. } = &self.corrected;
         summary
-            .result("render.complete", f64::from(u8::from(rendering.complete())), "1")
+            .result("render.complete", f64::from(u8::from(self.complete())), "1")
             .result("render.preload", self.preset.plant.wheel.preload, "1")
-            .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1");
+            .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1")
+            .result("render.corrections", (iterations.len() - 1) as f64, "1")
+            .result("render.corrections_kept", *kept as f64, "1")
+            .result("render.rms_error_uncorrected", iterations[0].error, "N m");
         rendering.tell(&mut summary);
+        for (k, iteration) in iterations.iter().enumerate() {
+            summary.row([
+                ("measurement", Value::from("correction")),
+                ("corrections", k.into()),
+                ("rms_error", iteration.error.into()),
+                ("uncertainty", iteration.uncertainty.into()),
+                ("kept", (k == *kept).into()),
+            ]);
+        }
         rows(&mut summary, "rendered", &rendering.curve);
         summary
     }
@@ -279,14 +358,22 @@ impl RenderRun {
     /// The report.
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
-        let title = if self.rendering.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
+        let rendering = self.rendering();
+        let title = if self.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
         let report = Report::new(title, provenance)
-            .summary(self.rendering.verdict())
-            .key("RMS error outside the fade-out", Estimate::new(self.rendering.error_outside_fade(), "N m"))
-            .key("RMS error inside", Estimate::new(self.rendering.error_inside_fade(), "N m"));
-        self.rendering.figures(None).into_iter().fold(report, |report, (_, figure, caption)| {
+            .summary([rendering.verdict()].into_iter().chain(self.lines()).collect::<Vec<_>>().join(" "))
+            .key("RMS error outside the fade-out", Estimate::new(rendering.error_outside_fade(), "N m"))
+            .key("RMS error inside", Estimate::new(rendering.error_inside_fade(), "N m"));
+        rendering.figures(None).into_iter().fold(report, |report, (_, figure, caption)| {
             report.section(Section::Figure { figure: Box::new(figure), caption })
         })
+    }
+
+    /// The correction that is kept, as columns.
+    fn correction(&self) -> Option<[Column; 2]> {
+        let Correction::Table(table) = self.corrected.best().correction else { return None };
+        let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
+        Some([column("speed", "rad/s", table.speeds().collect()), column("torque", "N m", table.torque.to_vec())])
     }
 
     /// Writes figures, data, report and summary into a folder.
@@ -296,11 +383,14 @@ impl RenderRun {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
-        for (name, figure, _) in self.rendering.figures(None) {
+        for (name, figure, _) in self.rendering().figures(None) {
             output::write(&directory.join(name), figure.svg())?;
             summary.file(name);
         }
-        write_columns(&mut summary, "rendered", &columns(&self.rendering.curve), directory)?;
+        write_columns(&mut summary, "rendered", &columns(&self.rendering().curve), directory)?;
+        if let Some(correction) = self.correction() {
+            write_columns(&mut summary, "correction", &correction, directory)?;
+        }
         self.report(command).write_all(summary, [], directory)
     }
 }

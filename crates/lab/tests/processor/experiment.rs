@@ -54,8 +54,12 @@ impl Bench for Recording {
         self.bench.set_controller(controller, divider);
     }
 
-    fn set_law(&mut self, law: Law<f64>) {
-        self.bench.set_law(law);
+    fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
+        self.bench.set_law(law)
+    }
+
+    fn set_correction(&mut self, correction: Correction<f64>) {
+        self.bench.set_correction(correction);
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
@@ -79,11 +83,8 @@ pub fn experiment() -> (Tick<f64>, Run) {
     let dt = preset.bench.tick_time();
     let bench = VirtualBench::new(&preset, 1).expect("a preset that can be prepared");
     let mut bench = Recording { bench, run: Run { records: Vec::new(), dt }, known: None };
-    bench.set_law(Law::Paper(DifferenceTorque {
-        own: preset.model.own,
-        desired: preset.bench.desired,
-        ..DifferenceTorque::default()
-    }));
+    let law = DifferenceTorque { own: preset.model.own, desired: preset.bench.desired, ..DifferenceTorque::default() };
+    bench.set_law(Law::Paper(law)).expect("a current control for this motor");
     home(&mut bench, &Watch::silent()).expect("a bench that finds its index");
     measure_friction(&FrictionPlan::quick(), &mut bench, false, &Watch::silent()).expect("a measurement");
     let start = bench.step(Command::default()).expect("a bench that runs").angle;

@@ -75,33 +75,49 @@ pub trait Outcome {
 pub struct Measurement<P: Plan> {
     /// The bench.
     pub preset: Preset<f64>,
-    /// Seed of its noise.
-    pub seed: u64,
+    /// Seed of its noise, where the bench is virtual and in this process.
+    pub seed: Option<u64>,
     /// The plan.
     pub plan: P,
     /// What it found.
     pub outcome: P::Outcome,
 }
 
-/// Switches a virtual bench on, homes it, presses the linings on as far as asked for, and runs a plan.
+/// Switches a virtual bench on and measures as [`measure_on`].
 ///
 /// # Errors
-/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
-/// 0 … 1; what the design of the bench refuses.
+/// As [`measure_on`]; what the design of the bench refuses.
 pub fn measure<P: Plan>(
     plan: P,
     preset: &Preset<f64>,
-    preload: f64,
+    preload: Option<f64>,
     seed: u64,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
-    let mut bench = VirtualBench::new(preset, seed)?;
-    home(&mut bench, watch)?;
-    bench.set_preload(preload)?;
-    let outcome = plan.run(&mut bench, watch)?;
+    let measured = measure_on(plan, preset, &mut VirtualBench::new(preset, seed)?, preload, watch)?;
+    Ok(Measurement { seed: Some(seed), ..measured })
+}
+
+/// Homes a bench, presses the linings on as far as asked for, and runs a plan; `preset` is what the report keeps.
+///
+/// # Errors
+/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
+/// 0 … 1.
+pub fn measure_on<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    bench: &mut dyn Bench,
+    preload: Option<f64>,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    home(bench, watch)?;
+    if let Some(preload) = preload {
+        bench.set_preload(preload)?;
+    }
+    let outcome = plan.run(bench, watch)?;
     let mut preset = *preset;
-    preset.plant.wheel.preload = preload;
-    Ok(Measurement { preset, seed, plan, outcome })
+    preset.plant.wheel.preload = bench.preload();
+    Ok(Measurement { preset, seed: None, plan, outcome })
 }
 
 impl<P: Plan> Measurement<P> {
@@ -123,7 +139,7 @@ impl<P: Plan> Measurement<P> {
 
     /// The report.
     pub fn report(&self, command: &str) -> Report {
-        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let provenance = Provenance::new(command, self.seed, parameters::write_commented(&self.preset));
         let mut title = self.plan.about();
         if !self.outcome.complete() {
             title += " (incomplete)";

@@ -1,0 +1,54 @@
+//! `stickslip calibrate`: the bench identifies itself.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::calibrate::CalibrationPlan;
+use stickslip::quantity::number;
+use stickslip::workflow::calibrate::{CALIBRATED, calibrate_run};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// Which bench to calibrate.
+#[derive(Args)]
+pub(crate) struct CalibrateCommand {
+    /// Name of a preset, or a parameter file: what the bench believes before.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// Change a value of the bench (plant.servo.torque_per_volt=0.145); may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// Seed of the noise: the same seed gives the same numbers.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Folder for the calibrated preset, figures, data, report and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/calibrate")]
+    out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl CalibrateCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let preset = source::preset(&self.preset, self.set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
+        let plan = CalibrationPlan::default();
+        let duration = number(plan.bench_time(&preset.model, &preset.bench), 0);
+        self.shown.say(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
+        let run = calibrate_run(&plan, &preset, self.seed, watch)?;
+        let summary = run.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for line in run.table().lines() {
+                writeln!(out, "{line}")?;
+            }
+            for warning in &run.calibration.warnings {
+                writeln!(out, "Note: {warning}")?;
+            }
+            writeln!(out, "What to believe from now on: --preset {}", self.out.join(CALIBRATED).display())?;
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
+    }
+}

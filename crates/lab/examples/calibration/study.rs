@@ -1,0 +1,144 @@
+//! One calibration of a machine drawn at random, held against what the machine truly has.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use stickslip::bench::VirtualBench;
+use stickslip::calibrate::{Calibration, CalibrationPlan, calibrate};
+use stickslip::experiment::home;
+use stickslip::noise::Normals;
+use stickslip::{Error, Preset, Watch, parameters, truth};
+use stickslip_core::friction::{Friction, Model};
+
+/// A number drawn evenly from −1 … 1, one a channel of a seed.
+fn even(seed: u64, channel: u32) -> f64 {
+    libm::erf(FRAC_1_SQRT_2 * Normals::new(seed).pair(channel, 0)[0])
+}
+
+/// A preset whose machine is drawn at random about its data sheet, which the software goes on believing.
+pub(crate) fn machine(name: &str, seed: u64) -> Result<Preset<f64>, Error> {
+    let mut preset: Preset<f64> = parameters::presets::find(name)?.read()?;
+    let plant = &mut preset.plant;
+    let mut channel = 100;
+    let mut draw = || {
+        channel += 1;
+        even(seed, channel)
+    };
+    plant.servo.torque_per_volt *= 1.0 + 0.05 * draw();
+    plant.servo.lag *= 1.0 + 0.5 * draw();
+    plant.drive.motor_inertia *= 1.0 + 0.2 * draw();
+    plant.drive.load_inertia *= 1.0 + 0.2 * draw();
+    plant.drive.coupling_stiffness *= 1.0 + 0.2 * draw();
+    plant.drive.coupling_damping *= 1.0 + 0.5 * draw();
+    plant.load_motor.winding.torque_constant *= 1.0 + 0.05 * draw();
+    plant.load_motor.winding.resistance *= 1.0 + 0.2 * draw();
+    plant.load_motor.winding.inductance *= 1.0 + 0.2 * draw();
+    plant.tacho.bandwidth /= 1.0 + 0.5 * draw();
+    plant.tacho.constant *= 1.0 + 0.02 * draw();
+    plant.accelerometer.sensitivity *= 1.0 + 0.02 * draw();
+    plant.accelerometer.offset = 0.5 * draw();
+    plant.current_sensor.offset = 0.05 * draw();
+    let factors: [f64; 6] = std::array::from_fn(|_| 1.0 + 0.2 * draw());
+    scale(&mut plant.screw_friction, factors);
+    scale(&mut plant.wheel.friction, factors);
+    Ok(preset)
+}
+
+fn scale(friction: &mut Friction<f64>, [breakaway, kinetic, velocity, viscous, stiffness, damping]: [f64; 6]) {
+    if let Model::ElastoPlastic(model) = &mut friction.model {
+        let lugre = &mut model.lugre;
+        lugre.sliding.kinetic_torque *= kinetic;
+        // Never without a drop.
+        lugre.sliding.breakaway_torque =
+            (lugre.sliding.breakaway_torque * breakaway).max(1.02 * lugre.sliding.kinetic_torque);
+        lugre.sliding.stribeck_velocity *= velocity;
+        lugre.sliding.viscous_friction *= viscous;
+        lugre.bristle_stiffness *= stiffness;
+        lugre.bristle_damping *= damping;
+    }
+}
+
+/// What the machine truly has, by the name of a result; `None` where the fit has a number for what the machine has not.
+pub(crate) fn true_value(preset: &Preset<f64>, key: &str) -> Result<Option<f64>, Error> {
+    let plant = &preset.plant;
+    let bristles = |friction: &Friction<f64>| match friction.model {
+        Model::ElastoPlastic(model) => [model.lugre.bristle_stiffness, model.lugre.bristle_damping],
+        _ => [0.0; 2],
+    };
+    let viscous =
+        |friction: &Friction<f64>| friction.steady_torque(101.0, 0.0, 0.0) - friction.steady_torque(100.0, 0.0, 0.0);
+    let [screw, wheel] = [&plant.screw_friction, &plant.wheel.friction];
+    let both = |value: &dyn Fn(&Friction<f64>) -> f64| value(screw) + plant.wheel.preload * value(wheel);
+    let own = |index: usize| -> Result<f64, Error> {
+        Ok(truth::own_curve(plant, &stickslip::calibrate::friction_plan())?.parameters[index])
+    };
+    let step = preset.bench.plant_steps().1;
+    Ok(Some(match key {
+        "torque_per_volt" => plant.servo.torque_per_volt,
+        "motor_inertia" => plant.drive.motor_inertia,
+        "load_inertia" => plant.drive.load_inertia,
+        "coupling_stiffness" => plant.drive.coupling_stiffness,
+        "coupling_damping" => plant.drive.coupling_damping,
+        "servo_lag" => plant.servo.lag,
+        "tacho" => plant.tacho.constant,
+        // Its low-pass steps with the velocity of the step's end, half a step early.
+        "tacho_lag" => 1.0 / (TAU * plant.tacho.bandwidth) - 0.5 * step,
+        "accelerometer" => plant.accelerometer.sensitivity,
+        "accelerometer_frequency" => TAU * plant.accelerometer.bandwidth,
+        "accelerometer_damping" => plant.accelerometer.damping,
+        "accelerometer_offset" => plant.accelerometer.offset,
+        "torque_constant" => plant.load_motor.winding.torque_constant,
+        "resistance" => plant.load_motor.winding.resistance,
+        "inductance" => plant.load_motor.winding.inductance,
+        "current_offset" => plant.current_sensor.offset,
+        "drive_lag" => plant.servo.lag + 1.0 / (TAU * plant.tacho.bandwidth) - 0.5 * step,
+        "sliding_slope" => both(&viscous),
+        "bristle_stiffness" => both(&|friction| bristles(friction)[0]),
+        "bristle_damping" => both(&|friction| bristles(friction)[1]),
+        "breakaway_torque" => own(0)?,
+        "kinetic_torque" => own(1)?,
+        "stribeck_velocity" => own(2)?,
+        "viscous_friction" => own(3)?,
+        _ => return Ok(None),
+    }))
+}
+
+/// Homes a machine drawn at random, with steps short enough to be that of its equations, and calibrates it.
+pub(crate) fn experiment(name: &str, seed: u64) -> Result<(Preset<f64>, Calibration), Error> {
+    let mut preset = machine(name, seed)?;
+    preset.bench.plant_step = 5e-6;
+    let mut bench = VirtualBench::new(&preset, seed)?;
+    home(&mut bench, &Watch::silent())?;
+    let calibration = calibrate(&CalibrationPlan::default(), &mut bench, &Watch::silent())?;
+    Ok((preset, calibration))
+}
+
+/// One number of one experiment against the truth.
+#[allow(dead_code, reason = "the test scores for itself")]
+pub(crate) struct Score {
+    pub(crate) key: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) value: f64,
+    pub(crate) error: f64,
+    pub(crate) stated: f64,
+    pub(crate) inside: bool,
+}
+
+/// All numbers of an experiment of which the truth is known.
+#[allow(dead_code, reason = "the test scores for itself")]
+pub(crate) fn score(name: &str, seed: u64) -> Result<Vec<Score>, Error> {
+    let (preset, calibration) = experiment(name, seed)?;
+    let mut scores = Vec::new();
+    for number in &calibration.values {
+        if let Some(truth) = true_value(&preset, number.key)? {
+            scores.push(Score {
+                key: number.key,
+                unit: number.unit,
+                value: number.value,
+                error: number.value - truth,
+                stated: number.standard_uncertainty,
+                inside: (number.ci95[0]..=number.ci95[1]).contains(&truth),
+            });
+        }
+    }
+    Ok(scores)
+}

@@ -1,0 +1,54 @@
+//! What lies between the software of the bench and its machine: voltages out, readings in.
+
+use stickslip_core::Fields;
+use stickslip_core::tick::Measurement;
+
+use super::remote::LinkFault;
+use crate::Error;
+
+/// What the software writes in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Voltages<T> {
+    /// For the servo amplifier's D/A converter.
+    #[field(symbol = "u_servo", unit = "V")]
+    pub servo_voltage: T,
+    /// For the load amplifier's D/A converter.
+    #[field(symbol = "u_amp", unit = "V")]
+    pub amplifier_voltage: T,
+}
+
+/// A machine behind converters and counters: here, in another process, or of steel.
+pub trait Io {
+    /// One tick under these voltages: the readings at its end.
+    ///
+    /// # Errors
+    /// What happened to the link; once it failed it stays so.
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault>;
+
+    /// Presses the friction wheel's linings on, 0 … 1: the operator's work.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] beyond 0 … 1; [`Error::BenchFault`] where the link failed.
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error>;
+
+    /// How far they are pressed on.
+    fn preload(&self) -> f64;
+}
+
+/// Whether linings can be pressed on so far.
+///
+/// # Errors
+/// [`Error::OutOfRange`] beyond 0 … 1.
+pub(super) fn check_preload(preload: f64) -> Result<(), Error> {
+    if (0.0..=1.0).contains(&preload) {
+        return Ok(());
+    }
+    Err(Error::OutOfRange {
+        name: "the preload of the friction wheel",
+        value: preload,
+        unit: "1",
+        minimum: 0.0,
+        maximum: 1.0,
+        remedy: "0 releases the linings, 1 presses them on fully.",
+    })
+}

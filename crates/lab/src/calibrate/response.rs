@@ -1,0 +1,124 @@
+//! What the instruments show while nothing sticks and slips: the drive as a linear system.
+//!
+//! At speeds far above the Stribeck velocity friction is a level and a slope; at rest, under torques far below breakaway,
+//! it is the spring and damper of its bristles. In both the two-mass drive, its motors and its instruments are linear,
+//!
+//! ```text
+//! δ̇ = Ω_M − Ω                          τ·Ṁ_M = k_u·u_servo − M_M           L·di/dt = u − R·i + K_L·Ω
+//! J_M·Ω̇_M = M_M − M_C − M_R,M           J_L·Ω̇ = M_C − K_L·i − M_R           φ̇ = Ω
+//! τ_T·ẇ = Ω_M·(1 + r·sin nφ_M) − w                       ȧ = ω·r,   ṙ = ω·(Ω̇ − a − 2ζ·r)
+//! ```
+//!
+//! with w what the tacho and a what the accelerometer has of the motion, and flow exactly over a tick in which the
+//! converters hold their voltage.
+
+use stickslip_core::drive::flow;
+use stickslip_core::scalar::Scalar;
+
+use super::parameters::{Index, PARAMETERS};
+
+/// Twist, velocity of the motor, velocity, current, motor torque, angle, tacho, accelerometer and its rate.
+pub(super) const STATES: usize = 9;
+/// Servo voltage, winding voltage, resistance on the motor, on the load, ripple of the tacho.
+const INPUTS: usize = 5;
+/// What is measured: angle [rad], tacho [V], accelerometer [V], current [A].
+pub(super) const CHANNELS: usize = 4;
+
+/// How the contacts behave.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Regime {
+    /// All slide fast: the motor's own friction has this level [N m] and slope [N m s/rad].
+    Sliding {
+        /// Level, of the motion's sign.
+        level: f64,
+        /// Slope over the speed.
+        slope: f64,
+    },
+    /// All stick.
+    Stuck,
+}
+
+/// The linear system of a parameter set, prepared for a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Response<T> {
+    columns: [[T; STATES]; STATES + INPUTS],
+}
+
+/// What acts on it over a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting<T> {
+    /// At the servo amplifier [V].
+    pub(super) servo_voltage: T,
+    /// At the load motor's winding [V].
+    pub(super) winding_voltage: T,
+    /// Friction of the motor that does not depend on speed [N m].
+    pub(super) motor_resistance: T,
+    /// The same of the load [N m].
+    pub(super) load_resistance: T,
+    /// What the tacho generates besides its share of the velocity, over its constant [rad/s].
+    pub(super) ripple_velocity: T,
+}
+
+impl<T: Scalar> Response<T> {
+    /// For these parameters over a tick of `dt` [s].
+    pub(super) fn new(p: &[T; PARAMETERS], regime: Regime, dt: f64) -> Self {
+        const N: usize = STATES + INPUTS;
+        let get = |index: Index| p[index as usize];
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let (c, d) = (get(Index::CouplingStiffness), get(Index::CouplingDamping));
+        // Stiffness and damping that each mass feels against the frame.
+        let [motor, load] = match regime {
+            Regime::Sliding { slope, .. } => [[zero, T::of(slope)], [zero, get(Index::SlidingSlope)]],
+            Regime::Stuck => [
+                [get(Index::BrushStiffness), get(Index::BrushDamping)],
+                [get(Index::BristleStiffness), get(Index::BristleDamping)],
+            ],
+        };
+        let mut a = [[zero; N]; N];
+        (a[0][1], a[0][2]) = (one, -one);
+        let per = one / get(Index::MotorInertia);
+        a[1] = [zero; N];
+        (a[1][0], a[1][1], a[1][2]) = (-(c + motor[0]) * per, -(d + motor[1]) * per, d * per);
+        (a[1][4], a[1][5], a[1][STATES + 2]) = (per, -motor[0] * per, -per);
+        let per = one / get(Index::LoadInertia);
+        let constant = get(Index::TorqueConstant);
+        (a[2][0], a[2][1], a[2][2]) = (c * per, d * per, -(d + load[1]) * per);
+        (a[2][3], a[2][5], a[2][STATES + 3]) = (-constant * per, -load[0] * per, -per);
+        let per = one / get(Index::Inductance);
+        (a[3][2], a[3][3], a[3][STATES + 1]) = (constant * per, -get(Index::Resistance) * per, per);
+        let per = one / get(Index::ServoLag);
+        (a[4][4], a[4][STATES]) = (-per, get(Index::TorquePerVolt) * per);
+        a[5][2] = one;
+        let per = one / get(Index::TachoLag);
+        (a[6][1], a[6][6], a[6][STATES + 4]) = (per, -per, per);
+        let omega = get(Index::AccelerometerFrequency);
+        a[7][8] = omega;
+        for column in 0..N {
+            a[8][column] = omega * a[2][column];
+        }
+        a[8][7] = -omega;
+        a[8][8] = -T::of(2.0) * get(Index::AccelerometerDamping) * omega;
+        let phi = flow(&a, T::of(dt));
+        let mut columns = [[zero; STATES]; N];
+        for (column, out) in columns.iter_mut().enumerate() {
+            for (row, value) in out.iter_mut().enumerate() {
+                *value = phi[row][column];
+            }
+        }
+        Response { columns }
+    }
+
+    /// A tick on.
+    #[inline(always)]
+    pub(super) fn step(&self, state: &mut [T; STATES], acting: Acting<T>) {
+        let Acting { servo_voltage, winding_voltage, motor_resistance, load_resistance, ripple_velocity } = acting;
+        let inputs = [servo_voltage, winding_voltage, motor_resistance, load_resistance, ripple_velocity];
+        let mut sum = [T::of(0.0); STATES];
+        for (column, value) in self.columns.iter().zip(state.iter().chain(&inputs)) {
+            for row in 0..STATES {
+                sum[row] += column[row] * *value;
+            }
+        }
+        *state = sum;
+    }
+}

@@ -1,0 +1,151 @@
+//! Constant speeds one after the other, both ways: the friction that the load has at each.
+
+use std::f64::consts::TAU;
+
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::friction::Stribeck;
+
+use super::Trace;
+
+/// Slowest and fastest speed [rad/s].
+const RANGE: [f64; 2] = [0.05, 50.0];
+/// How many.
+const SPEEDS: usize = 12;
+/// From here on a plateau is a whole number of turns [rad/s].
+const WHOLE_TURNS: f64 = 2.0;
+/// Below, this arc [rad].
+const ARC: f64 = 0.1;
+/// A plateau takes at least so long [s], and as long it settles before.
+const LEAST: f64 = 0.3;
+/// Between the plateaus [rad/s²].
+const ACCELERATION: f64 = 300.0;
+
+/// A time of constant acceleration.
+#[derive(Clone, Copy)]
+struct Segment {
+    begin: f64,
+    start: Setpoint<f64>,
+}
+
+/// The staircase, from rest at angle 0.
+pub(super) struct Staircase {
+    segments: Vec<Segment>,
+    /// Velocity [rad/s], begin and end [s] of each plateau: forth and back at a speed, then the next.
+    plateaus: Vec<(f64, [f64; 2])>,
+    duration: f64,
+}
+
+impl Staircase {
+    /// Plans it.
+    pub(super) fn new() -> Self {
+        let mut plan = Staircase { segments: Vec::new(), plateaus: Vec::new(), duration: 0.0 };
+        let mut at = Setpoint::default();
+        for k in 0..SPEEDS {
+            let share = k as f64 / (SPEEDS - 1) as f64;
+            let speed = RANGE[0] * libm::pow(RANGE[1] / RANGE[0], share);
+            let turns = libm::ceil(LEAST * speed / TAU).max(1.0);
+            let hold = if speed < WHOLE_TURNS { (ARC / speed).max(LEAST) } else { turns * TAU / speed };
+            for velocity in [speed, -speed] {
+                let change = velocity - at.velocity;
+                at.acceleration = ACCELERATION.copysign(change);
+                plan.push(&mut at, change.abs() / ACCELERATION);
+                (at.velocity, at.acceleration) = (velocity, 0.0);
+                plan.push(&mut at, LEAST);
+                let begin = plan.duration;
+                plan.push(&mut at, hold);
+                plan.plateaus.push((velocity, [begin, plan.duration]));
+            }
+        }
+        plan
+    }
+
+    fn push(&mut self, at: &mut Setpoint<f64>, time: f64) {
+        self.segments.push(Segment { begin: self.duration, start: *at });
+        *at = after(at, time);
+        self.duration += time;
+    }
+
+    /// How long it takes [s].
+    pub(super) fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    /// The set-point at a time [s].
+    pub(super) fn at(&self, time: f64) -> Setpoint<f64> {
+        let next = self.segments.partition_point(|segment| segment.begin <= time);
+        match next.checked_sub(1).map(|k| self.segments[k]) {
+            Some(segment) => after(&segment.start, time - segment.begin),
+            None => Setpoint::default(),
+        }
+    }
+
+    /// RMS of rendered less desired friction over the speeds, as a share of the desired breakaway torque. Rendered is the
+    /// odd part of the mean of what resists the load; the staircase begins at `rest` [s] in the trace. NaN where the trace ends before.
+    pub(super) fn error(&self, trace: &Trace, desired: &Stribeck<f64>, rest: f64) -> f64 {
+        let mean = |[begin, end]: [f64; 2]| {
+            let sample = |time: f64| ((rest + time) / trace.period).round() as usize;
+            let span = trace.resisting_torque.get(sample(begin)..sample(end).min(trace.resisting_torque.len()));
+            span.filter(|span| !span.is_empty()).map_or(f64::NAN, |span| span.iter().sum::<f64>() / span.len() as f64)
+        };
+        let squares = self.plateaus.chunks_exact(2).map(|pair| {
+            let (speed, forth) = pair[0];
+            let odd = 0.5 * (mean(forth) - mean(pair[1].1));
+            (odd - desired.magnitude(speed)).powi(2)
+        });
+        libm::sqrt(squares.sum::<f64>() / SPEEDS as f64) / desired.breakaway_torque
+    }
+}
+
+/// The set-point a time [s] later at the same acceleration.
+fn after(start: &Setpoint<f64>, time: f64) -> Setpoint<f64> {
+    Setpoint {
+        position: start.position + (start.velocity + 0.5 * start.acceleration * time) * time,
+        velocity: start.velocity + start.acceleration * time,
+        acceleration: start.acceleration,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What resists a load that has this curve exactly, on a staircase that begins at once.
+    fn resisted(staircase: &Staircase, curve: impl Fn(f64) -> f64) -> Trace {
+        let period = 1e-3;
+        let samples = (staircase.duration() / period) as usize + 1;
+        let resisting_torque = (0..samples).map(|k| curve(staircase.at(k as f64 * period).velocity)).collect();
+        Trace { period, resisting_torque, ..Trace::default() }
+    }
+
+    #[test]
+    fn neither_position_nor_velocity_jumps() {
+        let staircase = Staircase::new();
+        let step = 1e-4;
+        let mut last = staircase.at(0.0);
+        assert_eq!(last.velocity, 0.0);
+        for k in 1..(staircase.duration() / step) as usize {
+            let next = staircase.at(k as f64 * step);
+            assert!((next.velocity - last.velocity).abs() <= ACCELERATION * step * 1.001, "{next:?}");
+            let way = 0.5 * (next.velocity + last.velocity) * step;
+            assert!((next.position - last.position - way).abs() <= ACCELERATION * step * step, "{next:?}");
+            last = next;
+        }
+    }
+
+    #[test]
+    fn the_desired_curve_has_no_error_and_an_offset_none_either() {
+        let (staircase, desired) = (Staircase::new(), Stribeck::default());
+        let exact = resisted(&staircase, |velocity| desired.torque(velocity) + 0.05);
+        assert!(staircase.error(&exact, &desired, 0.0) < 1e-12);
+        let scaled = resisted(&staircase, |velocity| velocity.signum() * (desired.magnitude(velocity.abs()) + 0.003));
+        assert!((staircase.error(&scaled, &desired, 0.0) - 0.01).abs() < 1e-12, "1 % of M_S = 0.3 N m");
+    }
+
+    #[test]
+    fn a_run_that_broke_off_has_no_curve() {
+        let (staircase, desired) = (Staircase::new(), Stribeck::default());
+        let mut cut = resisted(&staircase, |velocity| desired.torque(velocity));
+        cut.resisting_torque.truncate(5000);
+        assert!(staircase.error(&cut, &desired, 0.0).is_nan());
+    }
+}

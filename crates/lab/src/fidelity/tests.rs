@@ -1,0 +1,268 @@
+//! The judge is judged: what must be 0 is 0, what must be 1 is 1, and each verdict is provoked.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use stickslip_core::render::Law;
+
+use super::machine::machine;
+use super::parallel::map;
+use super::statistics::{bootstrap, mean};
+use super::*;
+use crate::{Error, Watch, design};
+
+fn cell(wheel: bool, mismatch: Mismatch) -> Cell {
+    Bed::find("prototype").unwrap().cell(wheel, 4000.0, mismatch)
+}
+
+fn runs(cell: &Cell, role: Role, scenarios: &[Scenario], seeds: &[u64]) -> Runs {
+    Runs::simulate(cell, role, scenarios, seeds, 2, &Watch::silent()).unwrap()
+}
+
+#[test]
+fn a_machine_differs_from_itself_by_nothing_and_from_one_without_rendering_by_all() {
+    let cell = cell(true, Mismatch::PERFECT);
+    let scenarios = [Scenario::SINE_2HZ, Scenario::PRESLIDING];
+    let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1, 2]));
+    for score in scores(&a, &a, &a0) {
+        assert_eq!((score.difference, score.excess, score.ci95), (0.0, 0.0, [0.0; 2]), "{score:?}");
+        assert!(score.stable && score.floor < 0.05, "{score:?}");
+    }
+    assert!(scores(&a, &a, &a0)[0].floor > 0.0, "other noise, another path");
+    // The law is off: the load motor's current is controlled to zero within the noise of its sensor.
+    let sine = scores(&b, &a, &a0)[0];
+    assert!((sine.difference - 1.0).abs() < 0.02, "{sine:?}");
+    assert_eq!(scores(&a0, &a, &a0)[0].difference, 1.0);
+}
+
+#[test]
+fn with_the_desired_friction_the_controller_hunts_with_the_own_one_it_does_not() {
+    let cell = cell(false, Mismatch::PERFECT);
+    let [a, a0] = [Role::Desired, Role::Own].map(|role| runs(&cell, role, &[Scenario::HUNTING], &[1]));
+    let [of_a, of_a0] = [a, a0].map(|runs| LimitCycle::find(&runs.traces[0][0], Scenario::HUNTING.evaluated_from()));
+    // An independent prototype of this bench: 80 mrad, 0.573 s, 21 breakaways in 12 s.
+    assert!((of_a.amplitude - 0.080).abs() < 0.004 && (of_a.interval - 0.573).abs() < 0.03, "{of_a:?}");
+    assert!((20..=22).contains(&of_a.breakaways), "{of_a:?}");
+    assert!(of_a0.breakaways < 2 && of_a0.amplitude.is_nan(), "{of_a0:?}");
+}
+
+#[test]
+fn a_law_that_runs_away_is_not_stable_and_has_no_difference() {
+    let mut cell = cell(false, Mismatch::PERFECT);
+    cell.preset.bench.safety.speed = 100.0;
+    // It believes in twenty times the friction, and pushes the load along as soon as it breaks away.
+    cell.preset.model.own.kinetic_torque *= 20.0;
+    cell.preset.model.own.breakaway_torque *= 20.0;
+    let bench = &cell.preset;
+    cell.law = Law::Paper(design::difference_torque(&bench.bench.desired, &bench.model, &bench.bench));
+    let scenarios = [Scenario::PRESLIDING];
+    let [a, a0, b] = [Role::Desired, Role::Own, Role::Rendered].map(|role| runs(&cell, role, &scenarios, &[1, 2]));
+    let score = scores(&b, &a, &a0)[0];
+    assert!(!score.stable && score.difference.is_nan() && score.excess.is_nan(), "{score:?}");
+    assert!(b.traces[0][0].angle.len() < a.traces[0][0].angle.len(), "it is stopped");
+}
+
+#[test]
+fn what_leaves_its_place_has_no_presliding_loop() {
+    // Without the wheel the machine breaks away at 0.2 N m, the cycles have 0.405.
+    let cell = cell(false, Mismatch::PERFECT);
+    let scenarios = [Scenario::PRESLIDING, Scenario::BREAKAWAY];
+    let [a, a0] = [Role::Desired, Role::Own].map(|role| runs(&cell, role, &scenarios, &[1]));
+    let scores = scores(&a0, &a, &a0);
+    assert_eq!(scores[0].difference, 1.0);
+    // 0.20 instead of 0.45 N m; until it has moved by 5 mrad the ramp has gone on by about 10 mN m.
+    assert!((scores[1].difference - (1.0 - 0.20 / 0.45)).abs() < 0.03, "{:?}", scores[1]);
+    assert!((scores[1].reference - 0.45).abs() < 0.01, "{:?}", scores[1]);
+}
+
+/// A trace of 10 s with this angle over time.
+fn trace(angle: impl Fn(f64) -> f64, reference: impl Fn(f64) -> f64) -> Trace {
+    let over_time = |f: &dyn Fn(f64) -> f64| (0..10_000).map(|k| f(f64::from(k) * 1e-3)).collect();
+    Trace { period: 1e-3, angle: over_time(&angle), reference: over_time(&reference), ..Trace::default() }
+}
+
+#[test]
+fn a_limit_cycle_has_the_size_and_the_time_that_it_was_given() {
+    // Every 0.5 s it catches up 50 mrad within 50 ms.
+    let stairs = |time: f64| 0.05 * ((time / 0.5).floor() + (((time / 0.5).fract() - 0.9) / 0.1).max(0.0));
+    let cycle = LimitCycle::find(&trace(stairs, |time| 0.1 * time), 1.0);
+    assert!((cycle.interval - 0.5).abs() < 1e-9 && cycle.breakaways == 18, "{cycle:?}");
+    // From the end of a slip, 0, back behind by 0.45 s of the ramp.
+    assert!((cycle.amplitude - 0.0225).abs() < 0.0005, "{cycle:?}");
+    let even = trace(|time| 0.1 * time + 0.001 * (40.0 * time).sin(), |time| 0.1 * time);
+    assert_eq!(LimitCycle::find(&even, 1.0).breakaways, 0, "sliding evenly is no cycle");
+    let creeps = trace(|time| 0.03 * (0.5 * time).sin(), |_| 0.0);
+    assert!(LimitCycle::find(&creeps, 1.0).interval.is_nan(), "nor is creeping");
+}
+
+#[test]
+fn every_mismatch_changes_the_machine_and_only_perfect_changes_nothing() {
+    for wheel in [true, false] {
+        let nominal = cell(wheel, Mismatch::PERFECT);
+        for &mismatch in MISMATCHES {
+            let cell = cell(wheel, mismatch);
+            let changed = [Role::Desired, Role::Own].map(|role| machine(&cell, role) != machine(&nominal, role));
+            let of_own_friction =
+                ["own", "ripple10%", "gaussian", "stiffness"].iter().any(|n| mismatch.name.starts_with(n));
+            assert_eq!(
+                changed,
+                [mismatch.name != "perfect" && !of_own_friction, mismatch.name != "perfect"],
+                "{mismatch:?}"
+            );
+            assert_eq!(cell.preset, nominal.preset, "the belief stays");
+            assert_eq!(Mismatch::find(mismatch.name).map(|found| found.name), Some(mismatch.name), "names are unique");
+        }
+    }
+}
+
+#[test]
+fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
+    for name in ["prototype", "clm-bench"] {
+        let bed = Bed::find(name).unwrap();
+        for wheel in [true, false] {
+            let cell = bed.cell(wheel, 4000.0, Mismatch::PERFECT);
+            let truth = |speed: f64| crate::truth::own_friction(&cell.preset.plant, speed);
+            for speed in [0.1, 1.0, 10.0] {
+                // The curve with the wheel of clm-bench is a fit of two contacts, within 0.2 % of M_S.
+                let believed = cell.preset.model.own.magnitude(speed);
+                assert!((truth(speed) - believed).abs() < 1e-3, "{name}, {wheel}, {speed}: {believed}");
+            }
+        }
+        let breakaway = |wheel| bed.cell(wheel, 4000.0, Mismatch::PERFECT).preset.model.own.breakaway_torque;
+        assert!(breakaway(false) < 0.5 * breakaway(true));
+    }
+    assert!(matches!(Bed::find("emps"), Err(Error::NothingToRender { .. })));
+}
+
+#[test]
+fn the_number_of_threads_does_not_show() {
+    let cell = cell(true, Mismatch::REAL);
+    let run = |threads| {
+        let watch = Watch::silent();
+        Runs::simulate(&cell, Role::Own, &[Scenario::SINE_2HZ, Scenario::BREAKAWAY], &[1, 2], threads, &watch).unwrap()
+    };
+    // Not `assert_eq!`: nobody wants to read a trace.
+    let [one, three] = [run(1), run(3)];
+    assert!(one.traces == three.traces, "the runs differ");
+    assert!(one.traces[0][0] != one.traces[0][1], "another seed is another run");
+}
+
+#[test]
+fn the_first_failure_is_returned_and_ends_the_work() {
+    let jobs: Vec<usize> = (0..1000).collect();
+    let begun = std::sync::atomic::AtomicUsize::new(0);
+    let result = map(&jobs, 3, |&job| {
+        begun.fetch_add(1, Ordering::Relaxed);
+        if job == 5 { Err(Error::Cancelled) } else { Ok(job) }
+    });
+    assert!(matches!(result, Err(Error::Cancelled)));
+    assert!(begun.into_inner() < 1000);
+    assert_eq!(map(&jobs, 3, |&job| Ok(2 * job)).unwrap()[999], 1998);
+}
+
+#[test]
+fn the_bootstrap_spreads_as_the_standard_error_does() {
+    let values: Vec<f64> = (0..100).map(f64::from).collect();
+    let [low, high] = bootstrap(100, |drawn| mean(drawn.iter().map(|&k| values[k])));
+    // Uniform: σ = 100/√12, standard error 2.9; the percentiles of 2000 draws within a tenth of it.
+    let half_width = 1.96 * 100.0 / 12.0_f64.sqrt() / 10.0;
+    assert!((low - (49.5 - half_width)).abs() < 0.6 && (high - (49.5 + half_width)).abs() < 0.6, "{low} {high}");
+    assert_eq!(bootstrap(3, |_| 7.0), [7.0, 7.0]);
+}
+
+/// One machine with two laws in one short scenario: four runs.
+fn small() -> Plan {
+    let list = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let selection = Selection {
+        seeds: Some(1),
+        presets: list(&["prototype"]),
+        laws: list(&["bristle", "residual"]),
+        rates: vec![4000.0],
+        wheel: Some(true),
+        mismatches: list(&["perfect"]),
+        scenarios: list(&["presliding"]),
+        threads: 1,
+        ..Selection::default()
+    };
+    selection.plan().unwrap()
+}
+
+/// Cancelled once this share of the work is done.
+fn cancelled_after(share: f64) -> Watch {
+    let flag = Arc::new(AtomicBool::new(false));
+    let cancel = flag.clone();
+    Watch::new(flag, move |_, fraction| cancel.store(fraction >= share, Ordering::Relaxed))
+}
+
+#[test]
+fn cancelled_it_keeps_the_laws_that_were_finished() {
+    let outcome = run_plan(&small(), &cancelled_after(0.75)).unwrap();
+    assert!(!outcome.complete);
+    assert_eq!(outcome.rows.iter().map(|row| row.law).collect::<Vec<_>>(), ["bristle"]);
+    assert_eq!(outcome.summary().value("fidelity.complete"), Some(0.0));
+    assert!(matches!(run_plan(&small(), &cancelled_after(0.5)), Err(Error::Cancelled)), "nothing was finished");
+}
+
+#[test]
+fn a_complete_run_says_so_and_shows_its_rows() {
+    let outcome = run_plan(&small(), &Watch::silent()).unwrap();
+    assert!(outcome.complete);
+    let [(title, table)] = &outcome.tables()[..] else { panic!("one machine") };
+    assert!(title.starts_with("prototype with wheel, 4"), "{title}");
+    let lines = table.lines();
+    assert!(lines[1].starts_with("floor") && lines[2].starts_with("bristle") && lines[3].starts_with("residual"));
+    let json = outcome.summary().to_json();
+    for key in
+        ["preset", "law", "wheel", "rate_hz", "mismatch", "scenario", "auto", "difference", "excess", "floor", "ci95"]
+    {
+        assert!(json.contains(&format!("\"{key}\":")), "{key}");
+    }
+    assert!(json.contains("\"fade_velocity\": null"), "these laws have none");
+}
+
+#[test]
+fn the_paper_s_law_gets_the_fade_out_that_suits_the_bench_best() {
+    let list = |name: &str| vec![name.to_owned()];
+    let selection =
+        Selection { laws: list("paper"), scenarios: list("presliding"), seeds: Some(1), ..Selection::default() };
+    let selection =
+        Selection { presets: list("prototype"), mismatches: list("perfect"), rates: vec![4000.0], ..selection };
+    let plan = Selection { wheel: Some(true), ..selection }.plan().unwrap();
+    let rows = run_plan(&plan, &Watch::silent()).unwrap().rows;
+    // 0.1 rad/s was the smallest usable one of the prototype, and the best.
+    assert!((0.05..=0.2).contains(&rows[0].fade_velocity), "{rows:?}");
+}
+
+#[test]
+fn a_selection_takes_its_part_of_the_benchmark() {
+    let full = Selection::default().plan().unwrap();
+    assert_eq!((full.seeds.len(), full.scenarios.len()), (10, SCENARIOS.len()));
+    assert!(full.groups.iter().any(|group| group.rate == 1000.0 && group.laws.len() > 7));
+    assert!(MISMATCHES.iter().all(|mismatch| full.groups.iter().any(|group| group.mismatch.name == mismatch.name)));
+    let quick = Selection { quick: true, ..Selection::default() }.plan().unwrap();
+    assert_eq!((quick.groups.len(), quick.seeds.len(), quick.scenarios.len()), (4, 3, CLOSED_LOOP.len()));
+    let fast =
+        Selection { quick: true, rates: vec![10_000.0], wheel: Some(false), ..Selection::default() }.plan().unwrap();
+    assert!(fast.groups.len() == 1 && !fast.groups[0].wheel);
+    // Not part of the quick benchmark, but asked for by name.
+    let other =
+        Selection { quick: true, mismatches: vec!["kt+2%".into()], rates: vec![2000.0], ..Selection::default() };
+    let other = other.plan().unwrap();
+    assert!(other.groups.len() == 2 && other.groups[0].mismatch.name == "kt+2%" && other.groups[0].rate == 2000.0);
+}
+
+#[test]
+fn a_name_that_is_none_is_told_with_those_that_are() {
+    let message = |selection: Selection| selection.plan().unwrap_err().to_string();
+    let law = message(Selection { laws: vec!["newton".into()], ..Selection::default() });
+    assert_eq!(
+        law,
+        "newton is no law. There are: paper, smooth, karnopp, bristle, residual, adaptive, admittance, auto."
+    );
+    assert!(
+        message(Selection { mismatches: vec!["x".into()], ..Selection::default() }).starts_with("x is no mismatch.")
+    );
+    assert!(
+        message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("x is no scenario.")
+    );
+}
