@@ -44,8 +44,9 @@ fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs()
 }
 
 fn bench() -> VirtualBench {
-    let preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
-    VirtualBench::new(&preset, 1).unwrap()
+    let preset: Preset<f64> =
+        parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+    VirtualBench::new(&preset, 1).expect("a preset that can be prepared")
 }
 
 #[test]

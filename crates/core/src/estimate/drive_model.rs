@@ -147,25 +147,9 @@ impl<T: Scalar> Block<T> for DriveModel<T> {
     type Input = DriveModelInput<T>;
     type Output = DriveModelOutput<T>;
 
-    #[inline(always)]
+    // Out of line: it is long, and a law takes several steps in a tick.
+    #[inline(never)]
     fn step(&self, state: &mut DriveState<T>, input: DriveModelInput<T>, dt: T) -> DriveModelOutput<T> {
-        /// Once a kind of number where calls are cheap.
-        #[inline(never)]
-        fn called<T: Scalar>(
-            model: &DriveModel<T>,
-            state: &mut DriveState<T>,
-            input: DriveModelInput<T>,
-            dt: T,
-        ) -> DriveModelOutput<T> {
-            model.advance(state, input, dt)
-        }
-        if T::CALLS_ARE_CHEAP { called(self, state, input, dt) } else { self.advance(state, input, dt) }
-    }
-}
-
-impl<T: Scalar> DriveModel<T> {
-    #[inline(always)]
-    fn advance(&self, state: &mut DriveState<T>, input: DriveModelInput<T>, dt: T) -> DriveModelOutput<T> {
         let start = state.velocity;
         let (motor_held, load_held) = (state.motor_resistance, state.load_resistance);
         self.flow(state, motor_held, load_held, &input);

@@ -32,7 +32,8 @@ pub struct BristleDifference<T> {
 }
 
 /// One step of friction without an integrator around it: the new deflection and the mean torque.
-#[inline(always)]
+// Out of line: it holds every model of friction.
+#[inline(never)]
 pub(super) fn slide<T: Scalar>(friction: &Friction<T>, deflection: T, velocity: T, dt: T) -> (T, T) {
     let contact = Contact { velocity, ..Contact::default() };
     let (middle, _) = friction.predict(deflection, contact, T::of(0.5) * dt);

@@ -119,18 +119,9 @@ const TAKE_OVER: f64 = 20e-3;
 impl<T: Scalar> Law<T> {
     /// Torque for the load motor in this tick. A law that has just come into force begins with the torque of the one
     /// before.
-    #[inline(always)]
+    // Out of line: the laws are long, and many hold a tick.
+    #[inline(never)]
     pub fn render(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
-        /// Once a kind of number where calls are cheap: the laws are long, and many simulate them.
-        #[inline(never)]
-        fn called<T: Scalar>(law: &Law<T>, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
-            law.rendered(state, input, dt)
-        }
-        if T::CALLS_ARE_CHEAP { called(self, state, input, dt) } else { self.rendered(state, input, dt) }
-    }
-
-    #[inline(always)]
-    fn rendered(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let wanted = match self {
             Law::Off => input.with(T::of(0.0)),
             Law::Paper(law) => law.run(&mut (), input, dt),

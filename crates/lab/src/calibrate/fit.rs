@@ -392,8 +392,10 @@ fn descend(
         let cost: f64 = now.iter().map(Block::cost).sum();
         let wanted = solve(&joined(&now), damping);
         // All of it or a part of all: parameters that hold each other must not part.
-        let longest = (0..PARAMETERS).filter(|i| SOUGHT[*i].scale == 0.0).map(|i| wanted[i].abs()).fold(0.0, f64::max);
-        let taken = wanted * (LONGEST / longest.max(LONGEST));
+        let tied = (0..PARAMETERS).filter(|i| SOUGHT[*i].scale == 0.0 && !Index::is_loose(*i));
+        let longest = tied.map(|i| wanted[i].abs()).fold(0.0, f64::max);
+        let mut taken = wanted * (LONGEST / longest.max(LONGEST));
+        (0..PARAMETERS).filter(|i| Index::is_loose(*i)).for_each(|i| taken[i] = taken[i].clamp(-LONGEST, LONGEST));
         let next: [f64; PARAMETERS] = std::array::from_fn(|i| coordinates[i] + taken[i]);
         let mut trial = segments.to_vec();
         for (segment, block) in trial.iter_mut().zip(&now) {

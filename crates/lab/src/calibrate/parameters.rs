@@ -80,9 +80,19 @@ pub(super) const SOUGHT: [Sought; PARAMETERS] = [
     signed("ripple_sine", "ripple of friction over the turn, sine", "1", 0.01),
     positive("bristle_stiffness", "bristle stiffness σ₀", "N m/rad"),
     positive("bristle_damping", "bristle damping σ₁", "N m s/rad"),
-    positive("brush_stiffness", "bristle stiffness of the brushes", "N m/rad"),
-    positive("brush_damping", "damping of the brushes at rest", "N m s/rad"),
+    // Brushes without bristles have none, which no logarithm reaches.
+    signed("brush_stiffness", "bristle stiffness of the brushes", "N m/rad", 1.0),
+    signed("brush_damping", "damping of the brushes at rest", "N m s/rad", 1e-2),
 ];
+
+impl Index {
+    /// What the data tell little of at first and nothing else hangs on: its steps are cut short alone.
+    pub(super) fn is_loose(index: usize) -> bool {
+        use Index::{AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness};
+        let loose = [AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness];
+        loose.iter().any(|known| *known as usize == index)
+    }
+}
 
 /// Where the search starts: the data sheet, and for what is in none, what is usual.
 pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
@@ -110,8 +120,8 @@ pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
         0.0,
         model.own_bristles.stiffness,
         model.own_bristles.damping.max(1e-3),
-        10.0,
-        0.03,
+        1.0,
+        0.01,
     ]
 }
 
