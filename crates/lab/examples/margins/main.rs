@@ -64,7 +64,8 @@ fn report(summary: &mut Summary, text: &mut String, name: &str, all: &[Limits]) 
     let unlimited = count(&|limits| limits.predicted.is_none() && limits.observed.is_none());
     let careful = count(&|limits| limits.predicted.is_some() && limits.observed.is_none());
     let missed = count(&|limits| limits.predicted.is_none() && limits.observed.is_some());
-    for (what, number) in [("with_limit", ratios.len()), ("unlimited", unlimited), ("careful", careful), ("missed", missed)]
+    for (what, number) in
+        [("with_limit", ratios.len()), ("unlimited", unlimited), ("careful", careful), ("missed", missed)]
     {
         summary.result(&format!("{name}.{what}"), number as f64, "1");
     }

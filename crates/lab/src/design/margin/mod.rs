@@ -11,6 +11,10 @@
 //! limits. That law asks for nothing at rest, so that nothing limits it here.
 
 mod sampled_loop;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
 
 use stickslip_core::friction::Model as FrictionModel;
 use stickslip_core::render::Law;
@@ -24,7 +28,9 @@ pub const CHATTER_LIMIT: f64 = 20e-3;
 /// Stiffnesses of the desired bristles between which a limit is looked for [N m/rad].
 pub const STIFFNESSES: [f64; 2] = [100.0, 1e5];
 /// Largest gain that is tried.
-const GAINS: f64 = 10.0;
+pub const LARGEST_GAIN: f64 = 10.0;
+/// Largest additional delay that is tried [ticks].
+pub const LARGEST_DELAY: f64 = 3.0;
 /// Time in which chatter builds up [s].
 const HORIZON: f64 = 0.5;
 /// Time over which the load torque's change is taken [s].
@@ -38,14 +44,30 @@ const ACCURACY: f64 = 1.005;
 pub struct Margin {
     /// Stiffness of the desired bristles up to which it stays below [`CHATTER_LIMIT`], see [`stiffness_limit`] [N m/rad].
     pub stiffness_limit: Option<f64>,
-    /// Factor of the law's torque up to which the loop is stable; `None`: at least 10.
+    /// Factor of the law's torque up to which the loop is stable; `None`: at least [`LARGEST_GAIN`].
     pub gain_margin: Option<f64>,
-    /// Additional delay up to which it is [s]; `None`: at least three ticks.
+    /// Additional delay up to which it is [s]; `None`: at least [`LARGEST_DELAY`].
     pub delay_margin: Option<f64>,
     /// Change of the load torque from millisecond to millisecond [N m RMS].
     pub predicted_chatter: f64,
     /// Where most of it comes from.
     pub cause: &'static str,
+}
+
+impl fmt::Display for Margin {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.stiffness_limit {
+            Some(limit) => write!(f, "bristles up to {limit:.0} N m/rad")?,
+            None => write!(f, "no limit of the bristles")?,
+        }
+        if let Some(gain) = self.gain_margin {
+            write!(f, ", gain {gain:.2}")?;
+        }
+        if let Some(delay) = self.delay_margin {
+            write!(f, ", delay {:.2} ms", 1e3 * delay)?;
+        }
+        write!(f, ", chatter {:.1} mN m, most by {}", 1e3 * self.predicted_chatter, self.cause)
+    }
 }
 
 /// How far a law of this machine and these settings is from chatter.
@@ -65,12 +87,13 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
         };
         return Err(Error::Chatters { predicted_chatter, limit: CHATTER_LIMIT, cause, stiffness, feasible });
     }
-    let gain_margin = climb(1.0, GAINS, |gain| {
+    let gain_margin = climb(1.0, LARGEST_GAIN, |gain| {
         sampled.gain = gain;
         !chatter(&sampled).grows
     });
     sampled.gain = 1.0;
-    let too_late = (1..=sampled.most_late()).find(|&late| {
+    let latest = (LARGEST_DELAY * sampled.steps as f64) as usize;
+    let too_late = (1..=latest).find(|&late| {
         sampled.late = late;
         chatter(&sampled).grows
     });
@@ -84,11 +107,7 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
 ///
 /// # Errors
 /// What the design of observer and current control refuses.
-pub fn stiffness_limit(
-    law: &Law<f64>,
-    model: &Model<f64>,
-    settings: &Settings<f64>,
-) -> Result<Option<f64>, Error> {
+pub fn stiffness_limit(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<f64>, Error> {
     let mut sampled = SampledLoop::new(*law, model, settings)?;
     let [softest, stiffest] = STIFFNESSES;
     Ok(climb(softest, stiffest, |stiffness| {

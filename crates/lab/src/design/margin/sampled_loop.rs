@@ -20,8 +20,8 @@ use crate::preset::{Model, Settings};
 
 /// Longest step of the believed machine [s].
 const STEP: f64 = 25e-6;
-/// Voltages that wait for their time: delays of up to three ticks.
-const WAITING: usize = 4;
+/// Voltages that wait for their time: one in force, and one a tick of delay.
+const WAITING: usize = 1 + super::LARGEST_DELAY as usize;
 /// Derivatives taken at once.
 const WIDTH: usize = 6;
 /// Noise of a usual current sensor [A].
@@ -40,7 +40,8 @@ const NOISES: [&str; 5] = [
 pub(super) struct SampledLoop<T> {
     /// Drive and pickups, corrected by nothing.
     machine: DriveObserver<T>,
-    steps: usize,
+    /// Steps of the machine in a tick.
+    pub(super) steps: usize,
     observer: VelocityObserver<T>,
     pub(super) law: Law<T>,
     current: CurrentControl<T>,
@@ -92,11 +93,6 @@ impl SampledLoop<f64> {
     /// A step of the voltage's delay [s].
     pub(super) fn step(&self) -> f64 {
         self.dt / self.steps as f64
-    }
-
-    /// Largest delay that can be tried, in steps.
-    pub(super) fn most_late(&self) -> usize {
-        (WAITING - 1) * self.steps
     }
 
     /// The loop for small deviations from rest. Converters and counts are left out: they have no slope.
