@@ -6,13 +6,9 @@ use stickslip::noise::Normals;
 use stickslip::{Error, LawChoice, Residual, Tracking, Watch};
 use stickslip_core::friction::Model;
 
-/// The laws that render bristles, and the admittance.
-pub(crate) fn laws() -> [(&'static str, LawChoice<f64>); 3] {
-    [
-        ("bristle", LawChoice::Bristle),
-        ("residual", LawChoice::Residual(Residual::default())),
-        ("admittance", LawChoice::Admittance(Tracking::default())),
-    ]
+/// The laws whose stiffness is limited.
+pub(crate) fn laws() -> [(&'static str, LawChoice<f64>); 2] {
+    [("bristle", LawChoice::Bristle), ("residual", LawChoice::Residual(Residual::default()))]
 }
 
 /// Tick rates that are drawn from [Hz].
@@ -87,14 +83,28 @@ pub(crate) fn limits(law: LawChoice<f64>, seed: u64) -> Result<Limits, Error> {
     Ok(Limits { tick_rate: bench.bench.tick_rate, predicted, observed: observed(&cell, predicted, seed)? })
 }
 
-/// Whether a hunting run with these desired bristles [N m/rad] comes to its end without chatter.
-fn quiet(cell: &Cell, stiffness: f64, seed: u64) -> Result<bool, Error> {
+/// Chatter under the admittance with the preset's desired bristles [N m]: predicted, and observed; infinite where the
+/// loop is not stable.
+pub(crate) fn levels(seed: u64) -> Result<[f64; 2], Error> {
+    let cell = bench(LawChoice::Admittance(Tracking::default()), seed)?;
+    let bench = &cell.preset;
+    let rendering = design::rendering_law(&bench.model, &bench.bench)?;
+    let predicted = match design::margin(&rendering, &bench.model, &bench.bench) {
+        Ok(margin) => margin.predicted_chatter,
+        Err(Error::Chatters { .. }) => f64::INFINITY,
+        Err(error) => return Err(error),
+    };
+    Ok([predicted, chatter(&cell, bench.bench.desired_bristles.stiffness, seed)?])
+}
+
+/// Chatter of a hunting run with these desired bristles [N m/rad]; infinite where it does not come to its end [N m].
+fn chatter(cell: &Cell, stiffness: f64, seed: u64) -> Result<f64, Error> {
     let mut cell = cell.clone();
     cell.preset.bench.desired_bristles.stiffness = stiffness;
     cell.law = design::rendering_law(&cell.preset.model, &cell.preset.bench)?;
     let runs = Runs::simulate(&cell, Role::Rendered, &[Scenario::HUNTING], &[seed], 1, &Watch::silent())?;
     let trace = &runs.traces[0][0];
-    Ok(trace.stable && chatter_at_rest(trace) <= CHATTER_LIMIT)
+    Ok(if trace.stable { chatter_at_rest(trace) } else { f64::INFINITY })
 }
 
 /// Chatter while the load sticks: slower than 0.02 rad/s over the 30 ms before and after [N m]. In a slip the load
@@ -111,9 +121,9 @@ fn chatter_at_rest(trace: &Trace) -> f64 {
     libm::sqrt(squares.iter().sum::<f64>() / squares.len() as f64)
 }
 
-pub(crate) fn observed(cell: &Cell, predicted: Option<f64>, seed: u64) -> Result<Option<f64>, Error> {
+fn observed(cell: &Cell, predicted: Option<f64>, seed: u64) -> Result<Option<f64>, Error> {
     let [_, stiffest] = STIFFNESSES;
-    let quiet = |stiffness: f64| quiet(cell, stiffness, seed);
+    let quiet = |stiffness: f64| Ok::<_, Error>(chatter(cell, stiffness, seed)? <= CHATTER_LIMIT);
     let Some(start) = predicted.filter(|&limit| limit > 0.0) else {
         for stiffness in [3e3, 1e4, 3e4, stiffest] {
             if !quiet(stiffness)? {

@@ -7,7 +7,7 @@ use stickslip_core::block::Block as _;
 use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::supervise::Safety;
 use stickslip_core::tick::{Tick, TickState};
 

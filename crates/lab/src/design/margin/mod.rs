@@ -126,7 +126,7 @@ fn feasible(
     let mut sampled = SampledLoop::new(*law, model, settings)?;
     let found = climb(1.0 / stiffness, 1.0 / STIFFNESSES[0], |inverse| {
         sampled.law = with_stiffness(law, 1.0 / inverse);
-        !(chatter(&sampled, model, settings).rms() <= CHATTER_LIMIT)
+        chatter(&sampled, model, settings).rms() > CHATTER_LIMIT
     });
     // A hair softer than where chatter ends.
     Ok(found.map(|inverse| 1.0 / (ACCURACY * inverse)))

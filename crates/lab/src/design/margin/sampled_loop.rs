@@ -143,7 +143,7 @@ impl SampledLoop<f64> {
             index += 1;
             value
         });
-        let noises = deviations(model, 1.0 / self.dt);
+        let noises = deviations(&self.law, model, 1.0 / self.dt);
         let b = DMatrix::from_fn(states, NOISES.len(), |i, j| a[(i, states + j)] * noises[j]);
         Linearised { a: a.columns(0, states).into(), b, torque }
     }
@@ -162,11 +162,13 @@ fn at_rest() -> State<f64> {
 }
 
 /// Standard deviations of the noises. A load that rests on the edge between two counts makes the encoder flicker by
-/// one, a variance of 1/4; a load that moves, of 1/12. The mean of both.
-fn deviations(model: &Model<f64>, rate: f64) -> [f64; NOISES.len()] {
+/// one, a variance of 1/4; one that moves has 1/12. A law that follows a position brings the load to an edge and holds it
+/// there; for the others it is the mean of both.
+fn deviations(law: &Law<f64>, model: &Model<f64>, rate: f64) -> [f64; NOISES.len()] {
     let scaling = &model.scaling;
+    let counts = if matches!(law, Law::Admittance(_)) { 1.0 / 4.0 } else { 1.0 / 6.0 };
     [
-        TAU / model.encoder.counts_per_revolution / libm::sqrt(6.0),
+        libm::sqrt(counts) * TAU / model.encoder.counts_per_revolution,
         libm::hypot(model.tacho_noise, CONVERTER_NOISE) / scaling.tacho,
         model.accelerometer_noise * libm::sqrt(0.5 * rate),
         CONVERTER_NOISE / scaling.accelerometer,
@@ -254,7 +256,8 @@ impl Linearised {
             let more = power.transpose() * &sum * &power;
             // Noise that adds up doubles the variance in twice the time.
             let (new, old) = (self.of(&more), self.of(&sum));
-            grows = !(new.iter().sum::<f64>() <= 4.0 * old.iter().sum::<f64>());
+            let [new, old]: [f64; 2] = [new, old].map(|variances| variances.iter().sum());
+            grows = new > 4.0 * old || !new.is_finite();
             sum += more;
             power = &power * &power;
         }
