@@ -66,7 +66,7 @@ impl<T: Scalar> Block<T> for PaperTick<T> {
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let seen = VelocityObserverInput { angle: input.position.measured_angle, acceleration: input.acceleration };
         let estimated_velocity = self.observer.run(&mut state.observer, seen, dt).velocity;
-        let difference = self.law.run(&mut (), LawInput { estimated_velocity }, dt).torque;
+        let difference = self.law.run(&mut (), LawInput { estimated_velocity, ..LawInput::default() }, dt).torque;
         let demand = CurrentControlInput {
             reference_current: difference / self.current.torque_constant,
             measured_current: input.current,

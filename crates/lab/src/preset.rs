@@ -47,6 +47,9 @@ pub struct Model<T> {
     /// Noise of the tacho at the converter, RMS.
     #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
     pub tacho_noise: T,
+    /// Commutator ripple of the tacho, as a share of its voltage.
+    #[field(symbol = "r_T", unit = "1", range = 0.0..=0.5, default = 0.01)]
+    pub tacho_ripple: T,
     /// Noise density of the accelerometer, one-sided.
     #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
     pub accelerometer_noise: T,

@@ -145,3 +145,6 @@ impl<T: Scalar> LawInput<T> {
         LawOutput { torque, velocity: self.estimated_velocity, current: self.current }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,6 +7,7 @@
 //! covariance is that of correlated noise.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
+use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::parameters::{Index, PARAMETERS, SOUGHT};
@@ -28,6 +29,8 @@ const MEMORY: usize = 4;
 const STEPS: usize = 25;
 /// Longest step, in logarithms: beyond, the linear model says nothing.
 const LONGEST: f64 = 0.7;
+/// Ticks to both sides over which the encoder's speed is taken for the little that is left of the Stribeck drop.
+const SMOOTHING: usize = 10;
 /// Highest order of the tacho's ripple that is looked for, in periods a revolution.
 const HIGHEST_ORDER: usize = 64;
 
@@ -40,6 +43,8 @@ pub(super) struct Sample {
     pub(super) winding_voltage: f64,
     /// Of the screw, from its zero [rad].
     pub(super) angle: f64,
+    /// What is left of the Stribeck drop at its speed, of the velocity's sign [N m].
+    pub(super) drop: f64,
     /// Angle [rad] since the begin of the segment, tacho [V], accelerometer [V], current [A].
     pub(super) measured: [f64; CHANNELS],
 }
@@ -61,6 +66,16 @@ impl Segment {
         let mut own = [0.0; OWN];
         (own[1], own[2]) = (velocity, velocity);
         Segment { regime, samples, own }
+    }
+
+    /// Counts with what is left of the drop of a friction curve at the speeds of the encoder.
+    pub(super) fn count_drop(&mut self, curve: &Stribeck<f64>, dt: f64) {
+        let angles: Vec<f64> = self.samples.iter().map(|sample| sample.angle).collect();
+        for (k, sample) in self.samples.iter_mut().enumerate() {
+            let (from, to) = (k.saturating_sub(SMOOTHING), (k + SMOOTHING).min(angles.len() - 1));
+            let velocity = (angles[to] - angles[from]) / ((to - from) as f64 * dt);
+            sample.drop = libm::copysign(curve.level(velocity.abs()) - curve.kinetic_torque, velocity);
+        }
     }
 
     /// Level of the load's friction that the fit found [N m].
@@ -126,7 +141,7 @@ fn predict<T: Scalar>(
             let middle = 0.5 * (sample.angle + next);
             let (sin, cos) = libm::sincos(middle);
             let ripple = get(Index::RippleCosine) * T::of(cos) + get(Index::RippleSine) * T::of(sin);
-            load_resistance = own[LEVEL] * (T::of(1.0) + ripple);
+            load_resistance = own[LEVEL] * (T::of(1.0) + ripple) + T::of(sample.drop);
             if order > 0.0 {
                 // The motor is ahead of the screw by the twist, which is small.
                 let (sin, cos) = libm::sincos(order * middle);
@@ -520,6 +535,7 @@ mod tests {
                         servo_voltage: 2.0 + libm::sin(0.9 * x * x / 200.0),
                         winding_voltage: libm::sin(1.3 * x * x / 200.0),
                         angle: 0.01 * x,
+                        drop: 1e-4,
                         measured: [0.0; 4],
                     }
                 })

@@ -64,8 +64,9 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     bench.set_controller(settings.controller, settings.divider());
     let mut segments = turning?;
     let curve = measure_friction(&friction_plan(), bench, false, watch)?;
-    let [breakaway_torque, ..] = curve.fit()?.parameters;
-    segments.extend(record::resting(plan, breakaway_torque, bench, watch)?);
+    let rubbed = curve.fit()?.curve();
+    segments.iter_mut().for_each(|segment| segment.count_drop(&rubbed, dt));
+    segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);
     let last = bench.step(Command::default())?.cycle;
 
     let setting = fit::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0 };

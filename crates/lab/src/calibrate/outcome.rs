@@ -12,6 +12,8 @@ use crate::quantity::{Estimate, NORMAL95, number};
 const UNKNOWN: f64 = 0.25;
 /// Standard uncertainties that a ripple or a difference of directions must have to be told of.
 const SIGNIFICANT: f64 = 4.0;
+/// How far the simulation may miss the encoder, over what its counts explain.
+const EXPLAINED: f64 = 1.2;
 /// Time that is drawn [s].
 const DRAWN: f64 = 0.06;
 
@@ -103,12 +105,14 @@ impl Calibration {
                 remedy(number.key)
             )
         }));
+        let traces = traces(solution);
+        warnings.extend(unexplained(traces[0].rms, believed.encoder.resolution()));
         let mut calibration = Calibration {
             model: model(believed, &identified),
             values: identified,
             curve,
             own,
-            traces: traces(solution),
+            traces,
             tacho_ripple_order: solution.setting.ripple_order,
             warnings,
             duration,
@@ -237,6 +241,20 @@ fn friction(believed: &Model<f64>, own: &StribeckFit, scale: &Identified) -> Vec
     OWN.iter().enumerate().map(number).collect()
 }
 
+/// What to say where the simulation misses the encoder [rad] by more than its counts explain.
+fn unexplained(rms: f64, resolution: f64) -> Option<String> {
+    // A count is anywhere within its width: 1/√12 of it.
+    let counts = resolution / libm::sqrt(12.0);
+    (rms > EXPLAINED * counts).then(|| {
+        format!(
+            "The simulation misses the encoder by {:.0} % more than its counts explain: the machine is not the two \
+             masses that are fitted, or the search ended beside its minimum. Values and intervals do not hold; start \
+             from a data sheet that is nearer.",
+            100.0 * (rms / counts - 1.0)
+        )
+    })
+}
+
 /// Which experiment would tell a number.
 fn remedy(key: &str) -> &'static str {
     match key {
@@ -304,4 +322,17 @@ fn traces(solution: &Solution) -> Vec<Trace> {
             Trace { channel, unit, points, rms }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unexplained;
+
+    #[test]
+    fn a_simulation_that_misses_the_encoder_is_said_not_to_hold() {
+        let resolution = std::f64::consts::TAU / 10_000.0;
+        assert_eq!(unexplained(0.29 * resolution, resolution), None);
+        let said = unexplained(0.5774 * resolution, resolution).unwrap();
+        assert!(said.contains("by 100 % more") && said.contains("do not hold"), "{said}");
+    }
 }

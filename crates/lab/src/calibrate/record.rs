@@ -123,6 +123,7 @@ impl Recorder {
                 servo_voltage,
                 winding_voltage: self.gain * amplifier_voltage,
                 angle: frame.angle,
+                drop: 0.0,
                 measured: [
                     0.0,
                     measurement.tacho_voltage,

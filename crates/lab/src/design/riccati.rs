@@ -62,3 +62,46 @@ pub fn kalman_filter(
     let covariance = (&identity - &gain * c) * covariance;
     Ok(KalmanFilter { gain, covariance })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wandering_number_is_filtered_as_the_closed_form_says() {
+        // x⁺ = x + w, y = x + v with unit variances: P̄ = P̄ − P̄²/(P̄ + 1) + 1, the golden ratio; K = P̄/(P̄ + 1).
+        let one = DMatrix::from_element(1, 1, 1.0);
+        let filter = kalman_filter(&one, &one, &one, &one).expect("an observable number");
+        let golden = 0.5 * (1.0 + 5f64.sqrt());
+        assert!((filter.gain[(0, 0)] - golden / (golden + 1.0)).abs() < 1e-12);
+        assert!((filter.covariance[(0, 0)] - golden / (golden + 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_the_filter_run_for_long() {
+        let dt = 1e-3;
+        let a = DMatrix::from_row_slice(2, 2, &[1.0, dt, 0.0, 1.0]);
+        let c = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let (q, r) = (DMatrix::from_row_slice(2, 2, &[1e-9, 0.0, 0.0, 1e-4]), DMatrix::from_element(1, 1, 1e-6));
+        let filter = kalman_filter(&a, &c, &q, &r).expect("an observable motion");
+        let mut p = DMatrix::<f64>::identity(2, 2);
+        for _ in 0..20_000 {
+            let ahead = &a * &p * a.transpose() + &q;
+            let gain = &ahead * c.transpose() / (&c * &ahead * c.transpose() + &r)[(0, 0)];
+            p = (DMatrix::identity(2, 2) - &gain * &c) * ahead;
+        }
+        assert!((&p - &filter.covariance).norm() < 1e-9 * p.norm(), "{p} {}", filter.covariance);
+    }
+
+    #[test]
+    fn what_nobody_sees_and_does_not_die_out_is_refused() {
+        let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.1]);
+        let c = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let noise = DMatrix::identity(2, 2);
+        assert!(kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 1.0)).is_err());
+        assert!(
+            kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 0.0)).is_err(),
+            "without noise there is nothing to weigh"
+        );
+    }
+}

@@ -97,6 +97,7 @@ fn believed(model: &Model<f64>, settings: &Settings<f64>) -> Cell {
             constant: scaling.tacho,
             bandwidth: 1.0 / (TAU * tacho_lag),
             noise: model.tacho_noise,
+            ripple: model.tacho_ripple,
             ..Tacho::default()
         },
         accelerometer: Accelerometer {
