@@ -1,14 +1,13 @@
 //! How far a rendering law is from chatter.
 //!
 //! The loop of law, observer, current control, believed machine and all delays is linearised about a load that is stuck,
-//! tick by tick and with exact slopes, and driven by the noise of the instruments. There the rendered bristles are
-//! stiffest against what damps them; a load that slides is damped by more. Chatter is what the load torque then does
-//! within half a second, about as long as a load sticks in a limit cycle: an unstable loop has grown far beyond the
+//! tick by tick and with exact slopes, and driven by the noise of the instruments. Chatter is what the load torque then
+//! does within half a second, about as long as a load sticks in a limit cycle: an unstable loop has grown far beyond the
 //! limit by then, a stable one shows its noise. `docs/studies/margins.md` holds the stiffness from which on there is
 //! chatter against the whole virtual bench.
 //!
-//! Left out: the position controller, which is far slower, and the torque steps of the paper's law at its fade-out
-//! limits. That law asks for nothing at rest, so that nothing limits it here.
+//! Left out: a load that slides; the position controller, which is far slower; the torque steps of the paper's law at its
+//! fade-out limits. That law asks for nothing at rest, so that nothing limits it here.
 
 mod sampled_loop;
 #[cfg(test)]
