@@ -96,6 +96,10 @@ fn admittance(summary: &mut Summary, text: &mut String) -> Result<(), Error> {
     report(summary, text, "admittance", admitted.map(|[predicted, observed]| predicted / observed).collect());
     let refused = all.iter().filter(|[predicted, _]| predicted.is_infinite()).count();
     summary.result("admittance.refused", refused as f64, "1");
-    let _ = writeln!(text, "\n{refused} of {} are refused as unstable.", all.len());
+    let _ = writeln!(
+        text,
+        "\n{refused} of {} are refused as unstable. Of the others most chatter more than predicted.",
+        all.len()
+    );
     Ok(())
 }
