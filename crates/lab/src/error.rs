@@ -394,6 +394,23 @@ pub enum Error {
         /// Those that there are.
         known: Vec<&'static str>,
     },
+    /// A rendering law that would chatter.
+    #[error(
+        "rendered like this the load motor would chatter by {}, {limit} N m are allowed: {cause}. {}",
+        chatter_in_words(*predicted_chatter), chatter_remedy(*stiffness, *feasible)
+    )]
+    Chatters {
+        /// Predicted change of the load torque from millisecond to millisecond [N m RMS].
+        predicted_chatter: f64,
+        /// What is allowed of it [N m].
+        limit: f64,
+        /// Where most of it comes from.
+        cause: &'static str,
+        /// Stiffness of the bristles that were to be rendered [N m/rad].
+        stiffness: Option<f64>,
+        /// The nearest below it that can be [N m/rad].
+        feasible: Option<f64>,
+    },
 }
 
 impl Error {
@@ -415,6 +432,22 @@ fn remedy(source: &io::Error) -> &'static str {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "The disk is full: make room, or choose another.",
         io::ErrorKind::InvalidData => "It is no text in UTF-8; is it the right file?",
         _ => "Choose another place, or mend what the system says.",
+    }
+}
+
+/// Chatter [N m]: what has grown for half a second is of no size.
+fn chatter_in_words(torque: f64) -> String {
+    if torque < 10.0 { format!("{torque:.3} N m") } else { "as much as it can".into() }
+}
+
+/// What to do about chatter.
+fn chatter_remedy(stiffness: Option<f64>, feasible: Option<f64>) -> String {
+    match (stiffness, feasible) {
+        (Some(stiffness), Some(feasible)) => format!(
+            "Of bench.desired_bristles.stiffness = {stiffness:.0} N m/rad the nearest that is rendered quietly is \
+             {feasible:.0} N m/rad."
+        ),
+        _ => "Raise bench.tick_rate, or choose another bench.law.".into(),
     }
 }
 

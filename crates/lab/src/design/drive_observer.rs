@@ -29,6 +29,9 @@ impl Default for Trust {
 /// Longest step of the observer's model [s].
 const LONGEST_STEP: f64 = 125e-6;
 
+/// Noise of a reading [V RMS]: a converter of 16 bits over ±10 V with one step of noise, and its own rounding.
+pub(super) const CONVERTER_NOISE: f64 = 20.0 / 65536.0 * 1.04;
+
 /// Order of the states of the linear filter.
 const STATES: usize = 9;
 
@@ -43,10 +46,20 @@ pub fn drive_observer(
 ) -> Result<DriveObserver<f64>, Error> {
     let dt = settings.tick_time();
     let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(1.0) as usize;
-    let step = dt / steps as f64;
+    let observer = believed_drive(model, dt / steps as f64)?;
+    let gains = gains(model, dt, tacho_lag(model), trust)?;
+    Ok(DriveObserver { steps, gains, ..observer })
+}
+
+/// Between servo amplifier and tacho what is left of both lags [s].
+fn tacho_lag(model: &Model<f64>) -> f64 {
+    (model.drive_lag - model.servo_lag).max(1e-6)
+}
+
+/// The drive and its pickups as believed, in steps of this length [s]; nothing corrects it yet.
+pub(super) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
     let own = model.own_bristles.under(model.own);
     let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
-    let tacho_lag = (model.drive_lag - model.servo_lag).max(1e-6);
     let omega = TAU * model.accelerometer_bandwidth;
     let damping = 2.0 * model.accelerometer_damping * omega;
     let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -omega * omega, -damping]);
@@ -54,10 +67,10 @@ pub fn drive_observer(
     let row = |i: usize| [phi[(i, 0)], phi[(i, 1)], gamma[(i, 0)]];
     Ok(DriveObserver {
         model: prepared,
-        steps,
-        tacho_share: 1.0 - libm::exp(-step / tacho_lag),
+        steps: 1,
+        tacho_share: 1.0 - libm::exp(-step / tacho_lag(model)),
         accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
-        gains: gains(model, dt, tacho_lag, trust)?,
+        gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
     })
 }
 
@@ -98,12 +111,10 @@ fn gains(model: &Model<f64>, dt: f64, tacho_lag: f64, trust: &Trust) -> Result<O
     shown[(1, 6)] = 1.0;
     (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
     let scaling = &model.scaling;
-    // A converter of 16 bits over ±10 V: one step of noise, and its own rounding.
-    let converter = 20.0 / 65536.0 * 1.04;
     let deviations = [
         TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
-        libm::hypot(model.tacho_noise, converter) / scaling.tacho,
-        converter / scaling.accelerometer,
+        libm::hypot(model.tacho_noise, CONVERTER_NOISE) / scaling.tacho,
+        CONVERTER_NOISE / scaling.accelerometer,
     ];
     let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
     let filter = kalman_filter(&phi, &shown, &q, &r)?;

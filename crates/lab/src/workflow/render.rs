@@ -11,7 +11,10 @@ use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, poin
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
-use crate::design::{Passage, Region, difference_torque, predicted_velocity_noise, rendering_law};
+use crate::design::{
+    LARGEST_DELAY, LARGEST_GAIN, Margin, Passage, Region, STIFFNESSES, difference_torque, margin,
+    predicted_velocity_noise, rendering_law,
+};
 use crate::experiment::{
     FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, sweep_through_standstill,
 };
@@ -41,13 +44,15 @@ pub struct Rendering {
     pub sweep: Vec<Frame>,
     /// Standard deviation of the estimated velocity that the data sheet predicts [rad/s].
     pub velocity_noise: f64,
+    /// How far the law is from chatter.
+    pub margin: Margin,
 }
 
 /// Renders the desired friction on a bench that is homed and knows its own friction, and measures it.
 ///
 /// # Errors
 /// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
-/// [`Error::NotRenderable`] before anything moves; [`Error::BenchFault`]; what the design functions refuse.
+/// [`Error::NotRenderable`] and [`Error::Chatters`] before anything moves; [`Error::BenchFault`]; what the design functions refuse.
 pub fn render(
     plan: &FrictionPlan<f64>,
     desired: &Stribeck<f64>,
@@ -61,6 +66,7 @@ pub fn render(
     let law =
         DifferenceTorque { fade_velocity: faded_below(&settings), ..difference_torque(desired, model, &settings) };
     let rendering = rendering_law(model, &settings)?;
+    let margin = margin(&rendering, model, &settings)?;
     bench.set_law(rendering)?;
     let curve = measure_friction(plan, bench, true, watch)?;
     let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
@@ -68,7 +74,7 @@ pub fn render(
         ended => ended?,
     };
     let velocity_noise = predicted_velocity_noise(bench.model(), bench.settings())?;
-    Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise })
+    Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise, margin })
 }
 
 /// Speed up to which the law that is set renders nothing, or less than the difference [rad/s].
@@ -149,7 +155,10 @@ impl Rendering {
         let breakaway = self.law.desired.breakaway_torque;
         let percent = |torque: f64| number(100.0 * torque / breakaway, 2);
         if self.law.fade_velocity == 0.0 {
-            return vec![format!("at all speeds              {} % of M_S", percent(self.error_outside_fade()))];
+            return vec![
+                format!("at all speeds              {} % of M_S", percent(self.error_outside_fade())),
+                format!("margin                     {}", self.margin),
+            ];
         }
         vec![
             format!("outside the fade-out       {} % of M_S", percent(self.error_outside_fade())),
@@ -338,6 +347,14 @@ impl RenderRun {
             .result("render.complete", f64::from(u8::from(self.complete())), "1")
             .result("render.preload", self.preset.plant.wheel.preload, "1")
             .result("render.dropped_plateaus", rendering.curve.dropped().count() as f64, "1")
+            .result("margin.stiffness_limit", rendering.margin.stiffness_limit.unwrap_or(STIFFNESSES[1]), "N m/rad")
+            .result("margin.gain", rendering.margin.gain_margin.unwrap_or(LARGEST_GAIN), "1")
+            .result(
+                "margin.delay",
+                rendering.margin.delay_margin.unwrap_or(LARGEST_DELAY / self.preset.bench.tick_rate),
+                "s",
+            )
+            .result("margin.chatter", rendering.margin.predicted_chatter, "N m")
             .result("render.corrections", (iterations.len() - 1) as f64, "1")
             .result("render.corrections_kept", *kept as f64, "1")
             .result("render.rms_error_uncorrected", iterations[0].error, "N m");
