@@ -106,7 +106,9 @@ macro_rules! vectorised {
                         stringify!($module), mix.instructions, mix.packed, mix.scalar, 100.0 * mix.share(), mix.calls.len(), mix.copies
                     );
                     assert!(mix.packed > 20, "{kernel}: nothing was found: {mix:?}");
-                    assert!(mix.calls.is_empty(), "{kernel} calls: {mix:?}");
+                    // The rendering law is out of line: one call a tick.
+                    let others = mix.calls.iter().filter(|call| !call.contains("6render12Law"));
+                    assert_eq!(others.count(), 0, "{kernel} calls: {mix:?}");
                     assert!(mix.copies == 0 || kernel == "cycle", "{kernel} copies structs: {mix:?}");
                     assert!(mix.share() > 0.95, "{kernel}: {mix:?}");
                 }

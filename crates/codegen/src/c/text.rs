@@ -77,7 +77,8 @@ pub(super) fn wrap(indent: &str, statement: &str) -> String {
     let mut rest = statement;
     let mut margin = indent.to_string();
     while margin.len() + rest.len() > WIDTH {
-        let found = break_before(rest, WIDTH - margin.len()).or_else(|| break_before(rest, rest.len()));
+        // Where nothing within the width admits a break, the first place behind it.
+        let found = (WIDTH - margin.len()..=rest.len()).find_map(|width| break_before(rest, width));
         let Some(at) = found else { break };
         out.push_str(&format!("{margin}{}\n", &rest[..at]));
         rest = &rest[at + 1..];
