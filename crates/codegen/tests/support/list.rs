@@ -36,7 +36,7 @@ fn observer() -> DriveObserver<f64> {
     let gains = ObserverGains {
         angle: [0.03, 3e-4, -9e-6],
         velocity: [3.7, 0.07, 4e-3],
-        torque: [-0.1, -3e-3, -3e-4],
+        torque: [-0.1, 0.0, 0.0],
         tacho: [2.3, 0.14, 2e-3],
         ..ObserverGains::default()
     };
