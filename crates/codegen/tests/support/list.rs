@@ -31,16 +31,21 @@ fn rendered() -> Friction<f64> {
     Bristles::default().under(Stribeck { kinetic_torque: 0.12, ..Stribeck::default() })
 }
 
-/// Gains of the size that a design gives.
+/// Gains of a stationary Kalman filter at this tick.
 fn observer() -> DriveObserver<f64> {
     let gains = ObserverGains {
-        angle: [0.03, 3e-4, -9e-6],
-        velocity: [3.7, 0.07, 4e-3],
-        torque: [-0.1, 0.0, 0.0],
-        tacho: [2.3, 0.14, 2e-3],
+        angle: [0.1, 4e-5, 3e-6],
+        twist: [-0.028, 4e-6, 1.3e-5],
+        motor_velocity: [15.0, 0.029, 4e-3],
+        velocity: [23.0, 0.011, 5e-3],
+        torque: [-2.1, -2e-3, -1e-3],
+        offset: [-0.011, -6e-6, 2e-4],
+        tacho: [13.0, 0.028, 5e-3],
+        acceleration: [0.024, 8e-5, 0.97],
+        acceleration_rate: [745.0, 5.8, 961.0],
         ..ObserverGains::default()
     };
-    let accelerometer = AccelerationSensor { flow: [[0.8, 1e-4, 0.2], [-2e3, 0.6, 2e3]], ..AccelerationSensor::default() };
+    let accelerometer = AccelerationSensor { flow: [[0.79, 6.8e-5, 0.21], [-2.7e3, 0.19, 2.7e3]], ..AccelerationSensor::default() };
     DriveObserver { model: believed(), steps: 2, tacho_share: 0.2, accelerometer, gains }
 }
 

@@ -216,6 +216,15 @@ impl<T: Scalar> DriveObserver<T> {
             state.acceleration_rate = rate[0] * a + rate[1] * v + rate[2] * felt;
             passenger(&middle, dt);
         }
+        // What no machine does is forgotten: the next measurement is taken as it is.
+        let mut sane = T::of(0.0).le(T::of(0.0));
+        state.map(&mut |number: T| {
+            sane = sane & number.abs().lt(T::of(1e9));
+            number
+        });
+        state.started = sane.select(T::of(1.0), T::of(0.0));
+        let fresh = self.begin(input);
+        *state = state.merge(&fresh, &mut |kept, new| sane.select(kept, new));
         estimate
     }
 

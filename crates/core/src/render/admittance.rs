@@ -93,10 +93,10 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         });
         // A corrected angle moves the load, not the virtual one.
         load.lead += before - estimate.angle;
-        state.virtual_velocity = load.velocity;
-        state.virtual_lead = load.lead;
-        state.desired_deflection = load.deflection;
-        state.virtual_resistance = load.resistance;
+        state.virtual_velocity = nan_to_zero(load.velocity);
+        state.virtual_lead = nan_to_zero(load.lead);
+        state.desired_deflection = nan_to_zero(load.deflection);
+        state.virtual_resistance = nan_to_zero(load.resistance);
         let limit = self.torque_limit;
         let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
             self.advance(&mut load, middle.coupling_torque, middle.velocity, h);

@@ -69,7 +69,7 @@ impl<T: Scalar> Block<T> for BristleDifference<T> {
         self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
             desired_deflection = slide(desired, desired_deflection, middle.velocity, h).0;
         });
-        state.desired_deflection = desired_deflection;
+        state.desired_deflection = nan_to_zero(desired_deflection);
         let limit = self.torque_limit;
         let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
             let (end, torque) = slide(desired, desired_deflection, middle.velocity, h);
