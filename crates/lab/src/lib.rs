@@ -31,6 +31,6 @@ pub mod watch;
 pub mod workflow;
 
 pub use error::Error;
-pub use preset::{LawChoice, Model, Preset, Residual, Settings, Tracking};
+pub use preset::{Doubt, LawChoice, Model, Preset, Residual, Settings, Tracking};
 pub use summary::Summary;
 pub use watch::Watch;

@@ -66,6 +66,29 @@ pub struct Model<T> {
     pub own: Stribeck<T>,
     /// The bristles under it, as a presliding measurement shows them: for the laws that render presliding.
     pub own_bristles: Bristles<T>,
+    /// How far the machine may be from all this.
+    pub doubt: Doubt<T>,
+}
+
+/// What may be wrong with a belief: the law that the bench picks by itself must bear it. The defaults are what a careful
+/// identification leaves; a calibration of the bench replaces them by what it found.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Doubt<T> {
+    /// Torque of the drive per torque of the load motor, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 4e-3)]
+    pub drive_torque: T,
+    /// Load inertia, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
+    pub load_inertia: T,
+    /// Breakaway and kinetic torque of the own friction, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
+    pub friction: T,
+    /// Ripple of the own friction over a turn of the screw, as a share: no characteristic contains it.
+    #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
+    pub ripple: T,
+    /// Stiffness of the own bristles, as a share.
+    #[field(unit = "1", range = 0.0..=0.9, default = 0.25)]
+    pub bristle_stiffness: T,
 }
 
 /// How the bench runs.
@@ -132,7 +155,7 @@ pub struct Residual<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Tracking<T> {
     /// Bandwidth, critically damped.
-    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 250.0)]
+    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 350.0)]
     pub bandwidth: T,
     /// How fast the torque that the model lacks wanders: more follows a friction that is off, less lets less noise
     /// through.

@@ -13,8 +13,8 @@ pub const LAWS: &[(&str, LawChoice<f64>)] = &[
     ("bristle", LawChoice::Bristle),
     ("residual", LawChoice::Residual(Residual { missing_torque: 0.03 })),
     ("residual_slow", LawChoice::Residual(Residual { missing_torque: 0.01 })),
-    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 250.0, missing_torque: 0.1 })),
-    ("admittance_slow", LawChoice::Admittance(Tracking { bandwidth: 250.0, missing_torque: 0.02 })),
+    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 350.0, missing_torque: 0.1 })),
+    ("admittance_slow", LawChoice::Admittance(Tracking { bandwidth: 350.0, missing_torque: 0.02 })),
 ];
 
 /// The law that all others are held against.

@@ -1,8 +1,8 @@
 //! The law that a bench picks by itself, before it renders.
 //!
-//! It has no machine to compare with, so it simulates one: the machine that it believes in, off by what may be wrong with
-//! that belief. On it every law is compared as the benchmark does, and the one with the least error is taken. The
-//! errors that this predicts are part of the answer.
+//! It has no machine to compare with, so it simulates two: the machine that it believes in, off by its doubt to either
+//! side. On them every law is compared as the benchmark does, and the one with the least error is taken. The errors that
+//! this predicts are part of the answer.
 
 use std::f64::consts::TAU;
 
@@ -20,25 +20,8 @@ use super::{Cell, Mismatch, Role, Runs, Score, scores};
 use crate::preset::{LawChoice, Model, Settings};
 use crate::{Error, Preset, Watch, design};
 
-/// Seeds of the simulations, which no comparison uses.
-const SEEDS: [u64; 2] = [2001, 2002];
-
-/// What may be wrong with a belief that was measured well: friction lower by 4 % with a ripple of 4 % at the pitch,
-/// bristles softer by a quarter, drive torque 0.4 % less.
-const DOUBT: Mismatch = Mismatch {
-    name: "doubt",
-    machine: |plant| plant.servo.torque_per_volt *= 0.996,
-    own: |friction| {
-        if let Some(sliding) = sliding_mut(friction) {
-            sliding.breakaway_torque *= 0.96;
-            sliding.kinetic_torque *= 0.96;
-        }
-        if let Some(bristles) = bristles_mut(friction) {
-            bristles.bristle_stiffness *= 0.75;
-        }
-        friction.position = Position::Ripple(Ripple { amplitude: 0.04, periods: 1.0, phase: 2.0 });
-    },
-};
+/// The sides to which the belief may be off, and the noise seed of each, which no comparison uses.
+const SIDES: [(f64, u64); 2] = [(-1.0, 2001), (1.0, 2002)];
 
 /// A law that was picked, and why.
 #[derive(Clone, Debug)]
@@ -47,8 +30,32 @@ pub struct Pick {
     pub name: &'static str,
     /// The law.
     pub law: LawChoice<f64>,
-    /// What every law is predicted to do, by name.
-    pub predicted: Vec<(&'static str, Vec<Score>)>,
+    /// What every law is predicted to do.
+    pub predicted: Vec<Prediction>,
+}
+
+/// What a law is predicted to do.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// The law's stable name.
+    pub law: &'static str,
+    /// The comparisons on either side of the belief.
+    sides: Vec<Vec<Score>>,
+}
+
+impl Prediction {
+    /// Mean difference over both sides in a measure, as [`Score::difference`]; NaN where one is not stable or the measure
+    /// is not predicted.
+    pub fn difference(&self, measure: &str) -> f64 {
+        let of_side = |side: &Vec<Score>| {
+            side.iter().find(|score| score.measure == measure).map_or(f64::NAN, |score| score.difference)
+        };
+        self.sides.iter().map(of_side).sum::<f64>() / self.sides.len() as f64
+    }
+
+    fn badness(&self) -> f64 {
+        self.sides.iter().flatten().map(badness).sum()
+    }
 }
 
 /// The law for what is believed of the machine and how the bench runs: two minutes of simulated bench time a law, a few
@@ -57,27 +64,29 @@ pub struct Pick {
 /// # Errors
 /// What the design of the software and the integrator refuse.
 pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Error> {
-    let watch = Watch::silent();
-    let cell = believed(model, settings);
-    let candidates: Vec<_> = LAWS.iter().filter(|(name, _)| !has_width(name)).collect();
-    let simulate = |cell: &Cell, role| Runs::simulate(cell, role, CLOSED_LOOP, &SEEDS, processors(), &watch);
-    let (a, a0) = (simulate(&cell, Role::Desired)?, simulate(&cell, Role::Own)?);
-    let mut predicted = Vec::new();
-    for (name, law) in candidates {
-        let mut cell = cell.clone();
-        cell.preset.bench.law = *law;
-        cell.law = design::rendering_law(model, &cell.preset.bench)?;
-        predicted.push((*name, scores(&simulate(&cell, Role::Rendered)?, &a, &a0)));
+    let laws = || LAWS.iter().filter(|(name, _)| !has_width(name));
+    let mut predicted: Vec<_> = laws().map(|&(law, _)| Prediction { law, sides: Vec::new() }).collect();
+    for (side, seed) in SIDES {
+        let cell = believed(model, settings, side);
+        let simulate =
+            |cell: &Cell, role| Runs::simulate(cell, role, CLOSED_LOOP, &[seed], processors(), &Watch::silent());
+        let (a, a0) = (simulate(&cell, Role::Desired)?, simulate(&cell, Role::Own)?);
+        for ((_, law), prediction) in laws().zip(&mut predicted) {
+            let mut cell = cell.clone();
+            cell.preset.bench.law = *law;
+            cell.law = design::rendering_law(model, &cell.preset.bench)?;
+            prediction.sides.push(scores(&simulate(&cell, Role::Rendered)?, &a, &a0));
+        }
     }
-    let sum = |scores: &[Score]| scores.iter().map(badness).sum::<f64>();
-    let best = predicted.iter().min_by(|(_, a), (_, b)| sum(a).total_cmp(&sum(b))).map(|(name, _)| *name);
+    let best = predicted.iter().min_by(|a, b| a.badness().total_cmp(&b.badness())).map(|best| best.law);
     let &(name, law) = LAWS.iter().find(|(name, _)| Some(*name) == best).unwrap_or(&LAWS[0]);
     Ok(Pick { name, law, predicted })
 }
 
-/// The machine that is believed in, as one to simulate, off by [`DOUBT`].
-fn believed(model: &Model<f64>, settings: &Settings<f64>) -> Cell {
-    let scaling = &model.scaling;
+/// The machine that is believed in, as one to simulate, off by the doubt to one side. A has the desired friction all the
+/// same.
+fn believed(model: &Model<f64>, settings: &Settings<f64>, side: f64) -> Cell {
+    let (scaling, doubt) = (&model.scaling, &model.doubt);
     let tacho_lag = (model.drive_lag - model.servo_lag).max(1e-5);
     let mut plant = Plant {
         drive: model.drive,
@@ -112,7 +121,19 @@ fn believed(model: &Model<f64>, settings: &Settings<f64>) -> Cell {
     };
     plant.wheel.preload = 0.0;
     plant.wheel.friction = Friction::default();
+    plant.servo.torque_per_volt *= 1.0 + side * doubt.drive_torque;
+    plant.drive.load_inertia *= 1.0 + side * doubt.load_inertia;
+    let own = &mut plant.screw_friction;
+    if let Some(sliding) = sliding_mut(own) {
+        sliding.breakaway_torque *= 1.0 + side * doubt.friction;
+        sliding.kinetic_torque *= 1.0 + side * doubt.friction;
+    }
+    if let Some(bristles) = bristles_mut(own) {
+        // A quarter less or a third more: what is unknown is a factor.
+        bristles.bristle_stiffness *= libm::pow(1.0 - doubt.bristle_stiffness, -side);
+    }
+    own.position = Position::Ripple(Ripple { amplitude: doubt.ripple, periods: 1.0, phase: 2.0 });
     let preset = Preset { plant, model: *model, bench: *settings };
     let desired = settings.desired_bristles.under(settings.desired);
-    Cell { preset, desired, mismatch: DOUBT, law: Law::Off }
+    Cell { preset, desired, mismatch: Mismatch::PERFECT, law: Law::Off }
 }

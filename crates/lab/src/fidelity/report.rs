@@ -36,6 +36,7 @@ impl Outcome {
                 ("scenario", score.measure.into()),
                 ("auto", row.auto.into()),
                 ("difference", score.difference.into()),
+                ("predicted", row.predicted.into()),
                 ("ci95", interval(score.ci95)),
                 ("excess", score.excess.into()),
                 ("excess_ci95", interval(score.excess_ci95)),
@@ -79,6 +80,10 @@ impl Outcome {
                     let name = if of_law[0].auto { format!("{} (auto)", of_law[0].law) } else { of_law[0].law.into() };
                     let differences = of_law.iter().map(|row| shown(row, row.score.difference).into());
                     table = table.row([name.into()].into_iter().chain(differences));
+                    if of_law[0].auto {
+                        let predicted = of_law.iter().map(|row| shown(row, row.predicted).into());
+                        table = table.row(["predicted".into()].into_iter().chain(predicted));
+                    }
                 }
                 Some((caption, table))
             })
@@ -104,7 +109,8 @@ impl Outcome {
             "The same controller, reference and noise on a machine that truly has the desired friction, and on the bench \
              that renders it. Angles: RMS difference of the two over the RMS difference without rendering, so that 0 is \
              indistinguishable and 100 % is nothing rendered. Limit cycles: amplitude, interval, number of breakaways. The \
-             floor is what other noise does to the true machine: a difference below it says nothing.",
+             floor is what other noise does to the true machine: a difference below it says nothing. Predicted is what the \
+             bench expects of the law that it picks (auto), before it runs and without knowing the mismatch.",
         );
         self.tables().into_iter().fold(report, |report, (title, table)| report.table(table.caption(title)))
     }

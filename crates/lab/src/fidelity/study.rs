@@ -7,7 +7,7 @@ use stickslip_core::plant::Plant;
 use super::law::{AUTO, PAPER, best_width, has_width, search_references, search_runs, with_law};
 use super::machine::machine;
 use super::scenario::CLOSED_LOOP;
-use super::{Bed, Cell, Group, LAWS, Mismatch, Plan, Role, Runs, Scenario, Score, Trace, pick_law, scores};
+use super::{Bed, Cell, Group, LAWS, Mismatch, Pick, Plan, Role, Runs, Scenario, Score, Trace, pick_law, scores};
 use crate::{Error, Watch};
 
 /// One number of the benchmark.
@@ -25,6 +25,9 @@ pub struct Row {
     pub mismatch: &'static str,
     /// Whether the bench picked this law by itself.
     pub auto: bool,
+    /// The difference that the bench predicts before the run; NaN for laws that it does not pick from and what is not in
+    /// closed loop.
+    pub predicted: f64,
     /// Half width of the fade-out that was found best for the law [rad/s]; NaN for laws without one.
     pub fade_velocity: f64,
     /// The numbers.
@@ -114,7 +117,7 @@ struct Work<'a> {
     /// The group before, its A and its runs.
     desired: Option<(Group, Plant<f64>, Runs)>,
     /// What was picked: by preset, wheel and rate, for the belief knows no mismatch.
-    picked: Vec<(Group, &'static str)>,
+    picked: Vec<(Group, Pick)>,
 }
 
 impl Work<'_> {
@@ -126,20 +129,20 @@ impl Work<'_> {
         scenarios.len() * seeds.len() * (2 + group.laws.len()) + search
     }
 
-    /// The name of the law that the bench picks, from what it believes of the machine; none where nobody asks.
-    fn picked(&mut self, group: &Group, cell: &Cell) -> Result<&'static str, Error> {
+    /// The law that the bench picks from what it believes of the machine; none where nobody asks.
+    fn picked(&mut self, group: &Group, cell: &Cell) -> Result<Option<Pick>, Error> {
         if !group.laws.iter().any(|law| law == AUTO) {
-            return Ok("");
+            return Ok(None);
         }
         let alike = |(other, _): &&(Group, _)| {
             (&other.preset, other.wheel, other.rate) == (&group.preset, group.wheel, group.rate)
         };
-        if let Some((_, name)) = self.picked.iter().find(alike) {
-            return Ok(name);
+        if let Some((_, pick)) = self.picked.iter().find(alike) {
+            return Ok(Some(pick.clone()));
         }
-        let name = pick_law(&cell.preset.model, &cell.preset.bench)?.name;
-        self.picked.push((group.clone(), name));
-        Ok(name)
+        let pick = pick_law(&cell.preset.model, &cell.preset.bench)?;
+        self.picked.push((group.clone(), pick.clone()));
+        Ok(Some(pick))
     }
 
     fn group(&mut self, group: &Group, keeps: bool, outcome: &mut Outcome) -> Result<(), Error> {
@@ -176,7 +179,8 @@ impl Work<'_> {
             examples = shown(group, &a, &a0);
         }
         let mut references = None;
-        for name in group.resolved(picked) {
+        let auto = picked.as_ref().map_or("", |pick| pick.name);
+        for name in group.resolved(auto) {
             let search = |cell: &Cell| {
                 if references.is_none() {
                     references = Some(search_references(cell, *threads, &done)?);
@@ -185,7 +189,8 @@ impl Work<'_> {
             };
             let cell = with_law(&cell, name, search)?;
             let b = run(&cell, Role::Rendered)?;
-            let auto = name == picked;
+            let auto = name == auto;
+            let prediction = picked.as_ref().and_then(|pick| pick.predicted.iter().find(|other| other.law == name));
             for example in &mut examples {
                 if let (true, Some(k)) = (auto || name == PAPER, index(&b, example.scenario)) {
                     example.b.push((name, b.traces[k][0].clone()));
@@ -199,6 +204,7 @@ impl Work<'_> {
                 rate: group.rate,
                 mismatch: group.mismatch.name,
                 auto,
+                predicted: prediction.map_or(f64::NAN, |prediction| prediction.difference(score.measure)),
                 fade_velocity,
                 score,
             }));
