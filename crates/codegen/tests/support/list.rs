@@ -46,7 +46,8 @@ fn observer() -> DriveObserver<f64> {
         ..ObserverGains::default()
     };
     let accelerometer = AccelerationSensor { flow: [[0.79, 6.8e-5, 0.21], [-2.7e3, 0.19, 2.7e3]], ..AccelerationSensor::default() };
-    DriveObserver { model: believed(), steps: 2, tacho_share: 0.2, accelerometer, gains }
+    let fast_gains = ObserverGains { tacho: [20.0, 1e-3, 6e-3], ..gains };
+    DriveObserver { model: believed(), steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
 }
 
 fn element(model: Model<f64>) -> FrictionElement<f64> {

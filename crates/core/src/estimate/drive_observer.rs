@@ -57,7 +57,8 @@ pub struct ObserverGains<T> {
 ///
 /// The gains are those of a stationary Kalman filter for the linear drive with an unknown torque on the load
 /// (`stickslip::design::drive_observer`): what the believed friction lacks, as long as it wanders slowly. Presliding lies
-/// below a count of most encoders; what shows it is the model.
+/// below a count of most encoders; what shows it is the model. The ripple of a tacho grows with speed, as no filter with
+/// constant gains can know: there are two sets, and the speed shares them out.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct DriveObserver<T> {
     /// The drive, prepared for a step.
@@ -70,8 +71,13 @@ pub struct DriveObserver<T> {
     pub tacho_share: T,
     /// The accelerometer.
     pub accelerometer: AccelerationSensor<T>,
-    /// Correction by the measurements.
+    /// Correction by the measurements at standstill.
     pub gains: ObserverGains<T>,
+    /// Correction at high speed, where the commutator's ripple spoils the tacho.
+    pub fast_gains: ObserverGains<T>,
+    /// Speed at which the correction is half way from the one to the other.
+    #[field(symbol = "Ω_r", unit = "rad/s", range = 1e-3..=1e6, default = 1e3)]
+    pub ripple_velocity: T,
 }
 
 /// What the observer expects at the next tick.
@@ -150,7 +156,9 @@ impl<T: Scalar> DriveObserver<T> {
             finite_or(input.acceleration, state.acceleration + state.offset) - state.acceleration - state.offset,
         ];
         let by = |gain: [T; 3]| gain[0] * error[0] + gain[1] * error[1] + gain[2] * error[2];
-        let gains = &self.gains;
+        let ratio = state.drive.velocity / self.ripple_velocity;
+        let slow = T::of(1.0) / (T::of(1.0) + ratio * ratio);
+        let gains = self.gains.merge(&self.fast_gains, &mut |at_rest, fast| fast + slow * (at_rest - fast));
         let drive = &mut state.drive;
         drive.angle += by(gains.angle);
         drive.twist += by(gains.twist);

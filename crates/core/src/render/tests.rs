@@ -34,7 +34,9 @@ fn observer() -> DriveObserver<f64> {
         tacho: [13.0, 0.028, 0.0],
         ..Default::default()
     };
-    DriveObserver { model, steps: 2, tacho_share: 0.2, accelerometer: AccelerationSensor::default(), gains }
+    let fast_gains = ObserverGains { tacho: [20.0, 1e-3, 0.0], ..gains };
+    let accelerometer = AccelerationSensor::default();
+    DriveObserver { model, steps: 2, tacho_share: 0.2, accelerometer, gains, fast_gains, ripple_velocity: 2.0 }
 }
 
 fn laws() -> [(&'static str, Law<f64>); 5] {
@@ -168,7 +170,8 @@ fn what_is_no_number_reaches_neither_the_motor_nor_the_state() {
 #[test]
 fn an_observer_that_diverges_begins_anew_before_it_leaves_the_numbers() {
     let stable = observer();
-    let unstable = DriveObserver { gains: stable.gains.map(&mut |gain: f64| -30.0 * gain), ..stable };
+    let gains = stable.gains.map(&mut |gain: f64| -30.0 * gain);
+    let unstable = DriveObserver { gains, fast_gains: gains, ..stable };
     let mut state = DriveObserverState::default();
     let mut begun = 0;
     for _ in 0..5000 {

@@ -1,6 +1,6 @@
 //! The observer with the drive's model inside: its step, and its gains by a stationary Kalman filter.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::DMatrix;
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
@@ -26,6 +26,12 @@ impl Default for Trust {
     }
 }
 
+/// Speed for which the gains at high speed are made [rad/s].
+const FAST: f64 = 30.0;
+
+/// Amplitude of the tacho's ripple at which both sets of gains have the same share, over the deviation at standstill.
+const HALF_WAY: f64 = 1.0;
+
 /// Longest step of the observer's model [s].
 const LONGEST_STEP: f64 = 125e-6;
 
@@ -47,8 +53,10 @@ pub fn drive_observer(
     let dt = settings.tick_time();
     let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(1.0) as usize;
     let observer = believed_drive(model, dt / steps as f64)?;
-    let gains = gains(model, dt, tacho_lag(model), trust)?;
-    Ok(DriveObserver { steps, gains, ..observer })
+    let linear = Linear::new(model, dt, trust)?;
+    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed));
+    let ripple_velocity = (HALF_WAY * slow_tacho(model) / (model.tacho_ripple + 1e-9)).min(1e6);
+    Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
 }
 
 /// Between servo amplifier and tacho what is left of both lags [s].
@@ -71,64 +79,153 @@ pub(super) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObser
         tacho_share: 1.0 - libm::exp(-step / tacho_lag(model)),
         accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
         gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
+        fast_gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
+        ripple_velocity: 1.0,
     })
 }
 
-/// Gains of the stationary filter: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
-fn gains(model: &Model<f64>, dt: f64, tacho_lag: f64, trust: &Trust) -> Result<ObserverGains<f64>, Error> {
-    let drive = &model.drive;
-    let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
-    let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
-    let omega = TAU * model.accelerometer_bandwidth;
-    let ratio = drive.carriage_ratio();
-    let mut a = DMatrix::<f64>::zeros(STATES, STATES);
-    a[(0, 3)] = 1.0;
-    (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
-    (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
-    (a[(3, 1)], a[(3, 2)], a[(3, 3)], a[(3, 4)]) = (c * per_load, d * per_load, -d * per_load, -per_load);
-    (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
-    a[(7, 8)] = 1.0;
-    // The sensor feels the load's acceleration: its row of the rates.
-    for column in 0..STATES {
-        a[(8, column)] = omega * omega * ratio * a[(3, column)];
+/// Deviation of the tacho's readings at standstill [rad/s].
+fn slow_tacho(model: &Model<f64>) -> f64 {
+    libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho
+}
+
+/// The linear drive over a tick: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
+struct Linear {
+    /// What becomes of each state.
+    phi: DMatrix<f64>,
+    /// What encoder, tacho and accelerometer show of it.
+    shown: DMatrix<f64>,
+    /// Covariance of what is added to the states.
+    q: DMatrix<f64>,
+}
+
+impl Linear {
+    fn new(model: &Model<f64>, dt: f64, trust: &Trust) -> Result<Self, Error> {
+        let drive = &model.drive;
+        let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
+        let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
+        let omega = TAU * model.accelerometer_bandwidth;
+        let ratio = drive.carriage_ratio();
+        let tacho_lag = tacho_lag(model);
+        let mut a = DMatrix::<f64>::zeros(STATES, STATES);
+        a[(0, 3)] = 1.0;
+        (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
+        (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
+        (a[(3, 1)], a[(3, 2)], a[(3, 3)], a[(3, 4)]) = (c * per_load, d * per_load, -d * per_load, -per_load);
+        (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
+        a[(7, 8)] = 1.0;
+        // The sensor feels the load's acceleration: its row of the rates.
+        for column in 0..STATES {
+            a[(8, column)] = omega * omega * ratio * a[(3, column)];
+        }
+        a[(8, 7)] -= omega * omega;
+        a[(8, 8)] -= 2.0 * model.accelerometer_damping * omega;
+
+        let mut noise = DMatrix::<f64>::zeros(STATES, STATES);
+        noise[(2, 2)] = (trust.motor_torque * per_motor).powi(2);
+        noise[(4, 4)] = trust.missing_torque.powi(2);
+        noise[(5, 5)] = trust.offset.powi(2);
+        // One-sided density S: white noise of S²/2.
+        noise[(8, 8)] = 0.5 * (omega * omega * model.accelerometer_noise).powi(2);
+        let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
+        let (half, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), 0.5 * dt)?;
+        // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
+        let q = (&noise + 4.0 * &half * &noise * half.transpose() + &phi * &noise * phi.transpose()) * (dt / 6.0);
+
+        let mut shown = DMatrix::<f64>::zeros(3, STATES);
+        shown[(0, 0)] = 1.0;
+        shown[(1, 6)] = 1.0;
+        (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
+        Ok(Linear { phi, shown, q })
     }
-    a[(8, 7)] -= omega * omega;
-    a[(8, 8)] -= 2.0 * model.accelerometer_damping * omega;
 
-    let mut noise = DMatrix::<f64>::zeros(STATES, STATES);
-    noise[(2, 2)] = (trust.motor_torque * per_motor).powi(2);
-    noise[(4, 4)] = trust.missing_torque.powi(2);
-    noise[(5, 5)] = trust.offset.powi(2);
-    // One-sided density S: white noise of S²/2.
-    noise[(8, 8)] = 0.5 * (omega * omega * model.accelerometer_noise).powi(2);
-    let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
-    let (half, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), 0.5 * dt)?;
-    // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
-    let q = (&noise + 4.0 * &half * &noise * half.transpose() + &phi * &noise * phi.transpose()) * (dt / 6.0);
+    /// Gains of the stationary filter at a speed [rad/s].
+    fn gains(&self, model: &Model<f64>, speed: f64) -> Result<ObserverGains<f64>, Error> {
+        let deviations = [
+            TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
+            libm::hypot(slow_tacho(model), model.tacho_ripple * speed * FRAC_1_SQRT_2),
+            CONVERTER_NOISE / model.scaling.accelerometer,
+        ];
+        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
+        let filter = kalman_filter(&self.phi, &self.shown, &self.q, &r)?;
+        let row = |i: usize| [filter.gain[(i, 0)], filter.gain[(i, 1)], filter.gain[(i, 2)]];
+        Ok(ObserverGains {
+            angle: row(0),
+            twist: row(1),
+            motor_velocity: row(2),
+            velocity: row(3),
+            torque: row(4),
+            offset: row(5),
+            tacho: row(6),
+            acceleration: row(7),
+            acceleration_rate: row(8),
+            current: 0.3,
+        })
+    }
+}
 
-    let mut shown = DMatrix::<f64>::zeros(3, STATES);
-    shown[(0, 0)] = 1.0;
-    shown[(1, 6)] = 1.0;
-    (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
-    let scaling = &model.scaling;
-    let deviations = [
-        TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
-        libm::hypot(model.tacho_noise, CONVERTER_NOISE) / scaling.tacho,
-        CONVERTER_NOISE / scaling.accelerometer,
-    ];
-    let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
-    let filter = kalman_filter(&phi, &shown, &q, &r)?;
-    let row = |i: usize| [filter.gain[(i, 0)], filter.gain[(i, 1)], filter.gain[(i, 2)]];
-    Ok(ObserverGains {
-        angle: row(0),
-        twist: row(1),
-        motor_velocity: row(2),
-        velocity: row(3),
-        torque: row(4),
-        offset: row(5),
-        tacho: row(6),
-        acceleration: row(7),
-        acceleration_rate: row(8),
-        current: 0.3,
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::parameters::presets;
+    use stickslip_core::fields::Fields as _;
+
+    /// Largest magnitude of a pole of the observer's error with the gains of a speed over the ripple velocity.
+    fn slowest_pole(linear: &Linear, observer: &DriveObserver<f64>, ratio: f64) -> f64 {
+        let share = 1.0 / (1.0 + ratio * ratio);
+        let gains = observer.gains.merge(&observer.fast_gains, &mut |slow, fast| fast + share * (slow - fast));
+        let rows = [
+            gains.angle,
+            gains.twist,
+            gains.motor_velocity,
+            gains.velocity,
+            gains.torque,
+            gains.offset,
+            gains.tacho,
+            gains.acceleration,
+            gains.acceleration_rate,
+        ];
+        let gain = DMatrix::from_fn(STATES, 3, |row, column| rows[row][column]);
+        let error = &linear.phi * (DMatrix::identity(STATES, STATES) - gain * &linear.shown);
+        error.complex_eigenvalues().iter().map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_error_dies_out_at_every_speed() {
+        for name in ["clm-bench", "prototype", "clm-real"] {
+            let mut preset: Preset<f64> = presets::find(name).expect("a preset").read().expect("a sound one");
+            preset.model.tacho_ripple = 0.02;
+            for rate in [1000.0, 4000.0, 10_000.0] {
+                preset.bench.tick_rate = rate;
+                let (model, dt, trust) = (&preset.model, 1.0 / rate, Trust { missing_torque: 0.1, ..Trust::default() });
+                let linear = Linear::new(model, dt, &trust).expect("a linear drive");
+                let observer = drive_observer(model, &preset.bench, &trust).expect("an observer");
+                for ratio in [0.0, 0.3, 1.0, 3.0, 10.0, 1e6] {
+                    let pole = slowest_pole(&linear, &observer, ratio);
+                    assert!(pole < 1.0, "{name} at {rate} Hz, {ratio} of the ripple velocity: {pole}");
+                }
+                // The guard fires: nothing holds an observer that listens to no encoder.
+                let deaf = ObserverGains::default();
+                let deaf = DriveObserver { gains: deaf, fast_gains: deaf, ..observer };
+                assert!(slowest_pole(&linear, &deaf, 0.0) > 0.999_999);
+            }
+        }
+    }
+
+    #[test]
+    fn the_tacho_counts_for_less_where_it_ripples() {
+        let mut preset: Preset<f64> = presets::find("prototype").expect("a preset").read().expect("a sound one");
+        let observer = |preset: &Preset<f64>| {
+            drive_observer(&preset.model, &preset.bench, &Trust::default()).expect("an observer")
+        };
+        preset.model.tacho_ripple = 0.0;
+        let smooth = observer(&preset);
+        assert_eq!(smooth.gains, smooth.fast_gains);
+        preset.model.tacho_ripple = 0.01;
+        let rippled = observer(&preset);
+        assert_eq!(rippled.gains, smooth.gains);
+        let [slow, fast] = [rippled.gains, rippled.fast_gains].map(|gains| gains.motor_velocity[1].abs());
+        assert!(fast < 0.05 * slow, "{fast} against {slow}");
+    }
 }

@@ -36,6 +36,7 @@ pub fn rendering_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Law
         LawChoice::Bristle => {
             let mut observer = observer(Trust::default().missing_torque)?;
             observer.gains.torque = [0.0; 3];
+            observer.fast_gains.torque = [0.0; 3];
             bristle(observer)
         }
         LawChoice::Residual(residual) => bristle(observer(residual.missing_torque)?),
