@@ -74,6 +74,13 @@ pub(super) fn fit(
     Ok(Solution { coordinates, uncertainty, segments, setting })
 }
 
+/// Moves the segments' own numbers to where they are best.
+fn settle(segments: &mut [Segment], blocks: &[Block]) {
+    for (segment, block) in segments.iter_mut().zip(blocks) {
+        block.move_own(&Vector::zeros(), &mut segment.own);
+    }
+}
+
 /// Levenberg and Marquardt, in the parameters; the segments' own numbers, which are linear, follow exactly.
 fn descend(
     coordinates: &mut [f64; PARAMETERS],
@@ -84,9 +91,7 @@ fn descend(
     tell: &dyn Fn(usize) -> Result<(), Error>,
 ) -> Result<(), Error> {
     // The own numbers first, at the parameters of the start.
-    for segment in segments.iter_mut() {
-        Block::of(coordinates, segment, setting, noises).move_own(&Vector::zeros(), &mut segment.own);
-    }
+    settle(segments, &blocks(coordinates, segments, setting, noises));
     let mut now = blocks(coordinates, segments, setting, noises);
     let mut damping = 1e-3;
     for step in 0..steps {
@@ -108,7 +113,8 @@ fn descend(
         if reached <= cost * (1.0 + 1e-10) {
             *coordinates = next;
             segments.clone_from_slice(&trial);
-            now = candidate;
+            settle(segments, &candidate);
+            now = blocks(coordinates, segments, setting, noises);
             damping *= 0.1;
             // A fall of less than 1e-3 of a standard deviation's worth moves nothing that matters.
             if cost - reached < 1e-3 {

@@ -95,9 +95,9 @@ impl Block {
         Block { triangle: triangle.finish(), own: owned }
     }
 
-    /// Sum of squares.
+    /// Sum of squares once its own numbers are where they are best.
     pub(super) fn cost(&self) -> f64 {
-        self.triangle.column(self.triangle.ncols() - 1).norm_squared()
+        self.reduced().map(|row| row[PARAMETERS] * row[PARAMETERS]).sum()
     }
 
     /// What it says of the parameters alone: rows over them and the right side.
