@@ -18,12 +18,19 @@
 //! servo amplifier and tacho behind it.
 
 mod fit;
+mod identified;
+mod least_squares;
+mod noise;
 mod outcome;
 mod parameters;
 mod record;
 mod response;
+mod segment;
+mod tacho_ripple;
+mod uncertainty;
 
-pub use outcome::{Calibration, Identified, Trace};
+pub use identified::Identified;
+pub use outcome::{Calibration, Trace};
 pub use record::CalibrationPlan;
 
 use parameters::Index;
@@ -65,11 +72,10 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     let mut segments = turning?;
     let curve = measure_friction(&friction_plan(), bench, false, watch)?;
     let rubbed = curve.fit()?.curve();
-    segments.iter_mut().for_each(|segment| segment.count_drop(&rubbed, dt));
     segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);
     let last = bench.step(Command::default())?.cycle;
 
-    let setting = fit::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0 };
+    let setting = segment::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0, rubbed };
     let start = parameters::coordinates(&parameters::start(&model));
     let solution = fit::fit(start, segments, setting, rough(&model), watch)?;
     let at = parameters::values(&solution.coordinates);

@@ -1,52 +1,22 @@
 //! What a calibration found out, as numbers with their uncertainty, and as what the software is to believe from now on.
 
-use super::fit::{LEAD_IN, Solution};
-use super::parameters::{Index, PARAMETERS, SOUGHT, start, values};
-use super::response::{CHANNELS, Regime};
+use super::fit::Solution;
+use super::identified::{self, Identified, remedy};
+use super::parameters::{Index, sloped, values};
+use super::response::CHANNELS;
+use super::segment::{LEAD_IN, residuals};
+use super::uncertainty::Known;
 use crate::experiment::FrictionCurve;
-use crate::fit::{PARAMETERS as OWN, StribeckFit};
+use crate::fit::{StribeckFit, student_t95};
 use crate::preset::Model;
-use crate::quantity::{Estimate, NORMAL95, number};
+use crate::quantity::number;
 
-/// Standard uncertainty over the value beyond which a number is not believed.
-const UNKNOWN: f64 = 0.25;
 /// Standard uncertainties that a ripple or a difference of directions must have to be told of.
 const SIGNIFICANT: f64 = 4.0;
 /// How far the simulation may miss the encoder, over what its counts explain.
 const EXPLAINED: f64 = 1.2;
 /// Time that is drawn [s].
 const DRAWN: f64 = 0.06;
-
-/// A number that was identified.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Identified {
-    /// Stable name.
-    pub key: &'static str,
-    /// In words, with its symbol.
-    pub words: &'static str,
-    /// Unit as in a field.
-    pub unit: &'static str,
-    /// What was believed before; NaN where nothing was.
-    pub believed: f64,
-    /// Estimate.
-    pub value: f64,
-    /// Standard uncertainty.
-    pub standard_uncertainty: f64,
-    /// Ends of the 95 % interval.
-    pub ci95: [f64; 2],
-}
-
-impl Identified {
-    /// Whether the data tell it.
-    pub fn known(&self) -> bool {
-        self.standard_uncertainty <= UNKNOWN * self.value.abs() || self.key.ends_with("offset")
-    }
-
-    /// With half the width of its interval.
-    pub fn estimate(&self) -> Estimate {
-        Estimate::new(self.value, self.unit).with_half_width(0.5 * (self.ci95[1] - self.ci95[0]))
-    }
-}
 
 /// A piece of a channel: measured, and as the fitted model predicts it.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,13 +60,13 @@ impl Calibration {
         own: StribeckFit,
         duration: f64,
     ) -> Self {
-        let mut identified = drive(believed, solution);
-        identified.extend(friction(believed, &own, &identified[Index::TorquePerVolt as usize]));
+        let mut values = identified::drive(believed, solution);
+        values.extend(identified::friction(believed, &own, &values[Index::TorquePerVolt as usize]));
         let dropped = curve.dropped().filter_map(|plateau| {
             plateau.dropped.map(|reason| format!("At {} rad/s: {reason}", number(plateau.set_velocity, 2)))
         });
         let mut warnings: Vec<String> = dropped.collect();
-        let unknown = identified.iter().filter(|number| !number.known());
+        let unknown = values.iter().filter(|number| !number.known());
         warnings.extend(unknown.map(|number| {
             format!(
                 "Not identifiable: {}, known to {:.0} % only; what was believed stays. {}",
@@ -108,8 +78,8 @@ impl Calibration {
         let traces = traces(solution);
         warnings.extend(unexplained(traces[0].rms, believed.encoder.resolution()));
         let mut calibration = Calibration {
-            model: model(believed, &identified),
-            values: identified,
+            model: identified::model(believed, &values),
+            values,
             curve,
             own,
             traces,
@@ -128,22 +98,23 @@ impl Calibration {
     }
 
     fn tell_ripple(&mut self, solution: &Solution) {
-        let at = values(&solution.coordinates);
-        let [cosine, sine] = [Index::RippleCosine as usize, Index::RippleSine as usize];
-        let amplitude = libm::hypot(at[cosine], at[sine]);
-        let variance = 0.5 * (solution.covariance[(cosine, cosine)] + solution.covariance[(sine, sine)]);
-        let uncertainty = variance.sqrt();
-        if amplitude > SIGNIFICANT * uncertainty {
-            let phase = libm::atan2(at[cosine], at[sine]);
-            self.add("friction_ripple", "ripple of friction over a turn, as a share", "1", amplitude, uncertainty);
-            self.add("friction_ripple_phase", "its phase at the screw's zero", "rad", phase, uncertainty / amplitude);
+        let at = sloped(&solution.coordinates);
+        let [cosine, sine] = [at[Index::RippleCosine as usize], at[Index::RippleSine as usize]];
+        let amplitude = libm::hypot(cosine.value, sine.value);
+        let [known, other] = [cosine, sine].map(|part| solution.known(&part));
+        let known = if known.half > other.half { known } else { other };
+        if amplitude > SIGNIFICANT * known.standard {
+            let phase = libm::atan2(cosine.value, sine.value);
+            let of_phase = Known { standard: known.standard / amplitude, half: known.half / amplitude };
+            self.add("friction_ripple", "ripple of friction over a turn, as a share", "1", amplitude, known);
+            self.add("friction_ripple_phase", "its phase at the screw's zero", "rad", phase, of_phase);
         }
     }
 
     /// Asymmetry and offset of the friction look alike at one speed: half the difference of both levels is told.
     fn tell_directions(&mut self, solution: &Solution) {
         let levels = |positive: bool| -> Vec<f64> {
-            let sliding = solution.segments.iter().filter(|segment| segment.regime != Regime::Stuck);
+            let sliding = solution.segments.iter().filter(|segment| !segment.is_stuck());
             sliding.map(|segment| segment.friction_level()).filter(|level| (*level > 0.0) == positive).collect()
         };
         let mean = |levels: &[f64]| {
@@ -155,90 +126,16 @@ impl Calibration {
         let uncertainty = 0.5 * (up_variance + down_variance).sqrt();
         let offset = 0.5 * (up + down);
         if offset.abs() > SIGNIFICANT * uncertainty {
-            self.add("direction_offset", "friction at high speed, mean of both directions", "N m", offset, uncertainty);
+            let freedom =
+                (solution.segments.iter().filter(|segment| !segment.is_stuck()).count() as f64 - 2.0).max(1.0);
+            let known = Known { standard: uncertainty, half: uncertainty * student_t95(freedom) };
+            self.add("direction_offset", "friction at high speed, mean of both directions", "N m", offset, known);
         }
     }
 
-    fn add(&mut self, key: &'static str, words: &'static str, unit: &'static str, value: f64, uncertainty: f64) {
-        self.values.push(Identified {
-            key,
-            words,
-            unit,
-            believed: f64::NAN,
-            value,
-            standard_uncertainty: uncertainty,
-            ci95: interval(value, uncertainty),
-        });
+    fn add(&mut self, key: &'static str, words: &'static str, unit: &'static str, value: f64, known: Known) {
+        self.values.push(Identified::new(key, words, unit, f64::NAN, value, known));
     }
-}
-
-fn interval(value: f64, uncertainty: f64) -> [f64; 2] {
-    [-NORMAL95, NORMAL95].map(|factor| value + factor * uncertainty)
-}
-
-/// Numbers of the fit of the drive, in the order of [`Index`] up to the brushes; then servo and tacho lag together.
-fn drive(believed: &Model<f64>, solution: &Solution) -> Vec<Identified> {
-    let (before, now) = (start(believed), values(&solution.coordinates));
-    // In no data sheet that the software has.
-    let unstated = [
-        Index::ServoLag,
-        Index::TachoLag,
-        Index::AccelerometerFrequency,
-        Index::AccelerometerDamping,
-        Index::AccelerometerOffset,
-        Index::CurrentOffset,
-        Index::SlidingSlope,
-    ];
-    let number = |i: usize| {
-        let uncertainty = solution.covariance[(i, i)].sqrt();
-        Identified {
-            key: SOUGHT[i].key,
-            words: SOUGHT[i].words,
-            unit: SOUGHT[i].unit,
-            believed: if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] },
-            value: now[i],
-            standard_uncertainty: uncertainty,
-            ci95: interval(now[i], uncertainty),
-        }
-    };
-    let hidden = [Index::RippleCosine, Index::RippleSine, Index::BrushStiffness, Index::BrushDamping];
-    let shown = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
-    let [servo, tacho] = [Index::ServoLag as usize, Index::TachoLag as usize];
-    let c = &solution.covariance;
-    let uncertainty = (c[(servo, servo)] + 2.0 * c[(servo, tacho)] + c[(tacho, tacho)]).sqrt();
-    let lag = now[servo] + now[tacho];
-    let both = Identified {
-        key: "drive_lag",
-        words: "lag of servo and tacho together",
-        unit: "s",
-        believed: believed.drive_lag,
-        value: lag,
-        standard_uncertainty: uncertainty,
-        ci95: interval(lag, uncertainty),
-    };
-    shown.map(number).chain([both]).collect()
-}
-
-/// The Stribeck curve, its torques no surer than the scale of the drive torque.
-fn friction(believed: &Model<f64>, own: &StribeckFit, scale: &Identified) -> Vec<Identified> {
-    let before = &believed.own;
-    let before = [before.breakaway_torque, before.kinetic_torque, before.stribeck_velocity, before.viscous_friction];
-    let share = scale.standard_uncertainty / scale.value;
-    let number = |(k, (key, words, unit)): (usize, &(&'static str, &'static str, &'static str))| {
-        let value = own.parameters[k];
-        let of_scale = if *unit == "rad/s" { 0.0 } else { share * value };
-        let wider = libm::hypot(own.standard_errors[k], of_scale) / own.standard_errors[k];
-        Identified {
-            key,
-            words,
-            unit,
-            believed: before[k],
-            value,
-            standard_uncertainty: wider * own.standard_errors[k],
-            ci95: own.ci95[k].map(|end| value + wider * (end - value)),
-        }
-    };
-    OWN.iter().enumerate().map(number).collect()
 }
 
 /// What to say where the simulation misses the encoder [rad] by more than its counts explain.
@@ -255,56 +152,12 @@ fn unexplained(rms: f64, resolution: f64) -> Option<String> {
     })
 }
 
-/// Which experiment would tell a number.
-fn remedy(key: &str) -> &'static str {
-    match key {
-        "bristle_stiffness" | "bristle_damping" => {
-            "Shake the load longer at rest, or with more of its breakaway torque."
-        }
-        "accelerometer_frequency" | "accelerometer_damping" => "Excite to higher frequencies.",
-        "coupling_damping" | "coupling_stiffness" => "Excite the drive's resonance more: a larger acceleration.",
-        "viscous_friction" | "sliding_slope" => "Let the speed swing more, or measure friction at higher speeds.",
-        _ => "Record longer, or with a larger acceleration.",
-    }
-}
-
-/// What is believed from now on.
-fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
-    let mut model = *believed;
-    let places: [(&str, &mut f64); 17] = [
-        ("torque_per_volt", &mut model.scaling.torque_per_volt),
-        ("tacho", &mut model.scaling.tacho),
-        ("accelerometer", &mut model.scaling.accelerometer),
-        ("motor_inertia", &mut model.drive.motor_inertia),
-        ("load_inertia", &mut model.drive.load_inertia),
-        ("coupling_stiffness", &mut model.drive.coupling_stiffness),
-        ("coupling_damping", &mut model.drive.coupling_damping),
-        ("torque_constant", &mut model.load_motor.torque_constant),
-        ("resistance", &mut model.load_motor.resistance),
-        ("inductance", &mut model.load_motor.inductance),
-        ("drive_lag", &mut model.drive_lag),
-        ("bristle_stiffness", &mut model.own_bristles.stiffness),
-        ("bristle_damping", &mut model.own_bristles.damping),
-        ("breakaway_torque", &mut model.own.breakaway_torque),
-        ("kinetic_torque", &mut model.own.kinetic_torque),
-        ("stribeck_velocity", &mut model.own.stribeck_velocity),
-        ("viscous_friction", &mut model.own.viscous_friction),
-    ];
-    for (key, place) in places {
-        if let Some(number) = numbers.iter().find(|number| number.key == key).filter(|number| number.known()) {
-            *place = number.value;
-        }
-    }
-    model
-}
-
 fn traces(solution: &Solution) -> Vec<Trace> {
     const NAMES: [(&str, &str); CHANNELS] =
         [("angle", "rad"), ("tacho", "V"), ("accelerometer", "V"), ("current of the load motor", "A")];
     let at = values(&solution.coordinates);
-    let sliding = solution.segments.iter().filter(|segment| segment.regime != Regime::Stuck);
-    let left: Vec<_> =
-        sliding.map(|segment| (segment, super::fit::residuals(&at, segment, &solution.setting))).collect();
+    let sliding = solution.segments.iter().filter(|segment| !segment.is_stuck());
+    let left: Vec<_> = sliding.map(|segment| (segment, residuals(&at, segment, &solution.setting))).collect();
     let dt = solution.setting.dt;
     let drawn = (DRAWN / dt) as usize;
     NAMES

@@ -5,7 +5,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 use crate::preset::Model;
 
 /// How many numbers the fit seeks.
-pub(super) const PARAMETERS: usize = 23;
+pub(super) const PARAMETERS: usize = 25;
 
 /// Their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +34,8 @@ pub(super) enum Index {
     BristleDamping,
     BrushStiffness,
     BrushDamping,
+    TachoSine,
+    TachoCosine,
 }
 
 /// A number that is sought.
@@ -83,6 +85,8 @@ pub(super) const SOUGHT: [Sought; PARAMETERS] = [
     // Brushes without bristles have none, which no logarithm reaches.
     signed("brush_stiffness", "bristle stiffness of the brushes", "N m/rad", 1.0),
     signed("brush_damping", "damping of the brushes at rest", "N m s/rad", 1e-2),
+    signed("tacho_sine", "ripple of the tacho, sine", "1", 0.01),
+    signed("tacho_cosine", "ripple of the tacho, cosine", "1", 0.01),
 ];
 
 impl Index {
@@ -122,6 +126,8 @@ pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
         model.own_bristles.damping.max(1e-3),
         1.0,
         0.01,
+        0.0,
+        0.0,
     ]
 }
 

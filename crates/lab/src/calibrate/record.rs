@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
 
-use super::fit::{Sample, Segment};
 use super::response::Regime;
+use super::segment::{Sample, Segment};
 use crate::bench::{Bench, Command, Frame, Traveller};
 use crate::{Error, Watch};
 
@@ -123,7 +123,6 @@ impl Recorder {
                 servo_voltage,
                 winding_voltage: self.gain * amplifier_voltage,
                 angle: frame.angle,
-                drop: 0.0,
                 measured: [
                     0.0,
                     measurement.tacho_voltage,

@@ -6,7 +6,7 @@
 //! ```text
 //! δ̇ = Ω_M − Ω                          τ·Ṁ_M = k_u·u_servo − M_M           L·di/dt = u − R·i + K_L·Ω
 //! J_M·Ω̇_M = M_M − M_C − M_R,M           J_L·Ω̇ = M_C − K_L·i − M_R           φ̇ = Ω
-//! τ_T·ẇ = Ω_M·(1 + r·sin nφ_M) − w                       ȧ = ω·r,   ṙ = ω·(Ω̇ − a − 2ζ·r)
+//! τ_T·ẇ = Ω_M − w                                       ȧ = ω·r,   ṙ = ω·(Ω̇ − a − 2ζ·r)
 //! ```
 //!
 //! with w what the tacho and a what the accelerometer has of the motion, and flow exactly over a tick in which the
@@ -19,8 +19,10 @@ use super::parameters::{Index, PARAMETERS};
 
 /// Twist, velocity of the motor, velocity, current, motor torque, angle, tacho, accelerometer and its rate.
 pub(super) const STATES: usize = 9;
-/// Servo voltage, winding voltage, resistance on the motor, on the load, ripple of the tacho.
-const INPUTS: usize = 5;
+/// Place of the load's velocity among them.
+pub(super) const LOAD_VELOCITY: usize = 2;
+/// Servo voltage, winding voltage, resistance on the motor, on the load.
+const INPUTS: usize = 4;
 /// What is measured: angle [rad], tacho [V], accelerometer [V], current [A].
 pub(super) const CHANNELS: usize = 4;
 
@@ -55,8 +57,6 @@ pub(super) struct Acting<T> {
     pub(super) motor_resistance: T,
     /// The same of the load [N m].
     pub(super) load_resistance: T,
-    /// What the tacho generates besides its share of the velocity, over its constant [rad/s].
-    pub(super) ripple_velocity: T,
 }
 
 impl<T: Scalar> Response<T> {
@@ -90,7 +90,7 @@ impl<T: Scalar> Response<T> {
         (a[4][4], a[4][STATES]) = (-per, get(Index::TorquePerVolt) * per);
         a[5][2] = one;
         let per = one / get(Index::TachoLag);
-        (a[6][1], a[6][6], a[6][STATES + 4]) = (per, -per, per);
+        (a[6][1], a[6][6]) = (per, -per);
         let omega = get(Index::AccelerometerFrequency);
         a[7][8] = omega;
         for column in 0..N {
@@ -111,8 +111,8 @@ impl<T: Scalar> Response<T> {
     /// A tick on.
     #[inline(always)]
     pub(super) fn step(&self, state: &mut [T; STATES], acting: Acting<T>) {
-        let Acting { servo_voltage, winding_voltage, motor_resistance, load_resistance, ripple_velocity } = acting;
-        let inputs = [servo_voltage, winding_voltage, motor_resistance, load_resistance, ripple_velocity];
+        let Acting { servo_voltage, winding_voltage, motor_resistance, load_resistance } = acting;
+        let inputs = [servo_voltage, winding_voltage, motor_resistance, load_resistance];
         let mut sum = [T::of(0.0); STATES];
         for (column, value) in self.columns.iter().zip(state.iter().chain(&inputs)) {
             for row in 0..STATES {
