@@ -138,6 +138,15 @@ fn ticks_that_wander_and_a_gap_show_in_every_machine_and_a_seed_gives_the_same_a
 }
 
 #[test]
+fn a_machine_that_truly_has_the_desired_friction_is_on_its_curve() {
+    let cell = cell(true, Mismatch::PERFECT);
+    let a = runs(&cell, Role::Desired, &[Scenario::CURVE], &[1]);
+    let curve = scores(&a, &a, &a)[0];
+    // Noise of tacho and encoder sways the slowest speeds. Measured: 3e-5.
+    assert!(curve.difference < 1e-4 && curve.floor == curve.difference, "{curve:?}");
+}
+
+#[test]
 fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
     for name in ["prototype", "clm-bench"] {
         let bed = Bed::find(name).unwrap();
