@@ -34,6 +34,40 @@ impl Normals {
     }
 }
 
+/// Channel of the ticks' instants; those below are the instruments'.
+const INSTANTS: u32 = 3;
+
+/// The ticks of a virtual bench whose instants wander: instant k lies ε_k off its place, ε normal and independent, so
+/// that ticks are longer and shorter by ε_(k+1) − ε_k and none is lost. Whole steps of the virtual machine only, and an
+/// instant never passes the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ticks {
+    steps: usize,
+    /// Standard deviation of ε, in steps.
+    spread: f64,
+}
+
+impl Ticks {
+    /// Ticks of `steps` steps of `step` [s]; their instants wander by a standard deviation of `jitter` [s].
+    pub(crate) fn new(steps: usize, step: f64, jitter: f64) -> Self {
+        Ticks { steps, spread: jitter / step }
+    }
+
+    /// How many steps the machine takes in a tick.
+    pub(crate) fn steps(&self, normals: &Normals, cycle: u64) -> usize {
+        if self.spread == 0.0 {
+            return self.steps;
+        }
+        let offset = |cycle| {
+            let [normal, _] = normals.pair(INSTANTS, cycle);
+            // A tick has at least one step, also between one instant late and the next early.
+            let most = ((self.steps - 1) / 2) as f64;
+            libm::round(self.spread * normal).clamp(-most, most) as isize
+        };
+        self.steps.saturating_add_signed(offset(cycle + 1) - offset(cycle))
+    }
+}
+
 /// Ten rounds of Philox 4x32.
 fn philox(counter: [u32; 4], seed: u64) -> [u32; 4] {
     let [mut a, mut b, mut c, mut d] = counter;
@@ -80,5 +114,35 @@ mod tests {
         assert!((200..350).contains(&beyond), "0.27 % lie beyond 3: {beyond}");
         assert_eq!(normals.pair(3, 12), Normals::new(7).pair(3, 12));
         assert_ne!(normals.pair(3, 12), Normals::new(8).pair(3, 12));
+    }
+    #[test]
+    fn instants_wander_by_their_standard_deviation_and_no_tick_is_lost() {
+        let (normals, n) = (Normals::new(7), 40_000);
+        let ticks = Ticks::new(25, 10e-6, 10e-6);
+        let lengths: Vec<usize> = (0..n).map(|cycle| ticks.steps(&normals, cycle)).collect();
+        let (mut instant, mut square, mut of_length) = (0.0, 0.0, 0.0);
+        for &steps in &lengths {
+            instant += (steps as f64 - 25.0) * 10e-6;
+            square += instant * instant / n as f64;
+            of_length += (steps as f64 - 25.0).powi(2) / n as f64;
+        }
+        // Rounding to whole steps adds h²/12; the begin is off by one ε for good. Its own share 1/√n is far less.
+        let begin = libm::round(normals.pair(INSTANTS, 0)[0]) * 10e-6;
+        let jitter = libm::sqrt(square - begin * begin);
+        assert!((jitter / 10.4e-6 - 1.0).abs() < 0.02, "{jitter}");
+        // Neighbours are independent: a length has the variance of two instants.
+        assert!((of_length / (2.0 * 1.083) - 1.0).abs() < 0.03, "{of_length}");
+        let total: usize = lengths.iter().sum();
+        assert!(total.abs_diff(25 * n as usize) <= 24, "{total}");
+    }
+
+    #[test]
+    fn a_tick_has_a_step_however_far_its_instants_wander_and_without_jitter_all_are_equal() {
+        let normals = Normals::new(7);
+        let steps = |ticks: Ticks| (0..10_000).map(move |cycle| ticks.steps(&normals, cycle));
+        let wild = Ticks::new(10, 25e-6, 1e-3);
+        assert_eq!((steps(wild).min(), steps(wild).max()), (Some(2), Some(18)));
+        assert!(steps(Ticks::new(10, 25e-6, 0.0)).all(|steps| steps == 10));
+        assert!(steps(Ticks::new(1, 25e-6, 1e-5)).all(|steps| steps == 1));
     }
 }

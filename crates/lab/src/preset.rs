@@ -189,10 +189,17 @@ impl Settings<f64> {
 }
 
 impl Preset<f64> {
-    /// The virtual machine must be able to take its step.
+    /// The virtual machine must be able to take its step, and the step to show the jitter of the ticks.
     fn check(&self) -> Result<(), ParameterError> {
         let step = self.bench.plant_steps().1;
         self.plant.check_step(step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
+        let jitter = self.plant.tick_jitter;
+        if jitter > 0.0 {
+            let remedy = "Jitter is made of whole steps of the virtual machine: take steps that are at most as long.";
+            at_most("bench.plant_step", step, jitter, remedy).check()?;
+            let remedy = "A tick's instant lies between its neighbours': let it wander less, or tick more slowly.";
+            at_most("plant.tick_jitter", jitter, self.bench.tick_time() / 8.0, remedy).check()?;
+        }
         at_most(
             "bench.fade_velocity",
             self.bench.fade_velocity,
@@ -200,5 +207,25 @@ impl Preset<f64> {
             "The fade-out interval lies within the speeds that the bench may reach.",
         )
         .check()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_jitter_that_the_step_cannot_show_or_the_tick_cannot_bear_is_refused() {
+        let with = |jitter: f64, step: f64| {
+            let mut preset = Preset::<f64>::default();
+            preset.plant.tick_jitter = jitter;
+            preset.bench.plant_step = step;
+            preset.check().map_err(|error| error.field)
+        };
+        // The default tick of 250 µs.
+        assert_eq!(with(0.0, 25e-6), Ok(()));
+        assert_eq!(with(10e-6, 10e-6), Ok(()));
+        assert_eq!(with(10e-6, 25e-6), Err("bench.plant_step"));
+        assert_eq!(with(40e-6, 25e-6), Err("plant.tick_jitter"));
     }
 }

@@ -7,7 +7,7 @@ use stickslip_core::friction::{
     Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
     Stribeck,
 };
-use stickslip_core::plant::{Machine, Plant};
+use stickslip_core::plant::{Backlash, Gap, Machine, Plant};
 use stickslip_core::render::{Admittance, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
@@ -19,6 +19,11 @@ fn machine(model: Model<f64>) -> Machine<f64> {
     let mut plant = Plant::default();
     plant.screw_friction.model = model;
     plant.wheel.preload = 0.5;
+    plant.prepare(10, 25e-6)
+}
+
+fn slack() -> Machine<f64> {
+    let plant = Plant { backlash: Backlash::Gap(Gap { half_width: 1e-3 }), ..Plant::default() };
     plant.prepare(10, 25e-6)
 }
 
@@ -126,4 +131,5 @@ agree!(
     machine(Model::Dahl(Dahl::default())),
     machine(Model::Lugre(LuGre { fading: Fading::Rational(Default::default()), ..LuGre::default() })),
     machine(Model::ElastoPlastic(ElastoPlastic::default())),
+    slack(),
 );

@@ -56,12 +56,15 @@ pub struct MachineState<T> {
     /// Torque of the drive motor.
     #[field(symbol = "M_M", unit = "N m")]
     pub motor_torque: T,
-    /// Torque held against the motor: its friction.
+    /// Torque held against the motor: its friction, less what a gap takes off the coupling.
     #[field(symbol = "M_R,M", unit = "N m")]
     pub motor_resistance: T,
-    /// Torque held against the load: friction, less what acts from outside.
+    /// Torque held against the load: friction and what a gap takes off the coupling, less what acts from outside.
     #[field(symbol = "M_R", unit = "N m")]
     pub load_resistance: T,
+    /// What a gap takes off the coupling, as held.
+    #[field(symbol = "M_G", unit = "N m")]
+    pub lost_torque: T,
     /// Deflection of the motor's bristles.
     #[field(symbol = "z_M", unit = "rad")]
     pub motor_deflection: T,
@@ -178,8 +181,10 @@ impl<T: Scalar> Block<T> for Machine<T> {
         };
         self.flow(state, held, dt);
 
-        let coupling = plant.drive.coupling_stiffness * state.twist
-            + plant.drive.coupling_damping * (state.motor_velocity - state.velocity);
+        let slip = state.motor_velocity - state.velocity;
+        let coupling = plant.drive.coupling_stiffness * state.twist + plant.drive.coupling_damping * slip;
+        // The flow holds the gap's share as it holds friction: at rest, in contact or between, it is a fixed point too.
+        let lost = plant.backlash.lost(&plant.drive, state.twist, slip);
         let mut brushes = [(&plant.motor_friction, T::of(1.0), state.motor_deflection)];
         let motor = Sliding {
             inertia: plant.drive.motor_inertia,
@@ -187,7 +192,7 @@ impl<T: Scalar> Block<T> for Machine<T> {
             angle: state.angle + state.twist,
             load: state.motor_torque,
             held: held.motor_resistance,
-            others: T::of(0.0),
+            others: T::of(0.0) - lost,
         };
         let (arm, arm_velocity) = plant.arm.kick(state.arm_twist, state.arm_velocity, state.velocity, dt);
         let mut contacts = [
@@ -198,9 +203,9 @@ impl<T: Scalar> Block<T> for Machine<T> {
             inertia: plant.drive.load_inertia,
             velocity: state.velocity,
             angle: state.angle,
-            load: coupling,
+            load: coupling - lost,
             held: held.load_resistance,
-            others: ripple - input.external_torque - arm,
+            others: ripple - input.external_torque - arm + lost,
         };
         // Both predictors before both correctors: each chain of dependent operations is long, these are independent.
         let (brush_start, contact_start) = (deflections(&brushes), deflections(&contacts));
@@ -211,6 +216,7 @@ impl<T: Scalar> Block<T> for Machine<T> {
         [(_, _, state.motor_deflection)] = brushes;
         [(_, _, state.screw_deflection), (_, _, state.wheel_deflection)] = contacts;
         state.arm_velocity = arm_velocity;
+        state.lost_torque = lost;
 
         self.flow(state, held, dt);
         Motion {

@@ -4,11 +4,13 @@
 //! [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
 mod arm;
+mod backlash;
 mod machine;
 mod ripple;
 mod stability;
 
 pub use arm::{Arm, ElasticArm};
+pub use backlash::{Backlash, Gap};
 pub use machine::{Machine, MachineInput, MachineState, Motion};
 pub use ripple::{MotorRipple, RippledMotor};
 
@@ -25,6 +27,8 @@ use crate::tick::Measurement;
 pub struct Plant<T> {
     /// Masses, coupling and screw.
     pub drive: TwoMass<T>,
+    /// Play of its coupling.
+    pub backlash: Backlash<T>,
     /// The drive motor.
     pub motor: Winding<T>,
     /// Its amplifier.
@@ -54,6 +58,10 @@ pub struct Plant<T> {
     /// Angle of the screw when the power comes on; nobody knows it before homing.
     #[field(symbol = "φ_0", unit = "rad", range = -1e4..=1e4)]
     pub start_angle: T,
+    /// Standard deviation by which the instant of each tick wanders about its place, in whole steps of the virtual machine.
+    /// The software goes on believing that ticks are equal.
+    #[field(symbol = "σ_t", unit = "s", range = 0.0..=1e-3)]
+    pub tick_jitter: T,
 }
 
 /// Two linings pressed against a disc on the screw. Released linings leave the disc: the inertia stays.
@@ -138,8 +146,16 @@ impl<T: Scalar> Block<T> for VirtualMachine<T> {
     /// `dt` [s] is the tick.
     #[inline(always)]
     fn step(&self, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
-        let Machine { plant, pickups, steps, .. } = &self.parts;
-        let dt = dt / T::of(*steps as f64);
+        let steps = self.parts.steps;
+        self.take(steps, state, input, dt / T::of(steps as f64))
+    }
+}
+
+impl<T: Scalar> VirtualMachine<T> {
+    /// So many steps of `dt` [s], at least one, with the inputs held: a tick that is longer or shorter than the others.
+    #[inline(always)]
+    pub fn take(&self, steps: usize, state: &mut PlantState<T>, input: PlantInput<T>, dt: T) -> Measurement<T> {
+        let Machine { plant, pickups, .. } = &self.parts;
         let drive = MachineInput {
             servo_voltage: plant.outputs.write(input.servo_voltage),
             amplifier_voltage: plant.outputs.write(input.amplifier_voltage),
@@ -149,7 +165,7 @@ impl<T: Scalar> Block<T> for VirtualMachine<T> {
         let noise = plant.accelerometer.noise_density * self.parts.noise_bandwidth_root * input.noise.acceleration;
         let mut voltages = Default::default();
         let mut motion = Motion::default();
-        for _ in 0..*steps {
+        for _ in 0..steps {
             motion = self.parts.run(&mut state.machine, drive, dt);
             let seen = crate::sensor::PickupsInput {
                 motor_velocity: motion.motor_velocity,

@@ -53,6 +53,25 @@ impl<T: Scalar> Block<T> for VirtualBench<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> TickOutput<T> {
+        let (output, acting) = self.software(state, input, dt);
+        state.measurement = self.machine.run(&mut state.plant, acting, dt);
+        output
+    }
+}
+
+impl<T: Scalar> VirtualBench<T> {
+    /// A tick that truly lasts so many steps of the virtual machine, while the software believes that it is `dt` [s].
+    #[inline(always)]
+    pub fn tick_of(&self, steps: usize, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> TickOutput<T> {
+        let (output, acting) = self.software(state, input, dt);
+        let step = dt / T::of(self.machine.parts.steps as f64);
+        state.measurement = self.machine.take(steps, &mut state.plant, acting, step);
+        output
+    }
+
+    /// The software's part of a tick; what acts on the machine meanwhile was computed in the tick before.
+    #[inline(always)]
+    fn software(&self, state: &mut BenchState<T>, input: BenchInput<T>, dt: T) -> (TickOutput<T>, PlantInput<T>) {
         let reads = TickInput { measurement: state.measurement, order: input.order };
         let output = self.tick.run(&mut state.tick, reads, dt);
         let acting = PlantInput {
@@ -61,9 +80,8 @@ impl<T: Scalar> Block<T> for VirtualBench<T> {
             external_torque: input.external_torque,
             noise: input.noise,
         };
-        state.measurement = self.machine.run(&mut state.plant, acting, dt);
         state.servo_voltage = output.servo_voltage;
         state.amplifier_voltage = output.amplifier_voltage;
-        output
+        (output, acting)
     }
 }

@@ -7,7 +7,7 @@ use stickslip_core::tick::Measurement;
 use super::io::{Io, Voltages, check_preload};
 use super::lockstep::LockstepBench;
 use super::remote::LinkFault;
-use crate::noise::Normals;
+use crate::noise::{Normals, Ticks};
 use crate::{Error, Preset, integrator};
 
 /// The virtual machine with the noise of a seed.
@@ -16,9 +16,11 @@ pub struct InProcess {
     machine: VirtualMachine<f64>,
     state: PlantState<f64>,
     normals: Normals,
-    tick_time: f64,
+    ticks: Ticks,
+    /// Step of the virtual machine [s].
+    step: f64,
     /// Ticks since it was switched on.
-    ticks: u64,
+    cycle: u64,
 }
 
 impl InProcess {
@@ -29,12 +31,12 @@ impl InProcess {
     pub(super) fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
         let (steps, step) = preset.bench.plant_steps();
         let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
-        let tick_time = preset.bench.tick_time();
+        let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);
         let mut state = PlantState::default();
         state.machine.angle = preset.plant.start_angle;
         // One tick at rest fills the pickups and gives the first readings.
-        let readings = machine.step(&mut state, PlantInput::default(), tick_time);
-        Ok((InProcess { machine, state, normals: Normals::new(seed), tick_time, ticks: 0 }, readings))
+        let readings = machine.step(&mut state, PlantInput::default(), preset.bench.tick_time());
+        Ok((InProcess { machine, state, normals: Normals::new(seed), ticks, step, cycle: 0 }, readings))
     }
 }
 
@@ -44,10 +46,11 @@ impl Io for InProcess {
             servo_voltage: voltages.servo_voltage,
             amplifier_voltage: voltages.amplifier_voltage,
             external_torque: 0.0,
-            noise: self.normals.of_tick(self.ticks),
+            noise: self.normals.of_tick(self.cycle),
         };
-        self.ticks += 1;
-        Ok(self.machine.step(&mut self.state, acting, self.tick_time))
+        let steps = self.ticks.steps(&self.normals, self.cycle);
+        self.cycle += 1;
+        Ok(self.machine.take(steps, &mut self.state, acting, self.step))
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

@@ -1,14 +1,15 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::plant::{PlantInput, VirtualMachine};
+use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
 use super::machine::machine;
 use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
-use crate::noise::Normals;
+use crate::noise::{Normals, Ticks};
+use crate::preset::Settings;
 use crate::{Error, design, integrator};
 
 /// What truly happened, once a sample of the position controller.
@@ -38,8 +39,8 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let settings = &cell.preset.bench;
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
-    let (steps, step) = settings.plant_steps();
     let plant = machine(cell, role);
+    let (steps, step) = steps_of(settings, &plant);
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
     tick.controller = course.controller;
@@ -52,7 +53,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     // One tick at rest fills the pickups and gives the first readings.
     state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
 
-    let normals = Normals::new(seed);
+    let (normals, ticks) = (Normals::new(seed), Ticks::new(steps, step, plant.tick_jitter));
     let mut setpoints = course.drive.setpoints(settings.tick_rate);
     let rest = (course.rest * settings.tick_rate) as u64;
     let cycles = rest + (course.duration * settings.tick_rate) as u64;
@@ -82,16 +83,16 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             }
         }
         let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
-        bench.step(&mut state, input, dt);
+        bench.tick_of(ticks.steps(&normals, cycle), &mut state, input, dt);
         if (cycle + 1) % divider != 0 {
             continue;
         }
         let parts = &state.plant.machine;
         trace.angle.push(parts.angle);
         trace.reference.push(order.reference.position);
-        trace.felt_torque.push(parts.motor_torque - parts.motor_resistance);
+        trace.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
         let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
-        trace.resisting_torque.push(parts.load_resistance + load_torque);
+        trace.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
         trace.load_torque.push(load_torque);
         // What the supervision of a bench would stop; written so that a NaN is a fault.
         let following =
@@ -105,6 +106,13 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         }
     }
     Ok(trace)
+}
+
+/// Steps of the virtual machine in a tick and their length [s], short enough for the jitter of its ticks.
+fn steps_of(settings: &Settings<f64>, plant: &Plant<f64>) -> (usize, f64) {
+    let longest = settings.plant_step;
+    let plant_step = if plant.tick_jitter > 0.0 { longest.min(plant.tick_jitter) } else { longest };
+    Settings { plant_step, ..*settings }.plant_steps()
 }
 
 impl Trace {
