@@ -4,8 +4,12 @@
 use std::process::Command;
 
 /// Studies and the folder, from the repository's root, that their results lie in. Each is an example of the laboratory.
-const STUDIES: [(&str, &str); 3] =
-    [("calibration", "docs/studies"), ("coverage", "docs/studies"), ("margins", "docs/studies")];
+const STUDIES: [(&str, &str); 3] = [
+    ("calibrated", "docs/studies"),
+    ("calibration", "docs/studies"),
+    ("coverage", "docs/studies"),
+    ("margins", "docs/studies"),
+];
 
 /// Runs a study, optimised as users run it.
 pub(crate) fn study(name: &str) -> Result<(), String> {
@@ -26,6 +30,9 @@ mod tests {
 
     #[test]
     fn an_unknown_study_is_refused_with_the_known_ones() {
-        assert_eq!(study("coverige"), Err("there is no study coverige; known: calibration, coverage, margins".into()));
+        assert_eq!(
+            study("coverige"),
+            Err("there is no study coverige; known: calibrated, calibration, coverage, margins".into())
+        );
     }
 }

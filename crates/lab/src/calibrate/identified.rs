@@ -1,5 +1,7 @@
 //! Numbers that were identified, each with its uncertainty, and what the software is to believe for them.
 
+use std::f64::consts::TAU;
+
 use stickslip_core::friction::{Bristle as _, Bristles, LuGre};
 use stickslip_core::scalar::{Dual, Scalar as _};
 
@@ -9,7 +11,7 @@ use super::response::LOAD_VELOCITY;
 use super::segment::{LEAD_IN, predict};
 use super::uncertainty::Known;
 use crate::fit::{PARAMETERS as OWN, StribeckFit};
-use crate::preset::Model;
+use crate::preset::{Doubt, Model};
 use crate::quantity::Estimate;
 
 /// Standard uncertainty over the value beyond which a number is not believed.
@@ -137,10 +139,29 @@ pub(super) fn remedy(key: &str) -> &'static str {
     }
 }
 
+/// What may still be wrong: a standard uncertainty of each number, and the ripple that no characteristic contains.
+fn doubt(believed: &Doubt<f64>, numbers: &[Identified]) -> Doubt<f64> {
+    let find = |key: &str| numbers.iter().find(|number| number.key == key);
+    let share = |key: &str, otherwise: f64| {
+        find(key)
+            .filter(|number| number.known())
+            .map_or(otherwise, |number| number.standard_uncertainty / number.value.abs())
+    };
+    let friction = |key| share(key, believed.friction);
+    Doubt {
+        drive_torque: share("torque_per_volt", believed.drive_torque),
+        load_inertia: share("load_inertia", believed.load_inertia),
+        friction: friction("breakaway_torque").max(friction("kinetic_torque")),
+        ripple: find("friction_ripple").map_or(0.0, |number| number.value),
+        bristle_stiffness: share("bristle_stiffness", believed.bristle_stiffness),
+    }
+}
+
 /// What is believed from now on.
 pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
     let mut model = *believed;
-    let places: [(&str, &mut f64); 17] = [
+    let mut frequency = TAU * model.accelerometer_bandwidth;
+    let places: [(&str, &mut f64); 20] = [
         ("torque_per_volt", &mut model.scaling.torque_per_volt),
         ("tacho", &mut model.scaling.tacho),
         ("accelerometer", &mut model.scaling.accelerometer),
@@ -152,6 +173,9 @@ pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64>
         ("resistance", &mut model.load_motor.resistance),
         ("inductance", &mut model.load_motor.inductance),
         ("drive_lag", &mut model.drive_lag),
+        ("servo_lag", &mut model.servo_lag),
+        ("accelerometer_frequency", &mut frequency),
+        ("accelerometer_damping", &mut model.accelerometer_damping),
         ("bristle_stiffness", &mut model.own_bristles.stiffness),
         ("bristle_damping", &mut model.own_bristles.damping),
         ("breakaway_torque", &mut model.own.breakaway_torque),
@@ -164,5 +188,7 @@ pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64>
             *place = number.value;
         }
     }
+    model.accelerometer_bandwidth = frequency / TAU;
+    model.doubt = doubt(&believed.doubt, numbers);
     model
 }

@@ -52,6 +52,15 @@ pub struct Calibration {
     pub duration: f64,
 }
 
+/// Amplitude of the tacho's ripple, as a share; 0 where none stands out.
+fn tacho_ripple(solution: &Solution) -> f64 {
+    let at = values(&solution.coordinates);
+    if solution.setting.ripple_order == 0 {
+        return 0.0;
+    }
+    libm::hypot(at[Index::TachoSine as usize], at[Index::TachoCosine as usize])
+}
+
 impl Calibration {
     pub(super) fn new(
         believed: &Model<f64>,
@@ -78,7 +87,7 @@ impl Calibration {
         let traces = traces(solution);
         warnings.extend(unexplained(traces[0].rms, believed.encoder.resolution()));
         let mut calibration = Calibration {
-            model: identified::model(believed, &values),
+            model: *believed,
             values,
             curve,
             own,
@@ -89,6 +98,8 @@ impl Calibration {
         };
         calibration.tell_ripple(solution);
         calibration.tell_directions(solution);
+        calibration.model = identified::model(believed, &calibration.values);
+        calibration.model.tacho_ripple = tacho_ripple(solution);
         calibration
     }
 
