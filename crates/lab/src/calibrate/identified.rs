@@ -151,6 +151,7 @@ fn doubt(believed: &Doubt<f64>, numbers: &[Identified]) -> Doubt<f64> {
     Doubt {
         drive_torque: share("torque_per_volt", believed.drive_torque),
         load_inertia: share("load_inertia", believed.load_inertia),
+        coupling_stiffness: share("coupling_stiffness", believed.coupling_stiffness),
         friction: friction("breakaway_torque").max(friction("kinetic_torque")),
         ripple: find("friction_ripple").map_or(0.0, |number| number.value),
         bristle_stiffness: share("bristle_stiffness", believed.bristle_stiffness),

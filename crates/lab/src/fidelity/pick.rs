@@ -123,6 +123,7 @@ fn believed(model: &Model<f64>, settings: &Settings<f64>, side: f64) -> Cell {
     plant.wheel.friction = Friction::default();
     plant.servo.torque_per_volt *= 1.0 + side * doubt.drive_torque;
     plant.drive.load_inertia *= 1.0 + side * doubt.load_inertia;
+    plant.drive.coupling_stiffness *= 1.0 + side * doubt.coupling_stiffness;
     let own = &mut plant.screw_friction;
     if let Some(sliding) = sliding_mut(own) {
         sliding.breakaway_torque *= 1.0 + side * doubt.friction;
