@@ -3,14 +3,52 @@
 #[path = "../examples/calibration/study.rs"]
 mod study;
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde_json::Value;
 use stickslip::bench::VirtualBench;
 use stickslip::calibrate::{CalibrationPlan, calibrate};
 use stickslip::experiment::home;
 use stickslip::{Error, Preset, Watch, parameters};
-use study::{experiment, true_value};
+use study::{PRESETS, experiment, scores};
+
+fn committed() -> Value {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies/calibration.json");
+    let text = std::fs::read_to_string(file).expect("the study is committed");
+    serde_json::from_str(&text).expect("a study is written as JSON")
+}
+
+#[test]
+fn the_committed_intervals_contain_the_truth_as_often_as_they_say() {
+    let results = &committed()["results"];
+    let value = |name: String| results[&name]["value"].as_f64().unwrap_or_else(|| panic!("{name}"));
+    for (preset, machines) in PRESETS {
+        assert_eq!(value(format!("{preset}.experiments")), machines as f64);
+        let coverage = value(format!("{preset}.coverage"));
+        assert!((0.93..=0.97).contains(&coverage), "{preset}: {coverage}");
+    }
+}
+
+#[test]
+fn the_program_still_gives_the_committed_study() {
+    let committed = committed();
+    let rows = committed["rows"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["preset"] == "clm-bench" && row["seed"] == 5).unwrap();
+    let (preset, calibration) = experiment("clm-bench", 5).unwrap();
+    for score in scores(&preset, &calibration).unwrap() {
+        let then = row[score.key].as_f64().unwrap();
+        // JSON is read to the last bit but one.
+        let off = (score.value - then).abs();
+        assert!(
+            off <= 1e-14 * then.abs(),
+            "{}: {}, was {then}: run `cargo xtask study calibration`",
+            score.key,
+            score.value
+        );
+    }
+}
 
 #[test]
 fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs() {
@@ -32,12 +70,12 @@ fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs()
         ("bristle_stiffness", 0.05),
         ("breakaway_torque", 0.01),
     ];
+    let scores = scores(&preset, &calibration).unwrap();
     for (key, share) in needed {
-        let found = calibration.value(key).unwrap_or_else(|| panic!("{key} is missing"));
-        let truth = true_value(&preset, key).unwrap().unwrap_or_else(|| panic!("{key} has no truth"));
-        assert!((found.value / truth - 1.0).abs() < share, "{key}: {} instead of {truth}", found.value);
-        // Of 12 numbers none lies beyond five standard uncertainties by chance.
-        assert!((found.value - truth).abs() < 5.0 * found.standard_uncertainty, "{key}: {found:?}, truth {truth}");
+        let found = scores.iter().find(|score| score.key == key).unwrap_or_else(|| panic!("{key} is missing"));
+        assert!(found.error.abs() < share * found.truth, "{key}: {} instead of {}", found.value, found.truth);
+        // Of 12 numbers none lies twice as far off as its interval reaches by chance.
+        assert!(found.error.abs() < 2.0 * found.half, "{key}: {} ± {}, truth {}", found.value, found.half, found.truth);
     }
     assert_eq!(calibration.model.drive.load_inertia, calibration.value("load_inertia").unwrap().value);
     assert_eq!(calibration.tacho_ripple_order, preset.plant.tacho.ripple_periods as usize);

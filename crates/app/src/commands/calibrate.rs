@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::bench::remote::Address;
 use stickslip::calibrate::CalibrationPlan;
 use stickslip::quantity::number;
-use stickslip::workflow::calibrate::{CALIBRATED, calibrate_run};
+use stickslip::workflow::calibrate::{CALIBRATED, calibrate_remote, calibrate_run};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -22,6 +23,9 @@ pub(crate) struct CalibrateCommand {
     /// Change a value of the bench (plant.servo.torque_per_volt=0.145); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
+    /// Where the machine is served (`stickslip plant`); without, it is the virtual one of the preset.
+    #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
+    io: Option<Address>,
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -38,7 +42,10 @@ impl CalibrateCommand {
         let plan = CalibrationPlan::default();
         let duration = number(plan.bench_time(&preset.model, &preset.bench), 0);
         self.shown.say(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
-        let run = calibrate_run(&plan, &preset, self.seed, watch)?;
+        let run = match self.io {
+            Some(address) => calibrate_remote(&plan, &preset, address, watch)?,
+            None => calibrate_run(&plan, &preset, self.seed, watch)?,
+        };
         let summary = run.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for line in run.table().lines() {

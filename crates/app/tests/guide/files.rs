@@ -100,6 +100,15 @@ fn what_measure_fit_design_and_render_write_is_described() {
 }
 
 #[test]
+fn what_calibrate_writes_is_described() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let command = "calibrate --preset prototype --quiet --out .";
+    let status = Command::new(env!("CARGO_BIN_EXE_stickslip")).args(command.split(' ')).current_dir(&folder).status();
+    assert!(status.expect("the program starts").success());
+    assert_eq!(wrong(&Page::read("files.md"), "calibrate", folder.path()), [] as [String; 0]);
+}
+
+#[test]
 fn what_generate_writes_is_described() {
     let out = MICROCONTROLLER.path().join("observer");
     assert_eq!(wrong(&Page::read("files.md"), "generate c", &out), [] as [String; 0]);

@@ -14,18 +14,34 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use stickslip::{Error, Summary, output};
-use study::{Score, score};
+use study::{PRESETS, Score, score};
+
+const HEAD: &str = "\
+# Does a calibrated bench know how well?
+
+Each experiment draws a machine about its data sheet, which the software goes on believing: torque constants ± 5 %, \
+masses, stiffness, friction, resistance and inductance ± 20 %, damping and lags ± 50 %, scales of tacho and \
+accelerometer ± 2 %, offsets. Then the bench identifies itself. Steps of the virtual machine are 2.5 µs: with 25 µs it \
+is off its equations by more than the intervals. Friction of `clm-bench` is a sum of two Stribeck curves, which none \
+is: the truth of a fitted curve is the fit to the true friction at the same speeds under the same weights. Made by \
+`cargo xtask study calibration`; all numbers are in `calibration.json`.
+";
 
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1);
     let folder = PathBuf::from(arguments.next().unwrap_or_else(|| "docs/studies".into()));
-    let preset = arguments.next().unwrap_or_else(|| "prototype".into());
+    let one = arguments.next();
     let mut seed = |default| arguments.next().and_then(|text| text.parse().ok()).unwrap_or(default);
-    let (first, last) = (seed(1), seed(100));
+    let (first, last) = (seed(1), seed(u64::MAX));
     output::create_folder(&folder)?;
     let mut summary = Summary::new("cargo xtask study calibration");
-    let scores = run(&preset, first, last)?;
-    let text = table(&mut summary, &preset, &scores);
+    let mut text = String::from(HEAD);
+    for (preset, machines) in PRESETS {
+        if one.as_deref().is_none_or(|one| one == preset) {
+            let scores = run(preset, first, if last == u64::MAX { machines } else { last })?;
+            tabulate(&mut summary, &mut text, preset, &scores);
+        }
+    }
     output::write(&folder.join("calibration.json"), summary.to_json())?;
     output::write(&folder.join("calibration.md"), text)
 }
@@ -52,40 +68,34 @@ fn run(preset: &str, first: u64, last: u64) -> Result<Vec<(u64, Vec<Score>)>, Er
     done.into_iter().map(|(seed, result)| Ok((seed, result?))).collect()
 }
 
-fn table(summary: &mut Summary, preset: &str, experiments: &[(u64, Vec<Score>)]) -> String {
-    let mut text = String::from(
-        "# Does a bench that identifies itself know how well?\n\n\
-         Each experiment draws a machine about its data sheet, which the software goes on believing: torque constants \
-         ± 5 %, masses, stiffness, friction, resistance and inductance ± 20 %, damping and lags ± 50 %, scales of tacho \
-         and accelerometer ± 2 %, offsets. Steps of 5 µs: with 25 µs the virtual machine is off its equations by more \
-         than the intervals. Made by `cargo xtask study calibration`; the numbers are in `calibration.json`.\n",
-    );
+fn tabulate(summary: &mut Summary, text: &mut String, preset: &str, experiments: &[(u64, Vec<Score>)]) {
     let count = experiments.len() as f64;
     let _ = writeln!(text, "\n## {count} machines about `{preset}`\n");
-    text.push_str("| number | coverage of the 95 % intervals | rms error | stated standard uncertainty |\n|-|-|-|-|\n");
-    summary.result("experiments", count, "1");
+    text.push_str("| number | coverage of the 95 % intervals | rms error | half of the interval, rms |\n|-|-|-|-|\n");
+    summary.result(&format!("{preset}.experiments"), count, "1");
     let keys: Vec<&str> = experiments.first().map_or_else(Vec::new, |(_, all)| all.iter().map(|s| s.key).collect());
     let (mut inside, mut total) = (0.0, 0.0);
     for key in keys {
         let scores = || experiments.iter().flat_map(|(_, all)| all.iter().filter(|score| score.key == key));
         let n = scores().count() as f64;
         let mean = |value: &dyn Fn(&Score) -> f64| scores().map(value).sum::<f64>() / n;
-        let coverage = mean(&|score| f64::from(u8::from(score.inside)));
-        let rms = mean(&|score| score.error * score.error).sqrt();
-        let stated = mean(&|score| score.stated * score.stated).sqrt();
+        let coverage = mean(&|score| f64::from(u8::from(score.error.abs() <= score.half)));
+        // Of the true value: machines differ by more than their errors.
+        let share = |value: f64, truth: f64| 100.0 * value / truth.abs();
+        let rms = mean(&|score| share(score.error, score.truth).powi(2)).sqrt();
+        let half = mean(&|score| share(score.half, score.truth).powi(2)).sqrt();
         (inside, total) = (inside + n * coverage, total + n);
-        let _ = writeln!(
-            text,
-            "| {key} | {:.0} % | {rms:.2e} {} | {stated:.2e} |",
-            100.0 * coverage,
-            scores().next().map_or("", |score| score.unit)
-        );
-        summary.result(&format!("{key}.coverage"), coverage, "1");
+        if key.ends_with("offset") {
+            let _ = writeln!(text, "| `{key}` | {:.0} % | | |", 100.0 * coverage);
+        } else {
+            let _ = writeln!(text, "| `{key}` | {:.0} % | {rms:.2} % | {half:.2} % |", 100.0 * coverage);
+        }
+        summary.result(&format!("{preset}.{key}.coverage"), coverage, "1");
     }
-    summary.result("coverage", inside / total, "1");
+    summary.result(&format!("{preset}.coverage"), inside / total, "1");
     let _ = writeln!(text, "\nOf all intervals {:.1} % contain the truth.", 100.0 * inside / total);
     for (seed, scores) in experiments {
-        summary.row([("seed", (*seed).into())].into_iter().chain(scores.iter().map(|s| (s.key, s.value.into()))));
+        let values = scores.iter().map(|score| (score.key, score.value.into()));
+        summary.row([("preset", preset.into()), ("seed", (*seed).into())].into_iter().chain(values));
     }
-    text
 }

@@ -11,6 +11,10 @@ use super::segment::{LEAD_IN, LEVEL, OWN, Segment, Setting, predict};
 /// The parameters and a segment's own numbers.
 pub(super) const VARIABLES: usize = PARAMETERS + OWN;
 
+/// How far a load at rest, shaken, may be from where it rests: twist [rad], velocities [rad/s], angle [rad], each many
+/// times what there is. What has died away before the samples count would else be anything.
+const REST: [f64; LEVEL] = [0.01, 1.0, 1.0, 0.01];
+
 /// Over the parameters.
 pub(super) type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 /// Over the parameters.
@@ -92,6 +96,13 @@ impl Block {
             }
             past[k % MEMORY] = now;
         });
+        if segment.is_stuck() {
+            for (i, scale) in REST.iter().enumerate() {
+                let own_row = (0..owned).map(|k| if k == i { 1.0 / scale } else { 0.0 });
+                let right = std::iter::once(-segment.own[i] / scale);
+                triangle.push(own_row.chain([0.0; PARAMETERS]).chain(right));
+            }
+        }
         Block { triangle: triangle.finish(), own: owned }
     }
 

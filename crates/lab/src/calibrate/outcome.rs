@@ -155,9 +155,9 @@ fn unexplained(rms: f64, resolution: f64) -> Option<String> {
     let counts = resolution / libm::sqrt(12.0);
     (rms > EXPLAINED * counts).then(|| {
         format!(
-            "The simulation misses the encoder by {:.0} % more than its counts explain: the machine is not the two \
-             masses that are fitted, or the search ended beside its minimum. Values and intervals do not hold; start \
-             from a data sheet that is nearer.",
+            "The simulation misses the encoder by {:.0} % more than its counts explain: the machine has more \
+             than the two masses that are fitted (ripple of a motor, play, a third mass), or the search ended beside \
+             its minimum. Intervals do not hold, and values only as far as that does not matter.",
             100.0 * (rms / counts - 1.0)
         )
     })

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::draw::{Captioned, curve, friction, plateaus};
 use super::write_columns;
-use crate::bench::VirtualBench;
+use crate::bench::remote::{Address, RemoteBench};
+use crate::bench::{Bench, VirtualBench};
 use crate::calibrate::{Calibration, CalibrationPlan, Identified, Trace, calibrate};
 use crate::experiment::home;
 use crate::figure::{Axis, Figure, Role, Series};
@@ -21,8 +22,8 @@ pub const CALIBRATED: &str = "calibrated.toml";
 pub struct CalibrationRun {
     /// The bench as it was believed.
     pub preset: Preset<f64>,
-    /// Seed of its noise.
-    pub seed: u64,
+    /// Seed of the virtual machine's noise; `None` where the machine is another's.
+    pub seed: Option<u64>,
     /// What was found.
     pub calibration: Calibration,
 }
@@ -38,9 +39,28 @@ pub fn calibrate_run(
     watch: &Watch,
 ) -> Result<CalibrationRun, Error> {
     let mut bench = VirtualBench::new(preset, seed)?;
-    home(&mut bench, watch)?;
-    let calibration = calibrate(plan, &mut bench, watch)?;
-    Ok(CalibrationRun { preset: *preset, seed, calibration })
+    let calibration = calibrated(plan, &mut bench, watch)?;
+    Ok(CalibrationRun { preset: *preset, seed: Some(seed), calibration })
+}
+
+/// The same with the machine that is served at an address; of the preset only model and settings count.
+///
+/// # Errors
+/// As [`calibrate`]; [`Error::BenchFault`] where the machine does not answer.
+pub fn calibrate_remote(
+    plan: &CalibrationPlan<f64>,
+    preset: &Preset<f64>,
+    address: Address,
+    watch: &Watch,
+) -> Result<CalibrationRun, Error> {
+    let mut bench = RemoteBench::connect(preset, address)?;
+    let calibration = calibrated(plan, &mut bench, watch)?;
+    Ok(CalibrationRun { preset: *preset, seed: None, calibration })
+}
+
+fn calibrated(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
+    home(bench, watch)?;
+    calibrate(plan, bench, watch)
 }
 
 impl CalibrationRun {
@@ -85,7 +105,7 @@ impl CalibrationRun {
 
     /// The report.
     pub fn report(&self, command: &str) -> Report {
-        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let provenance = Provenance::new(command, self.seed, parameters::write_commented(&self.preset));
         let calibration = &self.calibration;
         let identified = calibration.values.len() - self.unknown();
         let report = Report::new("Calibration of the bench", provenance).summary(format!(
