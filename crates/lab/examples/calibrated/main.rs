@@ -7,6 +7,7 @@
 //! `-- FOLDER FIRST LAST` runs some of them.
 
 #[path = "../calibration/study.rs"]
+#[allow(dead_code, reason = "the calibration itself is scored by its own study")]
 mod study;
 
 use std::fmt::Write as _;

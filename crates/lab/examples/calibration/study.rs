@@ -134,6 +134,7 @@ pub(crate) struct Score {
 }
 
 /// All numbers of an experiment of which the truth is known.
+#[allow(dead_code, reason = "the test scores calibrations that it has")]
 pub(crate) fn score(name: &str, seed: u64) -> Result<Vec<Score>, Error> {
     let (preset, calibration) = experiment(name, seed)?;
     scores(&preset, &calibration)
