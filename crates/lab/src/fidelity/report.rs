@@ -62,8 +62,12 @@ impl Outcome {
                         && row.mismatch == group.mismatch.name
                 };
                 let rows: Vec<&Row> = self.rows.iter().filter(of_group).collect();
-                let first = rows.first()?.law;
-                let measures: Vec<&Row> = rows.iter().filter(|row| row.law == first).copied().collect();
+                let mut measures = vec![*rows.first()?];
+                for row in &rows {
+                    if !measures.iter().any(|other| other.score.measure == row.score.measure) {
+                        measures.push(row);
+                    }
+                }
                 let head = ["law".to_owned()].into_iter().chain(measures.iter().map(|row| title(row.score.measure)));
                 let wheel = if group.wheel { "with wheel" } else { "without wheel" };
                 let caption = format!(
@@ -77,7 +81,10 @@ impl Outcome {
                 table = table.row(["floor".into()].into_iter().chain(floors));
                 for of_law in rows.chunk_by(|a, b| a.law == b.law) {
                     let name = if of_law[0].auto { format!("{} (auto)", of_law[0].law) } else { of_law[0].law.into() };
-                    let differences = of_law.iter().map(|row| shown(row, row.score.difference).into());
+                    let differences = measures.iter().map(|column| {
+                        let found = of_law.iter().find(|row| row.score.measure == column.score.measure);
+                        found.map_or("–".into(), |row| shown(row, row.score.difference)).into()
+                    });
                     table = table.row([name.into()].into_iter().chain(differences));
                 }
                 Some((caption, table))
@@ -249,7 +256,7 @@ fn title(measure: &'static str) -> String {
         ("stick_slip_", "s-s "),
         ("amplitude", "ampl."),
         ("interval", "int."),
-        ("presliding_area", "presliding"),
+        ("presliding", "presl."),
     ];
     debug_assert!(SCENARIOS.iter().any(|scenario| scenario.has(measure)));
     short.iter().fold(measure.to_owned(), |title, (long, short)| title.replace(long, short)).replace('_', " ")

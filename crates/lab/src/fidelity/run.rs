@@ -5,6 +5,7 @@ use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
+use super::corrected::correction;
 use super::machine::machine;
 use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
@@ -36,11 +37,11 @@ pub struct Trace {
 /// # Errors
 /// What the design of the software and the integrator refuse.
 pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
-    let settings = &cell.preset.bench;
+    let plant = machine(cell, role);
+    let settings = &shown_by(&cell.preset.bench, &plant);
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
-    let plant = machine(cell, role);
-    let (steps, step) = steps_of(settings, &plant);
+    let (steps, step) = settings.plant_steps();
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
     tick.controller = course.controller;
@@ -48,6 +49,12 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
     tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
+    if role == Role::Rendered && scenario.is_corrected() {
+        match correction(cell, &plant, settings, seed)? {
+            Some(correction) => tick.correction = correction,
+            None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
+        }
+    }
     let bench = VirtualBench { machine, tick };
     let mut state = BenchState::default();
     // One tick at rest fills the pickups and gives the first readings.
@@ -108,11 +115,10 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     Ok(trace)
 }
 
-/// Steps of the virtual machine in a tick and their length [s], short enough for the jitter of its ticks.
-fn steps_of(settings: &Settings<f64>, plant: &Plant<f64>) -> (usize, f64) {
-    let longest = settings.plant_step;
-    let plant_step = if plant.tick_jitter > 0.0 { longest.min(plant.tick_jitter) } else { longest };
-    Settings { plant_step, ..*settings }.plant_steps()
+/// Settings whose step of the virtual machine shows the jitter of its ticks.
+fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
+    let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
+    Settings { plant_step: settings.plant_step.min(longest), ..*settings }
 }
 
 impl Trace {
