@@ -123,6 +123,7 @@ pub fn measure_friction(
         count: model.encoder.resolution(),
         dt,
         edge_time: plan.edge_time,
+        renders: render,
     };
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
@@ -193,8 +194,8 @@ fn share_noise(plateaus: &mut [Plateau]) {
     }
 }
 
-/// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence that the fast
-/// plateaus agree upon. Returns the largest amplitude.
+/// Refers the slow plateaus, which see an arc only, to the mean over a turn, by the angle dependence of the own friction
+/// that the fast plateaus agree upon; what the load motor renders has none. Returns the largest amplitude.
 fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
     // Up to where the velocity loop still follows a harmonic: six times the slowest whole turn.
     let fast: Vec<[[f64; 2]; HARMONICS]> = plateaus
@@ -225,7 +226,7 @@ fn remove_ripple(plateaus: &mut [Plateau], plan: &FrictionPlan<f64>) -> f64 {
         factor += (cos * (sin_b - sin_a) - sin * (cos_b - cos_a)) / (k * plan.arc);
     }
     for plateau in plateaus.iter_mut().filter(|plateau| plateau.harmonics.is_none()) {
-        plateau.torque /= factor;
+        plateau.torque = plateau.own / factor + (plateau.torque - plateau.own);
         plateau.standard_error /= factor;
     }
     believed.iter().map(|[cos, sin]| libm::hypot(*cos, *sin)).fold(0.0, f64::max)

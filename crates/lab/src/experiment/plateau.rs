@@ -80,7 +80,10 @@ pub struct Plateau {
     pub(super) noise: [[f64; 2]; FREQUENCIES],
     /// Time of a rectangle that averages white noise as its window does [s].
     pub(super) averaging_time: f64,
-    /// Relative amplitudes of cosine and sine of the angle and its multiples, if the plateau has whole turns.
+    /// What of the torque is the machine's own friction, and not the load motor's [N m].
+    pub(super) own: f64,
+    /// Amplitudes of cosine and sine of the angle and its multiples as shares of the own friction, if the plateau has
+    /// whole turns.
     pub(super) harmonics: Option<[[f64; 2]; HARMONICS]>,
 }
 
@@ -100,6 +103,8 @@ pub(super) struct Balance<'a> {
     pub(super) dt: f64,
     /// Time over which the window of a plateau rises, and falls [s].
     pub(super) edge_time: f64,
+    /// Whether the load motor renders a part of the friction.
+    pub(super) renders: bool,
 }
 
 impl Balance<'_> {
@@ -111,6 +116,8 @@ impl Balance<'_> {
         let motor_friction = self.motor_friction.steady_torque(velocity, 0.0, 0.0);
         let torque = self.torque(frames, |tick| window.weight(tick)) - motor_friction;
         let no_friction = mean(frames, |frame| frame.signals.commanded_torque) - torque;
+        let rendered = if self.renders { mean(frames, |frame| frame.signals.measured_load_torque) } else { 0.0 };
+        let own = torque - rendered;
         let blocks: Vec<Block> = (0..BLOCKS)
             .map(|k| &frames[k * frames.len() / BLOCKS..(k + 1) * frames.len() / BLOCKS])
             .filter(|part| !part.is_empty())
@@ -139,7 +146,8 @@ impl Balance<'_> {
             sway: self.sway(frames),
             // Without a single window the deviation is infinite: that is no sliding either.
             dropped: (deviation > LARGEST_DEVIATION).then_some(Dropped::Sticks { deviation }),
-            harmonics: whole_turns.then(|| harmonics(frames, no_friction, torque)),
+            own,
+            harmonics: whole_turns.then(|| harmonics(frames, no_friction + rendered, own)),
             blocks,
         }
     }
@@ -262,11 +270,11 @@ impl Window {
     }
 }
 
-/// Relative Fourier coefficients of the friction over whole turns at constant speed.
-fn harmonics(frames: &[Frame], no_friction: f64, torque: f64) -> [[f64; 2]; HARMONICS] {
+/// Relative Fourier coefficients of the own friction over whole turns at constant speed.
+fn harmonics(frames: &[Frame], no_friction: f64, own: f64) -> [[f64; 2]; HARMONICS] {
     let mut out = [[0.0; 2]; HARMONICS];
     for frame in frames {
-        let friction = (frame.signals.commanded_torque - no_friction) / torque - 1.0;
+        let friction = (frame.signals.commanded_torque - no_friction) / own - 1.0;
         for (order, pair) in out.iter_mut().enumerate() {
             let (sin, cos) = libm::sincos((order + 1) as f64 * frame.angle);
             pair[0] += 2.0 * friction * cos / frames.len() as f64;
@@ -303,8 +311,14 @@ mod tests {
                 }
             })
             .collect();
-        let balance =
-            Balance { inertia: 1e-3, motor_friction: &Friction::default(), count: COUNT, dt: DT, edge_time: 0.1 };
+        let balance = Balance {
+            inertia: 1e-3,
+            motor_friction: &Friction::default(),
+            count: COUNT,
+            dt: DT,
+            edge_time: 0.1,
+            renders: false,
+        };
         balance.evaluate(set_velocity, &frames, false)
     }
 

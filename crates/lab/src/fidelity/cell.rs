@@ -33,6 +33,12 @@ pub struct Runs {
 }
 
 impl Runs {
+    /// The traces of a scenario, one a seed, or of the one that it is where nothing renders; none where neither was run.
+    pub(super) fn of(&self, scenario: Scenario) -> &[Trace] {
+        let index = |wanted| self.scenarios.iter().position(|other| *other == wanted);
+        index(scenario).or(index(scenario.uncorrected())).map_or(&[], |index| &self.traces[index])
+    }
+
     /// Simulates a machine of the cell in these scenarios with these noise seeds. The result does not depend on the
     /// number of threads.
     ///

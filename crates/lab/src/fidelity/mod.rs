@@ -35,6 +35,7 @@
 
 mod bed;
 mod cell;
+mod corrected;
 mod cycle;
 mod law;
 mod machine;

@@ -17,6 +17,8 @@ pub struct Group {
     pub mismatch: Mismatch,
     /// Names of the laws.
     pub laws: Vec<String>,
+    /// Names of those whose curve is corrected too: as long as all other scenarios together.
+    pub corrected: Vec<String>,
 }
 
 /// All cells, and how each is run.
@@ -24,7 +26,7 @@ pub struct Group {
 pub struct Plan {
     /// The cells.
     pub groups: Vec<Group>,
-    /// Scenarios of each.
+    /// Scenarios of each; the corrected curve under some laws only.
     pub scenarios: Vec<Scenario>,
     /// Noise seeds of each.
     pub seeds: Vec<u64>,
@@ -148,12 +150,27 @@ impl Selection {
                 for &mismatch in &block.mismatches {
                     for wheel in [true, false].into_iter().filter(set_up) {
                         let laws = if self.laws.is_empty() { &block.laws } else { &self.laws }.clone();
-                        groups.push(Group { preset: preset.clone(), wheel, rate, mismatch, laws });
+                        let corrected = self.corrected(rate, mismatch);
+                        groups.push(Group { preset: preset.clone(), wheel, rate, mismatch, laws, corrected });
                     }
                 }
             }
         }
         Ok(groups)
+    }
+}
+
+impl Selection {
+    /// The laws whose curve is corrected at a rate [Hz] under a mismatch: where there is something that a correction may
+    /// mend, or everywhere that it is asked for by its name.
+    fn corrected(&self, rate: f64, mismatch: Mismatch) -> Vec<String> {
+        let asked = self.scenarios.iter().any(|name| name == Scenario::CURVE_CORRECTED.name);
+        let mends = rate >= 4000.0 && [Mismatch::REAL.name, "gaussian", "ripple10%"].contains(&mismatch.name);
+        match (asked || mends && !self.quick, self.laws.is_empty()) {
+            (false, _) => Vec::new(),
+            (true, true) => names(&[PAPER, AUTO]),
+            (true, false) => self.laws.clone(),
+        }
     }
 }
 

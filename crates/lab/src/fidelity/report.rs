@@ -44,6 +44,7 @@ impl Outcome {
                 ("reference", score.reference.into()),
                 ("stable", u8::from(score.stable).into()),
                 ("chatter", score.chatter.into()),
+                ("velocity_error", score.velocity_error.into()),
                 ("fade_velocity", row.fade_velocity.into()),
             ]);
         }
@@ -63,9 +64,16 @@ impl Outcome {
                         && row.mismatch == group.mismatch.name
                 };
                 let rows: Vec<&Row> = self.rows.iter().filter(of_group).collect();
-                let first = rows.first()?.law;
-                let measures: Vec<&Row> = rows.iter().filter(|row| row.law == first).copied().collect();
-                let head = ["law".to_owned()].into_iter().chain(measures.iter().map(|row| title(row.score.measure)));
+                let mut measures = vec![*rows.first()?];
+                for row in &rows {
+                    if !measures.iter().any(|other| other.score.measure == row.score.measure) {
+                        measures.push(row);
+                    }
+                }
+                let head = ["law".to_owned()]
+                    .into_iter()
+                    .chain(measures.iter().map(|row| title(row.score.measure)))
+                    .chain(["Ω error, rad/s".to_owned()]);
                 let wheel = if group.wheel { "with wheel" } else { "without wheel" };
                 let caption = format!(
                     "{} {wheel}, {} kHz, {}. Difference in %, of counts in breakaways.",
@@ -75,14 +83,23 @@ impl Outcome {
                 );
                 let mut table = Table::new(head);
                 let floors = measures.iter().map(|row| shown(row, row.score.floor).into());
-                table = table.row(["floor".into()].into_iter().chain(floors));
+                table = table.row(["floor".into()].into_iter().chain(floors).chain(["".into()]));
                 for of_law in rows.chunk_by(|a, b| a.law == b.law) {
+                    let cells = |of: &dyn Fn(&Row) -> f64| -> Vec<String> {
+                        let cell = |column: &&Row| {
+                            let found = of_law.iter().find(|row| row.score.measure == column.score.measure);
+                            found.map_or("–".into(), |row| shown(row, of(row)))
+                        };
+                        measures.iter().map(cell).collect()
+                    };
                     let name = if of_law[0].auto { format!("{} (auto)", of_law[0].law) } else { of_law[0].law.into() };
-                    let differences = of_law.iter().map(|row| shown(row, row.score.difference).into());
-                    table = table.row([name.into()].into_iter().chain(differences));
+                    let error = number(of_law.iter().map(|row| row.score.velocity_error).fold(0.0, f64::max), 3);
+                    let line = |name: String, cells: Vec<String>, error: String| {
+                        [name].into_iter().chain(cells).chain([error]).map(Into::into).collect::<Vec<_>>()
+                    };
+                    table = table.row(line(name, cells(&|row| row.score.difference), error));
                     if of_law[0].auto {
-                        let predicted = of_law.iter().map(|row| shown(row, row.predicted).into());
-                        table = table.row(["predicted".into()].into_iter().chain(predicted));
+                        table = table.row(line("predicted".into(), cells(&|row| row.predicted), String::new()));
                     }
                 }
                 Some((caption, table))
@@ -110,7 +127,8 @@ impl Outcome {
              that renders it. Angles: RMS difference of the two over the RMS difference without rendering, so that 0 is \
              indistinguishable and 100 % is nothing rendered. Limit cycles: amplitude, interval, number of breakaways. The \
              floor is what other noise does to the true machine: a difference below it says nothing. Predicted is what the \
-             bench expects of the law that it picks (auto), before it runs and without knowing the mismatch.",
+             bench expects of the law that it picks (auto), before it runs and without knowing the mismatch. The last column \
+             is the RMS error of the velocity that a law believes in when its torque begins to act, in the worst scenario.",
         );
         self.tables().into_iter().fold(report, |report, (title, table)| report.table(table.caption(title)))
     }
@@ -255,7 +273,7 @@ fn title(measure: &'static str) -> String {
         ("stick_slip_", "s-s "),
         ("amplitude", "ampl."),
         ("interval", "int."),
-        ("presliding_area", "presliding"),
+        ("presliding", "presl."),
     ];
     debug_assert!(SCENARIOS.iter().any(|scenario| scenario.has(measure)));
     short.iter().fold(measure.to_owned(), |title, (long, short)| title.replace(long, short)).replace('_', " ")

@@ -5,6 +5,7 @@ use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
+use super::corrected::correction;
 use super::machine::machine;
 use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
@@ -27,6 +28,8 @@ pub struct Trace {
     pub resisting_torque: Vec<f64>,
     /// True torque of the load motor, against positive motion [N m].
     pub load_torque: Vec<f64>,
+    /// How far the law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
+    pub velocity_error: f64,
     /// Whether it came to its end: no fault of the supervision, all numbers.
     pub stable: bool,
 }
@@ -36,11 +39,11 @@ pub struct Trace {
 /// # Errors
 /// What the design of the software and the integrator refuse.
 pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
-    let settings = &cell.preset.bench;
+    let plant = machine(cell, role);
+    let settings = &shown_by(&cell.preset.bench, &plant);
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
-    let plant = machine(cell, role);
-    let (steps, step) = steps_of(settings, &plant);
+    let (steps, step) = settings.plant_steps();
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
     tick.controller = course.controller;
@@ -48,6 +51,12 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
     tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
+    if role == Role::Rendered && scenario.is_corrected() {
+        match correction(cell, &plant, settings, seed)? {
+            Some(correction) => tick.correction = correction,
+            None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
+        }
+    }
     let bench = VirtualBench { machine, tick };
     let mut state = BenchState::default();
     // One tick at rest fills the pickups and gives the first readings.
@@ -67,8 +76,10 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         felt_torque: column(),
         resisting_torque: column(),
         load_torque: column(),
+        velocity_error: 0.0,
         stable: true,
     };
+    let mut off = 0.0;
     for cycle in 0..cycles {
         let mut order = Order { render: 1.0, ..Order::default() };
         order.schedule(cycle, control_divider);
@@ -83,11 +94,16 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             }
         }
         let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
-        bench.tick_of(ticks.steps(&normals, cycle), &mut state, input, dt);
+        let output = bench.tick_of(ticks.steps(&normals, cycle), &mut state, input, dt);
         if (cycle + 1) % divider != 0 {
             continue;
         }
         let parts = &state.plant.machine;
+        let expected = match bench.tick.law {
+            Law::Bristle(_) | Law::Admittance(_) => state.tick.law.observer.drive.velocity,
+            _ => output.estimated_velocity,
+        };
+        off += (expected - parts.velocity).powi(2);
         trace.angle.push(parts.angle);
         trace.reference.push(order.reference.position);
         trace.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
@@ -105,14 +121,14 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             break;
         }
     }
+    trace.velocity_error = libm::sqrt(off / (trace.angle.len() as f64).max(1.0));
     Ok(trace)
 }
 
-/// Steps of the virtual machine in a tick and their length [s], short enough for the jitter of its ticks.
-fn steps_of(settings: &Settings<f64>, plant: &Plant<f64>) -> (usize, f64) {
-    let longest = settings.plant_step;
-    let plant_step = if plant.tick_jitter > 0.0 { longest.min(plant.tick_jitter) } else { longest };
-    Settings { plant_step, ..*settings }.plant_steps()
+/// Settings whose step of the virtual machine shows the jitter of its ticks.
+fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
+    let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
+    Settings { plant_step: settings.plant_step.min(longest), ..*settings }
 }
 
 impl Trace {

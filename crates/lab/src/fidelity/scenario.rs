@@ -44,6 +44,7 @@ enum Kind {
     Breakaway,
     Presliding,
     Curve,
+    CorrectedCurve,
 }
 
 /// One number of a comparison.
@@ -71,8 +72,10 @@ pub(super) enum Quantity {
     Count,
     /// Torque of the drive at which the load leaves its place.
     Breakaway,
-    /// Area of the loop of felt torque over angle.
+    /// Area of the loop of felt torque over angle: at 0.9 of the breakaway torque a percent of torque is 23 % of it.
     Area,
+    /// Stiffness of that loop, from its one end to the other: a percent of torque is 2 % of it.
+    Stiffness,
     /// Distance of the rendered from the desired characteristic.
     Curve,
 }
@@ -116,10 +119,17 @@ impl Scenario {
     pub const BREAKAWAY: Scenario =
         scenario("breakaway", Kind::Breakaway, &[measure("breakaway", Quantity::Breakaway)]);
     /// The drive's torque cycles below breakaway; no controller.
-    pub const PRESLIDING: Scenario =
-        scenario("presliding", Kind::Presliding, &[measure("presliding_area", Quantity::Area)]);
+    pub const PRESLIDING: Scenario = scenario(
+        "presliding",
+        Kind::Presliding,
+        &[measure("presliding_area", Quantity::Area), measure("presliding_stiffness", Quantity::Stiffness)],
+    );
     /// Constant speeds of 0.05 to 50 rad/s both ways, held by a stiff controller of its own that runs in every tick.
     pub const CURVE: Scenario = scenario("curve", Kind::Curve, &[measure("curve", Quantity::Curve)]);
+    /// The same under the correction that the bench makes of itself before: it measures the friction that it renders, and
+    /// corrects it twice at most.
+    pub const CURVE_CORRECTED: Scenario =
+        scenario("curve_corrected", Kind::CorrectedCurve, &[measure("curve_corrected", Quantity::Curve)]);
 }
 
 /// All scenarios.
@@ -132,6 +142,7 @@ pub const SCENARIOS: &[Scenario] = &[
     Scenario::BREAKAWAY,
     Scenario::PRESLIDING,
     Scenario::CURVE,
+    Scenario::CURVE_CORRECTED,
 ];
 
 /// Those in which the controller under test acts.
@@ -204,6 +215,21 @@ impl Scenario {
         SCENARIOS.iter().copied().find(|scenario| scenario.name == name)
     }
 
+    /// Whether the bench corrects itself before.
+    pub(super) fn is_corrected(&self) -> bool {
+        self.kind == Kind::CorrectedCurve
+    }
+
+    /// The same on a machine that renders nothing, so that there is nothing to correct.
+    pub(super) fn uncorrected(self) -> Scenario {
+        if self.is_corrected() { Scenario::CURVE } else { self }
+    }
+
+    /// Whether A0 is a part of its comparison: angles are scaled by it.
+    pub(super) fn needs_own(&self) -> bool {
+        self.measures.iter().any(|measure| matches!(measure.of, Quantity::Angle | Quantity::Moving | Quantity::End))
+    }
+
     /// Whether a measure is one of its.
     pub(super) fn has(&self, measure: &str) -> bool {
         self.measures.iter().any(|own| own.name == measure)
@@ -225,7 +251,7 @@ impl Scenario {
             Kind::StickSlip => (Drive::Position(Reference::Ramp(ramp)), START_UP + COUNTED),
             Kind::Breakaway => (Drive::TorqueRamp { rate: 0.5 * breakaway, travel: BROKEN_AWAY }, 4.0),
             Kind::Presliding => (Drive::TorqueCycles { amplitude: 0.9 * breakaway, frequency: 1.0 }, FADE_IN + 2.0),
-            Kind::Curve => {
+            Kind::Curve | Kind::CorrectedCurve => {
                 let staircase = Staircase::new();
                 let duration = staircase.duration();
                 (Drive::Staircase(staircase), duration)
@@ -234,10 +260,11 @@ impl Scenario {
         let controller = match self.kind {
             Kind::Hunting => pid(preset, 15.0, 3.0)?,
             Kind::StickSlip => pid(preset, 20.0, 1.0)?,
-            Kind::Curve => speed_holder(preset)?,
+            Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?,
             _ => preset.bench.controller,
         };
-        Ok(Course { controller, every_tick: self.kind == Kind::Curve, drive, rest: REST, duration })
+        let every_tick = matches!(drive, Drive::Staircase(_));
+        Ok(Course { controller, every_tick, drive, rest: REST, duration })
     }
 
     /// From here on a run is evaluated [s].
@@ -245,7 +272,7 @@ impl Scenario {
         REST + match self.kind {
             Kind::SlowSine | Kind::FastSine | Kind::Presliding => FADE_IN,
             Kind::Hunting | Kind::StickSlip => START_UP,
-            Kind::PointToPoint | Kind::Breakaway | Kind::Curve => 0.0,
+            Kind::PointToPoint | Kind::Breakaway | Kind::Curve | Kind::CorrectedCurve => 0.0,
         }
     }
 }

@@ -30,15 +30,18 @@ pub struct Score {
     pub stable: bool,
     /// How much B's load motor chatters [N m].
     pub chatter: f64,
+    /// How far B's law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
+    pub velocity_error: f64,
 }
 
-/// Compares B with A in all measures; A0 scales the angles. All three have the same scenarios and seeds.
+/// Compares B with A in all measures of its scenarios; A0 scales the angles. All have the same seeds, A all scenarios of
+/// B, A0 those with angles.
 pub fn scores(b: &Runs, a: &Runs, a0: &Runs) -> Vec<Score> {
     let mut scores = Vec::new();
     for (index, &scenario) in b.scenarios.iter().enumerate() {
         for measure in scenario.measures {
             let judge = Judge { scenario, quantity: measure.of, desired: b.desired };
-            scores.push(judge.score(measure.name, &b.traces[index], &a.traces[index], &a0.traces[index]));
+            scores.push(judge.score(measure.name, &b.traces[index], a.of(scenario), a0.of(scenario)));
         }
     }
     scores
@@ -56,7 +59,7 @@ impl Judge {
         let seeds = a.len();
         // With independent noise: each seed against the next.
         let other = |k: usize| (k + 1) % seeds;
-        let compare = |b: &Trace, k: usize, of: usize| self.difference(b, &a[of], [&a0[k], &a[k]]);
+        let compare = |b: &Trace, k: usize, of: usize| self.difference(b, &a[of], (a0.get(k), &a[k]));
         let stable = b.iter().all(|trace| trace.stable);
         let same: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, k)).collect();
         let apart: Vec<f64> = (0..seeds).map(|k| compare(&b[k], k, other(k))).collect();
@@ -79,21 +82,22 @@ impl Judge {
             excess: unless_unstable(excess(&all)),
             excess_ci95: bootstrap(seeds, excess).map(unless_unstable),
             floor: mean(floors.iter().copied()),
-            reference: mean((0..seeds).map(|k| self.reference(&a[k], &a0[k]))),
+            reference: mean((0..seeds).map(|k| self.reference(&a[k], a0.get(k)))),
             stable,
             chatter: mean(b.iter().map(Trace::chatter)),
+            velocity_error: mean(b.iter().map(|trace| trace.velocity_error)),
         }
     }
 
     /// How far `b` is from `a`; angles are scaled by the distance of two traces.
-    fn difference(&self, b: &Trace, a: &Trace, scale: [&Trace; 2]) -> f64 {
+    fn difference(&self, b: &Trace, a: &Trace, scale: (Option<&Trace>, &Trace)) -> f64 {
         match self.quantity {
             Quantity::Angle | Quantity::Moving | Quantity::End => {
-                self.distance(b, a) / self.distance(scale[0], scale[1])
+                self.distance(b, a) / scale.0.map_or(f64::NAN, |a0| self.distance(a0, scale.1))
             }
             Quantity::Curve => self.value(b),
             Quantity::Count => (self.value(b) - self.value(a)).abs(),
-            Quantity::Amplitude | Quantity::Interval | Quantity::Breakaway | Quantity::Area => {
+            Quantity::Amplitude | Quantity::Interval | Quantity::Breakaway | Quantity::Area | Quantity::Stiffness => {
                 let (of_b, of_a) = (self.value(b), self.value(a));
                 // A cycle or a loop of A that B does not have at all. Without one in A there is nothing to compare.
                 if of_b.is_nan() && !of_a.is_nan() { 1.0 } else { (of_b / of_a - 1.0).abs() }
@@ -101,9 +105,9 @@ impl Judge {
         }
     }
 
-    fn reference(&self, a: &Trace, a0: &Trace) -> f64 {
+    fn reference(&self, a: &Trace, a0: Option<&Trace>) -> f64 {
         match self.quantity {
-            Quantity::Angle | Quantity::Moving | Quantity::End => self.distance(a0, a),
+            Quantity::Angle | Quantity::Moving | Quantity::End => a0.map_or(f64::NAN, |a0| self.distance(a0, a)),
             _ => self.value(a),
         }
     }
@@ -133,20 +137,27 @@ impl Judge {
             Quantity::Interval => LimitCycle::find(trace, from).interval,
             Quantity::Count => LimitCycle::find(trace, from).breakaways as f64,
             Quantity::Breakaway => trace.felt_torque.last().copied().unwrap_or(f64::NAN),
-            Quantity::Area => loop_area(trace, from),
+            Quantity::Area => presliding(trace, from).map_or(f64::NAN, |[area, _]| area),
+            Quantity::Stiffness => presliding(trace, from).map_or(f64::NAN, |[_, stiffness]| stiffness),
             Quantity::Curve => Staircase::new().error(trace, &self.desired, REST),
             Quantity::Angle | Quantity::Moving | Quantity::End => f64::NAN,
         }
     }
 }
 
-/// Work in closed loops of felt torque over angle from a time [s] on [N m rad]; NaN where the load breaks away.
-fn loop_area(trace: &Trace, from: f64) -> f64 {
-    let start = (from / trace.period) as usize;
+/// Of the closed loops of felt torque over angle from a time [s] on: their area [N m rad] and their stiffness from end to
+/// end [N m/rad]; none where the load breaks away or did not come so far.
+fn presliding(trace: &Trace, from: f64) -> Option<[f64; 2]> {
+    let start = ((from / trace.period) as usize).max(1);
     let work =
         |k: usize| 0.5 * (trace.felt_torque[k] + trace.felt_torque[k - 1]) * (trace.angle[k] - trace.angle[k - 1]);
-    if trace.angle.iter().any(|angle| angle.abs() > BROKEN_AWAY) {
-        return f64::NAN;
+    if trace.angle.len() <= start || trace.angle.iter().any(|angle| angle.abs() > BROKEN_AWAY) {
+        return None;
     }
-    (start.max(1)..trace.angle.len()).map(work).sum()
+    let extent = |values: &[f64]| {
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), &x| (low.min(x), high.max(x)));
+        high - low
+    };
+    let stiffness = extent(&trace.felt_torque[start..]) / extent(&trace.angle[start..]);
+    Some([(start..trace.angle.len()).map(work).sum(), stiffness])
 }

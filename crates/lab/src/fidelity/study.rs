@@ -105,9 +105,30 @@ impl Group {
 
     /// The laws by their own names, each once, the picked one in its place.
     fn resolved(&self, auto: &str) -> Vec<&'static str> {
-        let asked = |name: &str| self.laws.iter().any(|law| law == name || law == AUTO && name == auto);
-        LAWS.iter().map(|(name, _)| *name).filter(|name| asked(name)).collect()
+        LAWS.iter().map(|(name, _)| *name).filter(|name| asked(&self.laws, name, auto)).collect()
     }
+
+    /// The scenarios in which a machine is compared: A and A0 (no law) have nothing to correct, A0 scales angles and is
+    /// shown.
+    fn scenarios(&self, all: &[Scenario], role: Role, law: &str, auto: &str) -> Vec<Scenario> {
+        let mut scenarios: Vec<Scenario> = match role {
+            Role::Desired => all.iter().map(|scenario| scenario.uncorrected()).collect(),
+            Role::Own => {
+                all.iter().copied().filter(|scenario| scenario.needs_own() || SHOWN.contains(scenario)).collect()
+            }
+            Role::Rendered => {
+                let corrected = asked(&self.corrected, law, auto);
+                all.iter().copied().filter(|scenario| corrected || !scenario.is_corrected()).collect()
+            }
+        };
+        scenarios.dedup();
+        scenarios
+    }
+}
+
+/// Whether a law is among those asked for, by its name or as the picked one.
+fn asked(laws: &[String], name: &str, auto: &str) -> bool {
+    laws.iter().any(|law| law == name || law == AUTO && name == auto)
 }
 
 struct Work<'a> {
@@ -126,7 +147,9 @@ impl Work<'_> {
         let Plan { scenarios, seeds, .. } = self.plan;
         let widths = group.laws.iter().filter(|law| has_width(law)).count();
         let search = if widths > 0 { 2 * CLOSED_LOOP.len() + widths * search_runs() } else { 0 };
-        scenarios.len() * seeds.len() * (2 + group.laws.len()) + search
+        let of = |role, law: &str| group.scenarios(scenarios, role, law, AUTO).len();
+        let laws: usize = group.laws.iter().map(|law| of(Role::Rendered, law)).sum();
+        seeds.len() * (of(Role::Desired, "") + of(Role::Own, "") + laws) + search
     }
 
     /// The law that the bench picks from what it believes of the machine; none where nobody asks.
@@ -157,6 +180,7 @@ impl Work<'_> {
             .sum();
         let cell = Bed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
         let picked = self.picked(group, &cell)?;
+        let auto = picked.as_ref().map_or("", |pick| pick.name);
         // What is found in common is counted as done.
         self.done.store(before, Ordering::Relaxed);
         let wheel = if group.wheel { "with wheel" } else { "without wheel" };
@@ -164,22 +188,24 @@ impl Work<'_> {
         let (watch, done) = (self.watch, &self.done);
         let done = move || watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64);
 
-        let run = |cell: &Cell, role| Runs::counted(cell, role, scenarios, seeds, *threads, &done);
+        let run = |cell: &Cell, role, law: &str| {
+            let scenarios = group.scenarios(scenarios, role, law, auto);
+            Runs::counted(cell, role, &scenarios, seeds, *threads, &done)
+        };
         let truth = machine(&cell, Role::Desired);
         // Neither wheel nor law nor own friction is a part of A.
         let a = match self.desired.take() {
             Some((last, machine, runs)) if (&last.preset, last.rate, machine) == (&group.preset, group.rate, truth) => {
                 runs
             }
-            _ => run(&cell, Role::Desired)?,
+            _ => run(&cell, Role::Desired, "")?,
         };
-        let a0 = run(&cell, Role::Own)?;
+        let a0 = run(&cell, Role::Own, "")?;
         let mut examples: Vec<Example> = Vec::new();
         if keeps {
             examples = shown(group, &a, &a0);
         }
         let mut references = None;
-        let auto = picked.as_ref().map_or("", |pick| pick.name);
         for name in group.resolved(auto) {
             let search = |cell: &Cell| {
                 if references.is_none() {
@@ -188,12 +214,12 @@ impl Work<'_> {
                 references.as_ref().map_or(Ok(f64::NAN), |references| best_width(cell, references, *threads, &done))
             };
             let cell = with_law(&cell, name, search)?;
-            let b = run(&cell, Role::Rendered)?;
-            let auto = name == auto;
+            let b = run(&cell, Role::Rendered, name)?;
+            let picked_this = name == auto;
             let prediction = picked.as_ref().and_then(|pick| pick.predicted.iter().find(|other| other.law == name));
             for example in &mut examples {
-                if let (true, Some(k)) = (auto || name == PAPER, index(&b, example.scenario)) {
-                    example.b.push((name, b.traces[k][0].clone()));
+                if let (true, Some(trace)) = (picked_this || name == PAPER, b.of(example.scenario).first()) {
+                    example.b.push((name, trace.clone()));
                 }
             }
             let fade_velocity = if has_width(name) { cell.preset.bench.fade_velocity } else { f64::NAN };
@@ -203,7 +229,7 @@ impl Work<'_> {
                 wheel: group.wheel,
                 rate: group.rate,
                 mismatch: group.mismatch.name,
-                auto,
+                auto: picked_this,
                 predicted: prediction.map_or(f64::NAN, |prediction| prediction.difference(score.measure)),
                 fade_velocity,
                 score,
@@ -215,16 +241,14 @@ impl Work<'_> {
     }
 }
 
-fn index(runs: &Runs, scenario: Scenario) -> Option<usize> {
-    runs.scenarios.iter().position(|other| *other == scenario)
-}
+/// The scenarios that are shown.
+const SHOWN: [Scenario; 2] = [Scenario::SINE_2HZ, Scenario::HUNTING];
 
-/// The scenarios that are shown, on A and A0.
+/// What is shown of A and A0.
 fn shown(group: &Group, a: &Runs, a0: &Runs) -> Vec<Example> {
     let of = |scenario| {
-        let k = index(a, scenario)?;
-        let [a, a0] = [a, a0].map(|runs| runs.traces[k][0].clone());
+        let (a, a0) = (a.of(scenario).first()?.clone(), a0.of(scenario).first()?.clone());
         Some(Example { group: group.clone(), scenario, a, a0, b: Vec::new() })
     };
-    [Scenario::SINE_2HZ, Scenario::HUNTING].into_iter().filter_map(of).collect()
+    SHOWN.into_iter().filter_map(of).collect()
 }

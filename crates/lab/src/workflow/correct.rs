@@ -11,7 +11,7 @@ use stickslip_core::render::{CORRECTION_POINTS, Correction, CorrectionTable};
 
 use super::render::{Rendering, faded_below, render};
 use crate::bench::Bench;
-use crate::experiment::FrictionPlan;
+use crate::experiment::{FrictionCurve, FrictionPlan};
 use crate::{Error, Watch};
 
 /// Share of what is missing that a correction adds: a loop that repeats itself stays calm below 1.
@@ -183,6 +183,23 @@ fn smooth(table: &CorrectionTable<f64>, missing: &[Missing]) -> [f64; CORRECTION
     found.map_or([0.0; CORRECTION_POINTS], |found| std::array::from_fn(|k| found[k]))
 }
 
+/// Where a correction by this plan may correct, for a law that renders nothing up to a speed [rad/s].
+pub(crate) fn table(plan: &FrictionPlan<f64>, begin: f64) -> CorrectionTable<f64> {
+    let slowest = plan.speeds().find(|speed| *speed > begin).unwrap_or(plan.fastest);
+    CorrectionTable { begin, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
+}
+
+/// What a measured curve lacks of the desired friction on each plateau that counts, beyond a speed [rad/s].
+pub(crate) fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, begin: f64) -> Vec<Missing> {
+    let kept = curve.kept().filter(|plateau| plateau.set_velocity.abs() > begin);
+    let missing = kept.map(|plateau| Missing {
+        speed: plateau.velocity.abs(),
+        torque: plateau.set_velocity.signum() * (desired.torque(plateau.velocity) - plateau.torque),
+        standard_error: plateau.standard_error,
+    });
+    missing.collect()
+}
+
 /// Renders the desired friction and corrects it by measuring again, at most `corrections` times; the correction that
 /// is kept is in force on the bench.
 ///
@@ -195,9 +212,7 @@ pub fn render_corrected(
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Corrected<Rendering>, Error> {
-    let begin = faded_below(bench.settings());
-    let slowest = plan.speeds().find(|speed| *speed > begin).unwrap_or(plan.fastest);
-    let table = CorrectionTable { begin, slowest, fastest: plan.fastest, ..CorrectionTable::default() };
+    let table = table(plan, faded_below(bench.settings()));
     let corrected = correct(table, corrections, Rendering::missing, |correction| {
         bench.set_correction(correction);
         render(plan, desired, bench, watch)

@@ -6,7 +6,7 @@ use serde_json::Value;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque};
 
-use super::correct::{Corrected, Iteration, Missing, Stopped, render_corrected};
+use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
 use super::tell::{columns, rows};
 use super::write_columns;
@@ -88,14 +88,7 @@ pub(crate) fn faded_below(settings: &Settings<f64>) -> f64 {
 impl Rendering {
     /// What is missing on each plateau that counts, outside the fade-out.
     pub(crate) fn missing(&self) -> Vec<Missing> {
-        let outside = |speed: f64| speed > self.law.fade_velocity;
-        let kept = self.curve.kept().filter(|plateau| outside(plateau.set_velocity.abs()));
-        let missing = kept.map(|plateau| Missing {
-            speed: plateau.velocity.abs(),
-            torque: plateau.set_velocity.signum() * (self.law.desired.torque(plateau.velocity) - plateau.torque),
-            standard_error: plateau.standard_error,
-        });
-        missing.collect()
+        missing(&self.curve, &self.law.desired, self.law.fade_velocity)
     }
 
     /// Whether it came to its end.
