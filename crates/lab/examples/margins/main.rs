@@ -87,7 +87,7 @@ fn admittance(summary: &mut Summary, text: &mut String) -> Result<(), Error> {
         all.push([predicted, observed]);
     }
     text.push_str(
-        "\nNo bristles are too stiff for the admittance (bandwidth 250 rad/s), but its chatter may be too large: predicted \
+        "\nNo bristles are too stiff for the admittance (bandwidth 350 rad/s), but its chatter may be too large: predicted \
          over observed, at the preset's stiffness, of the benches that are not refused.\n\n\
          | law | benches | predicted/observed: least | median | greatest | predicted at least half of observed |\n\
          |-|-|-|-|-|-|\n",
