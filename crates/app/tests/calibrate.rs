@@ -59,7 +59,9 @@ fn a_machine_in_another_process_is_identified_with_the_same_bits_as_in_this_one(
 fn a_cancelled_calibration_leaves_nothing() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("out");
-    let mut child = calibrate(&out).arg("--progress").stderr(Stdio::piped()).spawn().expect("the program starts");
+    let mut command = calibrate(&out);
+    command.arg("--progress").stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("the program starts");
     let mut said = lines(child.stderr.take().expect("it is piped"));
     assert!(said.any(|line| line.starts_with("fit of the drive")), "the program ended before its fit");
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill is there");

@@ -81,21 +81,33 @@ fn a_machine_drawn_at_random_is_identified_better_than_an_admittance_law_needs()
     assert_eq!(calibration.tacho_ripple_order, preset.plant.tacho.ripple_periods as usize);
 }
 
-fn bench() -> VirtualBench {
+fn bench(name: &str) -> VirtualBench {
     let preset: Preset<f64> =
-        parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+        parameters::presets::find(name).and_then(|source| source.read()).expect("a preset that reads");
     VirtualBench::new(&preset, 1).expect("a preset that can be prepared")
 }
 
 #[test]
 fn a_bench_that_is_not_homed_is_not_calibrated() {
-    let refused = calibrate(&CalibrationPlan::default(), &mut bench(), &Watch::silent());
+    let refused = calibrate(&CalibrationPlan::default(), &mut bench("clm-bench"), &Watch::silent());
     assert!(matches!(refused, Err(Error::NotHomed)));
 }
 
 #[test]
+fn an_axis_without_a_load_motor_is_refused_with_what_to_do_instead() {
+    let refused = calibrate(&CalibrationPlan::default(), &mut bench("emps"), &Watch::silent()).unwrap_err();
+    assert!(refused.to_string().contains("identify an axis from a recording"), "{refused}");
+}
+
+#[test]
+fn a_machine_whose_load_motor_ripples_is_told_not_to_be_the_one_that_is_fitted() {
+    let (_, calibration) = experiment("clm-real", 1).unwrap();
+    assert!(calibration.warnings.iter().any(|said| said.contains("ripple of a motor")), "{:?}", calibration.warnings);
+}
+
+#[test]
 fn a_calibration_that_is_cancelled_ends() {
-    let mut bench = bench();
+    let mut bench = bench("clm-bench");
     home(&mut bench, &Watch::silent()).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = cancelled.clone();

@@ -14,7 +14,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use stickslip::{Error, Summary, output};
-use study::{PRESETS, Score, score};
+use study::{PRESETS, Score, experiment, scores};
 
 const HEAD: &str = "\
 # Does a calibrated bench know how well?
@@ -57,7 +57,7 @@ fn run(preset: &str, first: u64, last: u64) -> Result<Vec<(u64, Vec<Score>)>, Er
                     if seed > last {
                         return;
                     }
-                    let result = score(preset, seed);
+                    let result = experiment(preset, seed).and_then(|(machine, found)| scores(&machine, &found));
                     eprintln!("{preset}: {seed} of {last}");
                     done.lock().expect("no thread panics with the lock").insert(seed, result);
                 }

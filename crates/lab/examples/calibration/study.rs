@@ -133,13 +133,6 @@ pub(crate) struct Score {
     pub(crate) half: f64,
 }
 
-/// All numbers of an experiment of which the truth is known.
-#[allow(dead_code, reason = "the test scores calibrations that it has")]
-pub(crate) fn score(name: &str, seed: u64) -> Result<Vec<Score>, Error> {
-    let (preset, calibration) = experiment(name, seed)?;
-    scores(&preset, &calibration)
-}
-
 /// All numbers of a calibration of which the truth is known.
 pub(crate) fn scores(preset: &Preset<f64>, calibration: &Calibration) -> Result<Vec<Score>, Error> {
     let mut scores = Vec::new();

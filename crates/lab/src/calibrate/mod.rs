@@ -42,6 +42,9 @@ use crate::fit::{CurvePoint, StribeckFit, fit_stribeck};
 use crate::preset::{Model, Settings};
 use crate::{Error, Watch};
 
+/// Torque constants of motors that turn a bench [N m/A].
+const LOAD_MOTORS: [f64; 2] = [1e-4, 10.0];
+
 /// Plan of the friction measurement within a calibration.
 pub fn friction_plan() -> FrictionPlan<f64> {
     FrictionPlan { slowest: 0.2, fastest: 40.0, speeds: 11.0, settling_time: 0.2, ..FrictionPlan::default() }
@@ -55,15 +58,32 @@ impl CalibrationPlan<f64> {
     }
 }
 
+/// Whether a bench has what a calibration needs.
+///
+/// # Errors
+/// [`Error::OutOfRange`] without a load motor.
+pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
+    let [minimum, maximum] = LOAD_MOTORS;
+    let value = model.load_motor.torque_constant;
+    if value < minimum {
+        let (name, unit) = ("the torque constant of the load motor", "N m/A");
+        let remedy =
+            "Without a load motor no torque of the bench has a scale; identify an axis from a recording instead.";
+        return Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy });
+    }
+    Ok(())
+}
+
 /// Calibrates a bench that is homed and running.
 ///
 /// # Errors
-/// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] where too few plateaus slid.
+/// As [`calibratable`]; [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] where too few plateaus slid.
 pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
+    let (model, settings) = (*bench.model(), *bench.settings());
+    calibratable(&model)?;
     if bench.safety().zero().is_none() {
         return Err(Error::NotHomed);
     }
-    let (model, settings) = (*bench.model(), *bench.settings());
     let dt = settings.tick_time();
     let first = bench.step(Command::default())?.cycle;
     hold_speed(bench)?;

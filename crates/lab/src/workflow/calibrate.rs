@@ -6,7 +6,7 @@ use super::draw::{Captioned, curve, friction, plateaus};
 use super::write_columns;
 use crate::bench::remote::{Address, RemoteBench};
 use crate::bench::{Bench, VirtualBench};
-use crate::calibrate::{Calibration, CalibrationPlan, Identified, Trace, calibrate};
+use crate::calibrate::{Calibration, CalibrationPlan, Identified, Trace, calibratable, calibrate};
 use crate::experiment::home;
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::quantity::{Estimate, number};
@@ -59,6 +59,7 @@ pub fn calibrate_remote(
 }
 
 fn calibrated(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
+    calibratable(bench.model())?;
     home(bench, watch)?;
     calibrate(plan, bench, watch)
 }
