@@ -28,7 +28,7 @@ pub const CHATTER_LIMIT: f64 = 20e-3;
 pub const STIFFNESSES: [f64; 2] = [100.0, 1e5];
 /// Largest gain that is tried.
 pub const LARGEST_GAIN: f64 = 10.0;
-/// Largest additional delay that is tried [ticks].
+/// Largest additional delay that is tried, in ticks.
 pub const LARGEST_DELAY: f64 = 3.0;
 /// Time in which chatter builds up [s].
 const HORIZON: f64 = 0.5;
