@@ -81,7 +81,7 @@ pub struct Doubt<T> {
     #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
     pub load_inertia: T,
     /// Stiffness of the coupling, as a share: a law that follows fast does not bear much of it.
-    #[field(unit = "1", range = 0.0..=0.5, default = 0.02)]
+    #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
     pub coupling_stiffness: T,
     /// Breakaway and kinetic torque of the own friction, as a share.
     #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
