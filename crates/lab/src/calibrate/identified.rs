@@ -16,6 +16,7 @@ use crate::quantity::Estimate;
 
 /// Standard uncertainty over the value beyond which a number is not believed.
 const UNKNOWN: f64 = 0.25;
+
 /// A number that was identified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {

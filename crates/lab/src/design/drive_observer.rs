@@ -29,9 +29,6 @@ impl Default for Trust {
 /// Speed for which the gains at high speed are made [rad/s].
 const FAST: f64 = 30.0;
 
-/// Amplitude of the tacho's ripple at which both sets of gains have the same share, over the deviation at standstill.
-const HALF_WAY: f64 = 1.0;
-
 /// Longest step of the observer's model [s].
 const LONGEST_STEP: f64 = 125e-6;
 
@@ -55,7 +52,8 @@ pub fn drive_observer(
     let observer = believed_drive(model, dt / steps as f64)?;
     let linear = Linear::new(model, dt, trust)?;
     let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed));
-    let ripple_velocity = (HALF_WAY * slow_tacho(model) / (model.tacho_ripple + 1e-9)).min(1e6);
+    // Where the ripple is as large as what a tacho at standstill is off by; without ripple both sets are alike.
+    let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
     Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
 }
 
