@@ -3,13 +3,16 @@
 //!     cargo xtask study fidelity
 //!
 //! runs what `stickslip fidelity` runs without options and writes its tables into `docs/studies/fidelity.md`, all numbers
-//! into `fidelity.csv`. `-- FOLDER SEEDS` takes fewer noise seeds.
+//! into `fidelity.csv`, the figures beside the guide's. `-- FOLDER SEEDS` takes fewer noise seeds.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use stickslip::fidelity::{Outcome, Row, Selection, run_plan};
 use stickslip::{Error, Watch, output};
+
+/// Where the guide looks for its figures, from the folder of the studies.
+const FIGURES: &str = "../src/figures/fidelity";
 
 fn main() -> Result<(), Error> {
     let mut arguments = std::env::args().skip(1);
@@ -19,6 +22,11 @@ fn main() -> Result<(), Error> {
     let plan = Selection { seeds, ..Selection::default() }.plan()?;
     let outcome = run_plan(&plan, &Watch::silent())?;
     output::write(&folder.join("fidelity.csv"), csv(&outcome.rows))?;
+    let figures = folder.join(FIGURES);
+    output::create_folder(&figures)?;
+    for (name, figure, _) in outcome.figures() {
+        output::write(&figures.join(name), figure.svg())?;
+    }
     output::write(&folder.join("fidelity.md"), page(&outcome))
 }
 

@@ -13,6 +13,11 @@ use crate::{Error, Preset, Summary};
 
 /// Time of a limit cycle that is drawn [s].
 const DRAWN: f64 = 4.0;
+/// Time before and after a reversal that is drawn [s].
+const DRAWN_AROUND_REVERSAL: f64 = 0.05;
+
+/// Beginning of a file's name, figure, caption.
+type Drawn = (&'static str, Figure, &'static str);
 
 impl Outcome {
     /// The rows, under their stable names; `fidelity.complete` is 0 where the run was cancelled.
@@ -161,14 +166,20 @@ impl Outcome {
         )
     }
 
-    fn figures(&self) -> Vec<(String, Figure, String)> {
-        let examples = self.examples.iter().map(|example| {
-            let (what, figure, caption) =
-                if example.scenario == Scenario::HUNTING { hunting(example) } else { following(example) };
+    /// The figures with the names of their files and their captions.
+    pub fn figures(&self) -> Vec<(String, Figure, String)> {
+        let of = |example: &Example| {
+            let drawn = if example.scenario == Scenario::HUNTING {
+                vec![hunting(example)]
+            } else {
+                vec![following(example), reversal(example)]
+            };
             let wheel = if example.group.wheel { "with-wheel" } else { "without-wheel" };
-            (format!("{what}-{wheel}.svg"), figure, caption)
-        });
-        examples.chain(self.over_own_friction()).collect()
+            drawn
+                .into_iter()
+                .map(move |(what, figure, caption)| (format!("{what}-{wheel}.svg"), figure, caption.into()))
+        };
+        self.examples.iter().flat_map(of).chain(self.over_own_friction()).collect()
     }
 
     /// Difference over the error of the own friction.
@@ -211,7 +222,7 @@ impl Outcome {
 }
 
 /// Deviation from the set-point in a limit cycle.
-fn hunting(example: &Example) -> (&'static str, Figure, String) {
+fn hunting(example: &Example) -> Drawn {
     let period = example.a.period;
     let from = (example.scenario.evaluated_from() / period) as usize;
     let deviation = |trace: &super::Trace| -> Vec<(f64, f64)> {
@@ -226,11 +237,11 @@ fn hunting(example: &Example) -> (&'static str, Figure, String) {
     let figure = with_laws(figure, example, |trace| deviation(trace));
     let caption = "A PID controller with too much integral action. With the desired friction it hunts, with the machine's \
                    own it does not; the bench shall make it hunt alike.";
-    ("hunting", figure, caption.into())
+    ("hunting", figure, caption)
 }
 
 /// Distance from the machine with the true friction along a sine.
-fn following(example: &Example) -> (&'static str, Figure, String) {
+fn following(example: &Example) -> Drawn {
     let period = example.a.period;
     let from = (example.scenario.evaluated_from() / period) as usize;
     let distance = |trace: &super::Trace| -> Vec<(f64, f64)> {
@@ -243,7 +254,31 @@ fn following(example: &Example) -> (&'static str, Figure, String) {
         .series(Series::line(Role::Own, "nothing rendered", distance(&example.a0)).dashed());
     let figure = with_laws(figure, example, |trace| distance(trace));
     let caption = "How far the load is from where it would be with the true friction, the same noise in all.";
-    ("sine", figure, caption.into())
+    ("sine", figure, caption)
+}
+
+/// What resists the load through a reversal.
+fn reversal(example: &Example) -> Drawn {
+    let period = example.a.period;
+    let from = (example.scenario.evaluated_from() / period) as usize;
+    let turns = |k: &usize| {
+        (example.a.angle[*k] - example.a.angle[k - 1]) * (example.a.angle[k + 1] - example.a.angle[*k]) <= 0.0
+    };
+    let reversal = (from + 1..example.a.angle.len().saturating_sub(1)).find(turns).unwrap_or(from);
+    let around = (DRAWN_AROUND_REVERSAL / period) as usize;
+    let resisting = |trace: &super::Trace| -> Vec<(f64, f64)> {
+        let (begin, end) = (reversal.saturating_sub(around), (reversal + around).min(trace.angle.len()));
+        (begin..end).map(|k| ((k as f64 - reversal as f64) * period, trace.resisting_torque[k])).collect()
+    };
+    let figure = Figure::new(format!("A reversal {}", wheel(example)))
+        .x(Axis::new("time from the reversal", "s"))
+        .y(Axis::new("torque that resists the load", "N m"))
+        .series(Series::line(Role::Desired, "true friction", resisting(&example.a)))
+        .series(Series::line(Role::Own, "own friction", resisting(&example.a0)).dashed());
+    let figure = with_laws(figure, example, |trace| resisting(trace));
+    let caption = "Friction and load motor together, where the sine of 2 Hz turns round: the load sticks, its bristles bend \
+                   the other way, and it breaks away.";
+    ("reversal", figure, caption)
 }
 
 fn wheel(example: &Example) -> &'static str {
