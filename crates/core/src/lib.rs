@@ -18,6 +18,7 @@ extern crate std;
 
 pub mod block;
 pub mod control;
+pub mod cycle;
 pub mod drive;
 pub mod estimate;
 pub mod fields;

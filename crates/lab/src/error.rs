@@ -309,15 +309,8 @@ pub enum Error {
         reason: String,
     },
     /// Supervision does not admit what was asked for.
-    #[error("the bench refuses {request}: it is {state}. {remedy}")]
-    Refused {
-        /// What was asked for.
-        request: String,
-        /// The state that stays.
-        state: String,
-        /// What to do first.
-        remedy: &'static str,
-    },
+    #[error(transparent)]
+    Refused(#[from] stickslip_core::supervise::Refusal),
     /// An experiment that needs the screw's zero.
     #[error("the bench is not homed: the screw's zero is unknown. Home it first.")]
     NotHomed,

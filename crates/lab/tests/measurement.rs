@@ -23,8 +23,8 @@ fn homed(preset: &Preset<f64>) -> VirtualBench {
 #[test]
 fn every_preset_reads_runs_and_homes() {
     for (name, _) in parameters::presets::list() {
-        let mut bench = homed(&preset(name));
-        let zero = bench.safety().zero().unwrap();
+        let bench = homed(&preset(name));
+        let zero = bench.zero().unwrap();
         // The index lies where the preset has it, to a count.
         let encoder = bench.truth().encoder;
         let index = encoder.index_angle - bench.truth().start_angle;

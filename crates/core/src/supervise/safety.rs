@@ -35,6 +35,9 @@ pub struct SafetyLimits<T> {
     /// How long the encoder may stand nevertheless.
     #[field(symbol = "T_f", unit = "s", range = 1e-3..=10.0, default = 0.05)]
     pub frozen_time: T,
+    /// Deceleration with which a set-point that nobody leads any more comes to rest.
+    #[field(symbol = "a_stop", unit = "rad/s^2", range = 1.0..=1e6, default = 600.0)]
+    pub stop_deceleration: T,
 }
 
 impl<T: Scalar> SafetyLimits<T> {
@@ -182,6 +185,14 @@ pub struct Refusal {
     pub remedy: &'static str,
 }
 
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the bench refuses {:?}: it is {:?}. {}", self.request, self.state, self.remedy)
+    }
+}
+
+impl core::error::Error for Refusal {}
+
 /// The safety functions.
 #[derive(Clone, Copy, Debug)]
 pub struct Safety {
@@ -198,6 +209,11 @@ impl Safety {
     /// Switched off, zero unknown.
     pub fn new(limits: SafetyLimits<f64>) -> Self {
         Safety { limits, state: SafetyState::Off, zero: None, previous: None, standing: 0.0 }
+    }
+
+    /// What is too much.
+    pub fn limits(&self) -> &SafetyLimits<f64> {
+        &self.limits
     }
 
     /// What the bench may do.

@@ -1,21 +1,10 @@
 //! What lies between the software of the bench and its machine: voltages out, readings in.
 
-use stickslip_core::Fields;
+use stickslip_core::cycle::Voltages;
 use stickslip_core::tick::Measurement;
 
 use super::remote::LinkFault;
 use crate::Error;
-
-/// What the software writes in a tick.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Voltages<T> {
-    /// For the servo amplifier's D/A converter.
-    #[field(symbol = "u_servo", unit = "V")]
-    pub servo_voltage: T,
-    /// For the load amplifier's D/A converter.
-    #[field(symbol = "u_amp", unit = "V")]
-    pub amplifier_voltage: T,
-}
 
 /// A machine behind converters and counters: here, in another process, or of steel.
 pub trait Io {

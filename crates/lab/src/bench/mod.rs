@@ -9,53 +9,27 @@ pub mod remote;
 mod traveller;
 mod virtual_bench;
 
-pub use io::{Io, Voltages};
+pub use io::Io;
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
+pub use stickslip_core::cycle::Voltages;
 pub use traveller::Traveller;
 pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;
-use stickslip_core::control::reference::Setpoint;
+pub use stickslip_core::cycle::{Change, Command, Frame};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
-use stickslip_core::supervise::Safety;
-use stickslip_core::tick::{Measurement, TickOutput};
+use stickslip_core::supervise::SafetyState;
 
-use crate::Error;
 use crate::preset::{Model, Settings};
-
-/// What an experiment asks for in a tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Command {
-    /// Set-point, counted from the screw's zero once it is known.
-    pub setpoint: Setpoint<f64>,
-    /// Whether the position controller is on.
-    pub control: bool,
-    /// Whether the rendering law is on.
-    pub render: bool,
-    /// Torque added to the controller's [N m].
-    pub added_torque: f64,
-    /// Torque of the load motor added to the law's, against positive motion [N m].
-    pub added_load_torque: f64,
-}
-
-/// What an experiment gets in a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// Number of the tick since the start.
-    pub cycle: u64,
-    /// Screw angle by the encoder [rad], counted from the screw's zero once it is known.
-    pub angle: f64,
-    /// The set-point that was followed.
-    pub setpoint: Setpoint<f64>,
-    /// What the interfaces delivered at the begin of the tick.
-    pub measurement: Measurement<f64>,
-    /// Everything that the software knows.
-    pub signals: TickOutput<f64>,
-}
+use crate::{Error, design};
 
 /// A bench to experiment on.
+///
+/// Where it runs by the clock, commands go some ticks ahead of what comes of them: [`hand_over`](Bench::hand_over) gives
+/// one and takes what is there, [`outstanding`](Bench::outstanding) fetches the rest. In lockstep each command's frame
+/// comes at once. Either way no frame is lost and all come in their order.
 pub trait Bench {
     /// What is believed of the machine.
     fn model(&self) -> &Model<f64>;
@@ -63,27 +37,67 @@ pub trait Bench {
     /// How the bench runs.
     fn settings(&self) -> &Settings<f64>;
 
-    /// One tick.
+    /// Hands over the command of the next tick; returns the oldest frame that was not fetched yet, if it is there.
     ///
     /// # Errors
     /// [`Error::BenchFault`] once supervision has taken the torque away.
-    fn step(&mut self, command: Command) -> Result<Frame, Error>;
+    fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error>;
 
-    /// Supervision: requests of the operator, the screw's zero, the state.
-    fn safety(&mut self) -> &mut Safety;
+    /// Waits for the next frame of a command that was handed over; none where all were fetched.
+    ///
+    /// # Errors
+    /// As [`hand_over`](Bench::hand_over).
+    fn outstanding(&mut self) -> Result<Option<Frame>, Error>;
+
+    /// Changes what runs, behind the commands that were handed over.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] for a request that the state of the bench does not admit.
+    fn change(&mut self, change: Change) -> Result<(), Error>;
+
+    /// What the bench may do.
+    fn safety(&self) -> SafetyState;
+
+    /// Encoder angle of the screw's zero [rad], where known.
+    fn zero(&self) -> Option<f64>;
+
+    /// Carries one command out and waits for what comes of it. Frames that were not fetched are lost.
+    ///
+    /// # Errors
+    /// As [`hand_over`](Bench::hand_over).
+    fn step(&mut self, command: Command) -> Result<Frame, Error> {
+        let mut last = self.hand_over(command)?;
+        while let Some(frame) = self.outstanding()? {
+            last = Some(frame);
+        }
+        Ok(last.expect("a command that was handed over has a frame or an error"))
+    }
 
     /// The position controller in force from the next tick on, run every `divider` ticks; it takes the torque over.
-    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64);
+    ///
+    /// # Errors
+    /// As [`change`](Bench::change).
+    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) -> Result<(), Error> {
+        self.change(Change::Controller { controller, divider })
+    }
 
     /// The rendering law in force from the next tick on, with the current control that belongs to it. It begins with the
     /// torque of the law before.
     ///
     /// # Errors
     /// What the design of the current control refuses.
-    fn set_law(&mut self, law: Law<f64>) -> Result<(), Error>;
+    fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
+        let current = design::load_current_control(&law, self.model(), self.settings())?;
+        self.change(Change::Law { law, current })
+    }
 
     /// What is added to the rendering law from the next tick on.
-    fn set_correction(&mut self, correction: Correction<f64>);
+    ///
+    /// # Errors
+    /// As [`change`](Bench::change).
+    fn set_correction(&mut self, correction: Correction<f64>) -> Result<(), Error> {
+        self.change(Change::Correction(correction))
+    }
 
     /// Presses the friction wheel's linings on, 0 … 1. On hardware it asks the operator to do it.
     ///

@@ -4,11 +4,12 @@ use stickslip_core::block::Block as _;
 use stickslip_core::plant::{Plant, PlantInput, PlantState, VirtualMachine};
 use stickslip_core::tick::Measurement;
 
-use super::io::{Io, Voltages, check_preload};
+use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
 use super::remote::LinkFault;
 use crate::noise::{Normals, Ticks};
 use crate::{Error, Preset, integrator};
+use stickslip_core::cycle::Voltages;
 
 /// The virtual machine with the noise of a seed.
 #[derive(Clone, Debug)]

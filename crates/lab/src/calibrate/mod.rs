@@ -81,14 +81,14 @@ pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
 pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
     let (model, settings) = (*bench.model(), *bench.settings());
     calibratable(&model)?;
-    if bench.safety().zero().is_none() {
+    if bench.zero().is_none() {
         return Err(Error::NotHomed);
     }
     let dt = settings.tick_time();
     let first = bench.step(Command::default())?.cycle;
     hold_speed(bench)?;
     let turning = record::turning(plan, bench, watch);
-    bench.set_controller(settings.controller, settings.divider());
+    bench.set_controller(settings.controller, settings.divider())?;
     let mut segments = turning?;
     let curve = measure_friction(&friction_plan(), bench, false, watch)?;
     let rubbed = curve.fit()?.curve();

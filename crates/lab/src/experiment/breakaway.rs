@@ -182,7 +182,7 @@ impl Breakaway {
 /// [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`] before the first ramp has ended, afterwards what
 /// was measured comes back as not complete.
 pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Breakaway, Error> {
-    if bench.safety().zero().is_none() {
+    if bench.zero().is_none() {
         return Err(Error::NotHomed);
     }
     let model = *bench.model();
@@ -192,7 +192,7 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     let mut ramps = Vec::new();
     let ended = visit(plan, bench, first, watch, &mut ramps);
     let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider());
+    bench.set_controller(settings.controller, settings.divider())?;
     let complete = kept(ended, !ramps.is_empty())?;
     let last = bench.step(Command::default())?;
     let duration = (last.cycle - first.cycle) as f64 * settings.tick_time();

@@ -112,7 +112,7 @@ pub fn measure_friction(
     render: bool,
     watch: &Watch,
 ) -> Result<FrictionCurve, Error> {
-    if bench.safety().zero().is_none() {
+    if bench.zero().is_none() {
         return Err(Error::NotHomed);
     }
     let dt = bench.settings().tick_time();
@@ -159,7 +159,7 @@ pub fn measure_friction(
         close(current, &mut frames);
     }
     let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider());
+    bench.set_controller(settings.controller, settings.divider())?;
     let complete = kept(ended, !plateaus.is_empty())?;
     share_noise(&mut plateaus);
     let ripple = remove_ripple(&mut plateaus, plan);
@@ -176,7 +176,7 @@ pub(crate) fn hold_speed(bench: &mut dyn Bench) -> Result<(), Error> {
     let base =
         Cascade { torque_limit: model.scaling.torque_per_volt * model.scaling.servo_limit, ..Cascade::default() };
     let holder = design::speed_holder(base, &model.drive, model.drive_lag, dt)?;
-    bench.set_controller(PositionController::Cascade(holder), 1);
+    bench.set_controller(PositionController::Cascade(holder), 1)?;
     Ok(())
 }
 

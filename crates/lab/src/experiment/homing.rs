@@ -2,7 +2,7 @@
 
 use stickslip_core::supervise::{Homing, HomingInput, HomingProgress, Request};
 
-use crate::bench::{Bench, Command};
+use crate::bench::{Bench, Change, Command};
 use crate::{Error, Watch};
 
 /// Searches the index and makes it the screw's zero; the bench is then running, at rest near its zero.
@@ -10,7 +10,7 @@ use crate::{Error, Watch};
 /// # Errors
 /// [`Error::BenchFault`] where no index comes, or supervision stops the search; [`Error::Cancelled`].
 pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
-    request(bench, Request::Home)?;
+    bench.change(Change::Request(Request::Home))?;
     // One tick without torque tells where the screw is.
     let first = bench.step(Command::default())?;
     let dt = bench.settings().tick_time();
@@ -21,11 +21,11 @@ pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         match progress {
             HomingProgress::Moving => {}
             HomingProgress::Homed { index } => {
-                bench.safety().homed(index);
-                return request(bench, Request::Start);
+                bench.change(Change::Homed(index))?;
+                return bench.change(Change::Request(Request::Start));
             }
             HomingProgress::Failed(fault) => {
-                bench.safety().homing_failed(fault);
+                bench.change(Change::HomingFailed(fault))?;
                 return Err(Error::BenchFault { cycle: first.cycle, reason: fault.to_string() });
             }
         }
@@ -35,17 +35,5 @@ pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
         if frame.cycle % 4096 == 0 {
             watch.stage("homing", 0.0)?;
         }
-    }
-}
-
-/// A request of the operator.
-fn request(bench: &mut dyn Bench, request: Request) -> Result<(), Error> {
-    match bench.safety().request(request) {
-        Ok(_) => Ok(()),
-        Err(refusal) => Err(Error::Refused {
-            request: format!("{:?}", refusal.request),
-            state: format!("{:?}", refusal.state),
-            remedy: refusal.remedy,
-        }),
     }
 }

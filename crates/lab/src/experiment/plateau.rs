@@ -290,6 +290,7 @@ fn mean(frames: &[Frame], value: impl Fn(&Frame) -> f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use stickslip_core::supervise::SafetyState;
     use stickslip_core::tick::TickOutput;
 
     use super::*;
@@ -305,7 +306,8 @@ mod tests {
                 Frame {
                     cycle,
                     angle: (angle(t) / COUNT).floor() * COUNT,
-                    setpoint: Default::default(),
+                    command: Default::default(),
+                    safety: SafetyState::Running,
                     measurement: Default::default(),
                     signals,
                 }

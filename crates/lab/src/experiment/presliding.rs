@@ -140,7 +140,7 @@ pub fn measure_presliding(
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Presliding, Error> {
-    if bench.safety().zero().is_none() {
+    if bench.zero().is_none() {
         return Err(Error::NotHomed);
     }
     let first = bench.step(Command::default())?;
@@ -148,7 +148,7 @@ pub fn measure_presliding(
     let mut loops = Vec::new();
     let ended = go_to(bench, first.angle, plan.angle, watch).and_then(|()| visit(plan, bench, watch, &mut loops));
     let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider());
+    bench.set_controller(settings.controller, settings.divider())?;
     let complete = kept(ended, !loops.is_empty())?;
     let last = bench.step(Command::default())?;
     let dt = settings.tick_time();

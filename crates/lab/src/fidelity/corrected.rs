@@ -44,7 +44,7 @@ pub(super) fn correction(
             CORRECTIONS,
             |curve: &FrictionCurve| missing(curve, desired, begin),
             |correction| {
-                bench.set_correction(correction);
+                bench.set_correction(correction)?;
                 measure_friction(&plan, &mut bench, true, &watch)
             },
         )

@@ -214,10 +214,10 @@ pub fn render_corrected(
 ) -> Result<Corrected<Rendering>, Error> {
     let table = table(plan, faded_below(bench.settings()));
     let corrected = correct(table, corrections, Rendering::missing, |correction| {
-        bench.set_correction(correction);
+        bench.set_correction(correction)?;
         render(plan, desired, bench, watch)
     })?;
-    bench.set_correction(corrected.best().correction);
+    bench.set_correction(corrected.best().correction)?;
     Ok(corrected)
 }
 

@@ -1,14 +1,13 @@
 //! A whole experiment on the virtual bench, with everything that the software was given in each tick.
 
-use stickslip::bench::{Bench, Command, Frame, VirtualBench};
+use stickslip::bench::{Bench, Change, Command, Frame, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
 use stickslip::{Error, Model, Preset, Settings, Watch, parameters};
 use stickslip_core::block::Block as _;
-use stickslip_core::control::PositionController;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{Correction, DifferenceTorque, Law};
-use stickslip_core::supervise::Safety;
+use stickslip_core::render::{DifferenceTorque, Law};
+use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Tick, TickState};
 
 use super::run::{Record, Run, numbers};
@@ -22,7 +21,7 @@ struct Recording {
 }
 
 impl Bench for Recording {
-    fn step(&mut self, command: Command) -> Result<Frame, Error> {
+    fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error> {
         let (tick, mut state, input) = self.bench.next_tick(&command);
         if self.known.is_none_or(|known| known.0 != tick) {
             self.run.records.push(Record::Parameters(numbers(&tick)));
@@ -35,7 +34,23 @@ impl Bench for Recording {
         let output = tick.step(&mut state, input, self.run.dt);
         assert_eq!(output, frame.signals, "what is recorded is what the bench computes on");
         self.known = Some((tick, state));
-        Ok(frame)
+        Ok(Some(frame))
+    }
+
+    fn outstanding(&mut self) -> Result<Option<Frame>, Error> {
+        self.bench.outstanding()
+    }
+
+    fn change(&mut self, change: Change) -> Result<(), Error> {
+        self.bench.change(change)
+    }
+
+    fn safety(&self) -> SafetyState {
+        self.bench.safety()
+    }
+
+    fn zero(&self) -> Option<f64> {
+        self.bench.zero()
     }
 
     fn model(&self) -> &Model<f64> {
@@ -44,22 +59,6 @@ impl Bench for Recording {
 
     fn settings(&self) -> &Settings<f64> {
         self.bench.settings()
-    }
-
-    fn safety(&mut self) -> &mut Safety {
-        self.bench.safety()
-    }
-
-    fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) {
-        self.bench.set_controller(controller, divider);
-    }
-
-    fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
-        self.bench.set_law(law)
-    }
-
-    fn set_correction(&mut self, correction: Correction<f64>) {
-        self.bench.set_correction(correction);
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

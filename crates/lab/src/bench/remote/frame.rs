@@ -10,7 +10,7 @@ use stickslip_core::Fields;
 use stickslip_core::fields::Fields as Numbers;
 use stickslip_core::tick::Measurement;
 
-use crate::bench::io::Voltages;
+use stickslip_core::cycle::Voltages;
 
 /// First bytes of every datagram.
 pub(crate) const MARK: [u8; 4] = *b"SSIO";

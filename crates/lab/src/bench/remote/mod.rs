@@ -17,10 +17,11 @@ use frame::{Begin, LONGEST, Message, Preload};
 pub use serve::{PlantServer, Served};
 use stickslip_core::tick::Measurement;
 
-use super::io::{Io, Voltages, check_preload};
+use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
 use crate::preset::{Model, Settings};
 use crate::{Error, Preset};
+use stickslip_core::cycle::Voltages;
 
 /// How long an answer may take. A tick of the machine takes microseconds; a loaded computer may need much more.
 const WAIT: Duration = Duration::from_secs(2);

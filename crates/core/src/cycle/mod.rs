@@ -1,0 +1,272 @@
+//! One cycle of the bench's software: readings and a command in, voltages and a frame out.
+//!
+//! The [`Tick`] is the signal path; [`Safety`] says whether it may have torque. Both together run in the same cycle, on
+//! time in the real-time loop, as fast as it goes in a simulation, with recorded inputs in a replay, and give the same
+//! bits there. No signal path of its own: plain `f64`.
+//!
+//! Where no command comes, the set-point is brought to rest and held; whatever was added to the torques ends. So a
+//! bench whose experiment has ended, hangs or was cancelled stands still under control.
+
+#[cfg(test)]
+mod tests;
+
+use crate::Fields;
+use crate::block::Block as _;
+use crate::control::reference::Setpoint;
+use crate::control::{ControllerInput, CurrentControl, PositionController};
+use crate::render::{Correction, Law};
+use crate::supervise::{HomingFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
+use crate::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
+
+/// What the software writes in a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Voltages<T> {
+    /// For the servo amplifier's D/A converter.
+    #[field(symbol = "u_servo", unit = "V")]
+    pub servo_voltage: T,
+    /// For the load amplifier's D/A converter.
+    #[field(symbol = "u_amp", unit = "V")]
+    pub amplifier_voltage: T,
+}
+
+/// What an experiment asks for in a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command {
+    /// Set-point, counted from the screw's zero once it is known.
+    pub setpoint: Setpoint<f64>,
+    /// Whether the position controller is on.
+    pub control: bool,
+    /// Whether the rendering law is on.
+    pub render: bool,
+    /// Torque added to the controller's [N m].
+    pub added_torque: f64,
+    /// Torque of the load motor added to the law's, against positive motion [N m].
+    pub added_load_torque: f64,
+}
+
+/// What an experiment gets in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Number of the tick since the start.
+    pub cycle: u64,
+    /// Screw angle by the encoder [rad], counted from the screw's zero once it is known.
+    pub angle: f64,
+    /// What was asked for.
+    pub command: Command,
+    /// What the interfaces delivered at the begin of the tick.
+    pub measurement: Measurement<f64>,
+    /// Everything that the software knows.
+    pub signals: TickOutput<f64>,
+    /// What the bench may do after this tick.
+    pub safety: SafetyState,
+}
+
+/// What is changed between two ticks, in force from the next one on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// A request of the operator.
+    Request(Request),
+    /// Homing found the index at this encoder angle [rad].
+    Homed(f64),
+    /// Homing found none.
+    HomingFailed(HomingFault),
+    /// Another position controller, run every `divider` ticks; it takes the torque over.
+    Controller {
+        /// The controller.
+        controller: PositionController<f64>,
+        /// Ticks of one of its samples.
+        divider: u64,
+    },
+    /// Another rendering law with the current control that belongs to it; it begins with the torque of the law before.
+    Law {
+        /// The law.
+        law: Law<f64>,
+        /// The current control.
+        current: CurrentControl<f64>,
+    },
+    /// What is added to the rendering law.
+    Correction(Correction<f64>),
+}
+
+/// The rates of the software, and what turns its torques into currents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Time of a tick [s].
+    pub tick_time: f64,
+    /// Ticks of a sample of the position controller.
+    pub divider: u64,
+}
+
+/// The software of the bench, cycle after cycle.
+#[derive(Clone, Debug)]
+pub struct Software {
+    tick: Tick<f64>,
+    state: TickState<f64>,
+    safety: Safety,
+    tick_time: f64,
+    divider: u64,
+    /// Torque constants of drive and load motor [N m/A]; 0 where there is none.
+    torque_constants: [f64; 2],
+    cycle: u64,
+    /// Computed in the last tick.
+    voltages: Voltages<f64>,
+    /// The command that was carried out last.
+    command: Command,
+    /// What a position controller would have read in the last tick.
+    last: ControllerInput<f64>,
+}
+
+impl Software {
+    /// Switched off, before its first tick.
+    pub fn new(tick: Tick<f64>, limits: SafetyLimits<f64>, timing: Timing, torque_constants: [f64; 2]) -> Self {
+        Software {
+            tick,
+            state: TickState::default(),
+            safety: Safety::new(limits),
+            tick_time: timing.tick_time,
+            divider: timing.divider,
+            torque_constants,
+            cycle: 0,
+            voltages: Voltages::default(),
+            command: Command::default(),
+            last: ControllerInput::default(),
+        }
+    }
+
+    /// Number of the next tick.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// What was computed in the last tick: the amplifiers get it with the next one.
+    pub fn voltages(&self) -> Voltages<f64> {
+        self.voltages
+    }
+
+    /// Supervision.
+    pub fn safety(&self) -> &Safety {
+        &self.safety
+    }
+
+    /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
+    /// A replay or another processor that is given the same gives the same.
+    pub fn next_tick(
+        &self,
+        readings: Measurement<f64>,
+        command: &Command,
+    ) -> (Tick<f64>, TickState<f64>, TickInput<f64>) {
+        (self.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
+    }
+
+    /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
+    pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
+        let command = command.unwrap_or_else(|| self.resting());
+        let order = self.order(&command);
+        let signals = self.tick.step(&mut self.state, TickInput { measurement: readings, order }, self.tick_time);
+        self.voltages = Voltages { servo_voltage: signals.servo_voltage, amplifier_voltage: signals.amplifier_voltage };
+        self.last = ControllerInput {
+            reference_position: order.reference.position,
+            reference_velocity: order.reference.velocity,
+            reference_acceleration: order.reference.acceleration,
+            measured_angle: signals.measured_angle,
+            measured_velocity: signals.measured_motor_velocity,
+        };
+        let frame = Frame {
+            cycle: self.cycle,
+            angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
+            command,
+            measurement: readings,
+            signals,
+            safety: self.supervise(&order, &signals),
+        };
+        // Who gets torque again begins anew: the load may have been moved meanwhile.
+        self.command = if frame.safety.allows_torque() { command } else { Command::default() };
+        self.cycle += 1;
+        frame
+    }
+
+    /// Changes what runs, between two ticks.
+    ///
+    /// # Errors
+    /// A request that the present state does not admit.
+    pub fn change(&mut self, change: &Change) -> Result<(), Refusal> {
+        let before = self.safety.zero().unwrap_or(0.0);
+        match *change {
+            Change::Request(request) => {
+                self.safety.request(request)?;
+            }
+            Change::Homed(index) => self.safety.homed(index),
+            Change::HomingFailed(fault) => self.safety.homing_failed(fault),
+            Change::Controller { controller, divider } => {
+                self.tick.controller = controller;
+                self.tick.control_period = self.tick_time * divider as f64;
+                self.divider = divider;
+                self.state.controller = controller.take_over(self.state.commanded_torque, self.last);
+            }
+            Change::Law { law, current } => {
+                // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.
+                let drop = self.state.law.torque / current.torque_constant;
+                self.state.current.integral += (self.tick.current.resistance - current.resistance) * drop;
+                (self.tick.law, self.tick.current) = (law, current);
+                self.state.law.swapped = 1.0;
+            }
+            Change::Correction(correction) => self.tick.correction = correction,
+        }
+        // What is held counts from the screw's zero, which may have been found or forgotten.
+        self.command.setpoint.position -= self.safety.zero().unwrap_or(0.0) - before;
+        Ok(())
+    }
+
+    /// Order to the tick.
+    fn order(&self, command: &Command) -> Order<f64> {
+        let flag = |on: bool| f64::from(u8::from(on));
+        let on = self.safety.state().allows_torque();
+        let mut setpoint = command.setpoint;
+        setpoint.position += self.safety.zero().unwrap_or(0.0);
+        let mut order = Order {
+            reference: setpoint,
+            control: flag(command.control && on),
+            render: flag(command.render && on),
+            added_torque: if on { command.added_torque } else { 0.0 },
+            added_load_torque: if on { command.added_load_torque } else { 0.0 },
+            ..Order::default()
+        };
+        order.schedule(self.cycle, self.divider);
+        order
+    }
+
+    /// The last command a tick later, on its way to rest.
+    fn resting(&self) -> Command {
+        let Setpoint { position, velocity, .. } = self.command.setpoint;
+        let most = self.safety.limits().stop_deceleration * self.tick_time;
+        // Not a sign of the velocity: the last step ends at rest exactly.
+        let change = (-velocity).clamp(-most, most);
+        let setpoint = Setpoint {
+            position: position + (velocity + 0.5 * change) * self.tick_time,
+            velocity: velocity + change,
+            acceleration: change / self.tick_time,
+        };
+        Command { setpoint, added_torque: 0.0, added_load_torque: 0.0, ..self.command }
+    }
+
+    /// Judges a tick; a fault takes the torque away at once.
+    fn supervise(&mut self, order: &Order<f64>, signals: &TickOutput<f64>) -> SafetyState {
+        let current = |torque: f64, constant: f64| if constant > 0.0 { torque / constant } else { 0.0 };
+        let [drive, load] = self.torque_constants;
+        let input = SafetyInput {
+            measured_angle: signals.measured_angle,
+            measured_velocity: signals.measured_motor_velocity,
+            drive_current: current(signals.commanded_torque, drive),
+            load_current: current(signals.measured_load_torque, load),
+            // Without control there is nothing to follow.
+            reference_position: if order.control > 0.5 { order.reference.position } else { signals.measured_angle },
+        };
+        let state = self.safety.step(input, self.tick_time);
+        if let SafetyState::Fault(_) = state {
+            self.voltages = Voltages::default();
+            self.state.commanded_torque = 0.0;
+            self.state.computed_torque = 0.0;
+        }
+        state
+    }
+}

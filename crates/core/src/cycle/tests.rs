@@ -1,0 +1,80 @@
+use super::*;
+use crate::supervise::Fault;
+
+const DT: f64 = 1e-3;
+
+fn limits() -> SafetyLimits<f64> {
+    // The encoder of these tests stands, whatever the drive does.
+    SafetyLimits { following_error: 1e3, moving_current: 1e9, ..SafetyLimits::default() }
+}
+
+/// Homed at an encoder angle [rad], with torque.
+fn running(zero: f64) -> Software {
+    let mut software = Software::new(Tick::default(), limits(), Timing { tick_time: DT, divider: 1 }, [0.1, 0.1]);
+    software.change(&Change::Request(Request::Home)).unwrap();
+    software.change(&Change::Homed(zero)).unwrap();
+    software.change(&Change::Request(Request::Start)).unwrap();
+    software
+}
+
+fn moving(position: f64, velocity: f64) -> Command {
+    Command { setpoint: Setpoint { position, velocity, acceleration: 0.0 }, control: true, ..Command::default() }
+}
+
+#[test]
+fn without_a_command_the_set_point_comes_to_rest_and_stays() {
+    let mut software = running(0.0);
+    let led = Command { added_torque: 0.1, added_load_torque: 0.2, render: true, ..moving(1.0, -30.0) };
+    software.step(Measurement::default(), Some(led));
+    let mut last = led.setpoint;
+    for _ in 0..200 {
+        let frame = software.step(Measurement::default(), None);
+        let now = frame.command.setpoint;
+        assert!(frame.command.control && frame.command.render, "control and law stay");
+        assert_eq!((frame.command.added_torque, frame.command.added_load_torque), (0.0, 0.0));
+        assert!((now.velocity - last.velocity).abs() <= limits().stop_deceleration * DT * (1.0 + 1e-12));
+        assert!(now.velocity <= 0.0 && now.velocity >= last.velocity && now.position <= last.position);
+        last = now;
+    }
+    // 30 rad/s with 600 rad/s² take 50 ms and 30²/(2·600) rad.
+    assert_eq!((last.velocity, last.acceleration), (0.0, 0.0));
+    assert!((last.position - (1.0 - 0.75)).abs() < 1e-12, "{}", last.position);
+}
+
+#[test]
+fn what_is_held_does_not_jump_where_the_zero_is_found_or_forgotten() {
+    let mut software = Software::new(Tick::default(), limits(), Timing { tick_time: DT, divider: 1 }, [0.1, 0.1]);
+    software.change(&Change::Request(Request::Home)).unwrap();
+    software.step(Measurement::default(), Some(moving(3.0, 0.0)));
+    software.change(&Change::Homed(1.0)).unwrap();
+    software.change(&Change::Request(Request::Start)).unwrap();
+    let held = software.step(Measurement::default(), None).command;
+    assert_eq!((held.setpoint.position, held.control), (2.0, true), "the encoder's 3 rad, as before");
+}
+
+#[test]
+fn a_bench_that_had_no_torque_waits_for_a_command() {
+    let mut software = running(0.0);
+    software.step(Measurement::default(), Some(moving(1.0, 0.0)));
+    software.change(&Change::Request(Request::Stop)).unwrap();
+    assert_eq!(software.step(Measurement::default(), None).signals.commanded_torque, 0.0);
+    software.change(&Change::Request(Request::Start)).unwrap();
+    assert!(!software.step(Measurement::default(), None).command.control);
+}
+
+#[test]
+fn a_fault_takes_the_voltages_away_in_its_own_tick_until_it_is_acknowledged() {
+    let mut software = running(0.0);
+    let pushes = Command { added_torque: 0.5, ..Command::default() };
+    software.step(Measurement::default(), Some(pushes));
+    assert!(software.voltages().servo_voltage > 0.0);
+    let frame = software.step(Measurement { tacho_voltage: f64::NAN, ..Measurement::default() }, Some(pushes));
+    assert!(matches!(frame.safety, SafetyState::Fault(Fault::NotANumber { measurement: "tacho velocity" })));
+    assert_eq!(software.voltages(), Voltages::default());
+    let refused = software.change(&Change::Request(Request::Start)).unwrap_err();
+    assert_eq!(refused.remedy, "Acknowledge the fault first.");
+    software.step(Measurement::default(), Some(pushes));
+    assert_eq!(software.voltages(), Voltages::default());
+    software.change(&Change::Request(Request::Acknowledge)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Off);
+}
