@@ -42,6 +42,8 @@ pub struct Command {
     pub added_torque: f64,
     /// Torque of the load motor added to the law's, against positive motion [N m].
     pub added_load_torque: f64,
+    /// By what the experiment knows the frame when it comes: its own number, from 1 on; 0 where nobody asks.
+    pub mark: u32,
 }
 
 /// What an experiment gets in a tick.
@@ -246,7 +248,7 @@ impl Software {
             velocity: velocity + change,
             acceleration: change / self.tick_time,
         };
-        Command { setpoint, added_torque: 0.0, added_load_torque: 0.0, ..self.command }
+        Command { setpoint, added_torque: 0.0, added_load_torque: 0.0, mark: 0, ..self.command }
     }
 
     /// Judges a tick; a fault takes the torque away at once.

@@ -73,6 +73,17 @@ pub trait Bench {
         Ok(last.expect("a command that was handed over has a frame or an error"))
     }
 
+    /// Waits for all frames of commands that were handed over.
+    ///
+    /// # Errors
+    /// As [`hand_over`](Bench::hand_over).
+    fn drain(&mut self, see: &mut dyn FnMut(&Frame)) -> Result<(), Error> {
+        while let Some(frame) = self.outstanding()? {
+            see(&frame);
+        }
+        Ok(())
+    }
+
     /// The position controller in force from the next tick on, run every `divider` ticks; it takes the torque over.
     ///
     /// # Errors

@@ -168,12 +168,18 @@ pub(super) fn turning(
         let slope = (friction(1.1 * speed) - friction(0.9 * speed)) * sign / (0.2 * speed);
         let regime = Regime::Sliding { level: friction(speed) - slope * sign * speed, slope };
         while traveller.setpoint.velocity != sign * speed {
-            bench.step(under_control(traveller.toward(sign * speed)))?;
+            bench.hand_over(under_control(traveller.toward(sign * speed)))?;
         }
         for _ in 0..(SETTLING / dt) as u64 {
-            bench.step(under_control(traveller.toward(sign * speed)))?;
+            bench.hand_over(under_control(traveller.toward(sign * speed)))?;
         }
         let mut recorder = Recorder::new(bench);
+        let mark = if sign > 0.0 { 1 } else { 2 };
+        let mut see = |frame: &Frame| {
+            if frame.command.mark == mark {
+                recorder.push(frame);
+            }
+        };
         let mut target = 1.0 + plan.swing;
         for tick in 0..(plan.duration / dt) as u64 {
             let time = tick as f64 * dt;
@@ -181,19 +187,19 @@ pub(super) fn turning(
                 target = 2.0 - target;
             }
             let setpoint = traveller.toward(sign * speed * target);
-            let command =
-                Command { added_torque: drive.at(time), added_load_torque: load.at(time), ..under_control(setpoint) };
-            let frame = bench.step(command)?;
-            recorder.push(&frame);
+            let (added_torque, added_load_torque) = (drive.at(time), load.at(time));
+            let command = Command { added_torque, added_load_torque, mark, ..under_control(setpoint) };
+            bench.hand_over(command)?.iter().for_each(&mut see);
             if tick % 2048 == 0 {
                 let part = if sign > 0.0 { 0.0 } else { 0.5 };
                 watch.stage("both motors excited at speed", part + 0.5 * time / plan.duration)?;
             }
         }
-        segments.extend(recorder.cut((plan.segment / dt).round() as usize, regime, sign * speed));
         while traveller.setpoint.velocity != 0.0 {
-            bench.step(under_control(traveller.toward(0.0)))?;
+            bench.hand_over(under_control(traveller.toward(0.0)))?.iter().for_each(&mut see);
         }
+        bench.drain(&mut see)?;
+        segments.extend(recorder.cut((plan.segment / dt).round() as usize, regime, sign * speed));
     }
     travel(bench, &mut traveller, 0.0, speed, watch)?;
     Ok(segments)
@@ -211,17 +217,24 @@ pub(super) fn resting(
     let load = Multisine::new(rms, REST_BAND[0], REST_BAND[1], true);
     // Without torque the bristles unbend; then the load is where they push nowhere.
     for _ in 0..(REST / dt) as u64 {
-        bench.step(Command::default())?;
+        bench.hand_over(Command::default())?;
     }
     let mut recorder = Recorder::new(bench);
+    let mark = 3;
+    let mut see = |frame: &Frame| {
+        if frame.command.mark == mark {
+            recorder.push(frame);
+        }
+    };
     for tick in 0..(plan.rest_duration / dt) as u64 {
         let time = tick as f64 * dt;
-        let frame = bench.step(Command { added_load_torque: load.at(time), ..Command::default() })?;
-        recorder.push(&frame);
+        let command = Command { added_load_torque: load.at(time), mark, ..Command::default() };
+        bench.hand_over(command)?.iter().for_each(&mut see);
         if tick % 2048 == 0 {
             watch.stage("the load shaken at rest", time / plan.rest_duration)?;
         }
     }
+    bench.drain(&mut see)?;
     Ok(recorder.cut((plan.segment / dt).round() as usize, Regime::Stuck, 0.0))
 }
 
@@ -233,10 +246,10 @@ fn under_control(setpoint: Setpoint<f64>) -> Command {
 fn travel(bench: &mut dyn Bench, traveller: &mut Traveller, to: f64, speed: f64, watch: &Watch) -> Result<(), Error> {
     let sign = if to < traveller.setpoint.position { -1.0 } else { 1.0 };
     while sign * (to - traveller.setpoint.position) > sign * traveller.way_to(0.0) {
-        bench.step(under_control(traveller.toward(sign * speed)))?;
+        bench.hand_over(under_control(traveller.toward(sign * speed)))?;
     }
     while traveller.setpoint.velocity != 0.0 {
-        bench.step(under_control(traveller.toward(0.0)))?;
+        bench.hand_over(under_control(traveller.toward(0.0)))?;
     }
     watch.check()
 }

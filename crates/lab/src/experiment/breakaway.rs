@@ -216,7 +216,8 @@ fn visit(
             for direction in [1.0, -1.0] {
                 watch.stage("breakaway from rest", ramps.len() as f64 / all)?;
                 go_to(bench, position, angle, watch)?;
-                let (applied, stop) = ramp(plan, bench, direction, angle, watch)?;
+                let mark = ramps.len() as u32 + 1;
+                let (applied, stop) = ramp(plan, bench, mark, direction, angle, watch)?;
                 let torque = applied.map(|applied| applied - motor_friction);
                 ramps.push(Ramp { angle, direction, torque });
                 position = stop;
@@ -234,13 +235,13 @@ pub(super) fn go_to(bench: &mut dyn Bench, from: f64, to: f64, watch: &Watch) ->
     let sign = if to < from { -1.0 } else { 1.0 };
     let under_control = |setpoint| Command { setpoint, control: true, ..Command::default() };
     while sign * (to - traveller.setpoint.position) > sign * traveller.way_to(0.0) + 1e-9 {
-        bench.step(under_control(traveller.toward(sign * speed)))?;
+        bench.hand_over(under_control(traveller.toward(sign * speed)))?;
     }
     while traveller.setpoint.velocity != 0.0 {
-        bench.step(under_control(traveller.toward(0.0)))?;
+        bench.hand_over(under_control(traveller.toward(0.0)))?;
     }
     for _ in 0..(0.1 / dt) as u64 {
-        bench.step(under_control(traveller.setpoint))?;
+        bench.hand_over(under_control(traveller.setpoint))?;
     }
     watch.check()
 }
@@ -249,6 +250,7 @@ pub(super) fn go_to(bench: &mut dyn Bench, from: f64, to: f64, watch: &Watch) ->
 fn ramp(
     plan: &BreakawayPlan<f64>,
     bench: &mut dyn Bench,
+    mark: u32,
     direction: f64,
     position: f64,
     watch: &Watch,
@@ -257,7 +259,9 @@ fn ramp(
     // The set-point goes along while control is off: the controller takes over from there.
     let mut setpoint = Setpoint { position, ..Setpoint::default() };
     for _ in 0..(plan.rest_time / dt) as u64 {
-        setpoint.position = bench.step(Command { setpoint, ..Command::default() })?.angle;
+        if let Some(frame) = bench.hand_over(Command { setpoint, ..Command::default() })? {
+            setpoint.position = frame.angle;
+        }
     }
     let window = ((WINDOW / dt).round() as usize).max(1);
     let mut angles = vec![f64::NAN; window];
@@ -266,14 +270,18 @@ fn ramp(
     let mut tick = 0;
     while torque < plan.largest_torque {
         torque += plan.rate * dt;
-        let frame = bench.step(Command { setpoint, added_torque: direction * torque, ..Command::default() })?;
+        let command = Command { setpoint, added_torque: direction * torque, mark, ..Command::default() };
+        let Some(frame) = bench.hand_over(command)? else { continue };
         setpoint.position = frame.angle;
+        if frame.command.mark != mark {
+            continue;
+        }
         let way = direction * (frame.angle - angles[tick % window]);
         angles[tick % window] = frame.angle;
         tick += 1;
         // NaN in the first window is no motion.
         if way >= plan.speed * WINDOW {
-            broke_away = Some(torque);
+            broke_away = Some(frame.command.added_torque.abs());
             break;
         }
         if tick % 2048 == 0 {
@@ -281,7 +289,7 @@ fn ramp(
         }
     }
     for _ in 0..(0.1 / dt) as u64 {
-        bench.step(Command { setpoint, control: true, ..Command::default() })?;
+        bench.hand_over(Command { setpoint, control: true, ..Command::default() })?;
     }
     Ok((broke_away, setpoint.position))
 }

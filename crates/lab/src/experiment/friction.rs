@@ -6,7 +6,7 @@ use stickslip_core::friction::Stribeck;
 use super::plan::{FrictionPlan, Phase};
 use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
 use super::{UNIFORM, kept};
-use crate::bench::{Bench, Command};
+use crate::bench::{Bench, Command, Frame};
 use crate::fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
 use crate::{Error, Watch, design};
 
@@ -128,42 +128,74 @@ pub fn measure_friction(
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
     let ticks = (plan.duration(start, dt) / dt).round();
-    let mut plateaus: Vec<Plateau> = Vec::new();
-    let mut frames = Vec::new();
-    let mut current: Option<f64> = None;
-    let mut done = 0.0;
-    let mut close = |velocity: Option<f64>, frames: &mut Vec<_>| {
-        if let Some(velocity) = velocity {
-            let whole_turns = velocity.abs() >= plan.whole_turns_from;
-            plateaus.push(balance.evaluate(velocity, frames, whole_turns));
-            frames.clear();
-        }
-    };
+    let mut plateaus = Plateaus { plan, balance, speeds: Vec::new(), mark: 0, frames: Vec::new(), ended: Vec::new() };
+    let (mut commanded, mut done) = (Phase::Moving, 0.0);
     let ended = plan.walk(start, dt, &mut |setpoint, phase| {
-        let frame = bench.step(Command { setpoint, control: true, render, ..Command::default() })?;
-        let now = if let Phase::Plateau(velocity) = phase { Some(velocity) } else { None };
-        if now != current {
-            close(current, &mut frames);
-            current = now;
-        }
-        if now.is_some() {
-            frames.push(frame);
-        }
+        let mark = plateaus.mark(phase, commanded);
+        commanded = phase;
+        let command = Command { setpoint, control: true, render, mark, ..Command::default() };
+        bench.hand_over(command)?.iter().for_each(|frame| plateaus.see(frame));
         done += 1.0;
-        if frame.cycle % 2048 == 0 {
+        if done % 2048.0 == 0.0 {
             watch.stage("friction at constant speeds", done / ticks)?;
         }
         Ok(())
     });
+    let ended = ended.and_then(|()| bench.drain(&mut |frame| plateaus.see(frame)));
     if ended.is_ok() {
-        close(current, &mut frames);
+        plateaus.end();
     }
+    let mut plateaus = plateaus.ended;
     let settings = *bench.settings();
     bench.set_controller(settings.controller, settings.divider())?;
     let complete = kept(ended, !plateaus.is_empty())?;
     share_noise(&mut plateaus);
     let ripple = remove_ripple(&mut plateaus, plan);
     Ok(FrictionCurve { plateaus, ripple, duration: done * dt, complete })
+}
+
+/// The plateaus of a measurement that runs.
+struct Plateaus<'a> {
+    plan: &'a FrictionPlan<f64>,
+    balance: Balance<'a>,
+    /// Their velocities [rad/s], by marks from 1 on.
+    speeds: Vec<f64>,
+    /// Of the frame that came last.
+    mark: u32,
+    /// Of the plateau that is not at its end.
+    frames: Vec<Frame>,
+    ended: Vec<Plateau>,
+}
+
+impl Plateaus<'_> {
+    /// What the commands of a phase are marked with, given the phase before.
+    fn mark(&mut self, phase: Phase, before: Phase) -> u32 {
+        let Phase::Plateau(velocity) = phase else { return 0 };
+        if phase != before {
+            self.speeds.push(velocity);
+        }
+        self.speeds.len() as u32
+    }
+
+    fn see(&mut self, frame: &Frame) {
+        if frame.command.mark != self.mark {
+            self.end();
+            self.mark = frame.command.mark;
+        }
+        if self.mark > 0 {
+            self.frames.push(*frame);
+        }
+    }
+
+    fn end(&mut self) {
+        if self.mark > 0 {
+            let velocity = self.speeds[self.mark as usize - 1];
+            let whole_turns = velocity.abs() >= self.plan.whole_turns_from;
+            self.ended.push(self.balance.evaluate(velocity, &self.frames, whole_turns));
+            self.frames.clear();
+        }
+        self.mark = 0;
+    }
 }
 
 /// Hands the axis to a P-PI cascade as stiff as its delays admit, run in every tick: a controller under test would

@@ -29,11 +29,14 @@ pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
                 return Err(Error::BenchFault { cycle: first.cycle, reason: fault.to_string() });
             }
         }
-        let frame = bench.step(Command { setpoint, control: true, ..Command::default() })?;
-        let index = (frame.signals.index > 0.5).then_some(frame.signals.index_angle);
-        input = HomingInput { angle: frame.angle, index };
-        if frame.cycle % 4096 == 0 {
-            watch.stage("homing", 0.0)?;
+        let frame = bench.hand_over(Command { setpoint, control: true, ..Command::default() })?;
+        input.index = None;
+        if let Some(frame) = frame {
+            let index = (frame.signals.index > 0.5).then_some(frame.signals.index_angle);
+            input = HomingInput { angle: frame.angle, index };
+            if frame.cycle % 4096 == 0 {
+                watch.stage("homing", 0.0)?;
+            }
         }
     }
 }

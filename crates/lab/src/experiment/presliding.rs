@@ -162,17 +162,24 @@ fn visit(plan: &PreslidingPlan<f64>, bench: &mut dyn Bench, watch: &Watch, loops
     for (index, [frequency, cycles]) in plan.cycles().into_iter().enumerate() {
         let setpoint = Setpoint { position: plan.angle, ..Setpoint::default() };
         for _ in 0..(plan.rest_time / dt) as u64 {
-            bench.step(Command { setpoint, ..Command::default() })?;
+            bench.hand_over(Command { setpoint, ..Command::default() })?;
         }
+        let mark = index as u32 + 1;
         let mut record = Vec::new();
+        let mut see = |frame: &Frame| {
+            if frame.command.mark == mark {
+                record.push([frame.command.added_torque, frame.angle]);
+            }
+        };
         for tick in 0..(cycles / frequency / dt) as u64 {
             let added_torque = amplitude * libm::sin(TAU * frequency * tick as f64 * dt);
-            let Frame { angle, .. } = bench.step(Command { setpoint, added_torque, ..Command::default() })?;
-            record.push([added_torque, angle]);
+            let command = Command { setpoint, added_torque, mark, ..Command::default() };
+            bench.hand_over(command)?.iter().for_each(&mut see);
             if tick % 2048 == 0 {
                 watch.stage("presliding cycles", 0.5 * (index as f64 + tick as f64 * dt * frequency / cycles))?;
             }
         }
+        bench.drain(&mut see)?;
         loops.push(mean_loop(frequency, record, dt));
     }
     Ok(())

@@ -73,13 +73,20 @@ pub fn sweep_through_standstill(
     hold_speed(bench)?;
     let mut traveller = Traveller::new(start, acceleration, dt);
     let mut frames = Vec::new();
+    let see = |frame: &Frame, frames: &mut Vec<Frame>| {
+        if frame.command.mark == 1 {
+            frames.push(*frame);
+        }
+    };
     for target in [amplitude, -amplitude, amplitude, 0.0] {
         watch.stage("sweep through standstill", frames.len() as f64 * dt * acceleration / (6.0 * amplitude))?;
         while traveller.setpoint.velocity != target {
             let setpoint = traveller.toward(target);
-            frames.push(bench.step(Command { setpoint, control: true, render: true, ..Command::default() })?);
+            let command = Command { setpoint, control: true, render: true, mark: 1, ..Command::default() };
+            bench.hand_over(command)?.iter().for_each(|frame| see(frame, &mut frames));
         }
     }
+    bench.drain(&mut |frame| see(frame, &mut frames))?;
     Ok(frames)
 }
 
