@@ -61,7 +61,7 @@ fn a_load_that_does_not_break_away_is_said_to_hold() {
 fn a_cancelled_experiment_keeps_what_it_has_and_says_so() {
     let mut bench = homed("clm-bench", |_| {});
     let plan = FrictionPlan { slowest: 1.0, speeds: 6.0, ..FrictionPlan::quick() };
-    let curve = measure_friction(&plan, &mut bench, false, &cancelling(6)).unwrap();
+    let curve = measure_friction(&plan, &mut bench, false, &cancelling(8)).unwrap();
     assert!(!curve.complete && (1..12).contains(&curve.plateaus.len()), "{}", curve.plateaus.len());
     let whole = measure_friction(&plan, &mut bench, false, &Watch::silent()).unwrap();
     assert!(whole.complete && whole.plateaus.len() == 12 && curve.duration < whole.duration);
