@@ -36,6 +36,10 @@ impl Bench for Ahead {
         Ok(self.frames.pop_front())
     }
 
+    fn come_to_rest(&mut self) -> Result<(), Error> {
+        self.bench.come_to_rest()
+    }
+
     fn change(&mut self, change: Change) -> Result<(), Error> {
         self.bench.change(change)
     }

@@ -223,11 +223,17 @@ impl Software {
     fn order(&self, command: &Command) -> Order<f64> {
         let flag = |on: bool| f64::from(u8::from(on));
         let on = self.safety.state().allows_torque();
-        let mut setpoint = command.setpoint;
-        setpoint.position += self.safety.zero().unwrap_or(0.0);
+        let control = command.control && on;
+        let reference = if control {
+            let position = command.setpoint.position + self.safety.zero().unwrap_or(0.0);
+            Setpoint { position, ..command.setpoint }
+        } else {
+            // Nothing is followed: a controller that is switched on, or put in another's place, begins where the load is.
+            Setpoint { position: self.last.measured_angle, ..Setpoint::default() }
+        };
         let mut order = Order {
-            reference: setpoint,
-            control: flag(command.control && on),
+            reference,
+            control: flag(control),
             render: flag(command.render && on),
             added_torque: if on { command.added_torque } else { 0.0 },
             added_load_torque: if on { command.added_load_torque } else { 0.0 },

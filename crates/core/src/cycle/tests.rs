@@ -1,4 +1,5 @@
 use super::*;
+use crate::control::Cascade;
 use crate::supervise::Fault;
 
 const DT: f64 = 1e-3;
@@ -77,4 +78,20 @@ fn a_fault_takes_the_voltages_away_in_its_own_tick_until_it_is_acknowledged() {
     assert_eq!(software.voltages(), Voltages::default());
     software.change(&Change::Request(Request::Acknowledge)).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Off);
+}
+
+#[test]
+fn a_controller_begins_where_the_load_is_and_not_where_nobody_led_it() {
+    let mut software = running(0.0);
+    let far = Measurement { count: 9000.0, ..Measurement::default() };
+    // The first tick reads the counter's start, the second one is there.
+    software.step(Measurement::default(), Some(Command::default()));
+    let angle = software.step(far, Some(Command::default())).angle;
+    assert!(angle > 1.0, "{angle}");
+    software.step(far, Some(Command::default()));
+    let controller = PositionController::Cascade(Cascade::default());
+    software.change(&Change::Controller { controller, divider: 1 }).unwrap();
+    let torques = [(); 3].map(|()| software.step(far, Some(moving(angle, 0.0))).signals.commanded_torque);
+    // A hundredth of what a radian of deviation would ask for.
+    assert!(torques.iter().all(|torque| torque.abs() < 1e-3), "{torques:?}");
 }

@@ -10,6 +10,9 @@ use super::io::Io;
 use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
+/// How long a load takes to follow a set-point that has come to rest [s].
+const SETTLING: f64 = 0.1;
+
 /// The software of the bench over a machine that it keeps step with: the software computes on the readings of the
 /// tick's begin; what it wrote in the tick before acts meanwhile.
 #[derive(Clone, Debug)]
@@ -49,6 +52,18 @@ impl<M: Io> LockstepBench<M> {
     pub fn next_tick(&self, command: &Command) -> (Tick<f64>, TickState<f64>, TickInput<f64>) {
         self.software.next_tick(self.readings, command)
     }
+
+    /// One tick.
+    fn tick(&mut self, command: Option<Command>) -> Result<Frame, Error> {
+        let acting = self.software.voltages();
+        let frame = self.software.step(self.readings, command);
+        let fault = |reason: String| Error::BenchFault { cycle: frame.cycle, reason };
+        self.readings = self.machine.exchange(acting).map_err(|link| fault(link.to_string()))?;
+        match frame.safety {
+            SafetyState::Fault(reason) => Err(fault(reason.to_string())),
+            _ => Ok(frame),
+        }
+    }
 }
 
 impl<M: Io> Bench for LockstepBench<M> {
@@ -61,18 +76,20 @@ impl<M: Io> Bench for LockstepBench<M> {
     }
 
     fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error> {
-        let acting = self.software.voltages();
-        let frame = self.software.step(self.readings, Some(command));
-        let fault = |reason: String| Error::BenchFault { cycle: frame.cycle, reason };
-        self.readings = self.machine.exchange(acting).map_err(|link| fault(link.to_string()))?;
-        match frame.safety {
-            SafetyState::Fault(reason) => Err(fault(reason.to_string())),
-            _ => Ok(Some(frame)),
-        }
+        self.tick(Some(command)).map(Some)
     }
 
     fn outstanding(&mut self) -> Result<Option<Frame>, Error> {
         Ok(None)
+    }
+
+    fn come_to_rest(&mut self) -> Result<(), Error> {
+        // Not `!= 0`: a set-point that is no number never rests.
+        while self.tick(None)?.command.setpoint.velocity.abs() > 0.0 {}
+        for _ in 0..(SETTLING * self.settings.tick_rate) as u64 {
+            self.tick(None)?;
+        }
+        Ok(())
     }
 
     fn change(&mut self, change: Change) -> Result<(), Error> {

@@ -49,6 +49,12 @@ pub trait Bench {
     /// As [`hand_over`](Bench::hand_over).
     fn outstanding(&mut self) -> Result<Option<Frame>, Error>;
 
+    /// Hands over nothing until the set-point has come to rest, and the load with it.
+    ///
+    /// # Errors
+    /// As [`hand_over`](Bench::hand_over).
+    fn come_to_rest(&mut self) -> Result<(), Error>;
+
     /// Changes what runs, behind the commands that were handed over.
     ///
     /// # Errors

@@ -37,7 +37,7 @@ use parameters::Index;
 use response::CHANNELS;
 
 use crate::bench::{Bench, Command};
-use crate::experiment::{FrictionCurve, FrictionPlan, hold_speed, measure_friction};
+use crate::experiment::{FrictionCurve, FrictionPlan, give_back, hold_speed, measure_friction};
 use crate::fit::{CurvePoint, StribeckFit, fit_stribeck};
 use crate::preset::{Model, Settings};
 use crate::{Error, Watch};
@@ -88,8 +88,7 @@ pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Wat
     let first = bench.step(Command::default())?.cycle;
     hold_speed(bench)?;
     let turning = record::turning(plan, bench, watch);
-    bench.set_controller(settings.controller, settings.divider())?;
-    let mut segments = turning?;
+    let mut segments = give_back(bench, turning)?;
     let curve = measure_friction(&friction_plan(), bench, false, watch)?;
     let rubbed = curve.fit()?.curve();
     segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);

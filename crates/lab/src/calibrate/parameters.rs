@@ -82,9 +82,9 @@ pub(super) const SOUGHT: [Sought; PARAMETERS] = [
     signed("ripple_sine", "ripple of friction over the turn, sine", "1", 0.01),
     positive("bristle_stiffness", "bristle stiffness σ₀", "N m/rad"),
     positive("bristle_damping", "bristle damping σ₁", "N m s/rad"),
-    // Brushes without bristles have none, which no logarithm reaches.
-    signed("brush_stiffness", "bristle stiffness of the brushes", "N m/rad", 1.0),
-    signed("brush_damping", "damping of the brushes at rest", "N m s/rad", 1e-2),
+    // Brushes without bristles have none, towards which a logarithm goes; below 0 the motor would swing by itself.
+    positive("brush_stiffness", "bristle stiffness of the brushes", "N m/rad"),
+    positive("brush_damping", "damping of the brushes at rest", "N m s/rad"),
     signed("tacho_sine", "ripple of the tacho, sine", "1", 0.01),
     signed("tacho_cosine", "ripple of the tacho, cosine", "1", 0.01),
 ];
@@ -93,8 +93,10 @@ impl Index {
     /// What the data tell little of at first and nothing else hangs on: its steps are cut short alone.
     pub(super) fn is_loose(index: usize) -> bool {
         use Index::{AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness};
-        let loose = [AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness];
-        loose.iter().any(|known| *known as usize == index)
+        use Index::{BrushDamping, BrushStiffness};
+        let instrument = [AccelerometerDamping, AccelerometerFrequency];
+        let bristles = [BristleDamping, BristleStiffness, BrushDamping, BrushStiffness];
+        instrument.iter().chain(&bristles).any(|known| *known as usize == index)
     }
 }
 

@@ -11,7 +11,7 @@ use stickslip_core::fields::{Relation, at_least};
 use stickslip_core::scalar::Scalar;
 
 use super::friction::hold_speed;
-use super::{UNIFORM, kept};
+use super::{UNIFORM, give_back, kept};
 use crate::bench::{Bench, Command, Frame, Traveller};
 use crate::fit::{StribeckFit, student_t95};
 use crate::quantity::Estimate;
@@ -191,11 +191,9 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     let lag = plan.rate * libm::cbrt(6.0 * model.drive.inertia() * plan.speed * WINDOW / plan.rate);
     let mut ramps = Vec::new();
     let ended = visit(plan, bench, first, watch, &mut ramps);
-    let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider())?;
-    let complete = kept(ended, !ramps.is_empty())?;
+    let complete = kept(give_back(bench, ended), !ramps.is_empty())?;
     let last = bench.step(Command::default())?;
-    let duration = (last.cycle - first.cycle) as f64 * settings.tick_time();
+    let duration = (last.cycle - first.cycle) as f64 * bench.settings().tick_time();
     Ok(Breakaway { ramps, lag, duration, complete })
 }
 

@@ -5,7 +5,7 @@ use stickslip_core::friction::Stribeck;
 
 use super::plan::{FrictionPlan, Phase};
 use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
-use super::{UNIFORM, kept};
+use super::{UNIFORM, give_back, kept};
 use crate::bench::{Bench, Command, Frame};
 use crate::fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
 use crate::{Error, Watch, design};
@@ -146,9 +146,7 @@ pub fn measure_friction(
         plateaus.end();
     }
     let mut plateaus = plateaus.ended;
-    let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider())?;
-    let complete = kept(ended, !plateaus.is_empty())?;
+    let complete = kept(give_back(bench, ended), !plateaus.is_empty())?;
     share_noise(&mut plateaus);
     let ripple = remove_ripple(&mut plateaus, plan);
     Ok(FrictionCurve { plateaus, ripple, duration: done * dt, complete })

@@ -28,9 +28,23 @@ pub use rendering::{
 };
 
 use crate::Error;
+use crate::bench::Bench;
 
 /// Standard uncertainty of what lies anywhere within a range, over its width: 1/√12 (GUM, 4.3.7).
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
+/// Gives the axis back to the controller under test, at rest where the experiment was cancelled on its way.
+///
+/// # Errors
+/// How the experiment ended; what ends the way to rest.
+pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Result<R, Error> {
+    if matches!(ended, Err(Error::Cancelled)) {
+        bench.come_to_rest()?;
+    }
+    let settings = *bench.settings();
+    bench.set_controller(settings.controller, settings.divider())?;
+    ended
+}
 
 /// How an experiment ended: `true` if it is complete, `false` if it was cancelled and something was gained.
 ///

@@ -16,7 +16,7 @@ use stickslip_core::scalar::{Dual, Scalar};
 
 use super::breakaway::go_to;
 use super::friction::hold_speed;
-use super::kept;
+use super::{give_back, kept};
 use crate::bench::{Bench, Command, Frame};
 use crate::fit::{Stop, minimise, student_t95};
 use crate::preset::Model;
@@ -147,11 +147,9 @@ pub fn measure_presliding(
     hold_speed(bench)?;
     let mut loops = Vec::new();
     let ended = go_to(bench, first.angle, plan.angle, watch).and_then(|()| visit(plan, bench, watch, &mut loops));
-    let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider())?;
-    let complete = kept(ended, !loops.is_empty())?;
+    let complete = kept(give_back(bench, ended), !loops.is_empty())?;
     let last = bench.step(Command::default())?;
-    let dt = settings.tick_time();
+    let dt = bench.settings().tick_time();
     let duration = (last.cycle - first.cycle) as f64 * dt;
     Ok(evaluate(bench.model(), loops, plan.share, dt, complete, duration))
 }

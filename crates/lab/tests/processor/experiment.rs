@@ -41,6 +41,10 @@ impl Bench for Recording {
         self.bench.outstanding()
     }
 
+    fn come_to_rest(&mut self) -> Result<(), Error> {
+        self.bench.come_to_rest()
+    }
+
     fn change(&mut self, change: Change) -> Result<(), Error> {
         self.bench.change(change)
     }
