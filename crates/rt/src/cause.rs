@@ -9,9 +9,9 @@ use std::fmt;
 use crate::clock::Nanoseconds;
 use crate::cycle::{Block, MAX_BLOCKS};
 
-/// So much a page fault without disk is believed to take at most [ns]: as many as explain half of the excess are its
-/// cause. On the virtual machine of the guide one takes half a microsecond to two; where the hypervisor has to find the
-/// page as well, several times that.
+/// So much a page fault without a disk is believed to take at most [ns]: enough of them to explain half of the excess
+/// are its cause, a few stray ones are not. Many times what a page of 4 KiB takes, and less than one of 2 MiB does: where
+/// the system gives huge pages unasked, faults may pass for a slow block.
 const FAULT: Nanoseconds = 10_000;
 
 /// A missed deadline.
@@ -36,7 +36,7 @@ pub struct Overrun {
 pub enum Cause {
     /// The thread was woken late: something above it ran, the timer came late, or the machine stood still.
     LateWakeUp,
-    /// The block computed longer than usual.
+    /// The block computed longer than usual. A machine that stood still below the system looks the same.
     Block(usize),
     /// The block waited, for a lock, a sleep or a device, though it should not.
     Wait(usize),
