@@ -10,6 +10,7 @@
 mod cause;
 mod clock;
 mod cycle;
+pub mod doctor;
 mod executive;
 mod floating_point;
 mod histograms;
