@@ -4,8 +4,10 @@
 use std::fmt;
 use std::fs;
 use std::io;
+use std::path::Path;
 use std::sync::Mutex;
 
+use crate::doctor;
 use crate::floating_point::FloatingPoint;
 use crate::system;
 
@@ -173,7 +175,7 @@ pub(crate) fn ask(wishes: &Wishes) -> Held {
     let mut granted = Granted::default();
     let memory = wishes.lock_memory && {
         let mut holders = holders();
-        let locked = granted.note(Wish::LockedMemory, system::lock_memory());
+        let locked = granted.note(Wish::LockedMemory, lock_memory());
         *holders += usize::from(locked);
         locked
     };
@@ -197,6 +199,14 @@ pub(crate) fn ask(wishes: &Wishes) -> Held {
     }
     system::touch_stack();
     Held { granted, memory }
+}
+
+/// All of it, or none: below a limit the system would refuse memory that is asked for later, and the process would end.
+fn lock_memory() -> io::Result<()> {
+    match doctor::lockable(Path::new("/")) {
+        Some(bytes) => Err(io::Error::other(format!("only {} MiB may be locked", bytes >> 20))),
+        None => system::lock_memory(),
+    }
 }
 
 impl Drop for Held {

@@ -46,6 +46,11 @@ pub fn examine(root: &Path) -> Vec<Finding> {
     [scheduler::findings(&files), cpu::findings(&files), memory::findings(&files)].concat()
 }
 
+/// How much memory this process may lock [bytes], where that is limited as far as the files below `root` tell.
+pub(crate) fn lockable(root: &Path) -> Option<u64> {
+    scheduler::lockable(&Files::below(root)).unwrap_or(None)
+}
+
 impl Finding {
     fn good(what: &'static str, found: impl Into<String>, costs: &'static str) -> Self {
         Finding { what, found: found.into(), verdict: Verdict::Good, costs, mend: None }
