@@ -404,6 +404,9 @@ pub enum Error {
         /// The nearest below it that can be [N m/rad].
         feasible: Option<f64>,
     },
+    /// A cycle that cannot run in real time.
+    #[error(transparent)]
+    RealTime(#[from] stickslip_rt::PlanError),
 }
 
 impl Error {

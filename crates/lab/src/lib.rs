@@ -21,6 +21,7 @@ pub mod output;
 pub mod parameters;
 mod preset;
 pub mod quantity;
+pub mod realtime;
 pub mod recording;
 pub mod report;
 pub mod summary;

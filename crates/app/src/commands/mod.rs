@@ -4,6 +4,7 @@ mod calibrate;
 mod completions;
 mod demo;
 mod design;
+mod doctor;
 mod fidelity;
 mod fit;
 mod generate;
@@ -76,6 +77,9 @@ pub(crate) enum Command {
     /// Serve the virtual machine to a bench in another process, datagram by datagram.
     #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7")]
     Plant(plant::PlantCommand),
+    /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
+    #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
+    Doctor(doctor::DoctorCommand),
     /// Look at, check, compare and change parameter files.
     #[command(subcommand, after_help = "Example: stickslip params list")]
     Params(params::Params),
@@ -126,6 +130,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Validate(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Doctor(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

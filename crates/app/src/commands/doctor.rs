@@ -1,0 +1,80 @@
+//! `stickslip doctor`: what this machine does with a deadline.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::realtime::{Checkup, Examination, Finding, Verdict};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source;
+
+/// How to look at the machine.
+#[derive(Args)]
+pub(crate) struct DoctorCommand {
+    /// How long to measure, all together [s]. Rare holes take their time to show: a night tells more.
+    #[arg(long, value_name = "S", default_value_t = Checkup::default().seconds)]
+    seconds: f64,
+    /// Cycles a second [Hz].
+    #[arg(long, value_name = "HZ", default_value_t = Checkup::default().rate)]
+    rate: f64,
+    /// Folder for figure, report and summary.json; without, nothing is written.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl DoctorCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let checkup = Checkup { rate: self.rate, seconds: self.seconds };
+        let examination = checkup.examine(Path::new("/"), watch)?;
+        let summary = match &self.out {
+            Some(folder) => examination.write(folder, &source::command_line())?,
+            None => examination.summary(),
+        };
+        self.shown.show(out, &summary, |out| {
+            show(&examination, out)?;
+            if let Some(folder) = &self.out {
+                writeln!(out, "Report with figure: {}", folder.join("report.html").display())?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// What costs, with its remedy; then what is good and what is not known, in a line each; then the measurement.
+fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
+    let of = |verdict: Verdict| examination.findings.iter().filter(move |finding| finding.verdict == verdict);
+    for Finding { what, found, costs, mend, .. } in of(Verdict::Costs) {
+        writeln!(out, "{what}: {found}. {costs}")?;
+        if let Some(mend) = mend {
+            writeln!(out, "    {mend}")?;
+        }
+    }
+    let list = |findings: Vec<String>| findings.join(", ");
+    let good = list(of(Verdict::Good).map(|finding| format!("{} ({})", finding.what, finding.found)).collect());
+    let unknown = list(of(Verdict::Unknown).map(|finding| finding.what.to_string()).collect());
+    for (name, text) in [("Good", good), ("Not told by the system", unknown)] {
+        if !text.is_empty() {
+            writeln!(out, "{name}: {text}.")?;
+        }
+    }
+    writeln!(out)?;
+    let rate = examination.checkup.rate;
+    writeln!(out, "A thread that was granted the following, at {rate} Hz:")?;
+    write!(out, "{}", examination.granted())?;
+    writeln!(out)?;
+    for line in examination.table().lines() {
+        writeln!(out, "{line}")?;
+    }
+    for (name, wake_up) in [("asleep", &examination.asleep), ("spinning", &examination.spinning)] {
+        let run = &wake_up.summary;
+        if run.overruns > 0 {
+            writeln!(out, "Note: {name}, {} of {} cycles were missed.", run.missed, run.cycles + run.missed)?;
+        }
+    }
+    Ok(())
+}

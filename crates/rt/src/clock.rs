@@ -1,0 +1,97 @@
+//! Time as the executive sees it: a clock that can be waited on.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use crate::system;
+
+/// Time on a clock's own scale, or a difference of two such times [ns].
+pub type Nanoseconds = u64;
+
+/// A clock that never goes back.
+pub trait Clock {
+    /// The time.
+    fn now(&self) -> Nanoseconds;
+
+    /// Returns once `deadline` has come, at once where it has passed; with the time at which it did.
+    fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds;
+}
+
+/// The monotonic clock of the system, waited on by its absolute time: an interruption shifts no deadline.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MonotonicClock {
+    /// Sleep until so long before a deadline and spin the rest. Longer than the system's wake-up takes, it hides that,
+    /// and costs this part of each period on its CPU.
+    pub spin: Duration,
+}
+
+impl Clock for MonotonicClock {
+    #[inline]
+    fn now(&self) -> Nanoseconds {
+        system::now()
+    }
+
+    #[inline]
+    fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds {
+        let spin = self.spin.as_nanos() as Nanoseconds;
+        let mut now = self.now();
+        if now.saturating_add(spin) < deadline {
+            system::sleep_until(deadline - spin);
+            now = self.now();
+        }
+        while now < deadline {
+            std::hint::spin_loop();
+            now = self.now();
+        }
+        now
+    }
+}
+
+/// A clock that stands until it is told: what is said of lateness and overruns can be tested without either.
+#[derive(Clone, Debug, Default)]
+pub struct SimulatedClock(Arc<AtomicU64>);
+
+impl SimulatedClock {
+    /// Lets so much time pass.
+    pub fn advance(&self, by: Nanoseconds) {
+        self.0.fetch_add(by, Ordering::Relaxed);
+    }
+}
+
+impl Clock for SimulatedClock {
+    fn now(&self) -> Nanoseconds {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// Arrives on time, or is there already.
+    fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds {
+        self.0.fetch_max(deadline, Ordering::Relaxed).max(deadline)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_wakes_before_the_deadline_asleep_or_spinning() {
+        for spin in [Duration::ZERO, Duration::from_micros(200), Duration::from_secs(1)] {
+            let clock = MonotonicClock { spin };
+            for _ in 0..20 {
+                let deadline = clock.now() + 300_000;
+                let woke = clock.wait_until(deadline);
+                assert!(woke >= deadline && clock.now() >= woke);
+            }
+        }
+    }
+
+    #[test]
+    fn a_deadline_that_has_passed_is_not_waited_for() {
+        let clock = SimulatedClock::default();
+        clock.advance(500);
+        assert_eq!((clock.wait_until(300), clock.now()), (500, 500));
+        assert_eq!((clock.wait_until(700), clock.now()), (700, 700));
+        assert!(MonotonicClock::default().wait_until(0) > 0);
+    }
+}

@@ -1,0 +1,288 @@
+//! The cyclic executive: absolute deadlines, and what happens when one is missed.
+//!
+//! Cycle k begins at start + k·period, or not at all: a cycle whose time has passed is held, and the next one begins on
+//! its own deadline. So the number of a cycle is time, and no lateness is handed on.
+
+use std::any::Any;
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use crate::cause::{Cause, Overrun, Parts, Usual};
+use crate::clock::{Clock, Nanoseconds};
+use crate::cycle::{Cycle, Lap, MAX_BLOCKS, Next, short};
+use crate::floating_point::FloatingPoint;
+use crate::timing::{Outlet, Timing, Timings, ring};
+use crate::watcher::Witness;
+
+/// When cycles run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// From deadline to deadline.
+    pub period: Duration,
+    /// Cycles at the beginning that run as all others, but are not counted: caches and branches learn.
+    pub warm_up: u64,
+    /// So many cycles after that; until it is stopped where `None`.
+    pub cycles: Option<u64>,
+    /// What happens when a deadline is missed.
+    pub overrun: OverrunPolicy,
+    /// Records that the ring of timings holds.
+    pub records: usize,
+}
+
+/// What happens when a deadline is missed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OverrunPolicy {
+    /// End after so many overruns in a row; never where `None`.
+    pub stop_after: Option<u32>,
+    /// A cycle begins at most so late, as a part of the period; later it is held.
+    pub begin_within: f64,
+}
+
+/// Why a plan cannot be.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// A period that the records cannot hold.
+    #[error("a period of {0:?} is outside 1 µs … 1 s")]
+    Period(Duration),
+    /// More blocks than a record has room for.
+    #[error("the cycle has {0} blocks, at most {MAX_BLOCKS} have room. Put some together.")]
+    TooManyBlocks(usize),
+    /// A part of the period that is none.
+    #[error("a cycle cannot begin within {0} of its period: it is a part, 0 … 1")]
+    BeginWithin(f64),
+    /// A ring for nothing.
+    #[error("the ring of timings has no room. Give it a second's worth.")]
+    NoRecords,
+    /// The system has no thread for it.
+    #[error("the system gives no thread ({0})")]
+    Thread(#[from] std::io::Error),
+}
+
+/// How it ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ending {
+    /// It was asked to.
+    Stopped,
+    /// The plan's cycles were done, or the cycle said so.
+    Finished,
+    /// So many overruns in a row.
+    Overruns(u32),
+    /// The cycle panicked, with this message.
+    Panicked(String),
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// How it ended.
+    pub ending: Ending,
+    /// Cycles that ran, without the warm-up.
+    pub cycles: u64,
+    /// Cycles that were held since their time had passed.
+    pub missed: u64,
+    /// Deadlines that were missed.
+    pub overruns: u64,
+    /// The one that was missed by most.
+    pub worst: Option<Overrun>,
+    /// Records that found no room in the ring.
+    pub lost: u64,
+}
+
+impl Summary {
+    /// Of nothing yet.
+    pub(crate) fn of(ending: Ending) -> Self {
+        Summary { ending, cycles: 0, missed: 0, overruns: 0, worst: None, lost: 0 }
+    }
+}
+
+impl Plan {
+    /// This period, 1000 cycles of warm-up, an end after ten overruns in a row, and a ring for a second.
+    pub fn new(period: Duration) -> Self {
+        let records = (1.0 / period.as_secs_f64().max(1e-6)).ceil().max(64.0) as usize;
+        Plan { period, warm_up: 1000, cycles: None, overrun: OverrunPolicy::default(), records }
+    }
+
+    fn check(&self) -> Result<(), PlanError> {
+        if !(Duration::from_micros(1)..=Duration::from_secs(1)).contains(&self.period) {
+            return Err(PlanError::Period(self.period));
+        }
+        if !(0.0..=1.0).contains(&self.overrun.begin_within) {
+            return Err(PlanError::BeginWithin(self.overrun.begin_within));
+        }
+        if self.records == 0 { Err(PlanError::NoRecords) } else { Ok(()) }
+    }
+}
+
+impl Default for OverrunPolicy {
+    fn default() -> Self {
+        OverrunPolicy { stop_after: Some(10), begin_within: 0.5 }
+    }
+}
+
+/// A cycle with its plan, ready to run.
+pub struct Executive<C> {
+    cycle: C,
+    plan: Plan,
+    io: [bool; MAX_BLOCKS],
+    last_block: usize,
+    outlet: Outlet,
+    usual: Usual,
+    stop: Arc<AtomicBool>,
+    summary: Summary,
+}
+
+impl<C: Cycle> Executive<C> {
+    /// Allocates all that it needs; the records come out of the second part.
+    ///
+    /// # Errors
+    /// [`PlanError`] where plan or blocks cannot be.
+    pub fn new(plan: Plan, cycle: C) -> Result<(Self, Timings), PlanError> {
+        plan.check()?;
+        let blocks = cycle.blocks();
+        if blocks.len() > MAX_BLOCKS {
+            return Err(PlanError::TooManyBlocks(blocks.len()));
+        }
+        let mut io = [false; MAX_BLOCKS];
+        io.iter_mut().zip(blocks).for_each(|(io, block)| *io = block.io);
+        let last_block = blocks.len().saturating_sub(1);
+        let (outlet, timings) = ring(plan.records, blocks);
+        let summary = Summary::of(Ending::Stopped);
+        let (usual, stop) = (Usual::default(), Arc::default());
+        Ok((Executive { cycle, plan, io, last_block, outlet, usual, stop, summary }, timings))
+    }
+
+    /// Once true, it ends within a period, before the next cycle.
+    pub fn stop(&self) -> Arc<AtomicBool> {
+        self.stop.clone()
+    }
+
+    /// Runs on this thread to the end.
+    pub fn run(self, clock: &dyn Clock) -> Summary {
+        self.run_with(clock, None)
+    }
+
+    pub(crate) fn run_with(mut self, clock: &dyn Clock, mut witness: Option<Witness>) -> Summary {
+        let _standard = FloatingPoint::standard();
+        let ending = catch_unwind(AssertUnwindSafe(|| self.cycles(clock, witness.as_mut())));
+        let outputs = catch_unwind(AssertUnwindSafe(|| self.cycle.end()));
+        self.summary.ending = match (ending, outputs) {
+            (Ok(ending), Ok(())) => ending,
+            (Err(panic), Ok(())) => Ending::Panicked(message(&*panic)),
+            (_, Err(panic)) => Ending::Panicked(format!("{}, when the outputs had to be left", message(&*panic))),
+        };
+        self.summary.lost = self.outlet.total_lost;
+        self.summary
+    }
+
+    fn cycles(&mut self, clock: &dyn Clock, mut witness: Option<&mut Witness>) -> Ending {
+        let period = self.plan.period.as_nanos() as Nanoseconds;
+        let begin_within = (self.plan.overrun.begin_within * period as f64) as Nanoseconds;
+        let last = self.plan.cycles.map(|cycles| self.plan.warm_up + cycles);
+        let mut awake = clock.now();
+        let start = awake + period;
+        let (mut cycle, mut in_a_row) = (0, 0);
+        while last.is_none_or(|last| cycle < last) {
+            if let Some(witness) = witness.as_deref_mut() {
+                witness.sleeps(clock.now() - awake);
+            }
+            let deadline = start + cycle * period;
+            awake = clock.wait_until(deadline);
+            if let Some(witness) = witness.as_deref_mut() {
+                witness.wakes();
+            }
+            if self.stop.load(Ordering::Relaxed) {
+                return Ending::Stopped;
+            }
+            let late = awake - deadline;
+            let Turn { timing, held, next } = if late > begin_within {
+                Turn::too_late(cycle, late, period)
+            } else {
+                self.turn(cycle, late, period, Lap::begin(clock, awake), witness.as_deref_mut())
+            };
+            cycle = held.end;
+            let counted = timing.cycle >= self.plan.warm_up;
+            if counted {
+                self.outlet.push(timing);
+                self.outlet.miss(held.end - held.start);
+                self.count(&timing, &held);
+                in_a_row = if timing.overrun.is_some() { in_a_row + 1 } else { 0 };
+            }
+            held.for_each(|missed| self.cycle.hold(missed));
+            if next == Next::Stop {
+                return Ending::Finished;
+            }
+            if self.plan.overrun.stop_after.is_some_and(|most| in_a_row >= most.max(1)) {
+                return Ending::Overruns(in_a_row);
+            }
+        }
+        Ending::Finished
+    }
+
+    /// A cycle that began in time.
+    fn turn(
+        &mut self,
+        cycle: u64,
+        late: Nanoseconds,
+        period: Nanoseconds,
+        mut lap: Lap,
+        witness: Option<&mut Witness>,
+    ) -> Turn {
+        let next = self.cycle.run(cycle, &mut lap);
+        // What came after the last mark was the last block's.
+        lap.done(self.last_block);
+        let (ran, blocks) = lap.end();
+        let parts = Parts { lateness: short(late), blocks };
+        let mut timing = Timing { total: short(ran), blocks, ..Timing::begun(cycle, late) };
+        let needed = late + ran;
+        if needed <= period {
+            self.usual.learn(&parts);
+            return Turn { timing, held: cycle + 1..cycle + 1, next };
+        }
+        let evidence = witness.map(|witness| witness.evidence(ran));
+        let cause = self.usual.cause(&parts, &self.io, evidence);
+        timing.overrun = Some(Overrun { cycle, late, by: needed - period, cause, evidence });
+        Turn { timing, held: cycle + 1..cycle + needed.div_ceil(period), next }
+    }
+
+    fn count(&mut self, timing: &Timing, held: &Range<u64>) {
+        // Woken too late, it was held itself.
+        self.summary.cycles += u64::from(!held.contains(&timing.cycle));
+        self.summary.missed += held.end - held.start;
+        if let Some(overrun) = timing.overrun {
+            self.summary.overruns += 1;
+            if self.summary.worst.is_none_or(|worst| overrun.by > worst.by) {
+                self.summary.worst = Some(overrun);
+            }
+        }
+    }
+}
+
+/// What came of one cycle.
+struct Turn {
+    timing: Timing,
+    /// Cycles whose time has passed; the next one is that behind them.
+    held: Range<u64>,
+    next: Next,
+}
+
+impl Turn {
+    /// A cycle that was woken too late to begin.
+    fn too_late(cycle: u64, late: Nanoseconds, period: Nanoseconds) -> Self {
+        let overrun = Overrun { cycle, late, by: late, cause: Cause::LateWakeUp, evidence: None };
+        let timing = Timing { overrun: Some(overrun), ..Timing::begun(cycle, late) };
+        Turn { timing, held: cycle..cycle + late / period + 1, next: Next::Continue }
+    }
+}
+
+/// What a panic said.
+fn message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("a panic without words").into()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,264 @@
+//! What the executive's thread asks of the system before its first cycle. A wish that is refused costs something and is
+//! reported with the command that mends it; it is never a failure.
+
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::sync::Mutex;
+
+use crate::doctor;
+use crate::floating_point::FloatingPoint;
+use crate::system;
+
+/// What the thread asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wishes {
+    /// Above all ordinary threads: SCHED_FIFO with this priority, 1 … 99. `None` leaves a plain thread, with the finest
+    /// timer that it can have.
+    pub priority: Option<u8>,
+    /// Keep all memory of the process where it is.
+    pub lock_memory: bool,
+    /// Where to run.
+    pub cpu: Cpu,
+}
+
+/// Where a thread runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cpu {
+    /// Wherever the system puts it.
+    Any,
+    /// On the last CPU that was isolated at boot; anywhere where there is none.
+    Isolated,
+    /// On this one alone.
+    Number(usize),
+}
+
+/// One of the wishes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Wish {
+    /// SCHED_FIFO with this priority.
+    Priority(u8),
+    /// Timers of the plain thread to the nanosecond.
+    TimerSlack,
+    /// Memory that stays.
+    LockedMemory,
+    /// This CPU alone.
+    OneCpu(usize),
+    /// A CPU that nothing else uses.
+    IsolatedCpu,
+    /// The standard control word: round to nearest, subnormal numbers kept.
+    FloatingPoint,
+}
+
+/// What became of a wish.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What was asked for.
+    pub wish: Wish,
+    /// What the system said, where it refused.
+    pub refused: Option<String>,
+}
+
+/// What became of all wishes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Granted {
+    /// In the order in which they were asked.
+    pub outcomes: Vec<Outcome>,
+}
+
+impl Wishes {
+    /// A thread like any other.
+    pub const PLAIN: Wishes = Wishes { priority: None, lock_memory: false, cpu: Cpu::Any };
+}
+
+impl Default for Wishes {
+    /// All that helps: priority 80, locked memory, an isolated CPU.
+    fn default() -> Self {
+        Wishes { priority: Some(80), lock_memory: true, cpu: Cpu::Isolated }
+    }
+}
+
+impl Wish {
+    /// What the refusal costs.
+    pub fn costs(self) -> &'static str {
+        match self {
+            Wish::Priority(_) => "Any other thread may delay a cycle, by milliseconds where the CPUs are busy.",
+            Wish::TimerSlack => "The system may put off each wake-up, usually by 50 µs.",
+            Wish::LockedMemory => "Memory may be taken away; to find it again a cycle waits, for a disk if need be.",
+            Wish::OneCpu(_) => "The thread moves between CPUs and finds its caches cold.",
+            Wish::IsolatedCpu => "Other threads and their interrupts share the CPU.",
+            Wish::FloatingPoint => "A library had changed the rounding of this thread; it was set right.",
+        }
+    }
+
+    /// The command that mends it, where there is one.
+    pub fn mend(self) -> Option<String> {
+        let capability = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v stickslip)\"";
+        match self {
+            Wish::Priority(_) | Wish::LockedMemory => Some(capability.into()),
+            Wish::TimerSlack | Wish::FloatingPoint => None,
+            Wish::OneCpu(cpu) => Some(format!("taskset --cpu-list {cpu} stickslip …")),
+            Wish::IsolatedCpu => Some(ISOLATE.into()),
+        }
+    }
+}
+
+/// How a CPU is isolated.
+pub(crate) const ISOLATE: &str = "add isolcpus=N nohz_full=N rcu_nocbs=N to GRUB_CMDLINE_LINUX in /etc/default/grub, \
+                                  N the last CPU, then sudo update-grub && sudo reboot";
+
+impl fmt::Display for Wish {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Wish::Priority(priority) => write!(f, "real-time priority {priority}"),
+            Wish::TimerSlack => f.write_str("exact timers"),
+            Wish::LockedMemory => f.write_str("locked memory"),
+            Wish::OneCpu(cpu) => write!(f, "CPU {cpu} alone"),
+            Wish::IsolatedCpu => f.write_str("an isolated CPU"),
+            Wish::FloatingPoint => f.write_str("standard floating point"),
+        }
+    }
+}
+
+impl Granted {
+    /// Whether this kind of wish was asked and granted.
+    pub fn has(&self, wish: Wish) -> bool {
+        self.outcomes.iter().any(|outcome| outcome.wish == wish && outcome.refused.is_none())
+    }
+
+    /// What was refused.
+    pub fn refused(&self) -> impl Iterator<Item = &Outcome> {
+        self.outcomes.iter().filter(|outcome| outcome.refused.is_some())
+    }
+
+    fn note(&mut self, wish: Wish, result: io::Result<()>) -> bool {
+        let granted = result.is_ok();
+        self.outcomes.push(Outcome { wish, refused: result.err().map(|error| error.to_string()) });
+        granted
+    }
+}
+
+/// One line a wish.
+impl fmt::Display for Granted {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for Outcome { wish, refused } in &self.outcomes {
+            match refused {
+                None => writeln!(f, "{wish}: granted")?,
+                Some(reason) => {
+                    write!(f, "{wish}: refused ({reason}). {}", wish.costs())?;
+                    wish.mend().map_or(Ok(()), |mend| write!(f, " Mend: {mend}"))?;
+                    writeln!(f)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What holds for the calling thread until it is dropped.
+pub(crate) struct Held {
+    pub(crate) granted: Granted,
+    memory: bool,
+}
+
+/// Threads that hold the memory of the process.
+static HOLDERS: Mutex<usize> = Mutex::new(0);
+
+fn holders() -> std::sync::MutexGuard<'static, usize> {
+    HOLDERS.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Asks for everything on the calling thread, and touches its stack.
+pub(crate) fn ask(wishes: &Wishes) -> Held {
+    let mut granted = Granted::default();
+    let memory = wishes.lock_memory && {
+        let mut holders = holders();
+        let locked = granted.note(Wish::LockedMemory, lock_memory());
+        *holders += usize::from(locked);
+        locked
+    };
+    match wishes.cpu {
+        Cpu::Any => {}
+        Cpu::Number(cpu) => {
+            granted.note(Wish::OneCpu(cpu), system::pin(cpu));
+        }
+        Cpu::Isolated => {
+            let isolated = fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
+            let none = || io::Error::other("no CPU was isolated at boot");
+            granted.note(Wish::IsolatedCpu, last_of(&isolated).ok_or_else(none).and_then(system::pin));
+        }
+    }
+    match wishes.priority {
+        Some(priority) => granted.note(Wish::Priority(priority), system::set_priority(priority)),
+        None => granted.note(Wish::TimerSlack, system::set_timer_slack(1)),
+    };
+    if !FloatingPoint::standard().was_standard() {
+        granted.note(Wish::FloatingPoint, Err(io::Error::other("the thread rounded or flushed otherwise")));
+    }
+    system::touch_stack();
+    Held { granted, memory }
+}
+
+/// All of it, or none: below a limit the system would refuse memory that is asked for later, and the process would end.
+fn lock_memory() -> io::Result<()> {
+    match doctor::lockable(Path::new("/")) {
+        Some(bytes) => Err(io::Error::other(format!("only {} MiB may be locked", bytes >> 20))),
+        None => system::lock_memory(),
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        if self.memory {
+            let mut holders = holders();
+            *holders -= 1;
+            if *holders == 0 {
+                system::unlock_memory();
+            }
+        }
+    }
+}
+
+/// The last CPU of a list such as `2-3,5`.
+pub(crate) fn last_of(list: &str) -> Option<usize> {
+    list.trim().rsplit([',', '-']).next()?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_cpu_of_a_list_is_found() {
+        assert_eq!(["2-3,5\n", "1-3\n", "7", "\n", ""].map(last_of), [Some(5), Some(3), Some(7), None, None]);
+    }
+
+    #[test]
+    fn a_wish_that_cannot_be_granted_is_reported_with_its_price_and_its_remedy() {
+        let wishes = Wishes { priority: Some(0), lock_memory: false, cpu: Cpu::Number(100_000) };
+        let held = std::thread::spawn(move || ask(&wishes)).join().unwrap();
+        assert_eq!(held.granted.refused().count(), 2, "{}", held.granted);
+        let text = held.granted.to_string();
+        assert!(text.contains("CPU 100000 alone: refused"), "{text}");
+        assert!(text.contains("real-time priority 0: refused") && text.contains("Mend: sudo setcap cap_sys_nice"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_plain_thread_gets_its_exact_timers_and_a_cpu_that_is_there() {
+        let status = fs::read_to_string("/proc/thread-self/status").unwrap();
+        let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap();
+        let wishes = Wishes { cpu: Cpu::Number(last_of(allowed).unwrap()), ..Wishes::PLAIN };
+        std::thread::spawn(move || {
+            let held = ask(&wishes);
+            assert_eq!(held.granted.refused().next(), None, "{}", held.granted);
+            assert!(held.granted.has(Wish::TimerSlack));
+            let slack = fs::read_to_string("/proc/thread-self/timerslack_ns").unwrap_or("1".into());
+            assert_eq!(slack.trim(), "1");
+        })
+        .join()
+        .unwrap();
+    }
+}

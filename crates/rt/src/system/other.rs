@@ -1,0 +1,68 @@
+//! Systems without a real-time scheduler that this program knows: a plain thread and an ordinary sleep. Each wish is
+//! refused in so many words.
+
+use std::convert::Infallible;
+use std::io;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use super::Counters;
+use crate::clock::Nanoseconds;
+
+/// Whether [`own_counters`] counts.
+pub(crate) const COUNTS: bool = false;
+
+/// A thread of this process, for the others.
+pub(crate) type ThreadId = ();
+
+fn refused() -> io::Error {
+    io::Error::new(io::ErrorKind::Unsupported, "this program knows no way on this system")
+}
+
+pub(crate) fn now() -> Nanoseconds {
+    static FIRST: OnceLock<Instant> = OnceLock::new();
+    // One nanosecond more, so that no time is 0.
+    FIRST.get_or_init(Instant::now).elapsed().as_nanos() as Nanoseconds + 1
+}
+
+pub(crate) fn sleep_until(deadline: Nanoseconds) {
+    std::thread::sleep(Duration::from_nanos(deadline.saturating_sub(now())));
+}
+
+pub(crate) fn this_thread() -> ThreadId {}
+
+/// Nothing is counted, and nobody asks: there is no [`OtherThread`].
+pub(crate) fn own_counters() -> Counters {
+    Counters::default()
+}
+
+/// Cannot be looked at.
+pub(crate) struct OtherThread(Infallible);
+
+impl OtherThread {
+    pub(crate) fn open((): ThreadId) -> io::Result<Self> {
+        Err(refused())
+    }
+
+    pub(crate) fn counters(&self) -> io::Result<Counters> {
+        match self.0 {}
+    }
+}
+
+pub(crate) fn set_priority(_: u8) -> io::Result<()> {
+    Err(refused())
+}
+
+pub(crate) fn pin(_: usize) -> io::Result<()> {
+    Err(refused())
+}
+
+pub(crate) fn lock_memory() -> io::Result<()> {
+    Err(refused())
+}
+
+pub(crate) fn unlock_memory() {}
+
+pub(crate) fn set_timer_slack(_: u64) -> io::Result<()> {
+    Err(refused())
+}

@@ -1,0 +1,129 @@
+//! The first paragraph of the crate: from the first cycle to the last, the thread allocates and frees nothing.
+//!
+//! An allocator that counts, on the thread that has been told so: the executive's own code between two cycles is
+//! watched as well as the cycle.
+
+#![expect(unsafe_code, reason = "an allocator is an unsafe trait")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use stickslip_rt::pages::{Reader, exchange};
+use stickslip_rt::{Block, Cycle, Ending, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, Wishes};
+
+struct Counting;
+
+thread_local! {
+    static WATCHED: Cell<bool> = const { Cell::new(false) };
+}
+static CALLS: AtomicU64 = AtomicU64::new(0);
+
+fn count() {
+    // A thread that is being taken down has no cells any more.
+    if WATCHED.try_with(Cell::get).unwrap_or(false) {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+// SAFETY: all is done by the system's allocator, with the same arguments.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Watches its thread from its first cycle to its end.
+struct Watched {
+    pages: Reader<Vec<f64>>,
+    allocates: bool,
+    slow: bool,
+    sum: f64,
+}
+
+impl Cycle for Watched {
+    fn blocks(&self) -> &[Block] {
+        const { &[Block::new("law")] }
+    }
+
+    fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
+        WATCHED.set(true);
+        self.pages.take(cycle);
+        self.sum += self.pages.page().iter().sum::<f64>();
+        if self.allocates && cycle == 50 {
+            self.sum += *std::hint::black_box(Box::new(1.0));
+        }
+        if self.slow && cycle == 50 {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        lap.done(0);
+        Next::Continue
+    }
+
+    fn hold(&mut self, _: u64) {}
+
+    fn end(&mut self) {
+        WATCHED.set(false);
+    }
+}
+
+/// Calls of the allocator within the cycles, while somebody else hands in pages and takes records.
+fn calls(allocates: bool, slow: bool) -> (u64, Summary) {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    CALLS.store(0, Ordering::Relaxed);
+    let (mut writer, pages) = exchange(vec![0.0; 3]);
+    let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
+    let plan = Plan { warm_up: 10, cycles: Some(300), overrun, records: 8, ..Plan::new(Duration::from_millis(1)) };
+    let cycle = Watched { pages, allocates, slow, sum: 0.0 };
+    let (running, mut timings) =
+        Running::start(plan, Wishes::PLAIN, MonotonicClock::default(), cycle).expect("the plan can be");
+    let mut records = 0;
+    while !running.has_ended() {
+        writer.publish(vec![1.0; 1000]);
+        // So slowly that the ring of eight runs over.
+        std::thread::sleep(Duration::from_millis(50));
+        records += timings.by_ref().count();
+    }
+    let summary = running.join();
+    assert!(writer.entered().is_none_or(|cycle| cycle > 0) && records > 0 && summary.lost > 0);
+    (CALLS.load(Ordering::Relaxed), summary)
+}
+
+#[test]
+fn a_running_executive_allocates_and_frees_nothing() {
+    let (calls, summary) = calls(false, false);
+    assert_eq!((calls, summary.ending), (0, Ending::Finished));
+}
+
+#[test]
+fn the_search_for_the_cause_of_an_overrun_allocates_nothing_either() {
+    let (calls, summary) = calls(false, true);
+    assert!(summary.overruns > 0);
+    assert_eq!(calls, 0);
+}
+
+#[test]
+fn a_block_that_allocates_is_noticed() {
+    let (calls, _) = calls(true, false);
+    assert_eq!(calls, 2, "one allocation, freed at once");
+}

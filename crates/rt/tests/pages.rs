@@ -1,0 +1,74 @@
+//! Every interleaving of a writer and a reader, by loom: on its atomics and cells in place of those of std.
+
+#![expect(unsafe_code, reason = "a design that must fail under loom")]
+
+mod sync {
+    pub(crate) use loom::cell::UnsafeCell;
+    pub(crate) use loom::sync::Arc;
+    pub(crate) use loom::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+}
+
+#[path = "../src/pages.rs"]
+#[expect(unreachable_pub, reason = "they are public in the crate")]
+mod pages;
+
+use loom::thread;
+use pages::exchange;
+
+/// A page whose halves belong together. On the heap: freed twice or too early would be noticed.
+type Page = Box<[u64; 2]>;
+
+fn page(number: u64) -> Page {
+    Box::new([number, number])
+}
+
+#[test]
+fn a_reader_has_whole_pages_in_their_order_and_the_writer_knows_their_first_cycle() {
+    loom::model(|| {
+        let (mut writer, mut reader) = exchange(page(0));
+        let reads = thread::spawn(move || {
+            let mut before = 0;
+            for cycle in 10..13 {
+                let fresh = reader.take(cycle);
+                let [one, other] = **reader.page();
+                assert_eq!((one, one), (other, reader.generation()), "half a page");
+                assert!(if fresh { one > before } else { one == before }, "an old page again");
+                before = one;
+            }
+            reader
+        });
+        for number in 1..=2 {
+            assert_eq!(writer.publish(page(number)), number);
+            assert!(writer.entered().is_none_or(|cycle| (10..13).contains(&cycle)));
+        }
+        let mut reader = reads.join().unwrap();
+        // The newest page is never lost.
+        let waited = writer.entered().is_none();
+        assert_eq!(reader.take(99), waited);
+        assert_eq!(**reader.page(), [2, 2]);
+        assert_eq!(waited, writer.entered() == Some(99));
+    });
+}
+
+/// What the third slot is for: with two, writer and reader meet in one.
+#[test]
+#[should_panic(expected = "Causality violation")]
+fn with_two_slots_a_page_would_be_torn_and_this_test_would_see_it() {
+    use sync::{Arc, AtomicU8, Ordering, UnsafeCell};
+    loom::model(|| {
+        let shared = Arc::new(([UnsafeCell::new(0), UnsafeCell::new(0)], AtomicU8::new(0)));
+        let of_reader = shared.clone();
+        let reads = thread::spawn(move || {
+            let newest = of_reader.1.load(Ordering::Acquire);
+            // SAFETY: loom panics before two sides meet.
+            of_reader.0[usize::from(newest)].with(|page| unsafe { *page })
+        });
+        for number in 1..=2u8 {
+            let slot = number % 2;
+            // SAFETY: as above.
+            shared.0[usize::from(slot)].with_mut(|page| unsafe { *page = number });
+            shared.1.store(slot, Ordering::Release);
+        }
+        reads.join().unwrap();
+    });
+}
