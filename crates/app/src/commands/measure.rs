@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
-use stickslip::bench::RemoteBench;
 use stickslip::bench::remote::Address;
+use stickslip::bench::{RemoteBench, Wishes};
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use stickslip::quantity::number;
-use stickslip::workflow::measure::{Outcome, Plan, measure, measure_on};
+use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
 use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
@@ -20,7 +20,8 @@ use crate::source::{self, Setting};
 pub(crate) enum Measure {
     /// Friction at constant speeds in both directions: the curve that `fit` reads.
     #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
-                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5")]
+                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5\n\
+                            Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5")]
     Friction(How),
     /// Breakaway torque by slow torque ramps from rest.
     #[command(after_help = "Example: stickslip measure breakaway --set plan.angles=1 --set plan.repetitions=2")]
@@ -48,6 +49,9 @@ pub(crate) struct How {
     /// Measure on a machine in another process, as `stickslip plant` serves one; the preset says what is believed of it.
     #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
     io: Option<Address>,
+    /// Run by the clock, as a bench of steel does, instead of as fast as it goes.
+    #[arg(long, conflicts_with = "io")]
+    real_time: bool,
     /// Linings of the friction wheel; without it as the preset has them.
     #[arg(long, value_enum)]
     linings: Option<Linings>,
@@ -124,6 +128,9 @@ impl How {
         }
         let measurement = match self.io {
             Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch)?,
+            None if self.real_time => {
+                measure_by_the_clock(plan, &preset, preload, self.seed, Wishes::default(), watch)?
+            }
             None => measure(plan, &preset, preload, self.seed, watch)?,
         };
         let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
@@ -133,7 +140,10 @@ impl How {
             for line in outcome.table().lines() {
                 writeln!(out, "  {line}")?;
             }
-            for warning in outcome.warnings() {
+            for line in measurement.clocked.iter().flat_map(|clocked| clocked.table().lines()) {
+                writeln!(out, "  {line}")?;
+            }
+            for warning in measurement.warnings() {
                 writeln!(out, "Note: {warning}")?;
             }
             Ok(writeln!(out, "Data and report: {}", folder.join("report.html").display())?)

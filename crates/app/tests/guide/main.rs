@@ -62,7 +62,7 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
     assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");
     let figures: BTreeSet<_> = figures.map(|entry| entry.expect("it can be listed").file_name()).collect();
-    assert_eq!(figures, ["demo", "identify", "render"].map(Into::into).into());
+    assert_eq!(figures, ["demo", "fidelity", "identify", "render"].map(Into::into).into());
 }
 
 #[test]

@@ -187,6 +187,11 @@ impl Software {
         frame
     }
 
+    /// Instead of a tick that was missed: its number passes, what was written stays.
+    pub fn miss(&mut self) {
+        self.cycle += 1;
+    }
+
     /// Changes what runs, between two ticks.
     ///
     /// # Errors

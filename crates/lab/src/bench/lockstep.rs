@@ -11,7 +11,7 @@ use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
 /// How long a load takes to follow a set-point that has come to rest [s].
-const SETTLING: f64 = 0.1;
+pub(super) const SETTLING: f64 = 0.1;
 
 /// The software of the bench over a machine that it keeps step with: the software computes on the readings of the
 /// tick's begin; what it wrote in the tick before acts meanwhile.

@@ -3,16 +3,19 @@
 //! Experiments are written over [`Bench`] and run unchanged on the virtual machine, in lockstep or by the clock, and
 //! on hardware. What they know of the machine is [`Bench::model`]. [`LockstepBench`] is the software over any [`Io`].
 
+mod clocked;
 pub(crate) mod io;
 mod lockstep;
 pub mod remote;
 mod traveller;
 mod virtual_bench;
 
+pub use clocked::{Clocked, ClockedBench};
 pub use io::Io;
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
 pub use stickslip_core::cycle::Voltages;
+pub use stickslip_rt::Wishes;
 pub use traveller::Traveller;
 pub use virtual_bench::{InProcess, VirtualBench};
 

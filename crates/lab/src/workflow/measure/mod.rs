@@ -7,9 +7,10 @@ mod presliding;
 use std::path::Path;
 
 use stickslip_core::fields::Fields;
+use stickslip_rt::Wishes;
 
 use super::write_columns;
-use crate::bench::{Bench, VirtualBench};
+use crate::bench::{Bench, Clocked, ClockedBench, VirtualBench};
 use crate::experiment::home;
 use crate::figure::Figure;
 use crate::quantity::Estimate;
@@ -81,6 +82,8 @@ pub struct Measurement<P: Plan> {
     pub plan: P,
     /// What it found.
     pub outcome: P::Outcome,
+    /// How the clock was kept, where it was run by the clock.
+    pub clocked: Option<Clocked>,
 }
 
 /// Switches a virtual bench on and measures as [`measure_on`].
@@ -96,6 +99,25 @@ pub fn measure<P: Plan>(
 ) -> Result<Measurement<P>, Error> {
     let measured = measure_on(plan, preset, &mut VirtualBench::new(preset, seed)?, preload, watch)?;
     Ok(Measurement { seed: Some(seed), ..measured })
+}
+
+/// Switches a virtual bench on that runs by the clock, and measures as [`measure_on`]. Where deadlines are missed the
+/// same seed does not give the same numbers.
+///
+/// # Errors
+/// As [`measure`]; [`Error::RealTime`] where the system has no thread for it; [`Error::BenchFault`] where the clock
+/// cannot be kept.
+pub fn measure_by_the_clock<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    preload: Option<f64>,
+    seed: u64,
+    wishes: Wishes,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes)?;
+    let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
+    Ok(Measurement { seed: Some(seed), clocked: Some(bench.stop()), ..measured })
 }
 
 /// Homes a bench, presses the linings on as far as asked for, and runs a plan; `preset` is what the report keeps.
@@ -117,7 +139,7 @@ pub fn measure_on<P: Plan>(
     let outcome = plan.run(bench, watch)?;
     let mut preset = *preset;
     preset.plant.wheel.preload = bench.preload();
-    Ok(Measurement { preset, seed: None, plan, outcome })
+    Ok(Measurement { preset, seed: None, plan, outcome, clocked: None })
 }
 
 impl<P: Plan> Measurement<P> {
@@ -134,6 +156,7 @@ impl<P: Plan> Measurement<P> {
             .result("measure.duration", self.outcome.duration(), "s")
             .result("measure.preload", self.preload(), "1");
         self.outcome.tell(&mut summary);
+        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
         summary
     }
 
@@ -155,8 +178,19 @@ impl<P: Plan> Measurement<P> {
             ))
             .table(self.outcome.table())
             .figure(figure, caption);
-        let warnings = self.outcome.warnings();
+        let report = match &self.clocked {
+            Some(clocked) => report.table(clocked.table().caption("Lateness of the ticks, and how long each took.")),
+            None => report,
+        };
+        let warnings = self.warnings();
         if warnings.is_empty() { report } else { report.heading("What to know").list(warnings) }
+    }
+
+    /// What a reader should know, each with a remedy.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.outcome.warnings();
+        warnings.extend(self.clocked.iter().flat_map(Clocked::warnings));
+        warnings
     }
 
     /// Writes data, report and summary into a folder.

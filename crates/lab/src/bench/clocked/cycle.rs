@@ -1,0 +1,154 @@
+//! What runs within the deadline: commands in, the software, the machine, frames out.
+
+use rtrb::{Consumer, Producer};
+use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
+use stickslip_core::supervise::{Fault, Refusal, SafetyState};
+use stickslip_core::tick::Measurement;
+use stickslip_rt::{Block, Cycle, Lap, Next};
+
+use crate::bench::io::Io;
+use crate::bench::remote::LinkFault;
+
+/// What an experiment sends, carried out in its order.
+#[derive(Clone, Debug)]
+pub(super) enum Entry {
+    /// For the next tick.
+    Command(Command),
+    /// Between two ticks.
+    Change(Change),
+    /// How far the linings are pressed on, 0 … 1.
+    Preload(f64),
+    /// No command follows for a while: the set-point may come to rest.
+    Pause,
+    /// Commands that follow are of an experiment that knows that the last one fell behind.
+    Resume,
+}
+
+/// What comes back, in the order of what it answers.
+#[derive(Debug)]
+pub(super) enum Reply {
+    /// A command was carried out.
+    Frame(Frame),
+    /// A change was made, or refused; the state and the screw's zero after it.
+    Changed(Option<Refusal>, SafetyState, Option<f64>),
+    /// No command was there for this cycle, though none had said that it was the last.
+    Starved(u64),
+    /// Supervision took the torque away while nobody commanded.
+    Fault(Fault),
+    /// The link to the machine failed.
+    Link(LinkFault),
+}
+
+/// What its time is taken of.
+pub(super) const BLOCKS: [Block; 4] =
+    [Block::new("commands"), Block::new("software"), Block::io("machine"), Block::new("frames")];
+const COMMANDS: usize = 0;
+const SOFTWARE: usize = 1;
+const MACHINE: usize = 2;
+const FRAMES: usize = 3;
+
+/// The bench, cycle after cycle.
+pub(super) struct BenchCycle<M> {
+    pub(super) software: Software,
+    pub(super) machine: M,
+    /// Readings at the begin of the tick.
+    pub(super) readings: Measurement<f64>,
+    pub(super) entries: Consumer<Entry>,
+    pub(super) replies: Producer<Reply>,
+    pub(super) flow: Flow,
+}
+
+/// Whether commands are due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Flow {
+    /// Nobody commands.
+    Paused,
+    /// A command is due in every tick.
+    Streaming,
+    /// An experiment fell behind; its commands are dropped until it knows.
+    Behind,
+}
+
+impl<M: Io> BenchCycle<M> {
+    /// The command of this tick, after the changes before it.
+    fn command(&mut self, cycle: u64) -> Option<Command> {
+        while let Ok(entry) = self.entries.pop() {
+            match entry {
+                Entry::Command(command) if self.flow != Flow::Behind => {
+                    self.flow = Flow::Streaming;
+                    return Some(command);
+                }
+                Entry::Command(_) => {}
+                Entry::Change(change) => {
+                    let refusal = self.software.change(&change).err();
+                    let safety = self.software.safety();
+                    let (state, zero) = (safety.state(), safety.zero());
+                    self.reply(Reply::Changed(refusal, state, zero));
+                }
+                // Checked where it came from: a machine of this process takes it.
+                Entry::Preload(preload) => drop(self.machine.set_preload(preload)),
+                Entry::Pause if self.flow == Flow::Behind => {}
+                Entry::Pause | Entry::Resume => self.flow = Flow::Paused,
+            }
+        }
+        if self.flow == Flow::Streaming {
+            self.flow = Flow::Behind;
+            self.reply(Reply::Starved(cycle));
+        }
+        None
+    }
+
+    fn reply(&mut self, reply: Reply) {
+        // There is room for all that can be under way; whoever waits in vain asks whether the executive has ended.
+        let _ = self.replies.push(reply);
+    }
+
+    /// What is written now acts from now on; the readings are those of the next tick's begin.
+    fn exchange(&mut self, acting: Voltages<f64>) -> Next {
+        match self.machine.exchange(acting) {
+            Ok(readings) => {
+                self.readings = readings;
+                Next::Continue
+            }
+            Err(fault) => {
+                self.reply(Reply::Link(fault));
+                Next::Stop
+            }
+        }
+    }
+}
+
+impl<M: Io + Send> Cycle for BenchCycle<M> {
+    fn blocks(&self) -> &[Block] {
+        &BLOCKS
+    }
+
+    fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
+        let command = self.command(cycle);
+        lap.done(COMMANDS);
+        let (acting, before) = (self.software.voltages(), self.software.safety().state());
+        let frame = self.software.step(self.readings, command);
+        lap.done(SOFTWARE);
+        let next = self.exchange(acting);
+        lap.done(MACHINE);
+        match (command, frame.safety) {
+            (Some(_), _) => self.reply(Reply::Frame(frame)),
+            (None, SafetyState::Fault(fault)) if before != frame.safety => self.reply(Reply::Fault(fault)),
+            _ => {}
+        }
+        lap.done(FRAMES);
+        next
+    }
+
+    /// Commands wait: dropped, they would let the set-point jump, and an experiment would lack their frames.
+    fn hold(&mut self, _: u64) {
+        if let Some(readings) = self.machine.miss(self.software.voltages()) {
+            self.readings = readings;
+        }
+        self.software.miss();
+    }
+
+    fn end(&mut self) {
+        let _ = self.machine.exchange(Voltages::default());
+    }
+}

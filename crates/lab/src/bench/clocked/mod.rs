@@ -1,0 +1,323 @@
+//! The bench by the clock: software and machine on an executive, the experiment on the thread of whoever calls.
+//!
+//! Commands go ahead of the clock by a lead, so that an experiment may be late by as much without anybody noticing;
+//! frames come back behind them. Where an experiment falls further behind, the set-point comes to rest under control and
+//! the experiment is told. Between experiments the set-point rests.
+
+mod cycle;
+mod kept;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
+pub use kept::Clocked;
+use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use stickslip_core::cycle::{Change, Command, Frame};
+use stickslip_core::friction::Stribeck;
+use stickslip_core::supervise::{Refusal, SafetyState};
+use stickslip_core::tick::Measurement;
+use stickslip_rt::{Histograms, MonotonicClock, Plan, Running, Wishes};
+
+use super::io::{Io, check_preload};
+use super::lockstep::{SETTLING, software};
+use super::{Bench, InProcess};
+use crate::preset::{Model, Settings};
+use crate::{Error, Preset};
+
+/// How far commands go ahead of the clock [s]: several times what a plain system lets a thread wait now and then.
+const LEAD: f64 = 0.05;
+/// From look to look at a bench that has nothing to say.
+const LOOK: Duration = Duration::from_millis(1);
+/// From look to look of who collects the timings.
+const COLLECT: Duration = Duration::from_millis(50);
+
+/// A bench by the clock.
+pub struct ClockedBench {
+    model: Model<f64>,
+    settings: Settings<f64>,
+    preload: f64,
+    entries: Producer<Entry>,
+    replies: Consumer<Reply>,
+    /// Not sent yet: a stream begins with a whole lead.
+    staged: Vec<Entry>,
+    /// Commands in a lead.
+    lead: usize,
+    streaming: bool,
+    /// Commands whose frame has not come, and changes that were not answered.
+    commands_under_way: usize,
+    changes_under_way: usize,
+    /// Came, and not fetched yet.
+    frames: VecDeque<Frame>,
+    refused: Option<Refusal>,
+    safety: SafetyState,
+    zero: Option<f64>,
+    /// Speed of the last set-point [rad/s].
+    speed: f64,
+    running: Option<Running>,
+    collector: Option<JoinHandle<Histograms>>,
+}
+
+impl ClockedBench {
+    /// The virtual machine of a preset, by the clock, switched on and at rest.
+    ///
+    /// # Errors
+    /// What the design of the bench refuses; [`Error::RealTime`] where the system has no thread for it.
+    pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes) -> Result<Self, Error> {
+        let (machine, readings) = InProcess::new(preset, seed)?;
+        Self::over(&preset.model, &preset.bench, machine, readings, wishes, MonotonicClock::default())
+    }
+
+    /// The software for what is believed and set, over a machine with these readings at rest.
+    fn over(
+        model: &Model<f64>,
+        settings: &Settings<f64>,
+        machine: impl Io + Send + 'static,
+        readings: Measurement<f64>,
+        wishes: Wishes,
+        clock: MonotonicClock,
+    ) -> Result<Self, Error> {
+        let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
+        let (entries, entries_out) = RingBuffer::new(2 * lead);
+        // Each entry has one reply at most, and one more tells of a fault or of starving.
+        let (replies_in, replies) = RingBuffer::new(4 * lead);
+        let preload = machine.preload();
+        let cycle = BenchCycle {
+            software: software(model, settings)?,
+            machine,
+            readings,
+            entries: entries_out,
+            replies: replies_in,
+            flow: Flow::Paused,
+        };
+        let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
+        let (running, mut timings) = Running::start(plan, wishes, clock, cycle)?;
+        let collector = thread::spawn(move || {
+            let mut histograms = Histograms::new(timings.blocks());
+            loop {
+                // Asked before the records are taken: those that came last are not left behind.
+                let last = timings.is_closed();
+                histograms.take(&mut timings);
+                if last {
+                    return histograms;
+                }
+                thread::sleep(COLLECT);
+            }
+        });
+        Ok(ClockedBench {
+            model: *model,
+            settings: *settings,
+            preload,
+            entries,
+            replies,
+            staged: Vec::new(),
+            lead,
+            streaming: false,
+            commands_under_way: 0,
+            changes_under_way: 0,
+            frames: VecDeque::new(),
+            refused: None,
+            safety: SafetyState::Off,
+            zero: None,
+            speed: 0.0,
+            running: Some(running),
+            collector: Some(collector),
+        })
+    }
+
+    /// Stops it: how the clock was kept.
+    pub fn stop(mut self) -> Clocked {
+        let running = self.running.take().expect("it runs until it is stopped");
+        let granted = running.granted().clone();
+        running.stop();
+        let summary = running.join();
+        let collector = self.collector.take().expect("it collects until it is stopped");
+        let histograms = collector.join().expect("who collects has nothing to panic about");
+        Clocked { summary, histograms, granted }
+    }
+
+    /// Sends an entry, or keeps it until there is a lead of commands.
+    fn give(&mut self, mut entry: Entry) -> Result<(), Error> {
+        if !self.streaming {
+            self.staged.push(entry);
+            return if self.commands_under_way >= self.lead { self.begin() } else { Ok(()) };
+        }
+        while let Err(PushError::Full(again)) = self.entries.push(entry) {
+            entry = again;
+            self.wait()?;
+        }
+        Ok(())
+    }
+
+    /// Sends what was kept, all of it at once: nothing may seem to be missing behind the first.
+    fn begin(&mut self) -> Result<(), Error> {
+        while self.entries.slots() < self.staged.len() {
+            self.wait()?;
+        }
+        let chunk = self.entries.write_chunk_uninit(self.staged.len());
+        chunk.expect("there is room").fill_from_iter(self.staged.drain(..));
+        self.streaming = true;
+        Ok(())
+    }
+
+    /// Says that nothing follows for now, and sends what was kept.
+    fn pause(&mut self) -> Result<(), Error> {
+        if self.streaming || !self.staged.is_empty() {
+            self.give(Entry::Pause)?;
+            if !self.streaming {
+                self.begin()?;
+            }
+            self.streaming = false;
+        }
+        Ok(())
+    }
+
+    /// Takes what came, and sleeps a moment if that was nothing.
+    fn wait(&mut self) -> Result<(), Error> {
+        if self.take()? {
+            return Ok(());
+        }
+        if self.running.as_ref().is_none_or(Running::has_ended) && !self.take()? {
+            return Err(self.ended());
+        }
+        thread::sleep(LOOK);
+        Ok(())
+    }
+
+    /// Takes what came; whether that was anything.
+    fn take(&mut self) -> Result<bool, Error> {
+        let mut any = false;
+        while let Ok(reply) = self.replies.pop() {
+            any = true;
+            match reply {
+                Reply::Frame(frame) => {
+                    self.commands_under_way -= 1;
+                    (self.safety, self.speed) = (frame.safety, frame.command.setpoint.velocity.abs());
+                    self.frames.push_back(frame);
+                }
+                Reply::Changed(refusal, safety, zero) => {
+                    self.changes_under_way -= 1;
+                    (self.refused, self.safety, self.zero) = (refusal, safety, zero);
+                }
+                Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
+                Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
+                Reply::Link(fault) => return Err(Error::BenchFault { cycle: 0, reason: fault.to_string() }),
+            }
+        }
+        Ok(any)
+    }
+
+    /// Begins anew: what was under way is lost.
+    fn fell_behind(&mut self, cycle: u64) -> Error {
+        (self.commands_under_way, self.streaming) = (0, false);
+        self.frames.clear();
+        self.staged.clear();
+        self.staged.push(Entry::Resume);
+        Error::BenchFault {
+            cycle,
+            reason: format!(
+                "the experiment fell behind the clock by more than {:.0} ms; the set-point came to rest. Close other \
+                 programs, and see what `stickslip doctor` finds.",
+                1e3 * LEAD
+            ),
+        }
+    }
+
+    /// Why the executive has ended, though nobody stopped it.
+    fn ended(&mut self) -> Error {
+        let reason = match self.running.take().map(Running::join) {
+            Some(summary) => {
+                let worst = summary.worst.map_or(String::new(), |worst| format!(" {}", worst.sentence(&BLOCKS)));
+                format!("the real-time loop has ended: {:?}.{worst} See what `stickslip doctor` finds.", summary.ending)
+            }
+            None => "the real-time loop has ended.".into(),
+        };
+        Error::BenchFault { cycle: 0, reason }
+    }
+}
+
+/// A frame, unless supervision has taken the torque away.
+fn judged(frame: Frame) -> Result<Frame, Error> {
+    match frame.safety {
+        SafetyState::Fault(fault) => Err(Error::BenchFault { cycle: frame.cycle, reason: fault.to_string() }),
+        _ => Ok(frame),
+    }
+}
+
+impl Bench for ClockedBench {
+    fn model(&self) -> &Model<f64> {
+        &self.model
+    }
+
+    fn settings(&self) -> &Settings<f64> {
+        &self.settings
+    }
+
+    fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error> {
+        self.commands_under_way += 1;
+        self.give(Entry::Command(command))?;
+        self.take()?;
+        self.frames.pop_front().map(judged).transpose()
+    }
+
+    fn outstanding(&mut self) -> Result<Option<Frame>, Error> {
+        self.pause()?;
+        while self.frames.is_empty() && self.commands_under_way > 0 {
+            self.wait()?;
+        }
+        self.frames.pop_front().map(judged).transpose()
+    }
+
+    fn come_to_rest(&mut self) -> Result<(), Error> {
+        while self.outstanding()?.is_some() {}
+        let stop = self.speed / self.settings.safety.stop_deceleration;
+        thread::sleep(Duration::from_secs_f64(stop + SETTLING));
+        self.take()?;
+        match self.safety {
+            SafetyState::Fault(fault) => Err(Error::BenchFault { cycle: 0, reason: fault.to_string() }),
+            _ => Ok(()),
+        }
+    }
+
+    fn change(&mut self, change: Change) -> Result<(), Error> {
+        self.changes_under_way += 1;
+        let answered = matches!(change, Change::Request(_) | Change::Homed(_) | Change::HomingFailed(_));
+        self.give(Entry::Change(change))?;
+        if answered {
+            self.pause()?;
+            while self.changes_under_way > 0 {
+                self.wait()?;
+            }
+            if let Some(refusal) = self.refused.take() {
+                return Err(refusal.into());
+            }
+        }
+        Ok(())
+    }
+
+    fn safety(&self) -> SafetyState {
+        self.safety
+    }
+
+    fn zero(&self) -> Option<f64> {
+        self.zero
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        check_preload(preload)?;
+        self.give(Entry::Preload(preload))?;
+        self.preload = preload;
+        Ok(())
+    }
+
+    fn preload(&self) -> f64 {
+        self.preload
+    }
+
+    fn learn_own(&mut self, own: Stribeck<f64>) {
+        self.model.own = own;
+    }
+}

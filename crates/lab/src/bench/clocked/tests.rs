@@ -1,0 +1,150 @@
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::supervise::Request;
+use stickslip_core::tick::Measurement;
+
+use super::*;
+use crate::Watch;
+use crate::bench::VirtualBench;
+use crate::experiment::{FrictionPlan, home, measure_friction};
+use crate::parameters::presets;
+
+fn preset() -> Preset<f64> {
+    let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    // A slow tick, so that a busy machine keeps the clock.
+    preset.bench.tick_rate = 1000.0;
+    preset
+}
+
+fn bench() -> ClockedBench {
+    ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN).unwrap()
+}
+
+#[test]
+fn an_experiment_runs_by_the_clock_as_it_does_in_lockstep() {
+    let plan = FrictionPlan { slowest: 20.0, fastest: 40.0, speeds: 2.0, ..FrictionPlan::quick() };
+    let mut clocked = bench();
+    home(&mut clocked, &Watch::silent()).unwrap();
+    let by_clock = measure_friction(&plan, &mut clocked, false, &Watch::silent()).unwrap();
+    let kept = clocked.stop();
+    let mut lockstep = VirtualBench::new(&preset(), 1).unwrap();
+    home(&mut lockstep, &Watch::silent()).unwrap();
+    let in_lockstep = measure_friction(&plan, &mut lockstep, false, &Watch::silent()).unwrap();
+    assert_eq!(by_clock.plateaus.len(), in_lockstep.plateaus.len());
+    for (now, then) in by_clock.plateaus.iter().zip(&in_lockstep.plateaus) {
+        // Other noise, since the clock went on between homing and measuring.
+        let error = now.standard_error.hypot(then.standard_error);
+        assert!((now.torque - then.torque).abs() < 5.0 * error, "{now:?} {then:?}");
+    }
+    assert!(kept.summary.cycles > 1000 && kept.histograms.total().count > 1000);
+    assert_eq!(kept.histograms.lost, 0);
+}
+
+#[test]
+fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() {
+    let mut bench = bench();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let moving = |k: u32| {
+        let setpoint = Setpoint { position: f64::from(k) * 5e-3, velocity: 5.0, acceleration: 0.0 };
+        Command { setpoint, control: true, mark: 7, ..Command::default() }
+    };
+    let behind = (0..200).find_map(|k| {
+        if k == 150 {
+            thread::sleep(Duration::from_millis(400));
+        }
+        bench.hand_over(moving(k)).err()
+    });
+    let said = behind.expect("it was late by 400 ms").to_string();
+    assert!(said.contains("fell behind the clock by more than 50 ms"), "{said}");
+    let frame = bench.step(Command::default()).unwrap();
+    assert_eq!(frame.command.mark, 0, "what came late was dropped");
+    assert!(bench.safety().allows_torque(), "nothing was wrong with the machine");
+    // 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
+    assert!((0.5..1.0).contains(&frame.angle), "{}", frame.angle);
+}
+
+#[test]
+fn a_request_that_is_not_admitted_is_refused_with_what_to_do_first() {
+    let mut bench = bench();
+    let refused = bench.change(Change::Request(Request::Start)).unwrap_err();
+    assert!(refused.to_string().contains("Home or arm first"), "{refused}");
+    bench.change(Change::Request(Request::Home)).unwrap();
+    assert_eq!(bench.safety(), SafetyState::Homing);
+    assert!(matches!(bench.set_preload(1.5), Err(Error::OutOfRange { .. })));
+}
+
+/// A machine whose tacho breaks, or whose link does, after so many ticks.
+struct Breaking {
+    machine: InProcess,
+    ticks: u32,
+    link: bool,
+}
+
+impl Io for Breaking {
+    fn exchange(
+        &mut self,
+        voltages: crate::bench::Voltages<f64>,
+    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+        self.ticks = self.ticks.saturating_sub(1);
+        let readings = self.machine.exchange(voltages)?;
+        match (self.ticks, self.link) {
+            (0, true) => Err(crate::bench::remote::LinkFault::Doubled { sequence: 1 }),
+            (0, false) => Ok(Measurement { tacho_voltage: f64::NAN, ..readings }),
+            _ => Ok(readings),
+        }
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+fn breaking(link: bool) -> String {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let machine = Breaking { machine, ticks: 500, link };
+    let clock = MonotonicClock::default();
+    let mut bench = ClockedBench::over(&preset.model, &preset.bench, machine, readings, Wishes::PLAIN, clock).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap_err().to_string()
+}
+
+#[test]
+fn a_sensor_or_a_link_that_breaks_ends_the_experiment_with_its_reason() {
+    assert!(breaking(false).contains("tacho velocity is no number"));
+    assert!(breaking(true).contains("came twice"));
+}
+
+/// A machine that is slower than its tick.
+struct Slow(InProcess);
+
+impl Io for Slow {
+    fn exchange(
+        &mut self,
+        voltages: crate::bench::Voltages<f64>,
+    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+        thread::sleep(Duration::from_millis(3));
+        self.0.exchange(voltages)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.0.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.0.preload()
+    }
+}
+
+#[test]
+fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let (clock, model) = (MonotonicClock::default(), &preset.model);
+    let mut bench = ClockedBench::over(model, &preset.bench, Slow(machine), readings, Wishes::PLAIN, clock).unwrap();
+    let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
+    let said = ended.expect("ten overruns in a row end it").to_string();
+    assert!(said.contains("machine") && said.contains("doctor"), "{said}");
+}
