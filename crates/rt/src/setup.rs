@@ -133,9 +133,14 @@ impl fmt::Display for Wish {
 }
 
 impl Granted {
-    /// Whether this kind of wish was asked and granted.
+    /// Whether this was asked and granted.
     pub fn has(&self, wish: Wish) -> bool {
-        self.outcomes.iter().any(|outcome| outcome.wish == wish && outcome.refused.is_none())
+        self.granted().any(|outcome| outcome.wish == wish)
+    }
+
+    /// What was granted.
+    pub fn granted(&self) -> impl Iterator<Item = &Outcome> {
+        self.outcomes.iter().filter(|outcome| outcome.refused.is_none())
     }
 
     /// What was refused.
