@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod w3;
+mod w5;
 
 use std::error::Error;
 use std::time::Instant;
@@ -15,14 +16,18 @@ use stickslip::{Preset, Watch, parameters};
 
 /// Rounds of each contestant: enough that one of them meets a quiet machine.
 const ROUNDS: usize = 15;
+/// Turns of an executive and of cyclictest, seconds each.
+const WAKE_UPS: usize = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
     let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
     let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm", "w3_generated/c_libm_checked"];
-    if !demos.iter().map(|demo| demo.0).chain(ticks).any(wanted) {
-        let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).collect();
+    let wake_ups =
+        ["w5_4k/cyclictest_p50", "w5_4k/cyclictest_p99", "w5_4k_spin/cyclictest_p50", "w5_4k_spin/cyclictest_p99"];
+    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(wake_ups).collect();
+    if !names.iter().any(|name| wanted(name)) {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
     println!("name ours peer ratio");
@@ -36,6 +41,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         let pairs = [(ours, hand), (ours_guarded, generated), (generated, hand), (generated, hand_checked)];
         for (name, (ours, peer)) in ticks.into_iter().zip(pairs) {
             println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
+        }
+    }
+    if wake_ups.into_iter().any(wanted) {
+        // Microseconds of lateness. Only where there is such a peer, and a priority for both.
+        match w5::run(WAKE_UPS) {
+            Err(reason) => println!("w5_4k/cyclictest skipped: {reason}"),
+            Ok(w5::Lateness { asleep, spinning, peer }) => {
+                let pairs = asleep.into_iter().chain(spinning).zip([peer, peer].into_iter().flatten());
+                for (name, (ours, peer)) in wake_ups.into_iter().zip(pairs) {
+                    println!("{name} {ours:.3} {peer:.3} {:.2}", peer / ours);
+                }
+            }
         }
     }
     Ok(())

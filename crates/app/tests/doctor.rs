@@ -19,7 +19,7 @@ fn the_machine_is_judged_and_measured_and_the_page_has_the_same_numbers() {
     let output = doctor(&["--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("at 1000 Hz"), "{said}");
+    assert!(said.contains("Measured at 1000 Hz on a thread with: "), "{said}");
     for name in ["the machine itself", "asleep until its deadline", "spinning for the last 40 µs"] {
         assert!(said.contains(name), "{said}");
     }

@@ -6,6 +6,36 @@
 //! start, or not at all. [`Running`] is an executive on a thread of its own with what [`Wishes`] the system grants. Each
 //! cycle leaves a [`Timing`]; one that missed its deadline names the [`Cause`]. Parameters enter by [`pages`]. What the
 //! machine itself costs, [`doctor`] says. Nothing here knows of friction, benches or files.
+//!
+//! ```
+//! use std::time::Duration;
+//! use stickslip_rt::{Block, Cycle, Histograms, Lap, MonotonicClock, Next, Plan, Running, Wishes};
+//!
+//! /// Counts for a hundred milliseconds.
+//! struct Counter(u64);
+//!
+//! impl Cycle for Counter {
+//!     fn blocks(&self) -> &[Block] {
+//!         const { &[Block::new("count")] }
+//!     }
+//!     fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
+//!         self.0 += 1;
+//!         lap.done(0);
+//!         if cycle < 100 { Next::Continue } else { Next::Stop }
+//!     }
+//!     fn hold(&mut self, _missed: u64) {}
+//!     fn end(&mut self) {}
+//! }
+//!
+//! let plan = Plan { warm_up: 0, ..Plan::new(Duration::from_millis(1)) };
+//! let (running, mut timings) = Running::start(plan, Wishes::default(), MonotonicClock::default(), Counter(0))?;
+//! print!("{}", running.granted());
+//! let summary = running.join();
+//! let mut histograms = Histograms::new(timings.blocks());
+//! histograms.take(&mut timings);
+//! println!("{:?}, late by {:?} ns", summary.ending, histograms.lateness());
+//! # Ok::<(), stickslip_rt::PlanError>(())
+//! ```
 
 mod cause;
 mod clock;

@@ -2,8 +2,8 @@
 //! reported with the command that mends it; it is never a failure.
 
 use std::fmt;
-use std::fs;
-use std::io;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -19,6 +19,8 @@ pub struct Wishes {
     pub priority: Option<u8>,
     /// Keep all memory of the process where it is.
     pub lock_memory: bool,
+    /// Let no CPU sleep deeply between two cycles.
+    pub shallow_idle: bool,
     /// Where to run.
     pub cpu: Cpu,
 }
@@ -44,6 +46,8 @@ pub enum Wish {
     TimerSlack,
     /// Memory that stays.
     LockedMemory,
+    /// CPUs that wake quickly.
+    ShallowIdle,
     /// This CPU alone.
     OneCpu(usize),
     /// A CPU that nothing else uses.
@@ -70,13 +74,13 @@ pub struct Granted {
 
 impl Wishes {
     /// A thread like any other.
-    pub const PLAIN: Wishes = Wishes { priority: None, lock_memory: false, cpu: Cpu::Any };
+    pub const PLAIN: Wishes = Wishes { priority: None, lock_memory: false, shallow_idle: false, cpu: Cpu::Any };
 }
 
 impl Default for Wishes {
-    /// All that helps: priority 80, locked memory, an isolated CPU.
+    /// All that helps: priority 80, locked memory, no deep sleep, an isolated CPU.
     fn default() -> Self {
-        Wishes { priority: Some(80), lock_memory: true, cpu: Cpu::Isolated }
+        Wishes { priority: Some(80), lock_memory: true, shallow_idle: true, cpu: Cpu::Isolated }
     }
 }
 
@@ -87,6 +91,7 @@ impl Wish {
             Wish::Priority(_) => "Any other thread may delay a cycle, by milliseconds where the CPUs are busy.",
             Wish::TimerSlack => "The system may put off each wake-up, usually by 50 µs.",
             Wish::LockedMemory => "Memory may be taken away; to find it again a cycle waits, for a disk if need be.",
+            Wish::ShallowIdle => "Between two cycles the CPU may sleep as deeply as its idle states go.",
             Wish::OneCpu(_) => "The thread moves between CPUs and finds its caches cold.",
             Wish::IsolatedCpu => "Other threads and their interrupts share the CPU.",
             Wish::FloatingPoint => "A library had changed the rounding of this thread; it was set right.",
@@ -98,12 +103,16 @@ impl Wish {
         let capability = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v stickslip)\"";
         match self {
             Wish::Priority(_) | Wish::LockedMemory => Some(capability.into()),
+            Wish::ShallowIdle => Some(format!("sudo chmod o+w {LATENCY}")),
             Wish::TimerSlack | Wish::FloatingPoint => None,
             Wish::OneCpu(cpu) => Some(format!("taskset --cpu-list {cpu} stickslip …")),
             Wish::IsolatedCpu => Some(ISOLATE.into()),
         }
     }
 }
+
+/// While somebody holds it open, idle states are left within the time that was written to it.
+const LATENCY: &str = "/dev/cpu_dma_latency";
 
 /// How a CPU is isolated.
 pub(crate) const ISOLATE: &str = "add isolcpus=N nohz_full=N rcu_nocbs=N to GRUB_CMDLINE_LINUX in /etc/default/grub, \
@@ -115,6 +124,7 @@ impl fmt::Display for Wish {
             Wish::Priority(priority) => write!(f, "real-time priority {priority}"),
             Wish::TimerSlack => f.write_str("exact timers"),
             Wish::LockedMemory => f.write_str("locked memory"),
+            Wish::ShallowIdle => f.write_str("no deep sleep"),
             Wish::OneCpu(cpu) => write!(f, "CPU {cpu} alone"),
             Wish::IsolatedCpu => f.write_str("an isolated CPU"),
             Wish::FloatingPoint => f.write_str("standard floating point"),
@@ -123,9 +133,14 @@ impl fmt::Display for Wish {
 }
 
 impl Granted {
-    /// Whether this kind of wish was asked and granted.
+    /// Whether this was asked and granted.
     pub fn has(&self, wish: Wish) -> bool {
-        self.outcomes.iter().any(|outcome| outcome.wish == wish && outcome.refused.is_none())
+        self.granted().any(|outcome| outcome.wish == wish)
+    }
+
+    /// What was granted.
+    pub fn granted(&self) -> impl Iterator<Item = &Outcome> {
+        self.outcomes.iter().filter(|outcome| outcome.refused.is_none())
     }
 
     /// What was refused.
@@ -133,10 +148,10 @@ impl Granted {
         self.outcomes.iter().filter(|outcome| outcome.refused.is_some())
     }
 
-    fn note(&mut self, wish: Wish, result: io::Result<()>) -> bool {
-        let granted = result.is_ok();
-        self.outcomes.push(Outcome { wish, refused: result.err().map(|error| error.to_string()) });
-        granted
+    fn note<T>(&mut self, wish: Wish, result: io::Result<T>) -> Option<T> {
+        let refused = result.as_ref().err().map(ToString::to_string);
+        self.outcomes.push(Outcome { wish, refused });
+        result.ok()
     }
 }
 
@@ -161,6 +176,7 @@ impl fmt::Display for Granted {
 pub(crate) struct Held {
     pub(crate) granted: Granted,
     memory: bool,
+    _shallow_idle: Option<File>,
 }
 
 /// Threads that hold the memory of the process.
@@ -175,10 +191,11 @@ pub(crate) fn ask(wishes: &Wishes) -> Held {
     let mut granted = Granted::default();
     let memory = wishes.lock_memory && {
         let mut holders = holders();
-        let locked = granted.note(Wish::LockedMemory, lock_memory());
+        let locked = granted.note(Wish::LockedMemory, lock_memory()).is_some();
         *holders += usize::from(locked);
         locked
     };
+    let shallow_idle = if wishes.shallow_idle { granted.note(Wish::ShallowIdle, hold_latency()) } else { None };
     match wishes.cpu {
         Cpu::Any => {}
         Cpu::Number(cpu) => {
@@ -195,10 +212,17 @@ pub(crate) fn ask(wishes: &Wishes) -> Held {
         None => granted.note(Wish::TimerSlack, system::set_timer_slack(1)),
     };
     if !FloatingPoint::standard().was_standard() {
-        granted.note(Wish::FloatingPoint, Err(io::Error::other("the thread rounded or flushed otherwise")));
+        granted.note(Wish::FloatingPoint, Err::<(), _>(io::Error::other("the thread rounded or flushed otherwise")));
     }
     system::touch_stack();
-    Held { granted, memory }
+    Held { granted, memory, _shallow_idle: shallow_idle }
+}
+
+/// No idle state that is left later than at once.
+fn hold_latency() -> io::Result<File> {
+    let mut file = OpenOptions::new().write(true).open(LATENCY)?;
+    file.write_all(&0i32.to_ne_bytes())?;
+    Ok(file)
 }
 
 /// All of it, or none: below a limit the system would refuse memory that is asked for later, and the process would end.
@@ -237,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_wish_that_cannot_be_granted_is_reported_with_its_price_and_its_remedy() {
-        let wishes = Wishes { priority: Some(0), lock_memory: false, cpu: Cpu::Number(100_000) };
+        let wishes = Wishes { priority: Some(0), cpu: Cpu::Number(100_000), ..Wishes::PLAIN };
         let held = std::thread::spawn(move || ask(&wishes)).join().unwrap();
         assert_eq!(held.granted.refused().count(), 2, "{}", held.granted);
         let text = held.granted.to_string();

@@ -64,7 +64,7 @@ fn allowed_cpu() -> usize {
 
 fn wishes(priority: u8) -> Wishes {
     // Memory stays unlocked, or nobody could touch a page that is not there.
-    Wishes { priority: Some(priority), lock_memory: false, cpu: Cpu::Number(allowed_cpu()) }
+    Wishes { priority: Some(priority), cpu: Cpu::Number(allowed_cpu()), ..Wishes::PLAIN }
 }
 
 fn start(work: impl FnMut(u64, usize) + Send + 'static) -> Option<(Running, stickslip_rt::Timings)> {

@@ -1,11 +1,12 @@
 //! `stickslip doctor`: what this machine does with a deadline.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::realtime::{Checkup, Examination, Finding, Verdict};
+use stickslip::realtime::{Checkup, Examination, Finding, Outcome, Verdict};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -48,11 +49,15 @@ impl DoctorCommand {
 /// What costs, with its remedy; then what is good and what is not known, in a line each; then the measurement.
 fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let of = |verdict: Verdict| examination.findings.iter().filter(move |finding| finding.verdict == verdict);
+    let mut said = BTreeSet::new();
+    let mut remedy = |out: &mut dyn Write, mend: Option<String>| match mend {
+        // What mends two things is said once.
+        Some(mend) if said.insert(mend.clone()) => writeln!(out, "    {mend}"),
+        _ => Ok(()),
+    };
     for Finding { what, found, costs, mend, .. } in of(Verdict::Costs) {
         writeln!(out, "{what}: {found}. {costs}")?;
-        if let Some(mend) = mend {
-            writeln!(out, "    {mend}")?;
-        }
+        remedy(out, mend.clone())?;
     }
     let list = |findings: Vec<String>| findings.join(", ");
     let good = list(of(Verdict::Good).map(|finding| format!("{} ({})", finding.what, finding.found)).collect());
@@ -64,8 +69,13 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     }
     writeln!(out)?;
     let rate = examination.checkup.rate;
-    writeln!(out, "A thread that was granted the following, at {rate} Hz:")?;
-    write!(out, "{}", examination.granted())?;
+    let granted = examination.granted();
+    let names = granted.granted().map(|outcome| outcome.wish.to_string()).collect();
+    writeln!(out, "Measured at {rate} Hz on a thread with: {}.", list(names))?;
+    for Outcome { wish, refused } in granted.refused() {
+        writeln!(out, "Refused: {wish} ({}). {}", refused.as_deref().unwrap_or_default(), wish.costs())?;
+        remedy(out, wish.mend())?;
+    }
     writeln!(out)?;
     for line in examination.table().lines() {
         writeln!(out, "{line}")?;

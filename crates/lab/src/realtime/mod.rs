@@ -9,6 +9,7 @@ use std::path::Path;
 use std::time::Duration;
 
 pub use floor::{Floor, measure_floor};
+pub use stickslip_rt::Outcome;
 pub use stickslip_rt::doctor::{Finding, Verdict};
 use stickslip_rt::{Granted, Wishes, doctor};
 pub use wake_up::{SPIN, WakeUp, measure_wake_up};

@@ -16,8 +16,8 @@ impl Examination {
     /// The numbers, under their stable names.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("doctor");
-        for (name, verdict) in [("good", Verdict::Good), ("costs", Verdict::Costs), ("unknown", Verdict::Unknown)] {
-            summary.result(&format!("doctor.{name}"), self.count(verdict) as f64, "1");
+        for verdict in [Verdict::Good, Verdict::Costs, Verdict::Unknown] {
+            summary.result(&format!("doctor.{}", word(verdict)), self.count(verdict) as f64, "1");
         }
         summary.result("doctor.refused", self.granted().refused().count() as f64, "1");
         summary.result("timing.floor.watched", self.floor.watched, "s");
@@ -35,12 +35,8 @@ impl Examination {
                 .result(&format!("timing.{name}.lost"), histograms.lost as f64, "1");
         }
         for Finding { what, found, verdict, .. } in &self.findings {
-            let verdict = format!("{verdict:?}").to_lowercase();
-            summary.row([
-                ("what", (*what).into()),
-                ("found", found.as_str().into()),
-                ("verdict", verdict.as_str().into()),
-            ]);
+            let verdict = word(*verdict);
+            summary.row([("what", (*what).into()), ("found", found.as_str().into()), ("verdict", verdict.into())]);
         }
         summary
     }
@@ -115,16 +111,21 @@ impl Examination {
                  logarithmic beyond.",
             )
             .heading("Set-up");
-        let head = Table::new(["what", "found", "verdict", "costs", "mend"]);
-        let findings = self.findings.iter().fold(head, |table, finding| {
-            let Finding { what, found, verdict, costs, mend } = finding;
-            let cell = |text: &str| Cell::Text(text.into());
-            let (verdict, mend) = (format!("{verdict:?}").to_lowercase(), mend.as_deref().unwrap_or_default());
-            table.row([cell(what), cell(found), cell(&verdict), cell(costs), cell(mend)])
+        let cell = |text: &str| Cell::Text(text.into());
+        let head = Table::new(["what", "found", "verdict"]);
+        let findings = self.findings.iter().fold(head, |table, Finding { what, found, verdict, .. }| {
+            table.row([cell(what), cell(found), cell(word(*verdict))])
+        });
+        let costs = self.findings.iter().filter(|finding| finding.verdict == Verdict::Costs);
+        let costs = costs.map(|Finding { what, costs, mend, .. }| match mend {
+            Some(mend) => format!("{what}: {costs} Mend: {mend}"),
+            None => format!("{what}: {costs}"),
         });
         let granted = self.granted().to_string();
         report
-            .table(findings.caption("What of the set-up costs determinism, and the command that mends it."))
+            .table(findings.caption("What of the set-up matters to a deadline."))
+            .list(costs)
+            .paragraph("What was asked of the system for the thread that was measured:")
             .list(granted.lines())
     }
 
@@ -139,3 +140,11 @@ impl Examination {
 
 /// Names of the values of a distribution.
 const QUANTILES: [&str; 4] = ["p50", "p99", "p999", "max"];
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "good",
+        Verdict::Costs => "costs",
+        Verdict::Unknown => "unknown",
+    }
+}

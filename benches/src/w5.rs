@@ -1,0 +1,99 @@
+//! W5: how late the executive wakes up, beside cyclictest (Debian package rt-tests) in the same minutes, with the same
+//! priority, CPU and period.
+
+use std::error::Error;
+use std::process::Command;
+use std::time::Duration;
+
+use stickslip::Watch;
+use stickslip::realtime::{SPIN, measure_wake_up};
+use stickslip_rt::{Cpu, Wish, Wishes};
+
+const RATE: f64 = 4000.0;
+const PRIORITY: u8 = 80;
+/// A turn of each contestant.
+const TURN: Duration = Duration::from_secs(2);
+/// What cyclictest tells apart: later wake-ups it only counts [ns].
+const LATEST: usize = 1_000_000;
+
+/// p50 and p99 of the lateness [µs], each the best of all turns.
+pub(crate) struct Lateness {
+    /// The executive, asleep until its deadline.
+    pub(crate) asleep: [f64; 2],
+    /// The executive that spins at the end.
+    pub(crate) spinning: [f64; 2],
+    /// cyclictest.
+    pub(crate) peer: [f64; 2],
+}
+
+/// Runs all in turn, `rounds` times. `Err` without cyclictest or without permission for a priority.
+pub(crate) fn run(rounds: usize) -> Result<Lateness, Box<dyn Error>> {
+    let cpu = std::thread::available_parallelism()?.get() - 1;
+    let never = [f64::INFINITY; 2];
+    let mut best = Lateness { asleep: never, spinning: never, peer: never };
+    for _ in 0..rounds {
+        keep(&mut best.peer, cyclictest(cpu)?);
+        keep(&mut best.asleep, ours(cpu, Duration::ZERO)?);
+        keep(&mut best.spinning, ours(cpu, SPIN)?);
+    }
+    Ok(best)
+}
+
+fn keep(best: &mut [f64; 2], turn: [f64; 2]) {
+    best.iter_mut().zip(turn).for_each(|(best, value)| *best = best.min(value));
+}
+
+fn ours(cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
+    let wishes = Wishes { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..Wishes::default() };
+    let wake_up = measure_wake_up(RATE, TURN, spin, wishes, "", &Watch::silent())?;
+    if !wake_up.granted.has(Wish::Priority(PRIORITY)) {
+        return Err(format!("the system grants no priority\n{}", wake_up.granted).into());
+    }
+    let quantiles = wake_up.histograms.lateness();
+    Ok([quantiles.p50, quantiles.p99].map(|time| time as f64 * 1e-3))
+}
+
+fn cyclictest(cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
+    let loops = (RATE * TURN.as_secs_f64()) as usize;
+    let output = Command::new("cyclictest")
+        .args(["--quiet", "--mlockall", "--nsecs", "--threads=1"])
+        .args([format!("--affinity={cpu}"), format!("--priority={PRIORITY}"), format!("--interval={}", 1e6 / RATE)])
+        .args([format!("--loops={loops}"), format!("--histogram={LATEST}")])
+        .output()
+        .map_err(|error| format!("cannot start cyclictest ({error}): apt-get install rt-tests"))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let rows = text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| {
+        let (time, count) = line.split_once(char::is_whitespace)?;
+        Some((time.parse::<u64>().ok()?, count.trim().parse::<u64>().ok()?))
+    });
+    let late = text.lines().find_map(|line| line.strip_prefix("# Histogram Overflows:")?.trim().parse::<u64>().ok());
+    quantiles(&rows.collect::<Vec<_>>(), late.unwrap_or(0))
+        .ok_or_else(|| format!("cyclictest failed: {}{text}", String::from_utf8_lossy(&output.stderr)).into())
+}
+
+/// p50 and p99 [µs] of counts by time [ns] and of those that were later than all.
+fn quantiles(rows: &[(u64, u64)], later: u64) -> Option<[f64; 2]> {
+    let all = rows.iter().map(|(_, count)| count).sum::<u64>() + later;
+    let at = |part: f64| {
+        let mut sum = 0;
+        rows.iter().find(|(_, count)| {
+            sum += count;
+            sum as f64 >= part * all as f64
+        })
+    };
+    let micros = |part: f64| at(part).map(|(time, _)| *time as f64 * 1e-3);
+    (all > 0).then(|| Some([micros(0.5)?, micros(0.99)?])).flatten()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cyclictest_could_not_tell_apart_counts_as_late() {
+        let rows: Vec<(u64, u64)> = (1..=100).map(|time| (1000 * time, 1)).collect();
+        assert_eq!(quantiles(&rows, 0), Some([50.0, 99.0]));
+        assert_eq!(quantiles(&rows, 100), None, "p99 is among the later ones");
+        assert_eq!(quantiles(&[], 0), None);
+    }
+}
