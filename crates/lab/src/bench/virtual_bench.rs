@@ -29,7 +29,7 @@ impl InProcess {
     ///
     /// # Errors
     /// A step too long for the virtual machine.
-    pub(super) fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
+    pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
         let (steps, step) = preset.bench.plant_steps();
         let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
         let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);

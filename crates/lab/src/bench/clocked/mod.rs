@@ -68,18 +68,20 @@ impl ClockedBench {
     /// What the design of the bench refuses; [`Error::RealTime`] where the system has no thread for it.
     pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
-        Self::over(&preset.model, &preset.bench, machine, readings, wishes, MonotonicClock::default())
+        Self::over(preset, machine, readings, wishes)
     }
 
-    /// The software for what is believed and set, over a machine with these readings at rest.
-    fn over(
-        model: &Model<f64>,
-        settings: &Settings<f64>,
+    /// What a preset believes and sets, over a machine with these readings at rest.
+    ///
+    /// # Errors
+    /// As [`virtual_machine`](Self::virtual_machine).
+    pub fn over(
+        preset: &Preset<f64>,
         machine: impl Io + Send + 'static,
         readings: Measurement<f64>,
         wishes: Wishes,
-        clock: MonotonicClock,
     ) -> Result<Self, Error> {
+        let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
         let (entries, entries_out) = RingBuffer::new(2 * lead);
         // Each entry has one reply at most, and one more tells of a fault or of starving.
@@ -94,7 +96,7 @@ impl ClockedBench {
             flow: Flow::Paused,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
-        let (running, mut timings) = Running::start(plan, wishes, clock, cycle)?;
+        let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
         let collector = thread::spawn(move || {
             let mut histograms = Histograms::new(timings.blocks());
             loop {

@@ -106,8 +106,7 @@ fn breaking(link: bool) -> String {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
     let machine = Breaking { machine, ticks: 500, link };
-    let clock = MonotonicClock::default();
-    let mut bench = ClockedBench::over(&preset.model, &preset.bench, machine, readings, Wishes::PLAIN, clock).unwrap();
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN).unwrap();
     home(&mut bench, &Watch::silent()).unwrap_err().to_string()
 }
 
@@ -142,8 +141,7 @@ impl Io for Slow {
 fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
-    let (clock, model) = (MonotonicClock::default(), &preset.model);
-    let mut bench = ClockedBench::over(model, &preset.bench, Slow(machine), readings, Wishes::PLAIN, clock).unwrap();
+    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, Wishes::PLAIN).unwrap();
     let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
     let said = ended.expect("ten overruns in a row end it").to_string();
     assert!(said.contains("machine") && said.contains("doctor"), "{said}");

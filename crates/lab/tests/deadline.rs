@@ -1,0 +1,118 @@
+//! What runs within the deadline allocates and frees nothing, whatever law renders and whoever changes it meanwhile.
+//!
+//! An allocator that counts, on the thread that exchanges with the machine.
+
+#![expect(unsafe_code, reason = "an allocator is an unsafe trait")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use stickslip::bench::remote::LinkFault;
+use stickslip::bench::{Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes};
+use stickslip::experiment::home;
+use stickslip::fidelity::LAWS;
+use stickslip::{Error, Preset, Watch, design, parameters};
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::tick::Measurement;
+
+struct Counting;
+
+thread_local! {
+    static WATCHED: Cell<bool> = const { Cell::new(false) };
+}
+static CALLS: AtomicU64 = AtomicU64::new(0);
+
+fn count() {
+    // A thread that is being taken down has no cells any more.
+    if WATCHED.try_with(Cell::get).unwrap_or(false) {
+        CALLS.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+// SAFETY: all is done by the system's allocator, with the same arguments.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise is handed on.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A machine that has its thread watched from its first tick until it is told to end.
+struct Watched {
+    machine: InProcess,
+    ticks: u64,
+    allocates: bool,
+}
+
+impl Io for Watched {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.ticks += 1;
+        WATCHED.set((1..1500).contains(&self.ticks));
+        if self.allocates && self.ticks == 100 {
+            drop(std::hint::black_box(Box::new(1.0)));
+        }
+        self.machine.exchange(voltages)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+/// Calls of the allocator within the ticks of homing and of a sine under one law after another.
+fn calls(allocates: bool) -> u64 {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    CALLS.store(0, Ordering::Relaxed);
+    let mut preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
+    preset.bench.tick_rate = 1000.0;
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let machine = Watched { machine, ticks: 0, allocates };
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    for &(_, law) in LAWS.iter().filter(|(name, _)| ["paper", "bristle", "admittance"].contains(name)) {
+        preset.bench.law = law;
+        let law = design::rendering_law(&preset.model, &preset.bench).unwrap();
+        bench.set_law(law).unwrap();
+        for tick in 0..300 {
+            let time = f64::from(tick) * 1e-3;
+            let setpoint = Setpoint { position: 0.2 * (5.0 * time).sin(), ..Setpoint::default() };
+            bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() }).unwrap();
+        }
+    }
+    bench.step(Command::default()).unwrap();
+    bench.stop();
+    CALLS.load(Ordering::Relaxed)
+}
+
+#[test]
+fn a_bench_that_runs_by_the_clock_allocates_and_frees_nothing() {
+    assert_eq!(calls(false), 0);
+}
+
+#[test]
+fn an_allocation_within_the_deadline_is_found() {
+    assert_eq!(calls(true), 2, "one there, one back");
+}
