@@ -4,6 +4,7 @@
 //! its own deadline. So the number of a cycle is time, and no lateness is handed on.
 
 use std::any::Any;
+use std::fmt;
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -73,6 +74,17 @@ pub enum Ending {
     Overruns(u32),
     /// The cycle panicked, with this message.
     Panicked(String),
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Ending::Stopped => f.write_str("it was stopped"),
+            Ending::Finished => f.write_str("its cycles were done"),
+            Ending::Overruns(overruns) => write!(f, "{overruns} deadlines in a row were missed"),
+            Ending::Panicked(message) => write!(f, "it panicked ({message})"),
+        }
+    }
 }
 
 /// What came of it.

@@ -110,6 +110,8 @@ pub struct Software {
     /// Torque constants of drive and load motor [N m/A]; 0 where there is none.
     torque_constants: [f64; 2],
     cycle: u64,
+    /// Ticks that were missed since the last one.
+    missed: u64,
     /// Computed in the last tick.
     voltages: Voltages<f64>,
     /// The command that was carried out last.
@@ -129,6 +131,7 @@ impl Software {
             divider: timing.divider,
             torque_constants,
             cycle: 0,
+            missed: 0,
             voltages: Voltages::default(),
             command: Command::default(),
             last: ControllerInput::default(),
@@ -187,9 +190,10 @@ impl Software {
         frame
     }
 
-    /// Instead of a tick that was missed: its number passes, what was written stays.
+    /// Instead of a tick that was missed while the machine went on: its number passes, what was written stays.
     pub fn miss(&mut self) {
         self.cycle += 1;
+        self.missed += 1;
     }
 
     /// Changes what runs, between two ticks.
@@ -274,7 +278,8 @@ impl Software {
             // Without control there is nothing to follow.
             reference_position: if order.control > 0.5 { order.reference.position } else { signals.measured_angle },
         };
-        let state = self.safety.step(input, self.tick_time);
+        let passed = (1 + core::mem::take(&mut self.missed)) as f64;
+        let state = self.safety.step(input, passed * self.tick_time);
         if let SafetyState::Fault(_) = state {
             self.voltages = Voltages::default();
             self.state.commanded_torque = 0.0;

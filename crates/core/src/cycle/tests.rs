@@ -95,3 +95,17 @@ fn a_controller_begins_where_the_load_is_and_not_where_nobody_led_it() {
     // A hundredth of what a radian of deviation would ask for.
     assert!(torques.iter().all(|torque| torque.abs() < 1e-3), "{torques:?}");
 }
+
+#[test]
+fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
+    // 9000 counts of 10,000 a turn: within a millisecond 5700 rad/s, within a hundred of them 57 rad/s.
+    let far = Measurement { count: 9000.0, ..Measurement::default() };
+    for (missed, trips) in [(0, true), (99, false)] {
+        let mut software = running(0.0);
+        software.step(Measurement::default(), None);
+        (0..missed).for_each(|_| software.miss());
+        let frame = software.step(far, None);
+        assert_eq!(frame.cycle, 1 + missed);
+        assert_eq!(matches!(frame.safety, SafetyState::Fault(Fault::Overspeed { .. })), trips, "{missed}");
+    }
+}

@@ -14,10 +14,9 @@ pub trait Io {
     /// What happened to the link; once it failed it stays so.
     fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault>;
 
-    /// The software missed a tick: what was written stays. A machine that does not go on by itself goes on here under
-    /// these voltages, and gives its readings.
-    fn miss(&mut self, _: Voltages<f64>) -> Option<Measurement<f64>> {
-        None
+    /// Whether the machine stands still where nobody exchanges with it: a virtual one does.
+    fn waits(&self) -> bool {
+        false
     }
 
     /// Presses the friction wheel's linings on, 0 … 1: the operator's work.

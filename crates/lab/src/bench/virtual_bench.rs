@@ -54,8 +54,8 @@ impl Io for InProcess {
         Ok(self.machine.take(steps, &mut self.state, acting, self.step))
     }
 
-    fn miss(&mut self, voltages: Voltages<f64>) -> Option<Measurement<f64>> {
-        self.exchange(voltages).ok()
+    fn waits(&self) -> bool {
+        true
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

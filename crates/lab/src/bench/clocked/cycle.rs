@@ -142,10 +142,9 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
 
     /// Commands wait: dropped, they would let the set-point jump, and an experiment would lack their frames.
     fn hold(&mut self, _: u64) {
-        if let Some(readings) = self.machine.miss(self.software.voltages()) {
-            self.readings = readings;
+        if !self.machine.waits() {
+            self.software.miss();
         }
-        self.software.miss();
     }
 
     fn end(&mut self) {

@@ -20,7 +20,7 @@ use stickslip_core::cycle::{Change, Command, Frame};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Histograms, MonotonicClock, Plan, Running, Wishes};
+use stickslip_rt::{Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
 
 use super::io::{Io, check_preload};
 use super::lockstep::{SETTLING, software};
@@ -30,6 +30,9 @@ use crate::{Error, Preset};
 
 /// How far commands go ahead of the clock [s]: several times what a plain system lets a thread wait now and then.
 const LEAD: f64 = 0.05;
+/// Deadlines in a row that may be missed: by a machine that stands still meanwhile, and by one of steel.
+const PATIENCE: u32 = 1000;
+const STEEL_PATIENCE: u32 = 10;
 /// From look to look at a bench that has nothing to say.
 const LOOK: Duration = Duration::from_millis(1);
 /// From look to look of who collects the timings.
@@ -58,6 +61,8 @@ pub struct ClockedBench {
     /// Speed of the last set-point [rad/s].
     speed: f64,
     running: Option<Running>,
+    /// Why it is not any more.
+    end: String,
     collector: Option<JoinHandle<Histograms>>,
 }
 
@@ -87,6 +92,8 @@ impl ClockedBench {
         // Each entry has one reply at most, and one more tells of a fault or of starving.
         let (replies_in, replies) = RingBuffer::new(4 * lead);
         let preload = machine.preload();
+        // A virtual machine waits: only one that is too slow for its rate is to end.
+        let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
         let cycle = BenchCycle {
             software: software(model, settings)?,
             machine,
@@ -96,6 +103,7 @@ impl ClockedBench {
             flow: Flow::Paused,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
+        let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
         let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
         let collector = thread::spawn(move || {
             let mut histograms = Histograms::new(timings.blocks());
@@ -126,19 +134,19 @@ impl ClockedBench {
             zero: None,
             speed: 0.0,
             running: Some(running),
+            end: String::new(),
             collector: Some(collector),
         })
     }
 
-    /// Stops it: how the clock was kept.
-    pub fn stop(mut self) -> Clocked {
-        let running = self.running.take().expect("it runs until it is stopped");
+    /// Stops it: how the clock was kept; none where the loop had ended by itself, which was told.
+    pub fn stop(mut self) -> Option<Clocked> {
+        let running = self.running.take()?;
         let granted = running.granted().clone();
         running.stop();
         let summary = running.join();
-        let collector = self.collector.take().expect("it collects until it is stopped");
-        let histograms = collector.join().expect("who collects has nothing to panic about");
-        Clocked { summary, histograms, granted }
+        let histograms = self.collector.take()?.join().ok()?;
+        Some(Clocked { summary, histograms, granted })
     }
 
     /// Sends an entry, or keeps it until there is a lead of commands.
@@ -230,14 +238,12 @@ impl ClockedBench {
 
     /// Why the executive has ended, though nobody stopped it.
     fn ended(&mut self) -> Error {
-        let reason = match self.running.take().map(Running::join) {
-            Some(summary) => {
-                let worst = summary.worst.map_or(String::new(), |worst| format!(" {}", worst.sentence(&BLOCKS)));
-                format!("the real-time loop has ended: {:?}.{worst} See what `stickslip doctor` finds.", summary.ending)
-            }
-            None => "the real-time loop has ended.".into(),
-        };
-        Error::BenchFault { cycle: 0, reason }
+        if let Some(summary) = self.running.take().map(Running::join) {
+            let worst = summary.worst.map_or(String::new(), |worst| format!(" {}", worst.sentence(&BLOCKS)));
+            self.end =
+                format!("the real-time loop has ended: {}.{worst} See what `stickslip doctor` finds.", summary.ending);
+        }
+        Error::BenchFault { cycle: 0, reason: self.end.clone() }
     }
 }
 

@@ -25,7 +25,7 @@ fn an_experiment_runs_by_the_clock_as_it_does_in_lockstep() {
     let mut clocked = bench();
     home(&mut clocked, &Watch::silent()).unwrap();
     let by_clock = measure_friction(&plan, &mut clocked, false, &Watch::silent()).unwrap();
-    let kept = clocked.stop();
+    let kept = clocked.stop().unwrap();
     let mut lockstep = VirtualBench::new(&preset(), 1).unwrap();
     home(&mut lockstep, &Watch::silent()).unwrap();
     let in_lockstep = measure_friction(&plan, &mut lockstep, false, &Watch::silent()).unwrap();
