@@ -1,0 +1,82 @@
+//! The committed benchmark says what the bench reaches, and the program still gives it.
+
+use std::path::Path;
+
+use stickslip::fidelity::{Selection, run_plan};
+use stickslip::{Watch, fidelity::Row};
+
+/// Cells of the committed table: preset, wheel, rate, mismatch, law, auto, scenario, difference, …
+fn committed() -> Vec<Vec<String>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/studies/fidelity.csv");
+    let text = std::fs::read_to_string(file).expect("the study is committed");
+    text.lines().skip(1).map(|line| line.split(',').map(String::from).collect()).collect()
+}
+
+/// The difference of the picked law, or of another, on `prototype`.
+fn difference(rows: &[Vec<String>], cell: [&str; 3], law: &str, scenario: &str) -> f64 {
+    let is = |row: &&Vec<String>| {
+        let law = if law == "auto" { row[5] == "1" } else { row[4] == law };
+        row[0] == "prototype" && row[1..4] == cell && law && row[6] == scenario
+    };
+    rows.iter().find(is).and_then(|row| row[7].parse().ok()).unwrap_or_else(|| panic!("{cell:?} {law} {scenario}"))
+}
+
+#[test]
+fn the_picked_law_comes_as_near_as_it_shall_with_the_wheel_and_without() {
+    let rows = committed();
+    let most = |rate: &str| match rate {
+        "4000" => [0.04, 0.04, 0.10, 0.10, 0.10, 0.03, 0.02, 0.03, 0.02, 1.0],
+        _ => [0.03, 0.03, 0.08, 0.08, 0.08, 0.03, 0.02, 0.03, 0.02, 1.0],
+    };
+    let scenarios = [
+        "sine_0.5hz",
+        "sine_2hz",
+        "point_to_point",
+        "point_to_point_moving",
+        "point_to_point_end",
+        "hunting_amplitude",
+        "hunting_interval",
+        "stick_slip_amplitude",
+        "stick_slip_interval",
+        "stick_slip_count",
+    ];
+    for rate in ["4000", "10000"] {
+        for wheel in ["0", "1"] {
+            for (scenario, most) in scenarios.into_iter().zip(most(rate)) {
+                let found = difference(&rows, [wheel, rate, "real"], "auto", scenario);
+                assert!(found <= most, "{rate} Hz, wheel {wheel}, {scenario}: {found}");
+            }
+        }
+    }
+    for scenario in ["sine_0.5hz", "sine_2hz"] {
+        let of = |law| difference(&rows, ["1", "4000", "own+10%"], law, scenario);
+        assert!(of("paper") / of("auto") >= 8.0, "{scenario}");
+    }
+    for (mismatch, most) in [("real", 0.005), ("gaussian", 0.001), ("ripple10%", 0.001)] {
+        let found = difference(&rows, ["1", "4000", mismatch], "auto", "curve_corrected");
+        assert!(found <= most, "{mismatch}: {found}");
+    }
+}
+
+#[test]
+fn the_program_still_gives_the_committed_study() {
+    let list = |name: &str| vec![name.to_owned()];
+    let selection = Selection {
+        presets: list("prototype"),
+        laws: list("bristle"),
+        rates: vec![4000.0],
+        wheel: Some(true),
+        mismatches: list("perfect"),
+        scenarios: list("sine_2hz"),
+        ..Selection::default()
+    };
+    let outcome = run_plan(&selection.plan().unwrap(), &Watch::silent()).unwrap();
+    let [Row { score, .. }] = &outcome.rows[..] else { panic!("one number") };
+    let then = difference(&committed(), ["1", "4000", "perfect"], "bristle", "sine_2hz");
+    // As it is printed.
+    assert!(
+        (score.difference - then).abs() < 1e-5,
+        "{}, was {then}: run `cargo xtask study fidelity`",
+        score.difference
+    );
+}
