@@ -66,15 +66,15 @@ impl Bench for Ahead {
 }
 
 /// Homed in lockstep, so that both begin alike.
-fn ahead(ticks: usize) -> Ahead {
-    let preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
-    let mut bench = VirtualBench::new(&preset, 1).unwrap();
-    home(&mut bench, &Watch::silent()).unwrap();
-    Ahead { bench, ticks, frames: VecDeque::new() }
+fn ahead(ticks: usize) -> Result<Ahead, Error> {
+    let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+    let mut bench = VirtualBench::new(&preset, 1)?;
+    home(&mut bench, &Watch::silent())?;
+    Ok(Ahead { bench, ticks, frames: VecDeque::new() })
 }
 
 fn both<R: PartialEq>(experiment: impl Fn(&mut dyn Bench) -> R) {
-    let [now, late] = [0, 200].map(|ticks| experiment(&mut ahead(ticks)));
+    let [now, late] = [0, 200].map(|ticks| experiment(&mut ahead(ticks).expect("a bench that homes")));
     assert!(now == late, "the measurement depends on when its frames come");
 }
 

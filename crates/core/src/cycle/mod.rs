@@ -65,6 +65,7 @@ pub struct Frame {
 
 /// What is changed between two ticks, in force from the next one on.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "it goes through rings by value; the core has no heap")]
 pub enum Change {
     /// A request of the operator.
     Request(Request),

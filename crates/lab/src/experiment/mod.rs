@@ -1,4 +1,4 @@
-//! Experiments: named recipes that run on any [`Bench`](crate::bench::Bench).
+//! Experiments: named recipes that run on any [`Bench`].
 //!
 //! A plan is a struct of parameters, an experiment a function, a result data with uncertainty. The same recipe runs
 //! on the virtual bench and on hardware; it may not look into the virtual machine.

@@ -10,12 +10,12 @@ use crate::bench::io::Io;
 use crate::bench::remote::LinkFault;
 
 /// What an experiment sends, carried out in its order.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Entry {
     /// For the next tick.
     Command(Command),
-    /// Between two ticks.
-    Change(Change),
+    /// Between two ticks: the next one of the changes, which are too large to come with each command.
+    Change,
     /// How far the linings are pressed on, 0 … 1.
     Preload(f64),
     /// No command follows for a while: the set-point may come to rest.
@@ -54,6 +54,7 @@ pub(super) struct BenchCycle<M> {
     /// Readings at the begin of the tick.
     pub(super) readings: Measurement<f64>,
     pub(super) entries: Consumer<Entry>,
+    pub(super) changes: Consumer<Change>,
     pub(super) replies: Producer<Reply>,
     pub(super) flow: Flow,
 }
@@ -79,7 +80,8 @@ impl<M: Io> BenchCycle<M> {
                     return Some(command);
                 }
                 Entry::Command(_) => {}
-                Entry::Change(change) => {
+                Entry::Change => {
+                    let Ok(change) = self.changes.pop() else { continue };
                     let refusal = self.software.change(&change).err();
                     let safety = self.software.safety();
                     let (state, zero) = (safety.state(), safety.zero());

@@ -33,6 +33,8 @@ const LEAD: f64 = 0.05;
 /// Deadlines in a row that may be missed: by a machine that stands still meanwhile, and by one of steel.
 const PATIENCE: u32 = 1000;
 const STEEL_PATIENCE: u32 = 10;
+/// Changes that may wait for their tick.
+const CHANGES: usize = 32;
 /// From look to look at a bench that has nothing to say.
 const LOOK: Duration = Duration::from_millis(1);
 /// From look to look of who collects the timings.
@@ -44,6 +46,7 @@ pub struct ClockedBench {
     settings: Settings<f64>,
     preload: f64,
     entries: Producer<Entry>,
+    changes: Producer<Change>,
     replies: Consumer<Reply>,
     /// Not sent yet: a stream begins with a whole lead.
     staged: Vec<Entry>,
@@ -89,6 +92,7 @@ impl ClockedBench {
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
         let (entries, entries_out) = RingBuffer::new(2 * lead);
+        let (changes, changes_out) = RingBuffer::new(CHANGES);
         // Each entry has one reply at most, and one more tells of a fault or of starving.
         let (replies_in, replies) = RingBuffer::new(4 * lead);
         let preload = machine.preload();
@@ -99,6 +103,7 @@ impl ClockedBench {
             machine,
             readings,
             entries: entries_out,
+            changes: changes_out,
             replies: replies_in,
             flow: Flow::Paused,
         };
@@ -122,6 +127,7 @@ impl ClockedBench {
             settings: *settings,
             preload,
             entries,
+            changes,
             replies,
             staged: Vec::new(),
             lead,
@@ -291,9 +297,16 @@ impl Bench for ClockedBench {
     }
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
-        self.changes_under_way += 1;
         let answered = matches!(change, Change::Request(_) | Change::Homed(_) | Change::HomingFailed(_));
-        self.give(Entry::Change(change))?;
+        if self.changes.is_full() {
+            self.pause()?;
+        }
+        while self.changes.is_full() {
+            self.wait()?;
+        }
+        self.changes.push(change).expect("there is room");
+        self.changes_under_way += 1;
+        self.give(Entry::Change)?;
         if answered {
             self.pause()?;
             while self.changes_under_way > 0 {
