@@ -58,8 +58,8 @@ fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() 
     let frame = bench.step(Command::default()).unwrap();
     assert_eq!(frame.command.mark, 0, "what came late was dropped");
     assert!(bench.safety().allows_torque(), "nothing was wrong with the machine");
-    // 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
-    assert!((0.5..1.0).contains(&frame.angle), "{}", frame.angle);
+    // At most 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
+    assert!((0.01..0.8).contains(&frame.angle), "{}", frame.angle);
 }
 
 #[test]
