@@ -132,13 +132,16 @@ fn a_load_motor_that_is_too_weak_is_corrected_and_one_that_is_far_too_strong_is_
         // 1 − 0.8·0.5 is left of it.
         assert!((pair[1] / pair[0] - 0.6).abs() < 0.05, "{:?}", errors(&weak));
     }
+    // What is too much, corrected by far more than it is, is worse than before.
     let strong = on_the_bench(3.0);
-    // What is too much, corrected by far more than it is, blocks the axis: supervision ends the measurement.
+    assert_eq!((strong.kept, strong.stopped.clone()), (0, Stopped::NoBetter), "{:?}", errors(&strong));
+    // Or it blocks the axis: supervision ends the measurement.
+    let blocks = on_the_bench(8.0);
     assert!(
-        strong.kept == 0 && matches!(strong.stopped, Stopped::Fault(_)),
+        blocks.kept == 0 && matches!(blocks.stopped, Stopped::Fault(_)),
         "{:?}: {}",
-        errors(&strong),
-        strong.stopped
+        errors(&blocks),
+        blocks.stopped
     );
 }
 
