@@ -69,10 +69,11 @@ impl Cycle for Watched {
         WATCHED.set(true);
         self.pages.take(cycle);
         self.sum += self.pages.page().iter().sum::<f64>();
-        if self.allocates && cycle == 50 {
+        // The first one from 50 on that runs: on a busy machine the fiftieth may be missed.
+        if cycle >= 50 && std::mem::take(&mut self.allocates) {
             self.sum += *std::hint::black_box(Box::new(1.0));
         }
-        if self.slow && cycle == 50 {
+        if cycle >= 50 && std::mem::take(&mut self.slow) {
             std::thread::sleep(Duration::from_millis(20));
         }
         lap.done(0);
