@@ -1,14 +1,13 @@
 //! What runs within the deadline allocates and frees nothing, whatever law renders and whoever changes it meanwhile.
-//!
-//! An allocator that counts, on the thread that exchanges with the machine.
 
-#![expect(unsafe_code, reason = "an allocator is an unsafe trait")]
+#[path = "../../rt/tests/counting/mod.rs"]
+#[allow(unreachable_pub, reason = "support of tests")]
+mod counting;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
+use counting::{CALLS, WATCHED};
 use stickslip::bench::remote::LinkFault;
 use stickslip::bench::{Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes};
 use stickslip::experiment::home;
@@ -16,44 +15,6 @@ use stickslip::fidelity::LAWS;
 use stickslip::{Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::tick::Measurement;
-
-struct Counting;
-
-thread_local! {
-    static WATCHED: Cell<bool> = const { Cell::new(false) };
-}
-static CALLS: AtomicU64 = AtomicU64::new(0);
-
-fn count() {
-    // A thread that is being taken down has no cells any more.
-    if WATCHED.try_with(Cell::get).unwrap_or(false) {
-        CALLS.fetch_add(1, Ordering::Relaxed);
-    }
-}
-
-// SAFETY: all is done by the system's allocator, with the same arguments.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise is handed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        // SAFETY: the caller's promise is handed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise is handed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// A machine that has its thread watched from its first tick until it is told to end.
 struct Watched {

@@ -61,8 +61,8 @@ pub struct ClockedBench {
     refused: Option<Refusal>,
     safety: SafetyState,
     zero: Option<f64>,
-    /// Speed of the last set-point [rad/s].
-    speed: f64,
+    /// What came last.
+    last: Option<Frame>,
     running: Option<Running>,
     /// Why it is not any more.
     end: String,
@@ -91,10 +91,12 @@ impl ClockedBench {
     ) -> Result<Self, Error> {
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
-        let (entries, entries_out) = RingBuffer::new(2 * lead);
+        // Two leads, and all that may be kept behind them.
+        let most = 2 * lead + 2 * CHANGES;
+        let (entries, entries_out) = RingBuffer::new(most);
         let (changes, changes_out) = RingBuffer::new(CHANGES);
         // Each entry has one reply at most, and one more tells of a fault or of starving.
-        let (replies_in, replies) = RingBuffer::new(4 * lead);
+        let (replies_in, replies) = RingBuffer::new(2 * most);
         let preload = machine.preload();
         // A virtual machine waits: only one that is too slow for its rate is to end.
         let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
@@ -138,7 +140,7 @@ impl ClockedBench {
             refused: None,
             safety: SafetyState::Off,
             zero: None,
-            speed: 0.0,
+            last: None,
             running: Some(running),
             end: String::new(),
             collector: Some(collector),
@@ -163,7 +165,11 @@ impl ClockedBench {
         }
         while let Err(PushError::Full(again)) = self.entries.push(entry) {
             entry = again;
-            self.wait()?;
+            if let Err(error) = self.wait() {
+                // A change goes with its number: left out, the next one would be taken for it.
+                self.staged.extend(Some(entry).filter(|entry| !matches!(entry, Entry::Command(_))));
+                return Err(error);
+            }
         }
         Ok(())
     }
@@ -211,7 +217,7 @@ impl ClockedBench {
             match reply {
                 Reply::Frame(frame) => {
                     self.commands_under_way -= 1;
-                    (self.safety, self.speed) = (frame.safety, frame.command.setpoint.velocity.abs());
+                    (self.safety, self.last) = (frame.safety, Some(frame));
                     self.frames.push_back(frame);
                 }
                 Reply::Changed(refusal, safety, zero) => {
@@ -220,18 +226,18 @@ impl ClockedBench {
                 }
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
                 Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
-                Reply::Link(fault) => return Err(Error::BenchFault { cycle: 0, reason: fault.to_string() }),
+                Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }
         Ok(any)
     }
 
-    /// Begins anew: what was under way is lost.
+    /// Begins anew: commands that were under way are lost.
     fn fell_behind(&mut self, cycle: u64) -> Error {
         (self.commands_under_way, self.streaming) = (0, false);
         self.frames.clear();
-        self.staged.clear();
-        self.staged.push(Entry::Resume);
+        self.staged.retain(|entry| !matches!(entry, Entry::Command(_)));
+        self.staged.insert(0, Entry::Resume);
         Error::BenchFault {
             cycle,
             reason: format!(
@@ -249,7 +255,12 @@ impl ClockedBench {
             self.end =
                 format!("the real-time loop has ended: {}.{worst} See what `stickslip doctor` finds.", summary.ending);
         }
-        Error::BenchFault { cycle: 0, reason: self.end.clone() }
+        self.fault(self.end.clone())
+    }
+
+    /// Behind the cycle that came last.
+    fn fault(&self, reason: String) -> Error {
+        Error::BenchFault { cycle: self.last.map_or(0, |frame| frame.cycle), reason }
     }
 }
 
@@ -287,11 +298,13 @@ impl Bench for ClockedBench {
 
     fn come_to_rest(&mut self) -> Result<(), Error> {
         while self.outstanding()?.is_some() {}
-        let stop = self.speed / self.settings.safety.stop_deceleration;
-        thread::sleep(Duration::from_secs_f64(stop + SETTLING));
+        let speed = self.last.map_or(0.0, |frame| frame.command.setpoint.velocity.abs());
+        let stop = speed / self.settings.safety.stop_deceleration;
+        // A set-point that is no number never rests: supervision has stopped it.
+        thread::sleep(Duration::try_from_secs_f64(stop + SETTLING).unwrap_or_default());
         self.take()?;
         match self.safety {
-            SafetyState::Fault(fault) => Err(Error::BenchFault { cycle: 0, reason: fault.to_string() }),
+            SafetyState::Fault(fault) => Err(self.fault(fault.to_string())),
             _ => Ok(()),
         }
     }

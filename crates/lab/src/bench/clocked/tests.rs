@@ -53,11 +53,15 @@ fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() 
         }
         bench.hand_over(moving(k)).err()
     });
+    bench.set_controller(bench.settings().controller, 1).unwrap();
     let said = behind.expect("it was late by 400 ms").to_string();
     assert!(said.contains("fell behind the clock by more than 50 ms"), "{said}");
     let frame = bench.step(Command::default()).unwrap();
     assert_eq!(frame.command.mark, 0, "what came late was dropped");
     assert!(bench.safety().allows_torque(), "nothing was wrong with the machine");
+    // Of all changes none is left behind or taken for another.
+    bench.change(Change::Request(Request::Stop)).unwrap();
+    assert_eq!(bench.safety(), SafetyState::Ready);
     // At most 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
     assert!((0.01..0.8).contains(&frame.angle), "{}", frame.angle);
 }
