@@ -74,8 +74,8 @@ fn energy(plant: &Plant<f64>, half_width: f64, state: &MachineState<f64>) -> f64
 proptest! {
     #[test]
     fn energy_never_grows_through_the_gap(
-        half_width in 0.0..5e-3, speed in -100.0..100.0, damping in prop_oneof![Just(0.0), 0.0..0.1],
-        fast in any::<bool>(), share in 0.2..0.8,
+        half_width in 0.0..5e-3, speed in prop_oneof![-100.0..-0.1, 0.1..100.0],
+        damping in prop_oneof![Just(0.0), 0.0..0.1], fast in any::<bool>(), share in 0.2..0.8,
     ) {
         let mut plant = plant(gap(half_width), Model::Nothing);
         plant.load_motor.winding.torque_constant = 0.0;
@@ -86,15 +86,22 @@ proptest! {
         let machine = plant.prepare(10, step);
         let mut state = MachineState { motor_velocity: speed, ..MachineState::default() };
         let start = energy(&plant, half_width, &state);
+        let elasticity = 1.0 / plant.drive.motor_inertia + 1.0 / plant.drive.load_inertia;
+        let a_hit = 0.25 * plant.drive.coupling_stiffness * elasticity * step * step;
+        let (mut flank, mut hits) = (0.0, 0);
         for _ in 0..20_000 {
             machine.step(&mut state, MachineInput::default(), step);
-            // Where a flank is met within a step is not located: without damping (ω·h)² of a hit comes or goes with it.
+            let now = if state.twist.abs() < half_width { 0.0 } else { state.twist.signum() };
+            // A narrow gap is crossed within a step.
+            hits += (now - std::mem::replace(&mut flank, now)).abs() as u32;
+            // Where a flank is met or left within a step is not located: some of (ω·h)² comes or goes with it, at most a
+            // fifth measured. Without damping it can be the same each time.
             let grown = energy(&plant, half_width, &state) / start - 1.0;
-            prop_assert!(grown <= 1e-3, "grown by {grown}");
+            prop_assert!(grown <= a_hit * f64::from(hits) + 1e-9, "grown by {grown} in {hits}");
         }
         let momentum = plant.drive.motor_inertia * state.motor_velocity + plant.drive.load_inertia * state.velocity;
         let kept = momentum / (plant.drive.motor_inertia * speed);
-        prop_assert!((kept - 1.0).abs() < 1e-9 || speed.abs() < 1e-6, "no torque from outside: {kept}");
+        prop_assert!((kept - 1.0).abs() < 1e-9, "no torque from outside: {kept}");
     }
 }
 
