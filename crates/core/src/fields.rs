@@ -182,6 +182,32 @@ pub trait Walk<T> {
     fn element(&mut self, index: usize) {
         let _ = index;
     }
+
+    /// A count that is no number of the signal path, as how many steps a tick has.
+    fn fixed(&mut self, count: &mut usize) {
+        let _ = count;
+    }
+}
+
+/// What may be fixed: one count or two.
+pub trait Fixed {
+    /// Visits the counts.
+    fn counts<T>(&mut self, walk: &mut impl Walk<T>);
+}
+
+impl Fixed for usize {
+    #[inline(always)]
+    fn counts<T>(&mut self, walk: &mut impl Walk<T>) {
+        walk.fixed(self);
+    }
+}
+
+impl Fixed for (usize, usize) {
+    #[inline(always)]
+    fn counts<T>(&mut self, walk: &mut impl Walk<T>) {
+        walk.fixed(&mut self.0);
+        walk.fixed(&mut self.1);
+    }
 }
 
 /// A receiver of the laws between fields.

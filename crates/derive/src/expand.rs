@@ -152,6 +152,7 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
             fn contents(&mut self, walk: &mut impl ::stickslip_core::fields::Walk<#number>) {
                 let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
                 #(<#types as ::stickslip_core::fields::Fields<#number>>::walk(&mut self.#idents, &fields[#index], walk);)*
+                #(::stickslip_core::fields::Fixed::counts(&mut self.#fixed, walk);)*
             }
 
             #[inline]

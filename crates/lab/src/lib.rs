@@ -24,6 +24,7 @@ pub mod quantity;
 pub mod realtime;
 pub mod recording;
 pub mod report;
+pub mod run;
 pub mod summary;
 pub mod table;
 pub mod truth;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use stickslip::bench::{Bench, Change, Command, Frame, VirtualBench};
+use stickslip::bench::{Bench, Change, Command, Frame, Parameters, VirtualBench};
 use stickslip::experiment::{
     BreakawayPlan, FrictionPlan, PreslidingPlan, home, measure_breakaway, measure_friction, measure_presliding,
     sweep_through_standstill,
@@ -42,6 +42,10 @@ impl Bench for Ahead {
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
         self.bench.change(change)
+    }
+
+    fn parameters(&self) -> &Parameters<f64> {
+        self.bench.parameters()
     }
 
     fn safety(&self) -> SafetyState {

@@ -12,9 +12,8 @@ mod tests;
 
 use crate::Fields;
 use crate::block::Block as _;
+use crate::control::ControllerInput;
 use crate::control::reference::Setpoint;
-use crate::control::{ControllerInput, CurrentControl, PositionController};
-use crate::render::{Correction, Law};
 use crate::supervise::{HomingFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
 use crate::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
@@ -73,43 +72,29 @@ pub enum Change {
     Homed(f64),
     /// Homing found none.
     HomingFailed(HomingFault),
-    /// Another position controller, run every `divider` ticks; it takes the torque over.
-    Controller {
-        /// The controller.
-        controller: PositionController<f64>,
-        /// Ticks of one of its samples.
-        divider: u64,
-    },
-    /// Another rendering law with the current control that belongs to it; it begins with the torque of the law before.
-    Law {
-        /// The law.
-        law: Law<f64>,
-        /// The current control.
-        current: CurrentControl<f64>,
-    },
-    /// What is added to the rendering law.
-    Correction(Correction<f64>),
+    /// Other parameters, all of them at once.
+    Parameters(Parameters<f64>),
 }
 
-/// The rates of the software, and what turns its torques into currents.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timing {
-    /// Time of a tick [s].
-    pub tick_time: f64,
-    /// Ticks of a sample of the position controller.
-    pub divider: u64,
+/// All that the software computes with: one set, in force from the begin of one tick on.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Parameters<T> {
+    /// The signal path.
+    pub tick: Tick<T>,
+    /// What stops the bench.
+    pub safety: SafetyLimits<T>,
+    /// Torque constant of the drive motor; 0 where its current is not known.
+    #[field(symbol = "K_t", unit = "N m/A", range = 0.0..=100.0)]
+    pub drive_torque_constant: T,
 }
 
 /// The software of the bench, cycle after cycle.
 #[derive(Clone, Debug)]
 pub struct Software {
-    tick: Tick<f64>,
+    parameters: Parameters<f64>,
     state: TickState<f64>,
     safety: Safety,
     tick_time: f64,
-    divider: u64,
-    /// Torque constants of drive and load motor [N m/A]; 0 where there is none.
-    torque_constants: [f64; 2],
     cycle: u64,
     /// Ticks that were missed since the last one.
     missed: u64,
@@ -122,21 +107,24 @@ pub struct Software {
 }
 
 impl Software {
-    /// Switched off, before its first tick.
-    pub fn new(tick: Tick<f64>, limits: SafetyLimits<f64>, timing: Timing, torque_constants: [f64; 2]) -> Self {
+    /// Switched off, before its first tick, for ticks of this length [s].
+    pub fn new(parameters: Parameters<f64>, tick_time: f64) -> Self {
         Software {
-            tick,
+            parameters,
             state: TickState::default(),
-            safety: Safety::new(limits),
-            tick_time: timing.tick_time,
-            divider: timing.divider,
-            torque_constants,
+            safety: Safety::new(parameters.safety),
+            tick_time,
             cycle: 0,
             missed: 0,
             voltages: Voltages::default(),
             command: Command::default(),
             last: ControllerInput::default(),
         }
+    }
+
+    /// What it computes with.
+    pub fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
     }
 
     /// Number of the next tick.
@@ -161,14 +149,15 @@ impl Software {
         readings: Measurement<f64>,
         command: &Command,
     ) -> (Tick<f64>, TickState<f64>, TickInput<f64>) {
-        (self.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
+        (self.parameters.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
     }
 
     /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
         let command = command.unwrap_or_else(|| self.resting());
         let order = self.order(&command);
-        let signals = self.tick.step(&mut self.state, TickInput { measurement: readings, order }, self.tick_time);
+        let input = TickInput { measurement: readings, order };
+        let signals = self.parameters.tick.step(&mut self.state, input, self.tick_time);
         self.voltages = Voltages { servo_voltage: signals.servo_voltage, amplifier_voltage: signals.amplifier_voltage };
         self.last = ControllerInput {
             reference_position: order.reference.position,
@@ -209,24 +198,28 @@ impl Software {
             }
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
-            Change::Controller { controller, divider } => {
-                self.tick.controller = controller;
-                self.tick.control_period = self.tick_time * divider as f64;
-                self.divider = divider;
-                self.state.controller = controller.take_over(self.state.commanded_torque, self.last);
-            }
-            Change::Law { law, current } => {
-                // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.
-                let drop = self.state.law.torque / current.torque_constant;
-                self.state.current.integral += (self.tick.current.resistance - current.resistance) * drop;
-                (self.tick.law, self.tick.current) = (law, current);
-                self.state.law.swapped = 1.0;
-            }
-            Change::Correction(correction) => self.tick.correction = correction,
+            Change::Parameters(parameters) => self.enter(parameters),
         }
         // What is held counts from the screw's zero, which may have been found or forgotten.
         self.command.setpoint.position -= self.safety.zero().unwrap_or(0.0) - before;
         Ok(())
+    }
+
+    /// The parameters from now on. Whatever is another takes over without a bump: a controller begins with the torque of
+    /// the one before, a rendering law too.
+    fn enter(&mut self, parameters: Parameters<f64>) {
+        let (before, now) = (&self.parameters.tick, &parameters.tick);
+        if (now.controller, now.control_period) != (before.controller, before.control_period) {
+            self.state.controller = now.controller.take_over(self.state.commanded_torque, self.last);
+        }
+        if (now.law, now.current) != (before.law, before.current) {
+            // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.
+            let drop = self.state.law.torque / now.current.torque_constant;
+            self.state.current.integral += (before.current.resistance - now.current.resistance) * drop;
+            self.state.law.swapped = 1.0;
+        }
+        self.safety.set_limits(parameters.safety);
+        self.parameters = parameters;
     }
 
     /// Order to the tick.
@@ -249,8 +242,14 @@ impl Software {
             added_load_torque: if on { command.added_load_torque } else { 0.0 },
             ..Order::default()
         };
-        order.schedule(self.cycle, self.divider);
+        order.schedule(self.cycle, self.divider());
         order
+    }
+
+    /// Ticks of a sample of the position controller.
+    fn divider(&self) -> u64 {
+        // A sample is a whole number of ticks, up to rounding.
+        libm::round(self.parameters.tick.control_period / self.tick_time).max(1.0) as u64
     }
 
     /// The last command a tick later, on its way to rest.
@@ -270,7 +269,7 @@ impl Software {
     /// Judges a tick; a fault takes the torque away at once.
     fn supervise(&mut self, order: &Order<f64>, signals: &TickOutput<f64>) -> SafetyState {
         let current = |torque: f64, constant: f64| if constant > 0.0 { torque / constant } else { 0.0 };
-        let [drive, load] = self.torque_constants;
+        let (drive, load) = (self.parameters.drive_torque_constant, self.parameters.tick.current.torque_constant);
         let input = SafetyInput {
             measured_angle: signals.measured_angle,
             measured_velocity: signals.measured_motor_velocity,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::control::Cascade;
+use crate::control::{Cascade, PositionController};
 use crate::supervise::Fault;
 
 const DT: f64 = 1e-3;
@@ -9,9 +9,14 @@ fn limits() -> SafetyLimits<f64> {
     SafetyLimits { following_error: 1e3, moving_current: 1e9, ..SafetyLimits::default() }
 }
 
+fn software() -> Software {
+    let parameters = Parameters { safety: limits(), drive_torque_constant: 0.1, ..Parameters::default() };
+    Software::new(parameters, DT)
+}
+
 /// Homed at an encoder angle [rad], with torque.
 fn running(zero: f64) -> Software {
-    let mut software = Software::new(Tick::default(), limits(), Timing { tick_time: DT, divider: 1 }, [0.1, 0.1]);
+    let mut software = software();
     software.change(&Change::Request(Request::Home)).unwrap();
     software.change(&Change::Homed(zero)).unwrap();
     software.change(&Change::Request(Request::Start)).unwrap();
@@ -44,7 +49,7 @@ fn without_a_command_the_set_point_comes_to_rest_and_stays() {
 
 #[test]
 fn what_is_held_does_not_jump_where_the_zero_is_found_or_forgotten() {
-    let mut software = Software::new(Tick::default(), limits(), Timing { tick_time: DT, divider: 1 }, [0.1, 0.1]);
+    let mut software = software();
     software.change(&Change::Request(Request::Home)).unwrap();
     software.step(Measurement::default(), Some(moving(3.0, 0.0)));
     software.change(&Change::Homed(1.0)).unwrap();
@@ -90,7 +95,9 @@ fn a_controller_begins_where_the_load_is_and_not_where_nobody_led_it() {
     assert!(angle > 1.0, "{angle}");
     software.step(far, Some(Command::default()));
     let controller = PositionController::Cascade(Cascade::default());
-    software.change(&Change::Controller { controller, divider: 1 }).unwrap();
+    let mut parameters = *software.parameters();
+    parameters.tick.controller = controller;
+    software.change(&Change::Parameters(parameters)).unwrap();
     let torques = [(); 3].map(|()| software.step(far, Some(moving(angle, 0.0))).signals.commanded_torque);
     // A hundredth of what a radian of deviation would ask for.
     assert!(torques.iter().all(|torque| torque.abs() < 1e-3), "{torques:?}");

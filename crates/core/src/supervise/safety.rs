@@ -216,6 +216,11 @@ impl Safety {
         &self.limits
     }
 
+    /// What is too much from the next cycle on.
+    pub fn set_limits(&mut self, limits: SafetyLimits<f64>) {
+        self.limits = limits;
+    }
+
     /// What the bench may do.
     pub fn state(&self) -> SafetyState {
         self.state

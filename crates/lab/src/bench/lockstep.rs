@@ -1,12 +1,13 @@
 //! The software of the bench in lockstep with its machine.
 
-use stickslip_core::cycle::{Change, Command, Frame, Software, Timing};
+use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 
 use super::Bench;
 use super::io::Io;
+use super::tap::{Changed, Tap, What};
 use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
@@ -15,7 +16,7 @@ pub(super) const SETTLING: f64 = 0.1;
 
 /// The software of the bench over a machine that it keeps step with: the software computes on the readings of the
 /// tick's begin; what it wrote in the tick before acts meanwhile.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct LockstepBench<M> {
     pub(super) machine: M,
     model: Model<f64>,
@@ -23,16 +24,8 @@ pub struct LockstepBench<M> {
     software: Software,
     /// Readings at the begin of the tick.
     readings: Measurement<f64>,
-}
-
-/// The software for what is believed and set, switched off.
-///
-/// # Errors
-/// Whatever the design of observer and current control refuses.
-pub(super) fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Software, Error> {
-    let timing = Timing { tick_time: settings.tick_time(), divider: settings.divider() };
-    let torque_constants = [model.motor.torque_constant, model.load_motor.torque_constant];
-    Ok(Software::new(design::software(model, settings)?, settings.safety, timing, torque_constants))
+    /// Who records or watches.
+    tap: Option<Tap>,
 }
 
 impl<M: Io> LockstepBench<M> {
@@ -43,8 +36,20 @@ impl<M: Io> LockstepBench<M> {
         machine: M,
         readings: Measurement<f64>,
     ) -> Result<Self, Error> {
-        let software = software(model, settings)?;
-        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings })
+        let software = Software::new(design::parameters(model, settings)?, settings.tick_time());
+        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None })
+    }
+
+    /// Lets somebody record or watch from now on; the bench waits for it.
+    pub fn tap(&mut self, tap: Tap) {
+        self.tap = Some(tap);
+    }
+
+    fn tell(&self, what: What) {
+        if let Some(tap) = &self.tap {
+            // Who does not listen any more misses nothing.
+            let _ = tap.changes.send(Changed { cycle: self.software.cycle(), what });
+        }
     }
 
     /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
@@ -57,6 +62,9 @@ impl<M: Io> LockstepBench<M> {
     fn tick(&mut self, command: Option<Command>) -> Result<Frame, Error> {
         let acting = self.software.voltages();
         let frame = self.software.step(self.readings, command);
+        if let Some(tap) = &mut self.tap {
+            tap.samples.wait(&frame);
+        }
         let fault = |reason: String| Error::BenchFault { cycle: frame.cycle, reason };
         self.readings = self.machine.exchange(acting).map_err(|link| fault(link.to_string()))?;
         match frame.safety {
@@ -93,7 +101,13 @@ impl<M: Io> Bench for LockstepBench<M> {
     }
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
-        Ok(self.software.change(&change)?)
+        let changed = self.software.change(&change);
+        self.tell(What::Software(change, changed.err()));
+        Ok(changed?)
+    }
+
+    fn parameters(&self) -> &Parameters<f64> {
+        self.software.parameters()
     }
 
     fn safety(&self) -> SafetyState {
@@ -105,7 +119,9 @@ impl<M: Io> Bench for LockstepBench<M> {
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
-        self.machine.set_preload(preload)
+        self.machine.set_preload(preload)?;
+        self.tell(What::Preload(preload));
+        Ok(())
     }
 
     fn preload(&self) -> f64 {

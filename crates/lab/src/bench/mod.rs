@@ -7,6 +7,7 @@ mod clocked;
 pub(crate) mod io;
 mod lockstep;
 pub mod remote;
+pub mod tap;
 mod traveller;
 mod virtual_bench;
 
@@ -20,7 +21,7 @@ pub use traveller::Traveller;
 pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;
-pub use stickslip_core::cycle::{Change, Command, Frame};
+pub use stickslip_core::cycle::{Change, Command, Frame, Parameters};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
 use stickslip_core::supervise::SafetyState;
@@ -64,6 +65,9 @@ pub trait Bench {
     /// [`Error::Refused`] for a request that the state of the bench does not admit.
     fn change(&mut self, change: Change) -> Result<(), Error>;
 
+    /// What the software computes with, behind the commands that were handed over.
+    fn parameters(&self) -> &Parameters<f64>;
+
     /// What the bench may do.
     fn safety(&self) -> SafetyState;
 
@@ -98,7 +102,10 @@ pub trait Bench {
     /// # Errors
     /// As [`change`](Bench::change).
     fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) -> Result<(), Error> {
-        self.change(Change::Controller { controller, divider })
+        let mut parameters = *self.parameters();
+        (parameters.tick.controller, parameters.tick.control_period) =
+            (controller, self.settings().tick_time() * divider as f64);
+        self.change(Change::Parameters(parameters))
     }
 
     /// The rendering law in force from the next tick on, with the current control that belongs to it. It begins with the
@@ -107,8 +114,10 @@ pub trait Bench {
     /// # Errors
     /// What the design of the current control refuses.
     fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
-        let current = design::load_current_control(&law, self.model(), self.settings())?;
-        self.change(Change::Law { law, current })
+        let mut parameters = *self.parameters();
+        parameters.tick.current = design::load_current_control(&law, self.model(), self.settings())?;
+        parameters.tick.law = law;
+        self.change(Change::Parameters(parameters))
     }
 
     /// What is added to the rendering law from the next tick on.
@@ -116,7 +125,9 @@ pub trait Bench {
     /// # Errors
     /// As [`change`](Bench::change).
     fn set_correction(&mut self, correction: Correction<f64>) -> Result<(), Error> {
-        self.change(Change::Correction(correction))
+        let mut parameters = *self.parameters();
+        parameters.tick.correction = correction;
+        self.change(Change::Parameters(parameters))
     }
 
     /// Presses the friction wheel's linings on, 0 … 1. On hardware it asks the operator to do it.

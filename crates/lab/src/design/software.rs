@@ -1,6 +1,7 @@
 //! The software side of the bench from what is believed of the machine.
 
 use stickslip_core::control::CurrentControl;
+use stickslip_core::cycle::Parameters;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::tick::Tick;
@@ -27,6 +28,19 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
         current: load_current_control(&Law::Off, model, settings)?,
         controller: settings.controller,
         control_period: dt * settings.divider() as f64,
+    })
+}
+
+/// All that the software computes with, for what is believed of the machine and how the bench runs; the rendering law
+/// is off.
+///
+/// # Errors
+/// As [`software`].
+pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
+    Ok(Parameters {
+        tick: software(model, settings)?,
+        safety: settings.safety,
+        drive_torque_constant: model.motor.torque_constant,
     })
 }
 

@@ -1,6 +1,6 @@
 //! A whole experiment on the virtual bench, with everything that the software was given in each tick.
 
-use stickslip::bench::{Bench, Change, Command, Frame, VirtualBench};
+use stickslip::bench::{Bench, Change, Command, Frame, Parameters, VirtualBench};
 use stickslip::experiment::{FrictionPlan, home, measure_friction};
 use stickslip::{Error, Model, Preset, Settings, Watch, parameters};
 use stickslip_core::block::Block as _;
@@ -47,6 +47,10 @@ impl Bench for Recording {
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
         self.bench.change(change)
+    }
+
+    fn parameters(&self) -> &Parameters<f64> {
+        self.bench.parameters()
     }
 
     fn safety(&self) -> SafetyState {

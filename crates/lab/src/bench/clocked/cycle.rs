@@ -8,6 +8,7 @@ use stickslip_rt::{Block, Cycle, Lap, Next};
 
 use crate::bench::io::Io;
 use crate::bench::remote::LinkFault;
+use crate::bench::tap::Samples;
 
 /// What an experiment sends, carried out in its order.
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +30,10 @@ pub(super) enum Entry {
 pub(super) enum Reply {
     /// A command was carried out.
     Frame(Frame),
-    /// A change was made, or refused; the state and the screw's zero after it.
-    Changed(Option<Refusal>, SafetyState, Option<f64>),
+    /// A change was made before this cycle, or refused; the state and the screw's zero after it.
+    Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
+    /// The linings were pressed on before this cycle.
+    Pressed(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
     /// Supervision took the torque away while nobody commanded.
@@ -57,6 +60,8 @@ pub(super) struct BenchCycle<M> {
     pub(super) changes: Consumer<Change>,
     pub(super) replies: Producer<Reply>,
     pub(super) flow: Flow,
+    /// Who records or watches.
+    pub(super) samples: Option<Samples>,
 }
 
 /// Whether commands are due.
@@ -83,12 +88,15 @@ impl<M: Io> BenchCycle<M> {
                 Entry::Change => {
                     let Ok(change) = self.changes.pop() else { continue };
                     let refusal = self.software.change(&change).err();
-                    let safety = self.software.safety();
-                    let (state, zero) = (safety.state(), safety.zero());
-                    self.reply(Reply::Changed(refusal, state, zero));
+                    let (safety, cycle) = (self.software.safety(), self.software.cycle());
+                    let (safety, zero) = (safety.state(), safety.zero());
+                    self.reply(Reply::Changed { cycle, refusal, safety, zero });
                 }
                 // Checked where it came from: a machine of this process takes it.
-                Entry::Preload(preload) => drop(self.machine.set_preload(preload)),
+                Entry::Preload(preload) => {
+                    let _ = self.machine.set_preload(preload);
+                    self.reply(Reply::Pressed(self.software.cycle()));
+                }
                 Entry::Pause if self.flow == Flow::Behind => {}
                 Entry::Pause | Entry::Resume => self.flow = Flow::Paused,
             }
@@ -138,6 +146,9 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
             (None, SafetyState::Fault(fault)) if before != frame.safety => self.reply(Reply::Fault(fault)),
             _ => {}
         }
+        if let Some(samples) = &mut self.samples {
+            samples.offer(&frame);
+        }
         lap.done(FRAMES);
         next
     }
@@ -146,6 +157,9 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     fn hold(&mut self, _: u64) {
         if !self.machine.waits() {
             self.software.miss();
+            if let Some(samples) = &mut self.samples {
+                samples.hold();
+            }
         }
     }
 

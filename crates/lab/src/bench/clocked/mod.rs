@@ -10,23 +10,25 @@ mod kept;
 mod tests;
 
 use std::collections::VecDeque;
+use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
 pub use kept::Clocked;
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
-use stickslip_core::cycle::{Change, Command, Frame};
+use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
 
 use super::io::{Io, check_preload};
-use super::lockstep::{SETTLING, software};
+use super::lockstep::SETTLING;
+use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess};
 use crate::preset::{Model, Settings};
-use crate::{Error, Preset};
+use crate::{Error, Preset, design};
 
 /// How far commands go ahead of the clock [s]: several times what a plain system lets a thread wait now and then.
 const LEAD: f64 = 0.05;
@@ -44,6 +46,7 @@ const COLLECT: Duration = Duration::from_millis(50);
 pub struct ClockedBench {
     model: Model<f64>,
     settings: Settings<f64>,
+    parameters: Parameters<f64>,
     preload: f64,
     entries: Producer<Entry>,
     changes: Producer<Change>,
@@ -53,9 +56,11 @@ pub struct ClockedBench {
     /// Commands in a lead.
     lead: usize,
     streaming: bool,
-    /// Commands whose frame has not come, and changes that were not answered.
+    /// Commands whose frame has not come, and what was changed and not answered.
     commands_under_way: usize,
-    changes_under_way: usize,
+    changes_under_way: VecDeque<What>,
+    /// Who records or watches.
+    told: Option<mpsc::Sender<Changed>>,
     /// Came, and not fetched yet.
     frames: VecDeque<Frame>,
     refused: Option<Refusal>,
@@ -74,12 +79,12 @@ impl ClockedBench {
     ///
     /// # Errors
     /// What the design of the bench refuses; [`Error::RealTime`] where the system has no thread for it.
-    pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes) -> Result<Self, Error> {
+    pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
-        Self::over(preset, machine, readings, wishes)
+        Self::over(preset, machine, readings, wishes, tap)
     }
 
-    /// What a preset believes and sets, over a machine with these readings at rest.
+    /// What a preset believes and sets, over a machine with these readings at rest; who taps it gets all cycles.
     ///
     /// # Errors
     /// As [`virtual_machine`](Self::virtual_machine).
@@ -88,7 +93,9 @@ impl ClockedBench {
         machine: impl Io + Send + 'static,
         readings: Measurement<f64>,
         wishes: Wishes,
+        tap: Option<Tap>,
     ) -> Result<Self, Error> {
+        let (samples, told) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
         // Two leads, and all that may be kept behind them.
@@ -100,14 +107,16 @@ impl ClockedBench {
         let preload = machine.preload();
         // A virtual machine waits: only one that is too slow for its rate is to end.
         let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
+        let parameters = design::parameters(model, settings)?;
         let cycle = BenchCycle {
-            software: software(model, settings)?,
+            software: Software::new(parameters, settings.tick_time()),
             machine,
             readings,
             entries: entries_out,
             changes: changes_out,
             replies: replies_in,
             flow: Flow::Paused,
+            samples,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
         let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
@@ -127,6 +136,7 @@ impl ClockedBench {
         Ok(ClockedBench {
             model: *model,
             settings: *settings,
+            parameters,
             preload,
             entries,
             changes,
@@ -135,7 +145,8 @@ impl ClockedBench {
             lead,
             streaming: false,
             commands_under_way: 0,
-            changes_under_way: 0,
+            changes_under_way: VecDeque::new(),
+            told,
             frames: VecDeque::new(),
             refused: None,
             safety: SafetyState::Off,
@@ -153,6 +164,8 @@ impl ClockedBench {
         let granted = running.granted().clone();
         running.stop();
         let summary = running.join();
+        // Changes that came into force last are told as well; how it ended is in the summary.
+        let _ = self.take();
         let histograms = self.collector.take()?.join().ok()?;
         Some(Clocked { summary, histograms, granted })
     }
@@ -220,16 +233,28 @@ impl ClockedBench {
                     (self.safety, self.last) = (frame.safety, Some(frame));
                     self.frames.push_back(frame);
                 }
-                Reply::Changed(refusal, safety, zero) => {
-                    self.changes_under_way -= 1;
+                Reply::Changed { cycle, refusal, safety, zero } => {
                     (self.refused, self.safety, self.zero) = (refusal, safety, zero);
+                    self.answered(cycle);
                 }
+                Reply::Pressed(cycle) => self.answered(cycle),
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
                 Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }
         Ok(any)
+    }
+
+    /// What was changed longest ago has come into force with this cycle.
+    fn answered(&mut self, cycle: u64) {
+        if let (Some(mut what), Some(told)) = (self.changes_under_way.pop_front(), &self.told) {
+            if let What::Software(_, refused) = &mut what {
+                *refused = self.refused;
+            }
+            // Who does not listen any more misses nothing.
+            let _ = told.send(Changed { cycle, what });
+        }
     }
 
     /// Begins anew: commands that were under way are lost.
@@ -310,7 +335,7 @@ impl Bench for ClockedBench {
     }
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
-        let answered = matches!(change, Change::Request(_) | Change::Homed(_) | Change::HomingFailed(_));
+        let answered = !matches!(change, Change::Parameters(_));
         if self.changes.is_full() {
             self.pause()?;
         }
@@ -318,11 +343,14 @@ impl Bench for ClockedBench {
             self.wait()?;
         }
         self.changes.push(change).expect("there is room");
-        self.changes_under_way += 1;
+        self.changes_under_way.push_back(What::Software(change, None));
+        if let Change::Parameters(parameters) = change {
+            self.parameters = parameters;
+        }
         self.give(Entry::Change)?;
         if answered {
             self.pause()?;
-            while self.changes_under_way > 0 {
+            while !self.changes_under_way.is_empty() {
                 self.wait()?;
             }
             if let Some(refusal) = self.refused.take() {
@@ -330,6 +358,10 @@ impl Bench for ClockedBench {
             }
         }
         Ok(())
+    }
+
+    fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
     }
 
     fn safety(&self) -> SafetyState {
@@ -342,6 +374,7 @@ impl Bench for ClockedBench {
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         check_preload(preload)?;
+        self.changes_under_way.push_back(What::Preload(preload));
         self.give(Entry::Preload(preload))?;
         self.preload = preload;
         Ok(())

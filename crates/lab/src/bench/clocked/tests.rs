@@ -16,7 +16,7 @@ fn preset() -> Preset<f64> {
 }
 
 fn bench() -> ClockedBench {
-    ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN).unwrap()
+    ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, None).unwrap()
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn breaking(link: bool) -> String {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
     let machine = Breaking { machine, ticks: 500, link };
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN).unwrap();
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None).unwrap();
     home(&mut bench, &Watch::silent()).unwrap_err().to_string()
 }
 
@@ -145,7 +145,7 @@ impl Io for Slow {
 fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
-    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, Wishes::PLAIN).unwrap();
+    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, Wishes::PLAIN, None).unwrap();
     let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
     let said = ended.expect("ten overruns in a row end it").to_string();
     assert!(said.contains("machine") && said.contains("doctor"), "{said}");

@@ -115,7 +115,7 @@ pub fn measure_by_the_clock<P: Plan>(
     wishes: Wishes,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
-    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes)?;
+    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, None)?;
     let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
     Ok(Measurement { seed: Some(seed), clocked: bench.stop(), ..measured })
 }

@@ -1,0 +1,61 @@
+//! A run as a record of itself: every cycle, every change with its cycle, and what it takes to run it again.
+
+mod change;
+mod numbers;
+mod replay;
+mod signals;
+#[cfg(test)]
+mod tests;
+
+pub use replay::{Difference, Replayed, replay};
+pub use signals::{Signals, channels};
+
+use stickslip_core::cycle::Parameters;
+
+use crate::Preset;
+use crate::bench::tap::{Changed, Sample, Stream};
+
+/// A recorded run.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The bench.
+    pub preset: Preset<f64>,
+    /// Seed of the virtual machine's noise; none where the machine was elsewhere.
+    pub seed: Option<u64>,
+    /// What the software computed with at first.
+    pub initial: Parameters<f64>,
+    /// The cycles, with their numbers.
+    pub cycles: Vec<(u64, Signals<f64>)>,
+    /// What changed, in its order.
+    pub changes: Vec<Changed>,
+    /// Cycles that found no room, each with the cycle behind them.
+    pub lost: Vec<(u64, u64)>,
+}
+
+impl Record {
+    /// Nothing yet.
+    pub fn new(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>) -> Self {
+        Record { preset: *preset, seed, initial, cycles: Vec::new(), changes: Vec::new(), lost: Vec::new() }
+    }
+
+    /// Takes what is there.
+    pub fn take(&mut self, stream: &mut Stream) {
+        while let Some(Sample { frame, lost, .. }) = stream.sample() {
+            self.cycles.push((frame.cycle, Signals::of(&frame)));
+            if lost > 0 {
+                self.lost.push((frame.cycle, lost));
+            }
+        }
+        self.changes.extend(std::iter::from_fn(|| stream.change()));
+    }
+
+    /// Length of a tick [s].
+    pub fn tick_time(&self) -> f64 {
+        self.preset.bench.tick_time()
+    }
+
+    /// How many cycles before this one are not known.
+    fn lost_before(&self, cycle: u64) -> u64 {
+        self.lost.iter().find(|(behind, _)| *behind == cycle).map_or(0, |(_, lost)| *lost)
+    }
+}

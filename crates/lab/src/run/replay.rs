@@ -1,0 +1,161 @@
+//! A recorded run once more: the same inputs, the same changes, and every bit compared.
+//!
+//! The software is given what the record says that it read and was asked for. Where the machine was the virtual one in
+//! the same process, it is simulated again from its seed, under the recorded voltages, and what it delivers is compared
+//! as well. So a first difference is where it came from: the machine, or the block of the software whose output it is.
+
+use std::iter::Peekable;
+
+use stickslip_core::cycle::{Software, Voltages};
+use stickslip_core::tick::Measurement;
+
+use super::Record;
+use super::signals::{Signals, channels};
+use crate::bench::InProcess;
+use crate::bench::io::Io as _;
+use crate::bench::tap::{Changed, What};
+use crate::{Error, Watch};
+
+/// What a replay found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replayed {
+    /// Cycles that were replayed.
+    pub cycles: u64,
+    /// Cycles of the record.
+    pub of: u64,
+    /// Whether the machine was simulated again as well.
+    pub machine: bool,
+    /// Where the first difference is.
+    pub first: Option<Difference>,
+    /// Cycles that the record lacks behind the last one that was replayed.
+    pub lost: u64,
+}
+
+impl Replayed {
+    /// Whether the whole record was replayed and every bit is the same.
+    pub fn identical(&self) -> bool {
+        self.first.is_none() && self.cycles == self.of
+    }
+}
+
+/// A value that is not the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The cycle.
+    pub cycle: u64,
+    /// Whose output it is.
+    pub block: &'static str,
+    /// The signal.
+    pub signal: String,
+    /// As recorded.
+    pub recorded: f64,
+    /// As computed now.
+    pub replayed: f64,
+}
+
+/// Whose output a signal is, in the order in which a cycle computes them.
+const BLOCKS: [(&str, &str); 17] = [
+    ("measurement.count", "machine"),
+    ("measurement.index", "machine"),
+    ("measurement.latch", "machine"),
+    ("measurement.tacho_voltage", "machine"),
+    ("measurement.accelerometer_voltage", "machine"),
+    ("measurement.current_voltage", "machine"),
+    ("software.measured_angle", "decoder"),
+    ("software.index_angle", "decoder"),
+    ("software.index", "decoder"),
+    ("software.measured_motor_velocity", "scaling"),
+    ("software.measured_load_torque", "scaling"),
+    ("software.estimated_velocity", "velocity observer"),
+    ("software.acceleration_offset", "velocity observer"),
+    ("software.commanded_torque", "position controller"),
+    ("software.servo_voltage", "position controller"),
+    ("software.difference_torque", "rendering law"),
+    ("software.amplifier_voltage", "current control"),
+];
+
+/// Replays a record.
+///
+/// # Errors
+/// [`Error::Cancelled`]; what the virtual machine of the record refuses.
+pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
+    let mut software = Software::new(record.initial, record.tick_time());
+    let mut machine = match record.seed {
+        Some(seed) => Some(InProcess::new(&record.preset, seed)?),
+        None => None,
+    };
+    let of = record.cycles.len() as u64;
+    let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
+    let mut changes = record.changes.iter().peekable();
+    for (k, (cycle, signals)) in record.cycles.iter().enumerate() {
+        if k.is_multiple_of(4096) {
+            watch.stage("replay", k as f64 / of as f64)?;
+        }
+        let lost = record.lost_before(*cycle);
+        if lost > 0 {
+            result.lost = lost;
+            return Ok(result);
+        }
+        while software.cycle() < *cycle {
+            apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine))?;
+            software.miss();
+        }
+        apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine))?;
+        let acting = software.voltages();
+        let frame = software.step(signals.measurement, Some(signals.command()));
+        let mut now = Signals::of(&frame);
+        if let Some((machine, readings)) = &mut machine {
+            now.measurement = *readings;
+            *readings = next(machine, acting)?;
+        }
+        result.first = difference(*cycle, signals, &now);
+        if result.first.is_some() {
+            return Ok(result);
+        }
+        result.cycles += 1;
+    }
+    Ok(result)
+}
+
+/// Makes the changes before the next cycle.
+fn apply<'a>(
+    changes: &mut Peekable<impl Iterator<Item = &'a Changed>>,
+    software: &mut Software,
+    machine: Option<&mut InProcess>,
+) -> Result<(), Error> {
+    let mut machine = machine;
+    while let Some(changed) = changes.next_if(|changed| changed.cycle <= software.cycle()) {
+        match &changed.what {
+            // What was refused then is refused again.
+            What::Software(change, _) => drop(software.change(change)),
+            What::Preload(preload) => {
+                if let Some(machine) = &mut machine {
+                    machine.set_preload(*preload)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+fn next(machine: &mut InProcess, acting: Voltages<f64>) -> Result<Measurement<f64>, Error> {
+    machine.exchange(acting).map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })
+}
+
+/// The first value of a cycle that is not the same, in the order in which it is computed.
+fn difference(cycle: u64, recorded: &Signals<f64>, replayed: &Signals<f64>) -> Option<Difference> {
+    let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+    let (recorded, replayed) = (recorded.row(), replayed.row());
+    if recorded.iter().zip(&replayed).all(|(a, b)| same(*a, *b)) {
+        return None;
+    }
+    let names = channels();
+    let order = |name: &str| BLOCKS.iter().position(|(known, _)| *known == name).unwrap_or(BLOCKS.len());
+    let mut apart: Vec<usize> = (0..names.len()).filter(|&k| !same(recorded[k], replayed[k])).collect();
+    apart.sort_by_key(|&k| order(&names[k].path));
+    apart.first().map(|&k| {
+        let signal = names[k].path.clone();
+        let block = BLOCKS.get(order(&signal)).map_or("supervision", |(_, block)| block);
+        Difference { cycle, block, signal, recorded: recorded[k], replayed: replayed[k] }
+    })
+}

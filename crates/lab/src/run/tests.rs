@@ -1,0 +1,125 @@
+//! Runs recorded in memory and replayed.
+
+use std::thread;
+
+use stickslip_core::control::reference::Setpoint;
+
+use super::*;
+use crate::bench::tap::{What, tap};
+use crate::bench::{Bench, Change, ClockedBench, Command, VirtualBench, Wishes};
+use crate::experiment::home;
+use crate::preset::LawChoice;
+use crate::{Watch, design, parameters};
+
+fn preset() -> Preset<f64> {
+    parameters::presets::find("clm-bench").unwrap().read().unwrap()
+}
+
+/// Homes, renders while it moves, changes controller and linings on the way.
+fn experiment(bench: &mut dyn Bench) {
+    home(bench, &Watch::silent()).unwrap();
+    let start = bench.step(Command::default()).unwrap().angle;
+    let dt = bench.settings().tick_time();
+    for k in 0..2000_u32 {
+        let time = f64::from(k) * dt;
+        if k == 500 {
+            let settings = LawChoice::Bristle;
+            let settings = crate::Settings { law: settings, ..*bench.settings() };
+            let law = design::rendering_law(bench.model(), &settings).unwrap();
+            bench.set_law(law).unwrap();
+        }
+        if k == 1000 {
+            bench.set_preload(0.5).unwrap();
+            let controller = bench.settings().controller;
+            bench.set_controller(controller, 2).unwrap();
+        }
+        let setpoint = Setpoint { position: start + time * time, velocity: 2.0 * time, acceleration: 2.0 };
+        bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() }).unwrap();
+    }
+    bench.come_to_rest().unwrap();
+    bench.change(Change::Request(stickslip_core::supervise::Request::Stop)).unwrap();
+}
+
+fn recorded() -> Record {
+    let preset = preset();
+    let mut bench = VirtualBench::new(&preset, 7).unwrap();
+    let mut record = Record::new(&preset, Some(7), *bench.parameters());
+    let (tap, mut stream) = tap(1 << 16);
+    bench.tap(tap);
+    experiment(&mut bench);
+    record.take(&mut stream);
+    record
+}
+
+#[test]
+fn a_run_in_lockstep_replays_to_the_bit_software_and_machine() {
+    let record = recorded();
+    let replayed = replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine, "{replayed:?}");
+    assert!(record.cycles.len() > 3000 && record.changes.len() >= 6, "{}", record.changes.len());
+    // Where each change is known only by its line, the same.
+    let mut read = record.clone();
+    read.changes.iter_mut().for_each(|changed| changed.what = change::parse(&change::line(&changed.what)).unwrap());
+    assert!(replay(&read, &Watch::silent()).unwrap().identical());
+}
+
+#[test]
+fn a_run_by_the_clock_replays_to_the_bit() {
+    let preset = preset();
+    let (tap, mut stream) = tap(1 << 16);
+    let mut bench = ClockedBench::virtual_machine(&preset, 7, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut record = Record::new(&preset, Some(7), *bench.parameters());
+    // What is between experiments belongs to it.
+    thread::sleep(std::time::Duration::from_millis(20));
+    experiment(&mut bench);
+    bench.stop();
+    record.take(&mut stream);
+    let replayed = replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical(), "{replayed:?}");
+    let preloads = record.changes.iter().filter(|changed| matches!(changed.what, What::Preload(_)));
+    assert_eq!(preloads.count(), 1);
+    assert!(stream.is_closed());
+}
+
+#[test]
+fn a_difference_is_located_to_cycle_and_block() {
+    let record = recorded();
+    let first = |record: &Record| replay(record, &Watch::silent()).unwrap().first.unwrap();
+    let found = |record: &Record| {
+        let first = first(record);
+        (first.cycle, first.block)
+    };
+    let number = |k: usize| record.cycles[k].0;
+
+    let mut other = record.clone();
+    other.cycles[1500].1.software.difference_torque += 1e-15;
+    assert_eq!(found(&other), (number(1500), "rendering law"));
+
+    // A sensor's reading that the machine did not give.
+    let mut other = record.clone();
+    other.cycles[2000].1.measurement.tacho_voltage += 1e-15;
+    assert_eq!(found(&other), (number(2000), "machine"));
+
+    // A change that came a cycle later than the record says.
+    let mut other = record.clone();
+    let at = other.changes.iter().position(|changed| matches!(changed.what, What::Software(Change::Parameters(_), _)));
+    let changed = &mut other.changes[at.unwrap()];
+    changed.cycle += 1;
+    let cycle = changed.cycle - 1;
+    assert_eq!(first(&other).cycle, cycle);
+
+    let mut other = record.clone();
+    other.seed = Some(8);
+    assert_eq!(first(&other).block, "machine");
+}
+
+#[test]
+fn a_record_with_a_gap_is_replayed_up_to_it() {
+    let mut record = recorded();
+    let gap = record.cycles[1000].0;
+    record.cycles.drain(990..1000);
+    record.lost.push((gap, 10));
+    let replayed = replay(&record, &Watch::silent()).unwrap();
+    assert_eq!((replayed.cycles, replayed.lost, replayed.identical()), (990, 10, false));
+    assert_eq!(replayed.first, None);
+}
