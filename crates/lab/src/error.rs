@@ -407,6 +407,20 @@ pub enum Error {
     /// A cycle that cannot run in real time.
     #[error(transparent)]
     RealTime(#[from] stickslip_rt::PlanError),
+    /// A parameter that a bench cannot change while it runs.
+    #[error("{path} cannot be changed while the bench runs. {remedy}")]
+    NotWhileRunning {
+        /// The parameter.
+        path: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// No step back, or none forward.
+    #[error("there is nothing to {what}.")]
+    NothingToUndo {
+        /// What was asked for.
+        what: &'static str,
+    },
 }
 
 impl Error {

@@ -28,6 +28,7 @@ pub mod run;
 pub mod summary;
 pub mod table;
 pub mod truth;
+pub mod tuning;
 pub mod units;
 pub mod watch;
 pub mod workflow;

@@ -142,7 +142,7 @@ pub(super) fn join(group: &str, name: &str) -> String {
 }
 
 /// Whether a path is a group or lies below it; everything lies below the top.
-pub(super) fn within(path: &str, group: &str) -> bool {
+pub(crate) fn within(path: &str, group: &str) -> bool {
     group.is_empty() || path.strip_prefix(group).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 

@@ -16,9 +16,10 @@ mod set;
 mod tests;
 mod write;
 
+pub(crate) use entry::within;
 pub use entry::{Difference, Entry, Value, diff, flatten};
 pub use problem::{Fault, ParameterProblems, Problem};
 pub use read::read;
 pub use schema::{Description, describe};
-pub use set::set;
+pub use set::{set, set_all};
 pub use write::write_commented;

@@ -17,6 +17,28 @@ use crate::Error;
 /// [`Error::UnknownParameter`], or [`Error::Parameters`] with all that would be wrong with the new file: type, range,
 /// laws. The caller's text is never half changed.
 pub fn set<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value: &str) -> Result<String, Error> {
+    set_all::<P>(text, file_name, &[(path, value)])
+}
+
+/// The text with all these values changed, of paths and values; only the whole must be in order.
+///
+/// # Errors
+/// As [`set`].
+pub fn set_all<P: Fields<f64> + Default>(
+    text: &str,
+    file_name: &str,
+    changes: &[(impl AsRef<str>, impl AsRef<str>)],
+) -> Result<String, Error> {
+    let mut changed = text.to_owned();
+    for (path, value) in changes {
+        changed = with::<P>(&changed, file_name, path.as_ref(), value.as_ref())?;
+    }
+    read::<P>(&changed, file_name)?;
+    Ok(changed)
+}
+
+/// The text with one value changed, whatever it is.
+fn with<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, value: &str) -> Result<String, Error> {
     let rows = describe::<P>(path)?;
     let row = &rows[0];
     let found = scan(text, P::SHAPE);
@@ -32,7 +54,6 @@ pub fn set<P: Fields<f64> + Default>(text: &str, file_name: &str, path: &str, va
     if !row.variants.is_empty() {
         changed = drop_other_variants(&changed, path, row.variants);
     }
-    read::<P>(&changed, file_name)?;
     Ok(changed)
 }
 

@@ -32,6 +32,8 @@ pub(super) enum Reply {
     Frame(Frame),
     /// A change was made before this cycle, or refused; the state and the screw's zero after it.
     Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
+    /// An urgent change was answered: the state and the screw's zero after it.
+    State { safety: SafetyState, zero: Option<f64> },
     /// The linings were pressed on before this cycle.
     Pressed(u64),
     /// No command was there for this cycle, though none had said that it was the last.
@@ -41,6 +43,9 @@ pub(super) enum Reply {
     /// The link to the machine failed.
     Link(LinkFault),
 }
+
+/// The first cycle after an urgent change, or why it was not made.
+pub(super) type Answer = (u64, Option<Refusal>);
 
 /// What its time is taken of.
 pub(super) const BLOCKS: [Block; 4] =
@@ -59,6 +64,9 @@ pub(super) struct BenchCycle<M> {
     pub(super) entries: Consumer<Entry>,
     pub(super) changes: Consumer<Change>,
     pub(super) replies: Producer<Reply>,
+    /// Changes that wait for no command, one a cycle, and what came of them.
+    pub(super) urgent: Consumer<Change>,
+    pub(super) answers: Producer<Answer>,
     pub(super) flow: Flow,
     /// Who records or watches.
     pub(super) samples: Option<Samples>,
@@ -78,6 +86,13 @@ pub(super) enum Flow {
 impl<M: Io> BenchCycle<M> {
     /// The command of this tick, after the changes before it.
     fn command(&mut self, cycle: u64) -> Option<Command> {
+        if let Ok(change) = self.urgent.pop() {
+            let refusal = self.software.change(&change).err();
+            let (safety, zero) = (self.software.safety().state(), self.software.safety().zero());
+            // Whoever asked waits for it, and asks for nothing else meanwhile.
+            let _ = self.answers.push((self.software.cycle(), refusal));
+            self.reply(Reply::State { safety, zero });
+        }
         while let Ok(entry) = self.entries.pop() {
             match entry {
                 Entry::Command(command) if self.flow != Flow::Behind => {

@@ -8,9 +8,10 @@ mod cycle;
 mod kept;
 #[cfg(test)]
 mod tests;
+mod urgent;
 
 use std::collections::VecDeque;
-use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -21,7 +22,9 @@ use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
+use stickslip_rt::{Granted, Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
+pub use urgent::Urgent;
+use urgent::urgent;
 
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
@@ -71,7 +74,9 @@ pub struct ClockedBench {
     running: Option<Running>,
     /// Why it is not any more.
     end: String,
-    collector: Option<JoinHandle<Histograms>>,
+    collector: Option<JoinHandle<()>>,
+    histograms: Arc<Mutex<Histograms>>,
+    urgent: Option<Urgent>,
 }
 
 impl ClockedBench {
@@ -108,6 +113,7 @@ impl ClockedBench {
         // A virtual machine waits: only one that is too slow for its rate is to end.
         let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
         let parameters = design::parameters(model, settings)?;
+        let (urgent, urgent_out, answers) = urgent(told.clone());
         let cycle = BenchCycle {
             software: Software::new(parameters, settings.tick_time()),
             machine,
@@ -115,20 +121,23 @@ impl ClockedBench {
             entries: entries_out,
             changes: changes_out,
             replies: replies_in,
+            urgent: urgent_out,
+            answers,
             flow: Flow::Paused,
             samples,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
         let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
         let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
+        let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
+        let collected = histograms.clone();
         let collector = thread::spawn(move || {
-            let mut histograms = Histograms::new(timings.blocks());
             loop {
                 // Asked before the records are taken: those that came last are not left behind.
                 let last = timings.is_closed();
-                histograms.take(&mut timings);
+                collected.lock().unwrap_or_else(PoisonError::into_inner).take(&mut timings);
                 if last {
-                    return histograms;
+                    return;
                 }
                 thread::sleep(COLLECT);
             }
@@ -155,7 +164,29 @@ impl ClockedBench {
             running: Some(running),
             end: String::new(),
             collector: Some(collector),
+            histograms,
+            urgent: Some(urgent),
         })
+    }
+
+    /// The way past the commands, for one who takes it.
+    pub fn urgent(&mut self) -> Option<Urgent> {
+        self.urgent.take()
+    }
+
+    /// How the clock is kept, as known so far.
+    pub fn histograms(&self) -> Arc<Mutex<Histograms>> {
+        self.histograms.clone()
+    }
+
+    /// What the system granted; nothing once the loop has ended.
+    pub fn granted(&self) -> Option<&Granted> {
+        self.running.as_ref().map(Running::granted)
+    }
+
+    /// Another belief and other settings, whose parameters have come into force by the urgent way.
+    pub fn adopt(&mut self, model: &Model<f64>, settings: &Settings<f64>, parameters: &Parameters<f64>) {
+        (self.model, self.settings, self.parameters) = (*model, *settings, *parameters);
     }
 
     /// Stops it: how the clock was kept; none where the loop had ended by itself, which was told.
@@ -166,7 +197,8 @@ impl ClockedBench {
         let summary = running.join();
         // Changes that came into force last are told as well; how it ended is in the summary.
         let _ = self.take();
-        let histograms = self.collector.take()?.join().ok()?;
+        self.collector.take()?.join().ok()?;
+        let histograms = self.histograms.lock().unwrap_or_else(PoisonError::into_inner).clone();
         Some(Clocked { summary, histograms, granted })
     }
 
@@ -238,6 +270,7 @@ impl ClockedBench {
                     self.answered(cycle);
                 }
                 Reply::Pressed(cycle) => self.answered(cycle),
+                Reply::State { safety, zero } => (self.safety, self.zero) = (safety, zero),
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
                 Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),

@@ -150,3 +150,39 @@ fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
     let said = ended.expect("ten overruns in a row end it").to_string();
     assert!(said.contains("machine") && said.contains("doctor"), "{said}");
 }
+
+#[test]
+fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
+    let (tap, mut stream) = crate::bench::tap::tap(1 << 14);
+    let mut bench = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, Some(tap)).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let mut urgent = bench.urgent().unwrap();
+    // Commands are handed over ahead of the clock; behind them a change would wait.
+    let mut parameters = *bench.parameters();
+    parameters.safety.speed = 300.0;
+    let angle = bench.step(Command::default()).unwrap().angle;
+    let hold = Command { setpoint: Setpoint { position: angle, ..Setpoint::default() }, ..Command::default() };
+    let mut entered = None;
+    for mark in 1..=1000 {
+        bench.hand_over(Command { mark, ..hold }).unwrap();
+        if mark == 500 {
+            entered = Some(urgent.change(Change::Parameters(parameters)).unwrap());
+        }
+    }
+    bench.drain(&mut |_| {}).unwrap();
+    let refused = urgent.change(Change::Request(Request::Home)).unwrap_err();
+    assert!(matches!(refused, Error::Refused(_)), "{refused}");
+    urgent.change(Change::Request(Request::Stop)).unwrap();
+    bench.outstanding().unwrap();
+    assert_eq!(bench.take().map(|_| bench.safety()).unwrap(), SafetyState::Ready);
+    bench.stop();
+    let changes: Vec<_> = std::iter::from_fn(|| stream.change()).collect();
+    let told: Vec<_> = changes.iter().rev().take(3).map(|changed| changed.cycle).collect();
+    assert!(told[2] == entered.unwrap() && told[1] <= told[0], "{told:?}");
+    let mut frames = std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame);
+    let last_before = frames.find(|frame| frame.command.mark == 500).unwrap();
+    assert!(entered.unwrap() < last_before.cycle, "{entered:?}: not behind what was handed over before it");
+    // The loop is gone: so it is said, and not waited for.
+    let gone = urgent.change(Change::Request(Request::Start)).unwrap_err();
+    assert!(matches!(gone, Error::BenchFault { .. }), "{gone}");
+}
