@@ -1,37 +1,38 @@
-//! When a capture begins, as a sentence that the command line and the browser share.
-//!
-//! ```text
-//! velocity rises through 0.1, hysteresis 0.02, delay 200, hold-off 4000
-//! ```
-//!
-//! | sentence | an event is the tick in which the signal |
-//! |-|-|
-//! | `immediate` | (any tick) |
-//! | `S above X`, `S below X` | is greater, less than X |
-//! | `S rises through X` | is X or more, and was less than X − hysteresis since the last event |
-//! | `S falls through X` | is X or less, and was more than X + hysteresis since the last event |
-//! | `S crosses X` | either of the two |
-//! | `S enters A..B` | lies in the band A … B, and was out of it by more than the hysteresis since the last event |
-//! | `S leaves A..B` | lies out of the band, and was in it, off its ends by the hysteresis or more, since the last event |
-//! | `S is N` | has the value N, a whole number |
-//! | `S becomes N` | has the value N, and had another one before |
-//! | `S changes` | has another value than before |
-//!
-//! Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), the trigger comes
-//! so many ticks after the event; `hold-off T` (0), for so many ticks after an event there is none; `auto T` (never),
-//! without an event the trigger comes when so many ticks have passed. A name with a space, a comma or a quote stands in
-//! double quotes, a quote in it is doubled. All numbers are in the signal's SI unit, without a unit; times in ticks.
-//!
-//! NaN is no value: it is no event, and what was before it stays known. A signal that was below the level, NaN, and is
-//! above the level now has risen through it. So it is with lost rows: the event is found at the first row after them.
-//! Before its first value a signal has not been anywhere.
+//! When a capture begins.
 
 mod parse;
 
 use std::fmt;
 
-/// When a capture begins. Its text form is described in the [module](self); [`FromStr`](std::str::FromStr) reads it,
-/// [`Display`](fmt::Display) gives it back.
+/// When a capture begins, as a sentence that the command line and the browser share.
+///
+/// [`FromStr`](std::str::FromStr) reads it and says what is wrong in which column; [`Display`](fmt::Display) gives it back.
+///
+/// ```text
+/// velocity rises through 0.1, hysteresis 0.02, delay 200, hold-off 4000
+/// ```
+///
+/// | sentence | an event is the tick in which the signal |
+/// |-|-|
+/// | `immediate` | (any tick) |
+/// | `S above X`, `S below X` | is greater, less than X |
+/// | `S rises through X` | is X or more, and was less than X − hysteresis since the last event |
+/// | `S falls through X` | is X or less, and was more than X + hysteresis since the last event |
+/// | `S crosses X` | either of the two |
+/// | `S enters A..B` | lies in the band A … B, and was out of it by more than the hysteresis since the last event |
+/// | `S leaves A..B` | lies out of the band, and was in it, off its ends by the hysteresis or more, since the last event |
+/// | `S is N` | has the value N, a whole number |
+/// | `S becomes N` | has the value N, and had another one before |
+/// | `S changes` | has another value than before |
+///
+/// Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), the trigger comes
+/// so many ticks after the event; `hold-off T` (0), for so many ticks after an event there is none; `auto T` (never),
+/// without an event the trigger comes when so many ticks have passed. A name with a space, a comma or a quote stands in
+/// double quotes, a quote in it is doubled. All numbers are in the signal's SI unit, without a unit; times in ticks.
+///
+/// NaN is no value: it is no event, and what was before it stays known. A signal that was below the level, NaN, and is
+/// above the level now has risen through it. So it is with lost rows: the event is found at the first row after them.
+/// Before its first value a signal has not been anywhere.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trigger {
     /// What an event is.
