@@ -421,6 +421,39 @@ pub enum Error {
         /// What was asked for.
         what: &'static str,
     },
+    /// A trigger that makes no sense.
+    #[error("trigger \"{text}\", column {column}: {fault}. {remedy}")]
+    Trigger {
+        /// The trigger in words.
+        text: String,
+        /// Counted from 1.
+        column: usize,
+        /// What is wrong there.
+        fault: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// A row of a stream that is not after the one before it.
+    #[error("a row of cycle {cycle}{}: cycles increase, below 2^63. A bench that was started anew needs a new stream.",
+        last.map_or(String::new(), |last| format!(" after one of cycle {last}")))]
+    RowOrder {
+        /// Its cycle.
+        cycle: u64,
+        /// That of the row before.
+        last: Option<u64>,
+    },
+    /// More memory than is allowed.
+    #[error("{what} would take {bytes} bytes, {limit} are allowed. {remedy}")]
+    TooMuchMemory {
+        /// What.
+        what: &'static str,
+        /// At most.
+        bytes: u128,
+        /// Allowed.
+        limit: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
 }
 
 impl Error {

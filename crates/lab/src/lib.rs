@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod calibrate;
+pub mod capture;
 pub mod curve_file;
 pub mod demo;
 pub mod design;

@@ -1,0 +1,173 @@
+//! When a capture begins.
+
+mod parse;
+
+use std::fmt;
+
+/// When a capture begins, as a sentence that the command line and the browser share.
+///
+/// [`FromStr`](std::str::FromStr) reads it and says what is wrong in which column; [`Display`](fmt::Display) gives it back.
+///
+/// ```text
+/// velocity rises through 0.1, hysteresis 0.02, delay 200, hold-off 4000
+/// ```
+///
+/// | sentence | an event is the tick in which the signal |
+/// |-|-|
+/// | `immediate` | (any tick) |
+/// | `S above X`, `S below X` | is greater, less than X |
+/// | `S rises through X` | is X or more, and was less than X − hysteresis since the last event |
+/// | `S falls through X` | is X or less, and was more than X + hysteresis since the last event |
+/// | `S crosses X` | either of the two |
+/// | `S enters A..B` | lies in the band A … B, and was out of it by more than the hysteresis since the last event |
+/// | `S leaves A..B` | lies out of the band, and was in it, off its ends by the hysteresis or more, since the last event |
+/// | `S is N` | has the value N, a whole number |
+/// | `S becomes N` | has the value N, and had another one before |
+/// | `S changes` | has another value than before |
+///
+/// Options follow after commas, in any order: `hysteresis H` (0) in the signal's unit; `delay T` (0), the trigger comes
+/// so many ticks after the event; `hold-off T` (0), for so many ticks after an event there is none; `auto T` (never),
+/// without an event the trigger comes when so many ticks have passed. A name with a space, a comma or a quote stands in
+/// double quotes, a quote in it is doubled. All numbers are in the signal's SI unit, without a unit; times in ticks.
+///
+/// NaN is no value: it is no event, and what was before it stays known. A signal that was below the level, NaN, and is
+/// above the level now has risen through it. So it is with lost rows: the event is found at the first row after them.
+/// Before its first value a signal has not been anywhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trigger {
+    /// What an event is.
+    pub condition: Condition,
+    /// From the event to the trigger, in ticks.
+    pub delay: u64,
+    /// After an event there is none for so many ticks.
+    pub hold_off: u64,
+    /// Without an event the trigger comes after so many ticks.
+    pub auto: Option<u64>,
+}
+
+/// What an event is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Condition {
+    /// Any tick.
+    Immediate,
+    /// A signal is seen to do something.
+    Signal {
+        /// Its name.
+        name: String,
+        /// What it does.
+        test: Test,
+    },
+}
+
+/// What a signal does. Numbers are in its unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Test {
+    /// Is greater than the level.
+    Above(f64),
+    /// Is less than the level.
+    Below(f64),
+    /// Passes a level.
+    Edge {
+        /// In which direction.
+        slope: Slope,
+        /// Where.
+        level: f64,
+        /// How far beyond the level it must have been before.
+        hysteresis: f64,
+    },
+    /// Comes into a band or goes out of it.
+    Window {
+        /// Which of the two.
+        side: Side,
+        /// Lower end; belongs to the band.
+        low: f64,
+        /// Upper end; belongs to the band.
+        high: f64,
+        /// How far on the other side of an end it must have been before.
+        hysteresis: f64,
+    },
+    /// Has a value.
+    Is(i32),
+    /// Comes to have a value.
+    Becomes(i32),
+    /// Has another value than before.
+    Changes,
+}
+
+/// Direction of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slope {
+    /// Upwards.
+    Rising,
+    /// Downwards.
+    Falling,
+    /// Either.
+    Both,
+}
+
+/// Way through the end of a band.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Into the band.
+    Enters,
+    /// Out of it.
+    Leaves,
+}
+
+impl From<Condition> for Trigger {
+    fn from(condition: Condition) -> Self {
+        Trigger { condition, delay: 0, hold_off: 0, auto: None }
+    }
+}
+
+impl fmt::Display for Trigger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.condition {
+            Condition::Immediate => f.write_str("immediate")?,
+            Condition::Signal { name, test } => {
+                let bare = !name.is_empty() && !name.contains(|c: char| c.is_whitespace() || matches!(c, ',' | '"'));
+                if bare {
+                    f.write_str(name)?
+                } else {
+                    write!(f, "\"{}\"", name.replace('"', "\"\""))?
+                }
+                write!(f, " {test}")?;
+            }
+        }
+        let times = [("delay", self.delay), ("hold-off", self.hold_off)];
+        for (option, ticks) in times.into_iter().filter(|(_, ticks)| *ticks > 0) {
+            write!(f, ", {option} {ticks}")?;
+        }
+        self.auto.map_or(Ok(()), |ticks| write!(f, ", auto {ticks}"))
+    }
+}
+
+impl fmt::Display for Test {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hysteresis = match *self {
+            Test::Edge { hysteresis, .. } | Test::Window { hysteresis, .. } => hysteresis,
+            _ => 0.0,
+        };
+        match *self {
+            Test::Above(level) => write!(f, "above {}", number(level)),
+            Test::Below(level) => write!(f, "below {}", number(level)),
+            Test::Edge { slope: Slope::Rising, level, .. } => write!(f, "rises through {}", number(level)),
+            Test::Edge { slope: Slope::Falling, level, .. } => write!(f, "falls through {}", number(level)),
+            Test::Edge { slope: Slope::Both, level, .. } => write!(f, "crosses {}", number(level)),
+            Test::Window { side, low, high, .. } => {
+                let verb = if side == Side::Enters { "enters" } else { "leaves" };
+                write!(f, "{verb} {}..{}", number(low), number(high))
+            }
+            Test::Is(value) => write!(f, "is {value}"),
+            Test::Becomes(value) => write!(f, "becomes {value}"),
+            Test::Changes => f.write_str("changes"),
+        }?;
+        if hysteresis == 0.0 { Ok(()) } else { write!(f, ", hysteresis {}", number(hysteresis)) }
+    }
+}
+
+/// Shortest text of the same bits.
+fn number(value: f64) -> String {
+    let text = format!("{value:?}");
+    text.strip_suffix(".0").map_or_else(|| text.clone(), String::from)
+}
