@@ -415,6 +415,20 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// Somebody else operates the bench.
+    #[error(
+        "{by} operates the bench. Wait until it is left for ten seconds, or take it over (`stickslip bench operate`)."
+    )]
+    Operated {
+        /// Who.
+        by: String,
+    },
+    /// Something runs that does not go with what was asked for.
+    #[error("{what} runs. Wait for its end, or end it (`stickslip bench halt`).")]
+    Busy {
+        /// What runs.
+        what: String,
+    },
     /// No step back, or none forward.
     #[error("there is nothing to {what}.")]
     NothingToUndo {

@@ -16,6 +16,7 @@ pub mod fit;
 pub mod generate;
 pub mod identify;
 pub mod integrator;
+pub mod live;
 pub mod machine;
 pub mod noise;
 pub mod output;

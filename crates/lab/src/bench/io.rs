@@ -33,7 +33,7 @@ pub trait Io {
 ///
 /// # Errors
 /// [`Error::OutOfRange`] beyond 0 … 1.
-pub(super) fn check_preload(preload: f64) -> Result<(), Error> {
+pub(crate) fn check_preload(preload: f64) -> Result<(), Error> {
     if (0.0..=1.0).contains(&preload) {
         return Ok(());
     }

@@ -184,6 +184,15 @@ impl ClockedBench {
         self.running.as_ref().map(Running::granted)
     }
 
+    /// Takes what came while nothing was commanded.
+    ///
+    /// # Errors
+    /// [`Error::BenchFault`] once the loop has ended.
+    pub fn refresh(&mut self) -> Result<(), Error> {
+        self.take()?;
+        if self.running.as_ref().is_none_or(Running::has_ended) { Err(self.ended()) } else { Ok(()) }
+    }
+
     /// Another belief and other settings, whose parameters have come into force by the urgent way.
     pub fn adopt(&mut self, model: &Model<f64>, settings: &Settings<f64>, parameters: &Parameters<f64>) {
         (self.model, self.settings, self.parameters) = (*model, *settings, *parameters);

@@ -136,6 +136,19 @@ pub fn measure_on<P: Plan>(
     if let Some(preload) = preload {
         bench.set_preload(preload)?;
     }
+    measure_homed(plan, preset, bench, watch)
+}
+
+/// Runs a plan on a bench that is homed and running; `preset` is what the report keeps.
+///
+/// # Errors
+/// As [`measure_on`].
+pub fn measure_homed<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    bench: &mut dyn Bench,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
     let outcome = plan.run(bench, watch)?;
     let mut preset = *preset;
     preset.plant.wheel.preload = bench.preload();

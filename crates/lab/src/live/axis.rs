@@ -1,0 +1,169 @@
+//! The thread that commands the axis: motions and measurements, one at a time.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::time::Duration;
+
+use stickslip_core::control::reference::{Generator, Reference};
+use stickslip_core::cycle::Parameters;
+use stickslip_core::supervise::{Request, SafetyState};
+
+use super::Shared;
+use super::protocol::{Doing, Ended};
+use crate::bench::{Bench, Change, Clocked, ClockedBench, Command};
+use crate::experiment::home;
+use crate::preset::{Model, Settings};
+use crate::workflow::measure::{Plan, measure_homed};
+use crate::{Error, Watch};
+
+/// From look to look where nothing runs.
+const LOOK: Duration = Duration::from_millis(5);
+/// Bench time that is handed over between two looks at what is asked for [s].
+const SLICE: f64 = 0.005;
+
+/// What the axis is to do.
+pub(super) enum Job {
+    /// Parameters have come into force.
+    Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
+    /// Press the linings on.
+    Preload(f64),
+    /// Follow a reference.
+    Move { name: String, reference: Box<Reference<f64>>, render: bool },
+    /// Run something to its end: results, if any, go into this folder.
+    Run {
+        what: String,
+        folder: Option<PathBuf>,
+        work: Box<dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send>,
+    },
+    /// End.
+    End,
+}
+
+impl Job {
+    pub(super) fn home() -> Self {
+        Job::Run { what: "home".into(), folder: None, work: Box::new(|bench, watch| home(bench, watch)) }
+    }
+
+    /// Homes if need be, measures, writes results into a folder.
+    pub(super) fn measure<P: Plan + Send + 'static>(plan: P, preset: crate::Preset<f64>, folder: PathBuf) -> Self {
+        let to = folder.clone();
+        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+            make_ready(bench, watch)?;
+            let measured = measure_homed(plan, &preset, bench, watch)?;
+            measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
+        };
+        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), work: Box::new(work) }
+    }
+}
+
+/// Homed and with torque.
+fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
+    match (bench.safety(), bench.zero()) {
+        (SafetyState::Running, Some(_)) => Ok(()),
+        (SafetyState::Ready, Some(_)) => bench.change(Change::Request(Request::Start)),
+        _ => home(bench, watch),
+    }
+}
+
+/// A motion.
+struct Motion {
+    name: String,
+    generator: Generator<'static>,
+    ticks: u64,
+    render: bool,
+}
+
+/// Runs until it is told to end: how the clock was kept.
+pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<Clocked> {
+    let mut motion = None;
+    loop {
+        let job = if motion.is_some() {
+            match jobs.try_recv() {
+                Ok(job) => Some(job),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => break,
+            }
+        } else {
+            match jobs.recv_timeout(LOOK) {
+                Ok(job) => Some(job),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        };
+        match job {
+            Some(Job::End) => break,
+            Some(Job::Adopt(adopted)) => bench.adopt(&adopted.0, &adopted.1, &adopted.2),
+            Some(Job::Preload(preload)) => {
+                let pressed = bench.set_preload(preload);
+                shared.ended("preload", pressed.map(|()| None));
+            }
+            Some(Job::Move { name, reference, render }) => {
+                shared.doing(Some(Doing { what: name.clone(), stage: "moving".into(), fraction: 0.0 }));
+                motion = Some(begin(&bench, shared, name, &reference, render));
+            }
+            Some(Job::Run { what, folder, work }) => {
+                let ended = work(&mut bench, &shared.watch(&what));
+                shared.ended(&what, ended.map(|()| folder));
+            }
+            None => {}
+        }
+        match &mut motion {
+            Some(moving) => match go(&mut bench, shared, moving) {
+                Ok(true) => {}
+                ended => {
+                    shared.ended(&moving.name, ended.map(|_| None));
+                    motion = None;
+                }
+            },
+            None => {
+                // Faults are told by the stream; why the loop has ended is known here alone.
+                if let Err(error) = bench.refresh()
+                    && bench.granted().is_none()
+                {
+                    super::lock(&shared.newest).fault = Some(error.to_string());
+                }
+            }
+        }
+    }
+    bench.stop()
+}
+
+fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Motion {
+    let rate = bench.settings().tick_rate;
+    let ticks = (reference.duration() * rate).min(u64::MAX as f64) as u64;
+    Motion { name, generator: Generator::new(*reference, rate).with_origin(shared.held()), ticks, render }
+}
+
+/// A slice of a motion; whether it goes on.
+fn go(bench: &mut ClockedBench, shared: &Shared, motion: &mut Motion) -> Result<bool, Error> {
+    for _ in 0..(SLICE * bench.settings().tick_rate) as u64 + 1 {
+        let halted = shared.halt.load(Ordering::Relaxed);
+        if halted || motion.generator.cycle() >= motion.ticks {
+            bench.come_to_rest()?;
+            return if halted { Err(Error::Cancelled) } else { Ok(false) };
+        }
+        let setpoint = motion.generator.next();
+        let command = Command { setpoint, control: true, render: motion.render, ..Command::default() };
+        let frame = bench.hand_over(command)?;
+        // The operator took the torque away: nobody follows.
+        if frame.is_some_and(|frame| !frame.safety.allows_torque()) {
+            bench.drain(&mut |_| {})?;
+            return Err(Error::Cancelled);
+        }
+    }
+    Ok(true)
+}
+
+impl Shared {
+    /// Something has ended: where its results are, or why it failed.
+    fn ended(&self, what: &str, ended: Result<Option<PathBuf>, Error>) {
+        let (error, folder) = match ended {
+            Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
+            Err(error) => (Some(error.to_string()), None),
+        };
+        *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
+        self.doing(None);
+    }
+}

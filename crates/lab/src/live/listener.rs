@@ -1,0 +1,73 @@
+//! The thread behind the tap: it takes every cycle, tells how the bench is, and feeds who captures and records.
+
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use stickslip_core::supervise::SafetyState;
+
+use super::{Shared, lock};
+use crate::bench::tap::Stream;
+use crate::run::Signals;
+
+/// From look to look.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// What is known of the newest cycle.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Newest {
+    pub(super) cycle: u64,
+    pub(super) signals: Signals<f64>,
+    pub(super) state: &'static str,
+    pub(super) fault: Option<String>,
+    pub(super) held: u64,
+    pub(super) lost: u64,
+}
+
+/// Runs until the bench is gone.
+pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
+    loop {
+        // Asked before the cycles are taken: those that came last are not left behind.
+        let last = stream.is_closed();
+        let mut newest = None;
+        let mut gaps = (0, 0);
+        while let Some(sample) = stream.sample() {
+            let signals = Signals::of(&sample.frame);
+            gaps = (gaps.0 + sample.held, gaps.1 + sample.lost);
+            // Cycles only go up, and all rows are alike.
+            drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
+            newest = Some((sample.frame, signals));
+        }
+        while stream.change().is_some() {}
+        if let Some((frame, signals)) = newest {
+            let fault = match frame.safety {
+                SafetyState::Fault(fault) => Some(fault.to_string()),
+                _ => None,
+            };
+            let mut known = lock(&shared.newest);
+            *known = Newest {
+                cycle: frame.cycle,
+                signals,
+                state: name(&frame.safety),
+                fault,
+                held: known.held + gaps.0,
+                lost: known.lost + gaps.1,
+            };
+        }
+        if last {
+            lock(&shared.newest).state = "ended";
+            return;
+        }
+        thread::sleep(LOOK);
+    }
+}
+
+fn name(state: &SafetyState) -> &'static str {
+    match state {
+        SafetyState::Off => "off",
+        SafetyState::Homing => "homing",
+        SafetyState::Ready => "ready",
+        SafetyState::Running => "running",
+        SafetyState::Fault(_) => "fault",
+    }
+}

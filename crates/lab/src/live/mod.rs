@@ -1,0 +1,383 @@
+//! A bench that runs by the clock, and whoever works on it at once: terminal, scripts, browser.
+//!
+//! Everything goes through [`Live::call`], in the one language of [`protocol`]. Nobody waits for anybody: the real-time
+//! loop knows nothing of this, one thread commands the axis, one takes what every cycle leaves behind, and whoever calls
+//! does the rest, design of parameters included, on its own thread.
+
+mod axis;
+mod captures;
+mod listener;
+mod operator;
+pub mod protocol;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread::{self, JoinHandle};
+use std::time::Instant;
+
+use axis::Job;
+use captures::Captures;
+use listener::Newest;
+use operator::Operator;
+use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status};
+use stickslip_core::control::reference::Reference;
+use stickslip_core::cycle::Change;
+use stickslip_core::supervise::Request;
+use stickslip_rt::{Histograms, Quantiles, Wishes};
+
+use crate::bench::tap::tap;
+use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent};
+use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
+use crate::parameters::presets::Source;
+use crate::run::channels;
+use crate::tuning::{Proposal, Sets, Tuning};
+use crate::workflow::measure::Plan;
+use crate::{Error, Watch, output, parameters};
+
+/// How long whoever watches may sleep before cycles are lost [s].
+const ROOM: f64 = 2.0;
+
+/// What a live bench is started with.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Its parameters.
+    pub source: Source,
+    /// Seed of the virtual machine's noise.
+    pub seed: u64,
+    /// What is asked of the system.
+    pub wishes: Wishes,
+    /// Folder of runs and parameter sets.
+    pub project: PathBuf,
+}
+
+/// A bench that runs.
+pub struct Live {
+    shared: Arc<Shared>,
+    jobs: mpsc::Sender<Job>,
+    axis: JoinHandle<Option<Clocked>>,
+    listener: JoinHandle<()>,
+}
+
+/// What all threads know.
+struct Shared {
+    preset: String,
+    project: PathBuf,
+    sets: Sets,
+    tuning: Mutex<Tuning>,
+    /// Held by who changes parameters: two who change at once do so one after the other.
+    changing: Mutex<()>,
+    urgent: Mutex<Urgent>,
+    operator: Mutex<Operator>,
+    captures: Mutex<Captures>,
+    newest: Mutex<Newest>,
+    doing: Mutex<Option<Doing>>,
+    last: Mutex<Option<Ended>>,
+    preload: Mutex<f64>,
+    /// What runs shall end.
+    halt: Arc<AtomicBool>,
+    histograms: Arc<Mutex<Histograms>>,
+    runs: AtomicU64,
+}
+
+/// A thread that panicked has left what it held as it was.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Live {
+    /// Switches it on, at rest and without torque.
+    ///
+    /// # Errors
+    /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
+    pub fn start(start: Start) -> Result<Self, Error> {
+        let Start { source, seed, wishes, project } = start;
+        let file = source.file.clone();
+        let tuning = Tuning::new(source)?;
+        let preset = *tuning.preset();
+        let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
+        let mut bench = ClockedBench::virtual_machine(&preset, seed, wishes, Some(tap))?;
+        let urgent = Mutex::new(bench.urgent().expect("nobody else has taken it"));
+        let shared = Arc::new(Shared {
+            preset: file,
+            sets: Sets::new(&project.join("sets")),
+            project,
+            tuning: Mutex::new(tuning),
+            changing: Mutex::default(),
+            urgent,
+            operator: Mutex::default(),
+            captures: Mutex::new(Captures::new()),
+            newest: Mutex::new(Newest { state: "off", ..Newest::default() }),
+            doing: Mutex::default(),
+            last: Mutex::default(),
+            preload: Mutex::new(bench.preload()),
+            halt: Arc::default(),
+            histograms: bench.histograms(),
+            runs: AtomicU64::new(1),
+        });
+        let (jobs, jobs_out) = mpsc::channel();
+        let (known, known_too) = (shared.clone(), shared.clone());
+        let live = Live {
+            shared,
+            jobs,
+            listener: thread::spawn(move || listener::run(stream, &known)),
+            axis: thread::spawn(move || axis::run(bench, &known_too, &jobs_out)),
+        };
+        // The rendering law that the parameters ask for is in force from the begin.
+        let proposal = lock(&live.shared.tuning).reset()?;
+        live.enter(&proposal)?;
+        Ok(live)
+    }
+
+    /// Ends it: what runs comes to rest; how the clock was kept.
+    pub fn stop(self) -> Option<Clocked> {
+        self.shared.halt.store(true, Ordering::Relaxed);
+        // Where the axis has ended already there is nobody to tell.
+        let _ = self.jobs.send(Job::End);
+        let clocked = self.axis.join().ok().flatten();
+        let _ = self.listener.join();
+        clocked
+    }
+
+    /// Asks or orders something.
+    ///
+    /// # Errors
+    /// [`Error::Operated`] where somebody else operates; [`Error::Busy`] where something runs that it does not go with;
+    /// [`Error::Refused`] by supervision; whatever is wrong with the call.
+    pub fn call(&self, client: &str, call: Call) -> Result<Answer, Error> {
+        let now = Instant::now();
+        lock(&self.shared.operator).seen(client, now);
+        if call.changes() {
+            lock(&self.shared.operator).claim(client, now).map_err(|by| Error::Operated { by })?;
+        }
+        match call {
+            Call::Status {} => Ok(Answer::Status(Box::new(self.status()))),
+            Call::Operate {} => {
+                lock(&self.shared.operator).take(client, now);
+                Ok(Answer::Done {})
+            }
+            Call::Home {} => self.begin("home", Job::home()),
+            Call::Start {} => self.request(Request::Start),
+            Call::Arm {} => self.request(Request::Arm),
+            Call::Stop {} => {
+                self.shared.halt.store(true, Ordering::Relaxed);
+                self.request(Request::Stop)
+            }
+            Call::Off {} => {
+                self.shared.halt.store(true, Ordering::Relaxed);
+                self.request(Request::Off)
+            }
+            Call::Acknowledge {} => self.request(Request::Acknowledge),
+            Call::Halt {} => {
+                self.shared.halt.store(true, Ordering::Relaxed);
+                Ok(Answer::Done {})
+            }
+            Call::Move { reference, values, render } => {
+                let parsed = parse_reference(&reference, values.iter().map(|(name, value)| (name.as_str(), *value)))?;
+                let job = Job::Move { name: reference.clone(), reference: Box::new(parsed), render };
+                self.begin(&reference, job)
+            }
+            Call::Preload { preload } => {
+                crate::bench::io::check_preload(preload)?;
+                self.begin("preload", Job::Preload(preload))?;
+                *lock(&self.shared.preload) = preload;
+                Ok(Answer::Done {})
+            }
+            Call::Measure { what, plan } => match what {
+                Quantity::Friction => self.measure::<FrictionPlan<f64>>(&plan),
+                Quantity::Breakaway => self.measure::<BreakawayPlan<f64>>(&plan),
+                Quantity::Presliding => self.measure::<PreslidingPlan<f64>>(&plan),
+            },
+            Call::Set { values } => {
+                let changes: Vec<_> = values.into_iter().collect();
+                self.propose(|tuning| tuning.set(&changes))
+            }
+            Call::Undo {} => self.propose(Tuning::undo),
+            Call::Redo {} => self.propose(Tuning::redo),
+            Call::Reset {} => self.propose(Tuning::reset),
+            Call::Load { name } => {
+                let source = self.shared.sets.find(&name)?;
+                self.propose(|tuning| tuning.load(source))
+            }
+            Call::Save { name } => {
+                let text = lock(&self.shared.tuning).text().to_owned();
+                self.shared.sets.save(&name, &text).map(|()| Answer::Done {})
+            }
+            Call::Sets {} => Ok(Answer::Names { names: self.shared.sets.names() }),
+            Call::Parameters {} => Ok(Answer::Text { text: lock(&self.shared.tuning).text().to_owned() }),
+            Call::Differences {} => {
+                let differences = Changed::all(&lock(&self.shared.tuning).differences());
+                Ok(Answer::Differences { differences })
+            }
+            Call::Signals {} => {
+                let signal = |entry: parameters::Entry| Signal {
+                    name: entry.path,
+                    symbol: entry.field.symbol.into(),
+                    unit: entry.field.unit.into(),
+                    help: entry.field.help.into(),
+                };
+                Ok(Answer::Signals { signals: channels().into_iter().map(signal).collect() })
+            }
+            Call::Capture { signals, trigger, before, after, decimation } => {
+                let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+                lock(&self.shared.captures).begin(signals, &trigger, [before, after], decimation, rate)
+            }
+            Call::Fetch { capture } => lock(&self.shared.captures).fetch(capture),
+            Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
+        }
+    }
+
+    fn request(&self, request: Request) -> Result<Answer, Error> {
+        lock(&self.shared.urgent).change(Change::Request(request))?;
+        Ok(Answer::Done {})
+    }
+
+    /// Gives the axis something to do, unless it does something.
+    fn begin(&self, what: &str, job: Job) -> Result<Answer, Error> {
+        let mut doing = lock(&self.shared.doing);
+        if let Some(doing) = &*doing {
+            return Err(Error::Busy { what: doing.what.clone() });
+        }
+        self.shared.halt.store(false, Ordering::Relaxed);
+        *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
+        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
+        self.jobs.send(job).map_err(gone)?;
+        Ok(Answer::Done {})
+    }
+
+    fn measure<P: Plan + Send + 'static>(
+        &self,
+        values: &std::collections::BTreeMap<String, String>,
+    ) -> Result<Answer, Error> {
+        let text = parameters::write_commented(&P::default());
+        let values: Vec<_> = values.iter().collect();
+        let text = parameters::set_all::<P>(&text, "the plan", &values)?;
+        let plan: P = parameters::read(&text, "the plan")?;
+        let preset = *lock(&self.shared.tuning).preset();
+        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, self.folder(P::KIND)?))
+    }
+
+    /// A folder for results that does not exist yet.
+    fn folder(&self, kind: &str) -> Result<PathBuf, Error> {
+        let runs = self.shared.project.join("runs");
+        output::create_folder(&runs)?;
+        loop {
+            let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
+            let folder = runs.join(format!("{number:04}-measure-{kind}"));
+            if !taken(&runs, number) {
+                return Ok(folder);
+            }
+        }
+    }
+
+    /// Puts a proposal in force, unless something runs that has put parameters of its own in their place.
+    fn propose(&self, propose: impl FnOnce(&Tuning) -> Result<Proposal, Error>) -> Result<Answer, Error> {
+        let _one = lock(&self.shared.changing);
+        // A design may take long: nobody waits for it who only looks.
+        let tuning = lock(&self.shared.tuning).clone();
+        let proposal = propose(&tuning)?;
+        let doing = lock(&self.shared.doing);
+        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != "moving") {
+            return Err(Error::Busy { what: doing.what.clone() });
+        }
+        let cycle = self.enter(&proposal)?;
+        drop(doing);
+        let answer = Answer::Entered {
+            cycle,
+            differences: Changed::all(&proposal.differences),
+            margin: proposal.margin.map(|margin| margin.to_string()),
+        };
+        lock(&self.shared.tuning).entered(proposal);
+        Ok(answer)
+    }
+
+    /// Puts a proposal in force: the first cycle with it.
+    fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
+        let parameters = proposal.parameters(stickslip_core::render::Correction::Nothing)?;
+        let cycle = lock(&self.shared.urgent).change(Change::Parameters(parameters))?;
+        let crate::Preset { model, bench, .. } = *proposal.preset();
+        // An axis that has ended needs none.
+        let _ = self.jobs.send(Job::Adopt(Box::new((model, bench, parameters))));
+        Ok(cycle)
+    }
+
+    fn status(&self) -> Status {
+        let shared = &self.shared;
+        let newest = lock(&shared.newest).clone();
+        let tuning = lock(&shared.tuning);
+        let (undo, redo) = tuning.can_undo();
+        let (changed, rate) = (tuning.differences().len(), tuning.preset().bench.tick_rate);
+        drop(tuning);
+        let (lateness, cycle) = {
+            let histograms = lock(&shared.histograms);
+            (histograms.lateness(), histograms.total())
+        };
+        let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
+        Status {
+            preset: shared.preset.clone(),
+            state: newest.state.into(),
+            reason: newest.fault,
+            cycle: newest.cycle,
+            rate,
+            angle: newest.signals.angle,
+            velocity: newest.signals.software.estimated_velocity,
+            drive_torque: newest.signals.software.commanded_torque,
+            load_torque: newest.signals.software.measured_load_torque,
+            render: newest.signals.render > 0.5,
+            preload: *lock(&shared.preload),
+            doing: lock(&shared.doing).clone(),
+            last: lock(&shared.last).clone(),
+            changed,
+            undo,
+            redo,
+            operator: lock(&shared.operator).name(Instant::now()).map(str::to_owned),
+            clock: ClockStatus {
+                lateness: seconds(lateness),
+                cycle: seconds(cycle),
+                held: newest.held,
+                lost: newest.lost,
+            },
+            recording: None,
+        }
+    }
+}
+
+impl Shared {
+    fn doing(&self, doing: Option<Doing>) {
+        *lock(&self.doing) = doing;
+    }
+
+    /// Where the set-point rests, or the axis is [rad].
+    fn held(&self) -> f64 {
+        let newest = lock(&self.newest);
+        if newest.signals.control > 0.5 { newest.signals.setpoint.position } else { newest.signals.angle }
+    }
+
+    /// Hears how far something is, and cancels it.
+    fn watch(self: &Arc<Self>, what: &str) -> Watch {
+        let (shared, what) = (self.clone(), what.to_owned());
+        Watch::new(self.halt.clone(), move |stage, fraction| {
+            shared.doing(Some(Doing { what: what.clone(), stage: stage.into(), fraction }));
+        })
+    }
+}
+
+/// Whether a run of this number exists.
+fn taken(runs: &Path, number: u64) -> bool {
+    let begin = format!("{number:04}-");
+    let Ok(entries) = std::fs::read_dir(runs) else { return false };
+    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with(&begin))
+}
+
+/// The reference of a name, with some of its values.
+fn parse_reference<'a>(name: &str, values: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Reference<f64>, Error> {
+    // A choice at the top is named by its tag.
+    let mut text = toml_edit::DocumentMut::new();
+    text.insert("reference", toml_edit::value(name));
+    for (name, value) in values {
+        text.insert(name, toml_edit::value(value));
+    }
+    Ok(parameters::read(&text.to_string(), "the reference")?)
+}

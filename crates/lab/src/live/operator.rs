@@ -1,0 +1,67 @@
+//! One may change something, all may look.
+
+use std::time::{Duration, Instant};
+
+/// Without a sign of life for so long an operator has gone.
+const LEASE: Duration = Duration::from_secs(10);
+
+/// Who operates.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Operator {
+    now: Option<(String, Instant)>,
+}
+
+impl Operator {
+    /// Who operates at this moment.
+    pub(super) fn name(&self, now: Instant) -> Option<&str> {
+        let (name, seen) = self.now.as_ref()?;
+        (now.saturating_duration_since(*seen) < LEASE).then_some(name)
+    }
+
+    /// A sign of life of somebody.
+    pub(super) fn seen(&mut self, client: &str, now: Instant) {
+        if self.name(now) == Some(client) {
+            self.now = Some((client.into(), now));
+        }
+    }
+
+    /// Somebody wants to change something, and is the operator from now on where nobody else is.
+    ///
+    /// # Errors
+    /// The one who is.
+    pub(super) fn claim(&mut self, client: &str, now: Instant) -> Result<(), String> {
+        match self.name(now) {
+            Some(other) if other != client => Err(other.into()),
+            _ => {
+                self.take(client, now);
+                Ok(())
+            }
+        }
+    }
+
+    /// Somebody is the operator from now on.
+    pub(super) fn take(&mut self, client: &str, now: Instant) {
+        self.now = Some((client.into(), now));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_operates_until_silent_or_relieved() {
+        let mut operator = Operator::default();
+        let begin = Instant::now();
+        let at = |seconds: u64| begin + Duration::from_secs(seconds);
+        assert_eq!(operator.name(at(0)), None);
+        assert_eq!(operator.claim("ann", at(0)), Ok(()));
+        assert_eq!(operator.claim("bob", at(5)), Err("ann".into()));
+        operator.seen("ann", at(8));
+        operator.seen("bob", at(9));
+        assert_eq!(operator.claim("bob", at(17)), Err("ann".into()));
+        assert_eq!(operator.claim("bob", at(18)), Ok(()), "silent for ten seconds");
+        operator.take("ann", at(19));
+        assert_eq!(operator.name(at(19)), Some("ann"));
+    }
+}

@@ -1,0 +1,324 @@
+//! What can be asked of a bench that runs, and what it answers: the one language of terminal, scripts and browser.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::parameters::{Difference, Entry};
+
+/// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
+/// "bristle"}}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "call", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Call {
+    /// How the bench is.
+    Status {},
+    /// Switch on and search the index; the axis then has torque and rests near its zero.
+    Home {},
+    /// Torque, under control; the zero is known.
+    Start {},
+    /// Be ready again without homing, where the zero is still known.
+    Arm {},
+    /// No more torque, at once: what moves comes to rest by its friction.
+    Stop {},
+    /// Switch off.
+    Off {},
+    /// The fault is seen.
+    Acknowledge {},
+    /// End the motion or the measurement that runs: the set-point comes to rest under control.
+    Halt {},
+    /// Follow a reference from where the axis is.
+    Move {
+        /// What to follow: `sine`, `steps`, `point-to-point`, …
+        reference: String,
+        /// Its values by name, SI units; those that are not given have their defaults.
+        #[serde(default)]
+        values: BTreeMap<String, f64>,
+        /// Whether the load motor renders the desired friction meanwhile.
+        #[serde(default)]
+        render: bool,
+    },
+    /// Press the linings of the friction wheel on, 0 … 1; on hardware: they are pressed on so far.
+    Preload {
+        /// How far.
+        preload: f64,
+    },
+    /// Run a measurement; its results are written into the project.
+    Measure {
+        /// What to measure.
+        what: Quantity,
+        /// Values of its plan, as in a file.
+        #[serde(default)]
+        plan: BTreeMap<String, String>,
+    },
+    /// Change parameters, all of them with the same cycle: dotted paths, values as in a file.
+    Set {
+        /// Value by path.
+        values: BTreeMap<String, String>,
+    },
+    /// The parameters before the last change.
+    Undo {},
+    /// The parameters before the last undo.
+    Redo {},
+    /// The parameters that the run began with.
+    Reset {},
+    /// Save the parameters in force under a name.
+    Save {
+        /// Letters, digits, `-` and `_`.
+        name: String,
+    },
+    /// Put the parameters of a name in force.
+    Load {
+        /// As it was saved.
+        name: String,
+    },
+    /// The names under which parameters are saved.
+    Sets {},
+    /// The parameters in force, as a file.
+    Parameters {},
+    /// What is in force and not as it was when the run began.
+    Differences {},
+    /// Name, unit and meaning of each signal.
+    Signals {},
+    /// Capture signals around a trigger; the answer has its number.
+    Capture {
+        /// Names of the signals.
+        signals: Vec<String>,
+        /// When: `immediate`, `setpoint.velocity rises through 0.1`, …
+        trigger: String,
+        /// Time before the trigger [s].
+        before: f64,
+        /// Time after it [s].
+        after: f64,
+        /// Of so many ticks one is kept, at least 1.
+        #[serde(default = "one")]
+        decimation: u64,
+    },
+    /// What a capture has, if it is complete; it then ends.
+    Fetch {
+        /// Its number.
+        capture: u64,
+    },
+    /// End a capture.
+    Drop {
+        /// Its number.
+        capture: u64,
+    },
+    /// Be the operator, whoever is now.
+    Operate {},
+}
+
+fn one() -> u64 {
+    1
+}
+
+impl Call {
+    /// Whether only the operator may ask for it.
+    pub fn changes(&self) -> bool {
+        !matches!(
+            self,
+            Call::Status {}
+                | Call::Sets {}
+                | Call::Parameters {}
+                | Call::Differences {}
+                | Call::Signals {}
+                | Call::Capture { .. }
+                | Call::Fetch { .. }
+                | Call::Drop { .. }
+                // Whoever sees danger may stop.
+                | Call::Stop {}
+                | Call::Halt {}
+                | Call::Operate {}
+        )
+    }
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// The friction curve.
+    Friction,
+    /// The breakaway torque.
+    Breakaway,
+    /// The bristles.
+    Presliding,
+}
+
+/// An answer. In JSON an object with the key `answer`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "answer", rename_all = "snake_case")]
+pub enum Answer {
+    /// It is done, or begun: the status tells how far it is.
+    Done {},
+    /// How the bench is.
+    Status(Box<Status>),
+    /// Parameters came into force.
+    Entered {
+        /// With this cycle.
+        cycle: u64,
+        /// What became another.
+        differences: Vec<Changed>,
+        /// How far the rendering law is from chatter, in words, where it became another.
+        margin: Option<String>,
+    },
+    /// What is not the same.
+    Differences {
+        /// Each value.
+        differences: Vec<Changed>,
+    },
+    /// A text.
+    Text {
+        /// As it is.
+        text: String,
+    },
+    /// Names.
+    Names {
+        /// Sorted.
+        names: Vec<String>,
+    },
+    /// The signals.
+    Signals {
+        /// In the order of a row.
+        signals: Vec<Signal>,
+    },
+    /// A capture, not complete yet.
+    Capture {
+        /// Its number.
+        capture: u64,
+        /// `filling`, `armed`, `delayed`, `triggered`.
+        stage: String,
+    },
+    /// A capture that is complete.
+    Captured(Box<Captured>),
+}
+
+/// How the bench is.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Status {
+    /// The preset it runs with.
+    pub preset: String,
+    /// `off`, `homing`, `ready`, `running`, `fault`, or `ended` once the loop does not run any more.
+    pub state: String,
+    /// Why, where it is a fault or has ended.
+    pub reason: Option<String>,
+    /// Number of the newest cycle.
+    pub cycle: u64,
+    /// Ticks in a second [Hz].
+    pub rate: f64,
+    /// Screw angle [rad].
+    pub angle: f64,
+    /// Estimated velocity [rad/s].
+    pub velocity: f64,
+    /// Torque of the drive motor [N m].
+    pub drive_torque: f64,
+    /// Torque of the load motor, against positive motion [N m].
+    pub load_torque: f64,
+    /// Whether the load motor renders.
+    pub render: bool,
+    /// How far the linings are pressed on, 0 … 1.
+    pub preload: f64,
+    /// What runs: nothing, a motion, a measurement.
+    pub doing: Option<Doing>,
+    /// How what ran last has ended.
+    pub last: Option<Ended>,
+    /// Parameters that are not as they were when the run began.
+    pub changed: usize,
+    /// Whether there is something to undo.
+    pub undo: bool,
+    /// Whether there is something to redo.
+    pub redo: bool,
+    /// Who may change something.
+    pub operator: Option<String>,
+    /// How the clock is kept.
+    pub clock: ClockStatus,
+    /// The file that the run is recorded into.
+    pub recording: Option<String>,
+}
+
+/// What runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Doing {
+    /// What it is: `sine`, `measure friction`.
+    pub what: String,
+    /// How far it is, in words.
+    pub stage: String,
+    /// The part of the stage that is done, 0 … 1.
+    pub fraction: f64,
+}
+
+/// How something ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Ended {
+    /// What it was.
+    pub what: String,
+    /// Why, where it failed or was cancelled.
+    pub error: Option<String>,
+    /// Where its results are.
+    pub folder: Option<String>,
+}
+
+/// How the clock is kept. Times in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ClockStatus {
+    /// From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest.
+    pub lateness: [f64; 4],
+    /// A whole cycle, likewise.
+    pub cycle: [f64; 4],
+    /// Cycles whose deadline was missed.
+    pub held: u64,
+    /// Cycles that found no room on their way to recorders and viewers.
+    pub lost: u64,
+}
+
+/// A value that is not the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Changed {
+    /// Its dotted path.
+    pub path: String,
+    /// Before, with its unit.
+    pub before: Option<String>,
+    /// After, with its unit.
+    pub after: Option<String>,
+}
+
+impl Changed {
+    pub(super) fn all(differences: &[Difference]) -> Vec<Changed> {
+        let text = |entry: &Option<Entry>| entry.as_ref().map(Entry::to_string);
+        let changed = |d: &Difference| Changed { path: d.path.clone(), before: text(&d.before), after: text(&d.after) };
+        differences.iter().map(changed).collect()
+    }
+}
+
+/// A signal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Signal {
+    /// Its name.
+    pub name: String,
+    /// As in an equation; may be empty.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: String,
+    /// What it is.
+    pub help: String,
+}
+
+/// What was captured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Captured {
+    /// Names of the columns.
+    pub signals: Vec<String>,
+    /// Number of the cycle of each row.
+    pub cycles: Vec<u64>,
+    /// Its time, 0 at the trigger [s].
+    pub times: Vec<f64>,
+    /// Of each signal its value in each row; `null` where it is no number.
+    pub columns: Vec<Vec<Option<f64>>>,
+    /// Index of the trigger's row.
+    pub trigger: usize,
+    /// Cycles that are lost.
+    pub lost: u64,
+    /// Ticks of history that were asked for but not there yet.
+    pub missing: u64,
+}
