@@ -18,6 +18,9 @@ pub(crate) enum Failure {
     /// Cancelled, with results so far.
     #[error("cancelled before its end; what was measured until then is in {}", .0.display())]
     Incomplete(PathBuf),
+    /// A bench that is served, or should be.
+    #[error("{0}")]
+    Served(String),
     /// Standard output takes no more.
     #[error("standard output: cannot write it ({0}). Send it elsewhere, or make room.")]
     Output(#[from] io::Error),

@@ -6,6 +6,7 @@
 mod commands;
 mod failure;
 mod progress;
+mod serve;
 mod shown;
 mod source;
 

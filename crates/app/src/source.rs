@@ -1,7 +1,7 @@
 //! Where parameters come from: a preset or a file, with single values changed by `--set`.
 
-use stickslip::Preset;
-use stickslip::parameters::{self, presets};
+use stickslip::parameters::presets::{self, Source};
+use stickslip::{Preset, parameters};
 
 use crate::failure::Failure;
 
@@ -29,11 +29,19 @@ pub(crate) fn preset<'a>(
     source: &str,
     settings: impl IntoIterator<Item = (&'a str, &'a str)>,
 ) -> Result<Preset<f64>, Failure> {
+    Ok(read(source, settings)?.read()?)
+}
+
+/// The file of a source with these values changed.
+pub(crate) fn read<'a>(
+    source: &str,
+    settings: impl IntoIterator<Item = (&'a str, &'a str)>,
+) -> Result<Source, Failure> {
     let mut source = presets::find(source)?;
     for (path, value) in settings {
         source.text = parameters::set::<Preset<f64>>(&source.text, &source.file, path, value)?;
     }
-    Ok(source.read()?)
+    Ok(source)
 }
 
 /// The command line, as a report keeps it: without what only says where or how to show the results.

@@ -1,6 +1,8 @@
 //! One file a command.
 
+mod bench;
 mod calibrate;
+mod capture;
 mod completions;
 mod demo;
 mod design;
@@ -15,6 +17,8 @@ mod params;
 mod plant;
 mod render;
 mod report;
+mod serve;
+mod status;
 mod validate;
 
 use std::io::Write;
@@ -24,6 +28,9 @@ use stickslip::Watch;
 
 use crate::failure::Failure;
 use crate::shown::Shown;
+
+/// Folder of the project, unless another is named: where a served bench is found.
+const PROJECT: &str = "stickslip-out/project";
 
 /// What the program can do.
 #[derive(Subcommand)]
@@ -77,12 +84,27 @@ pub(crate) enum Command {
     /// Serve the virtual machine to a bench in another process, datagram by datagram.
     #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7")]
     Plant(plant::PlantCommand),
+    /// Run the bench by the clock and serve it: to other terminals, to scripts, to browsers.
+    #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
+                            Example: stickslip serve --preset clm-real --set bench.law.kind=bristle")]
+    Serve(serve::ServeCommand),
+    /// Order the bench that is served: home, move, measure, stop.
+    #[command(after_help = "Example: stickslip bench home")]
+    Bench(bench::BenchCommand),
+    /// How the bench is that is served.
+    #[command(after_help = "Example: stickslip status --watch")]
+    Status(status::StatusCommand),
+    /// Capture signals of the bench that is served around a trigger.
+    #[command(
+        after_help = "Example: stickslip capture --signal software.estimated_velocity --trigger \"setpoint.velocity rises through 0\""
+    )]
+    Capture(capture::CaptureCommand),
     /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
     #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
     Doctor(doctor::DoctorCommand),
     /// Look at, check, compare and change parameter files.
-    #[command(subcommand, after_help = "Example: stickslip params list")]
-    Params(params::Params),
+    #[command(after_help = "Example: stickslip params list\nExample: stickslip params diff clm-bench live")]
+    Params(params::ParamsCommand),
     /// The page of saved results again, or one page of several with their curves over each other.
     #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
     Report(report::ReportCommand),
@@ -138,6 +160,16 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Plant(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Serve(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Bench(command) => command.run(out, || watch(Shown::default())),
+            Command::Status(command) => command.run(out, || watch(Shown::default())),
+            Command::Capture(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -11,7 +11,7 @@ pub mod tap;
 mod traveller;
 mod virtual_bench;
 
-pub use clocked::{Clocked, ClockedBench, Urgent};
+pub use clocked::{Clocked, ClockedBench, Urgent, refusals};
 pub use io::Io;
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;

@@ -29,7 +29,7 @@ use stickslip_core::supervise::Request;
 use stickslip_rt::{Histograms, Quantiles, Wishes};
 
 use crate::bench::tap::tap;
-use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent};
+use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent, refusals};
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
 use crate::run::channels;
@@ -59,6 +59,7 @@ pub struct Live {
     jobs: mpsc::Sender<Job>,
     axis: JoinHandle<Option<Clocked>>,
     listener: JoinHandle<()>,
+    refused: Vec<String>,
 }
 
 /// What all threads know.
@@ -120,6 +121,7 @@ impl Live {
         let (jobs, jobs_out) = mpsc::channel();
         let (known, known_too) = (shared.clone(), shared.clone());
         let live = Live {
+            refused: bench.granted().map(refusals).unwrap_or_default(),
             shared,
             jobs,
             listener: thread::spawn(move || listener::run(stream, &known)),
@@ -129,6 +131,11 @@ impl Live {
         let proposal = lock(&live.shared.tuning).reset()?;
         live.enter(&proposal)?;
         Ok(live)
+    }
+
+    /// What the system refused when it was asked for a thread of its own, each with what it costs and how to mend it.
+    pub fn refused(&self) -> Vec<String> {
+        self.refused.clone()
     }
 
     /// Ends it: what runs comes to rest; how the clock was kept.

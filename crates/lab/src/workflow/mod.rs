@@ -4,6 +4,7 @@
 //! report, tables. The next step reads what the one before has written; [`demo`](crate::demo) does all on one bench.
 
 pub mod calibrate;
+pub mod capture;
 pub mod correct;
 pub mod design;
 pub(crate) mod draw;

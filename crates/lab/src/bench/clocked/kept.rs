@@ -68,10 +68,17 @@ impl Clocked {
                 worst.sentence(&BLOCKS)
             ));
         }
-        for refused in self.granted.refused() {
-            let mend = refused.wish.mend().map_or(String::new(), |mend| format!(" To mend it: {mend}"));
-            warnings.push(format!("The system refuses {}. {}{mend}", refused.wish, refused.wish.costs()));
-        }
+        warnings.extend(refusals(&self.granted));
         warnings
     }
+}
+
+/// What the system refused, each with what it costs and how to mend it.
+pub fn refusals(granted: &Granted) -> Vec<String> {
+    let mut refusals = Vec::new();
+    for refused in granted.refused() {
+        let mend = refused.wish.mend().map_or(String::new(), |mend| format!(" To mend it: {mend}"));
+        refusals.push(format!("The system refuses {}. {}{mend}", refused.wish, refused.wish.costs()));
+    }
+    refusals
 }

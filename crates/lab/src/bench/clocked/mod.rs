@@ -16,7 +16,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
-pub use kept::Clocked;
+pub use kept::{Clocked, refusals};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;

@@ -1,0 +1,90 @@
+//! `stickslip serve`: the bench by the clock, for terminals, scripts and browsers at once.
+
+use std::io::Write;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::bench::Wishes;
+use stickslip::live::{Live, Start};
+
+use crate::failure::Failure;
+use crate::serve::Server;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// Which bench, and where.
+#[derive(Args)]
+pub(crate) struct ServeCommand {
+    /// Where it listens; port 0 takes a free one. Who can reach the address and has the token can move the axis.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9740")]
+    listen: SocketAddr,
+    /// Folder of runs and parameter sets; other terminals find the bench by it.
+    #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
+    project: PathBuf,
+    /// Name of a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// Change a value of the preset; may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// End after so many seconds instead of at Ctrl-C.
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl ServeCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
+        let source = source::read(&self.preset, settings)?;
+        let start = Start { source, seed: self.seed, wishes: Wishes::default(), project: self.project.clone() };
+        let live = Live::start(start)?;
+        let refused = live.refused();
+        let server = Server::start(live, self.listen, &self.project).map_err(|error| {
+            Failure::Served(format!(
+                "cannot listen at {} for {} ({error}). Another bench may be served there: name another address by \
+                 --listen, port 0 takes a free one.",
+                self.listen,
+                self.project.display()
+            ))
+        })?;
+        // The one line that scripts read, whatever else is to be shown.
+        writeln!(out, "{}", server.place.url())?;
+        out.flush()?;
+        for warning in refused {
+            self.shown.say(out, &format!("Note: {warning}"))?;
+        }
+        let project = self.project.display();
+        self.shown.say(out, &format!("Another terminal: stickslip status --project {project}. Ctrl-C ends it."))?;
+        let looks = self.seconds.map_or(u64::MAX, |seconds| (seconds / LOOK.as_secs_f64()).max(0.0) as u64);
+        for _ in 0..looks {
+            if watch.check().is_err() {
+                break;
+            }
+            thread::sleep(LOOK);
+        }
+        let Some(clocked) = server.stop() else { return Ok(()) };
+        let mut summary = stickslip::Summary::new("serve");
+        clocked.tell(&mut summary);
+        self.shown.show(out, &summary, |out| {
+            for line in clocked.table().lines() {
+                writeln!(out, "  {line}")?;
+            }
+            for warning in clocked.warnings() {
+                writeln!(out, "Note: {warning}")?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// From look to look at Ctrl-C.
+const LOOK: Duration = Duration::from_millis(50);

@@ -1,0 +1,142 @@
+//! `stickslip status`: how the bench is that is served.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::live::protocol::Status;
+
+use crate::failure::Failure;
+use crate::serve::Client;
+
+/// Of which bench.
+#[derive(Args)]
+pub(crate) struct StatusCommand {
+    /// Folder of the served bench's project.
+    #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
+    project: PathBuf,
+    /// Tell it again and again, a line each time, until Ctrl-C.
+    #[arg(long, short)]
+    watch: bool,
+    /// With --watch: from line to line [s].
+    #[arg(long, value_name = "S", default_value_t = 0.5, requires = "watch")]
+    every: f64,
+    /// Print it as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl StatusCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
+        let client = Client::of(&self.project)?;
+        if !self.watch {
+            return self.tell(&client.status()?, out);
+        }
+        let watch = watch();
+        while watch.check().is_ok() {
+            self.tell(&client.status()?, out)?;
+            out.flush()?;
+            thread::sleep(Duration::try_from_secs_f64(self.every).unwrap_or(Duration::from_secs(1)));
+        }
+        Ok(())
+    }
+
+    fn tell(&self, status: &Status, out: &mut dyn Write) -> Result<(), Failure> {
+        let text = match (self.json, self.watch) {
+            (true, _) => serde_json::to_string(status).unwrap_or_default(),
+            (false, true) => line(status),
+            (false, false) => page(status),
+        };
+        Ok(writeln!(out, "{}", text.trim_end())?)
+    }
+}
+
+/// In one line.
+fn line(status: &Status) -> String {
+    let doing = status
+        .doing
+        .as_ref()
+        .map_or(String::new(), |doing| format!("  {} ({} {:.0} %)", doing.what, doing.stage, 100.0 * doing.fraction));
+    format!(
+        "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N m  load {:7.3} N m  held {} lost {}{doing}",
+        status.state,
+        status.cycle as f64 / status.rate,
+        status.angle,
+        status.velocity,
+        status.drive_torque,
+        status.load_torque,
+        status.clock.held,
+        status.clock.lost
+    )
+}
+
+/// On a few.
+fn page(status: &Status) -> String {
+    let micros = |times: [f64; 4]| {
+        let [p50, p99, p999, longest] = times.map(|time| 1e6 * time);
+        format!("{p50:.1} / {p99:.1} / {p999:.1} / {longest:.1} µs (p50, p99, p99.9, longest)")
+    };
+    let mut lines = vec![
+        ("bench", format!("{} at {} Hz", status.preset, status.rate)),
+        ("state", status.reason.as_ref().map_or(status.state.clone(), |why| format!("{}: {why}", status.state))),
+        ("time", format!("{:.2} s, cycle {}", status.cycle as f64 / status.rate, status.cycle)),
+        ("axis", format!("{:.4} rad, {:.3} rad/s", status.angle, status.velocity)),
+        (
+            "torque",
+            format!(
+                "drive {:.3} N m, load {:.3} N m{}",
+                status.drive_torque,
+                status.load_torque,
+                if status.render { ", rendering" } else { "" }
+            ),
+        ),
+        ("linings", format!("preload {}", status.preload)),
+    ];
+    if let Some(doing) = &status.doing {
+        lines.push(("runs", format!("{}: {}, {:.0} %", doing.what, doing.stage, 100.0 * doing.fraction)));
+    }
+    if let Some(last) = &status.last {
+        let how = match (&last.error, &last.folder) {
+            (Some(error), _) => format!(": {error}"),
+            (None, Some(folder)) => format!(": results in {folder}"),
+            (None, None) => ": done".into(),
+        };
+        lines.push(("last", format!("{}{how}", last.what)));
+    }
+    let back = match (status.undo, status.redo) {
+        (true, true) => ", undo and redo possible",
+        (true, false) => ", undo possible",
+        (false, true) => ", redo possible",
+        (false, false) => "",
+    };
+    lines.push(("changed", format!("{} parameters since the begin{back}", status.changed)));
+    lines.push(("operator", status.operator.clone().unwrap_or_else(|| "nobody".into())));
+    lines.push(("lateness", micros(status.clock.lateness)));
+    lines.push(("cycle", micros(status.clock.cycle)));
+    lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
+    lines.iter().map(|(name, text)| format!("{name:10} {text}\n")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip::live::protocol::{Doing, Ended};
+
+    use super::*;
+
+    #[test]
+    fn a_status_says_what_runs_and_why_something_ended() {
+        let mut status = Status { state: "running".into(), rate: 4000.0, cycle: 10_000, ..Status::default() };
+        assert!(line(&status).starts_with("running       2.50 s"));
+        status.doing = Some(Doing { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
+        status.last = Some(Ended { what: "home".into(), error: Some("no index".into()), folder: None });
+        status.reason = Some("too fast".into());
+        let page = page(&status);
+        for part in ["running: too fast", "sine: moving, 50 %", "home: no index", "0 cycles, 0 samples", "nobody"] {
+            assert!(page.contains(part), "{part} in {page}");
+        }
+        assert!(line(&status).ends_with("sine (moving 50 %)"));
+    }
+}

@@ -1,0 +1,168 @@
+//! The server: one address for calls, one for their schema.
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use serde_json::json;
+use stickslip::Error;
+use stickslip::bench::Clocked;
+use stickslip::live::Live;
+use stickslip::live::protocol::{Answer, Call};
+use tokio::net::TcpListener;
+use tokio::sync::{Semaphore, watch};
+
+use super::door::Door;
+use super::{Left, Place};
+
+/// Largest call [bytes].
+const LARGEST: usize = 256 << 10;
+/// Connections at once.
+const CONNECTIONS: usize = 64;
+/// How long a client may take for the head of its request.
+const HEAD: Duration = Duration::from_secs(5);
+/// How long it may take for all of it, and for the answer.
+const WHOLE: Duration = Duration::from_secs(120);
+
+/// A bench that is served.
+pub(crate) struct Server {
+    /// Where.
+    pub(crate) place: Place,
+    live: Arc<Live>,
+    runtime: tokio::runtime::Runtime,
+    stop: watch::Sender<bool>,
+    _left: Left,
+}
+
+struct Shared {
+    live: Arc<Live>,
+    door: Door,
+}
+
+impl Server {
+    /// Serves a bench at an address; port 0 takes a free one. The place is left in the project's folder.
+    ///
+    /// # Errors
+    /// The system refuses the address, the folder or a thread.
+    pub(crate) fn start(live: Live, listen: SocketAddr, project: &Path) -> std::io::Result<Self> {
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+        let listener = runtime.block_on(TcpListener::bind(listen))?;
+        let mut secret = [0; 16];
+        getrandom::fill(&mut secret).map_err(std::io::Error::other)?;
+        let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+        let place = Place { address: listener.local_addr()?, token };
+        std::fs::create_dir_all(project)?;
+        let left = place.leave(project)?;
+        let live = Arc::new(live);
+        let shared = Arc::new(Shared { live: live.clone(), door: Door::new(place.address, place.token.clone()) });
+        let router = Router::new()
+            .route("/", get(about))
+            .route("/api", post(call))
+            .route("/api/schema", get(schema))
+            .layer(DefaultBodyLimit::max(LARGEST))
+            .with_state(shared);
+        let (stop, stopped) = watch::channel(false);
+        runtime.spawn(accept(listener, router, stopped));
+        Ok(Server { place, live, runtime, stop, _left: left })
+    }
+
+    /// Ends it.
+    pub(crate) fn stop(self) -> Option<Clocked> {
+        // Whoever listens hears it; connections end with the runtime.
+        let _ = self.stop.send(true);
+        self.runtime.shutdown_timeout(Duration::from_secs(2));
+        Arc::into_inner(self.live).and_then(Live::stop)
+    }
+}
+
+/// Takes connections, so many at once.
+async fn accept(listener: TcpListener, router: Router, mut stopped: watch::Receiver<bool>) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let Ok(permit) = room.clone().acquire_owned().await else { return };
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            _ = stopped.changed() => return,
+        };
+        let Ok((stream, _)) = accepted else {
+            // Out of file descriptors, mostly: the next one may do.
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            continue;
+        };
+        let service = TowerToHyperService::new(router.clone());
+        tokio::spawn(async move {
+            let mut builder = hyper::server::conn::http1::Builder::new();
+            builder.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(64 << 10);
+            // A client that breaks off is its own affair.
+            let _ = builder.serve_connection(TokioIo::new(stream), service).await;
+            drop(permit);
+        });
+    }
+}
+
+/// A page until there is one.
+async fn about() -> &'static str {
+    "This is a stickslip bench. It is worked with from a terminal (stickslip bench --help) or by calls:\n\
+     POST /api with the header Authorization: Bearer TOKEN and a JSON body, as /api/schema describes it.\n"
+}
+
+/// The schema of calls and answers, for whoever writes a client.
+async fn schema() -> Json<serde_json::Value> {
+    Json(json!({ "call": schemars::schema_for!(Call), "answer": schemars::schema_for!(Answer) }))
+}
+
+async fn call(
+    State(shared): State<Arc<Shared>>,
+    headers: HeaderMap,
+    body: Result<axum::body::Bytes, BytesRejection>,
+) -> Response {
+    let refused = |status: StatusCode, error: String| (status, Json(json!({ "error": error }))).into_response();
+    if let Err((status, why)) = shared.door.admit(&headers, None) {
+        return refused(status, why.into());
+    }
+    let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+    // Nothing that a form of another page could send.
+    if !text(header::CONTENT_TYPE).is_some_and(|kind| kind.split(';').next() == Some("application/json")) {
+        return refused(StatusCode::UNSUPPORTED_MEDIA_TYPE, "send JSON: Content-Type: application/json".into());
+    }
+    let body = match body {
+        Ok(body) => body,
+        Err(rejection) => return refused(rejection.status(), rejection.body_text()),
+    };
+    let call: Call = match serde_json::from_slice(&body) {
+        Ok(call) => call,
+        Err(error) => {
+            let why = format!("no call: {error}. GET /api/schema describes them");
+            return refused(StatusCode::BAD_REQUEST, why);
+        }
+    };
+    let client = headers.get("stickslip-client").and_then(|value| value.to_str().ok());
+    let client: String = client.unwrap_or("somebody").chars().take(64).collect();
+    // Parameters may be designed for seconds: not on a thread that serves others.
+    let answer = tokio::task::spawn_blocking(move || shared.live.call(&client, call));
+    match tokio::time::timeout(WHOLE, answer).await {
+        Ok(Ok(Ok(answer))) => Json(answer).into_response(),
+        Ok(Ok(Err(error))) => refused(status(&error), error.to_string()),
+        Ok(Err(_)) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the call failed within the bench; report it".into()),
+        Err(_) => refused(StatusCode::GATEWAY_TIMEOUT, "it takes longer than two minutes".into()),
+    }
+}
+
+/// What a failure is for HTTP.
+fn status(error: &Error) -> StatusCode {
+    match error {
+        Error::Operated { .. } => StatusCode::FORBIDDEN,
+        Error::Busy { .. } | Error::Refused(_) | Error::NothingToUndo { .. } => StatusCode::CONFLICT,
+        Error::BenchFault { .. } | Error::File { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+        _ => StatusCode::UNPROCESSABLE_ENTITY,
+    }
+}
