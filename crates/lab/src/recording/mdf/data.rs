@@ -3,6 +3,7 @@
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
+use flate2::{Compress, FlushCompress, Status};
 
 use super::Fault;
 use super::block::{Block, HEAD, ZIPPED, damaged};
@@ -81,9 +82,40 @@ fn unzip(block: Block, bytes: &mut Vec<u8>) -> Result<(), Fault> {
     }
     // What does not fill a row stands behind the others as it is.
     let (whole, rest) = plain.split_at(rows * columns);
-    bytes.extend((0..rows).flat_map(|row| whole[row..].iter().step_by(rows)));
+    let start = bytes.len();
+    bytes.resize(start + whole.len(), 0);
+    for (place, column) in whole.chunks_exact(rows).enumerate() {
+        let places = bytes[start + place..].iter_mut().step_by(columns);
+        places.zip(column).for_each(|(place, byte)| *place = *byte);
+    }
     bytes.extend(rest);
     Ok(())
+}
+
+/// Deflate over the transposed rows: all first bytes, all second bytes, …
+pub(super) const TRANSPOSED: u8 = 1;
+
+/// Rows of a length as columns.
+pub(super) fn transpose(rows: &[u8], length: usize, columns: &mut Vec<u8>) {
+    columns.clear();
+    for byte in 0..length {
+        columns.extend(rows[byte..].iter().step_by(length));
+    }
+}
+
+/// Compresses into memory that is there already.
+pub(super) fn deflate(deflate: &mut Compress, plain: &[u8], zipped: &mut Vec<u8>) {
+    zipped.clear();
+    deflate.reset();
+    loop {
+        // What does not compress grows by a few bytes in 16 kB.
+        zipped.reserve(plain.len() / 1024 + 64);
+        let taken = deflate.total_in() as usize;
+        let status = deflate.compress_vec(&plain[taken..], zipped, FlushCompress::Finish);
+        if status.expect("deflate takes all bytes") == Status::StreamEnd {
+            return;
+        }
+    }
 }
 
 /// The first `length` of the bytes, decompressed; they must give `size` bytes, and no more memory is taken.

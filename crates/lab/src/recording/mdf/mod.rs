@@ -23,6 +23,7 @@
 mod block;
 mod channel;
 mod data;
+mod head;
 mod reader;
 mod recovery;
 #[cfg(test)]

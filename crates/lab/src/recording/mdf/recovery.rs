@@ -7,10 +7,10 @@ use std::path::Path;
 use flate2::read::ZlibDecoder;
 
 use super::block::{
-    CYCLES, DATA_LIST, FINISHED, FLAGS, HEAD, HEADER_LIST, IDENTIFICATION, OFFSET, OURS, ZIPPED, damaged, link_place,
-    number,
+    CYCLES, DATA_LIST, FINISHED, FLAGS, HEAD, IDENTIFICATION, OFFSET, OURS, ZIPPED, damaged, link_place, number,
 };
-use super::writer::{Storage, TRANSPOSED, lock};
+use super::data::TRANSPOSED;
+use super::writer::{Storage, lock};
 use super::{Fault, Summary};
 use crate::Error;
 
@@ -105,11 +105,11 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
         return Ok(Err(damaged("it ends within its first block")));
     };
     if identification[8..24] != *OURS {
-        let fault = "the program that wrote it did not come to its end, and that was not this one";
+        let fault = "another program began it, and only that knows how to finish it";
         return Ok(Err(Fault::new(fault, "Open it with that program, or with asammdf, and save it again.")));
     }
     let mut group = None;
-    let mut data = None;
+    let (mut data, mut list) = (None, None);
     let mut events = Chain::at(link_place(IDENTIFICATION, 4));
     let mut attachments = Chain::at(link_place(IDENTIFICATION, 3));
     let mut offsets = Vec::new();
@@ -120,7 +120,8 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
         // A data list and its data are one.
         let mut whole = block.length;
         match &block.name {
-            b"HD" | b"FH" | b"MD" | b"TX" | b"CN" | b"HL" => {}
+            b"HD" | b"FH" | b"MD" | b"TX" | b"CN" => {}
+            b"HL" => list = Some(at),
             b"CG" => {
                 group = Some(at);
                 row = read::<4>(file, at + CYCLES + 16, length)?.map_or(0, u32::from_le_bytes).into();
@@ -132,10 +133,7 @@ fn scan(file: &mut (impl Read + Seek), length: u64) -> io::Result<Result<Repair,
                 let (Some(data), Some(rows)) = (&mut data, rows(file, at, length, row, kept + lost)?) else { break };
                 whole = DATA_LIST + rows.length;
                 if rows.sound {
-                    // The head of the list stands before the first.
-                    if kept + lost == 0 {
-                        data.push(at - HEADER_LIST);
-                    }
+                    list.take().into_iter().for_each(|list| data.push(list));
                     data.push(at);
                     offsets.push((at + OFFSET, kept));
                     kept += rows.plain;
