@@ -5,8 +5,10 @@
 //! | text | comma, semicolon or tab; decimal point or comma; `#` comments; UTF-8, UTF-16 or Latin-1; may be gzipped | `x [mm]`, `x (mm)` or a row below the header |
 //! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
 //! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
+//! | MDF 4 | numbers of the group that has most of them; [`mdf`] says which kinds | of channel or conversion |
 
 mod mat;
+pub mod mdf;
 mod parquet;
 mod text;
 mod time;
@@ -72,7 +74,7 @@ impl Recording {
         Self::parse(path, &inner)
     }
 
-    /// From the contents of a file, text or MAT.
+    /// From the contents of a file, text, MAT or MDF.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -87,8 +89,8 @@ impl Recording {
                 "Save it again with save(…, '-v7'), or as CSV.",
             );
         }
-        if bytes.starts_with(b"MDF  ") || bytes.starts_with(b"UnFinMF ") {
-            return refuse("MDF is not read", "Export it as CSV or Parquet, with units.");
+        if mdf::recognises(bytes) {
+            return mdf::table(path, bytes);
         }
         text::read(path, bytes)
     }

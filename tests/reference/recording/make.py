@@ -1,11 +1,13 @@
 """Recordings as other tools write them, for the readers' tests.
 
-    python3 tests/reference/recording/make.py      # SciPy 1.17, pyarrow 26
+    python3 tests/reference/recording/make.py      # SciPy 1.17, pyarrow 26, asammdf 8.8.28
 """
 
+import datetime
 import json
 import pathlib
 
+import asammdf
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -39,3 +41,28 @@ table = pa.table(
 units = {"units": json.dumps({"x": "mm"})}
 pq.write_table(table.replace_schema_metadata(units), here / "snappy.parquet", compression="snappy", row_group_size=20)
 pq.write_table(table, here / "zstd.parquet", compression="zstd")
+
+# As other tools log it: a raw count with its conversion, a flag with a text for each value, a channel that is valid
+# only at times, a second raster. asammdf stores whole bytes in Intel's order.
+def signal(name, samples, unit="", conversion=None, **more):
+    return asammdf.Signal(samples, time[: len(samples)], name=name, unit=unit, conversion=conversion, **more)
+
+
+linear = {"a": 1e-4, "b": 0.0}
+texts = {"val_0": 0, "text_0": b"off", "val_1": 1, "text_1": b"on", "default": b"?"}
+lost = np.arange(50) == 30
+for name, compression in (("plain", 0), ("zipped", 1), ("transposed", 2)):
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.start_time = datetime.datetime(2026, 3, 1, 8, 30, tzinfo=datetime.UTC)
+        # Lists of small blocks instead of one.
+        mdf.configure(write_fragment_size=256)
+        mdf.append(
+            [
+                signal("x", counts, "m", linear),
+                signal("x32", position.astype(np.float32), "m"),
+                signal("flag", (counts > 0).astype(np.uint8), "", texts),
+                signal("lost", position, "m", invalidation_bits=lost),
+            ]
+        )
+        mdf.append([signal("slow", position[:5], "m")])
+        mdf.save(here / f"{name}.mf4", overwrite=True, compression=compression)

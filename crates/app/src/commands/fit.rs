@@ -14,7 +14,7 @@ use crate::source;
 /// What to fit.
 #[derive(Args)]
 pub(crate) struct Fit {
-    /// Friction curve (CSV, MAT or Parquet: a row a speed, with velocity and torque), or the folder of a measurement.
+    /// Friction curve (CSV, MAT, Parquet or MDF 4: a row a speed, with velocity and torque), or the folder of a measurement.
     curve: PathBuf,
     /// Both directions as one curve, or each as one of its own.
     #[arg(long, value_enum, default_value_t = Directions::Both)]

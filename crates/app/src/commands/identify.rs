@@ -17,7 +17,7 @@ use crate::shown::Shown;
 /// What to identify.
 #[derive(Args)]
 pub(crate) struct Identify {
-    /// Recording: CSV (a header, then one row a sample; may be gzipped), MAT or Parquet.
+    /// Recording: CSV (a header, then one row a sample; may be gzipped), MAT, Parquet or MDF 4.
     recording: PathBuf,
     /// What is known of the machine: columns, units, drive, controller. `stickslip machine init` writes one.
     #[arg(long, value_name = "FILE")]

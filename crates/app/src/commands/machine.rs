@@ -22,7 +22,7 @@ pub(crate) enum Machine {
 /// For which recording.
 #[derive(Args)]
 pub(crate) struct Init {
-    /// Recording: CSV, MAT or Parquet.
+    /// Recording: CSV, MAT, Parquet or MDF 4.
     recording: PathBuf,
     /// The file to write; without it NAME-machine.toml beside the recording.
     #[arg(long, value_name = "FILE")]

@@ -15,7 +15,7 @@ use crate::shown::Shown;
 /// What to validate on what.
 #[derive(Args)]
 pub(crate) struct Validate {
-    /// Recording that the model has not seen: CSV, MAT or Parquet.
+    /// Recording that the model has not seen: CSV, MAT, Parquet or MDF 4.
     recording: PathBuf,
     /// The model.toml of an identification.
     #[arg(long, value_name = "FILE")]

@@ -100,7 +100,7 @@ fn windows_encodings_are_read_and_other_bytes_are_refused() {
         (&b"t,x\n0,\0\n"[..], "neither text nor"),
         (b"\x89HDF\r\n\x1a\n", "'-v7'"),
         (b"MATLAB 7.3 MAT-file, Platform", "'-v7'"),
-        (b"MDF     4.10    ", "as CSV or Parquet"),
+        (b"MDF     4.10    ", "copy it again"),
         (b"0,1\n1,2\n", "a row of names"),
     ] {
         let error = message(file(bytes));

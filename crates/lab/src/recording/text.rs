@@ -10,7 +10,11 @@ use crate::units::measure;
 /// Comma, semicolon or tab between the cells, whichever the header has most of; `#` begins a comment.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
     let text = decode(bytes).ok_or_else(|| {
-        unreadable(path, "it is neither text nor a known kind of table", "Export it as CSV, MAT (-v7) or Parquet.")
+        unreadable(
+            path,
+            "it is neither text nor a known kind of table",
+            "Export it as CSV, MAT (-v7), Parquet or MDF 4.",
+        )
     })?;
     let header = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or_default();
     let delimiter = [',', ';', '\t'].into_iter().max_by_key(|d| header.matches(*d).count()).unwrap_or(',');

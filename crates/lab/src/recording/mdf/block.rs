@@ -1,0 +1,176 @@
+//! Blocks: a name, the length, links and data, at addresses that are multiples of eight.
+
+use super::Fault;
+
+/// What a file begins with once it is finished.
+pub(super) const FINISHED: &[u8; 8] = b"MDF     ";
+/// What it begins with before.
+pub(super) const UNFINISHED: &[u8; 8] = b"UnFinMF ";
+/// Version of the format and program; what we append to, and what we may recover, has them.
+pub(super) const OURS: &[u8; 16] = b"4.10    stckslip";
+/// Where the flags of an unfinalised file stand, two bytes.
+pub(super) const FLAGS: u64 = 60;
+/// "The number of cycles is still to be counted": the links are always right.
+pub(super) const UNCOUNTED: u16 = 1;
+/// Length of the identification; the header stands behind it.
+pub(super) const IDENTIFICATION: u64 = 64;
+/// Name, length, number of links.
+pub(super) const HEAD: u64 = 24;
+/// Length of a header list, before the first data list.
+pub(super) const HEADER_LIST: u64 = HEAD + 16;
+/// Length of a data list of one block.
+pub(super) const DATA_LIST: u64 = HEAD + 32;
+/// Where the offset of its rows stands in that.
+pub(super) const OFFSET: u64 = HEAD + 24;
+/// Where the data of a compressed block begin in it.
+pub(super) const ZIPPED: u64 = HEAD + 24;
+/// Bytes of a row before the values: time and cycle.
+pub(super) const ROW_HEAD: usize = 16;
+/// Where the number of cycles stands in a channel group.
+pub(super) const CYCLES: u64 = HEAD + 6 * 8 + 8;
+
+/// Where link number `index` of the block at `address` stands.
+pub(super) const fn link_place(address: u64, index: u64) -> u64 {
+    address + HEAD + 8 * index
+}
+
+/// Blocks that are to be written at an address.
+pub(super) struct Blocks {
+    start: u64,
+    pub(super) bytes: Vec<u8>,
+}
+
+impl Blocks {
+    /// None yet.
+    pub(super) fn at(start: u64) -> Self {
+        Blocks { start, bytes: Vec::new() }
+    }
+
+    /// The same memory for blocks elsewhere.
+    pub(super) fn restart(&mut self, start: u64) {
+        self.start = start;
+        self.bytes.clear();
+    }
+
+    /// Where the next block will stand.
+    pub(super) fn end(&self) -> u64 {
+        self.start + self.bytes.len() as u64
+    }
+
+    /// Appends a block, its data in parts; gives its address.
+    pub(super) fn push(&mut self, name: &[u8; 2], links: &[u64], data: &[&[u8]]) -> u64 {
+        let address = self.end();
+        let length = HEAD + 8 * links.len() as u64 + data.iter().map(|part| part.len() as u64).sum::<u64>();
+        self.bytes.extend([b'#', b'#', name[0], name[1], 0, 0, 0, 0]);
+        self.bytes.extend(length.to_le_bytes());
+        self.bytes.extend((links.len() as u64).to_le_bytes());
+        self.bytes.extend(links.iter().flat_map(|link| link.to_le_bytes()));
+        data.iter().for_each(|part| self.bytes.extend(*part));
+        self.bytes.resize(self.bytes.len().next_multiple_of(8), 0);
+        address
+    }
+
+    /// Appends a text, with `MD` an XML one; 0, which is no link, for an empty one.
+    pub(super) fn text(&mut self, name: &[u8; 2], text: &str) -> u64 {
+        if text.is_empty() {
+            return 0;
+        }
+        // A zero ends a text; up to seven fill the block.
+        let text = text.replace('\0', "\u{fffd}");
+        let zeros = &[0; 8][text.len() % 8..];
+        self.push(name, &[], &[text.as_bytes(), zeros])
+    }
+
+    /// Sets a link of a block that is among these.
+    pub(super) fn set_link(&mut self, address: u64, index: u64, target: u64) {
+        let place = (link_place(address, index) - self.start) as usize;
+        self.bytes[place..place + 8].copy_from_slice(&target.to_le_bytes());
+    }
+}
+
+/// A block as it stands in a file.
+#[derive(Clone, Copy)]
+pub(super) struct Block<'a> {
+    pub(super) name: [u8; 2],
+    /// Of the whole block.
+    pub(super) length: u64,
+    links: &'a [u8],
+    pub(super) data: &'a [u8],
+}
+
+impl<'a> Block<'a> {
+    /// The block at an address, wherever a link may point.
+    pub(super) fn at(file: &'a [u8], address: u64) -> Result<Self, Fault> {
+        let found = || {
+            let bytes = file.get(usize::try_from(address).ok()?..)?;
+            let length = number(bytes, 8).map(u64::from_le_bytes)?;
+            let block = bytes.get(..usize::try_from(length).ok()?)?;
+            let [b'#', b'#', first, second] = number(block, 0)? else { return None };
+            let links = number(block, 16).map(u64::from_le_bytes)?.checked_mul(8)?;
+            let (links, data) = block.get(HEAD as usize..)?.split_at_checked(usize::try_from(links).ok()?)?;
+            Some(Block { name: [first, second], length, links, data })
+        };
+        found().ok_or_else(|| {
+            let fault = format!("there is no whole block at {address}, where one should be, of {} bytes", file.len());
+            Fault::new(fault, "The file was cut or damaged: copy it again.")
+        })
+    }
+
+    /// The same, of a given name.
+    pub(super) fn named(file: &'a [u8], address: u64, name: &[u8; 2]) -> Result<Self, Fault> {
+        let block = Self::at(file, address)?;
+        let text = |name: &[u8]| String::from_utf8_lossy(name).into_owned();
+        (block.name == *name)
+            .then_some(block)
+            .ok_or_else(|| damaged(&format!("the block at {address} is {}, not {}", text(&block.name), text(name))))
+    }
+
+    /// A link; 0 where there is none.
+    pub(super) fn link(&self, index: usize) -> u64 {
+        number(self.links, 8 * index).map_or(0, u64::from_le_bytes)
+    }
+
+    /// How many links there are.
+    pub(super) fn links(&self) -> usize {
+        self.links.len() / 8
+    }
+
+    /// The byte at a place of the data.
+    pub(super) fn byte(&self, place: usize) -> Result<u8, Fault> {
+        self.get(place).map(u8::from_le_bytes)
+    }
+
+    /// The number of two bytes at a place of the data.
+    pub(super) fn short(&self, place: usize) -> Result<u16, Fault> {
+        self.get(place).map(u16::from_le_bytes)
+    }
+
+    /// The number of four bytes at a place of the data.
+    pub(super) fn word(&self, place: usize) -> Result<u32, Fault> {
+        self.get(place).map(u32::from_le_bytes)
+    }
+
+    /// The number of eight bytes at a place of the data.
+    pub(super) fn long(&self, place: usize) -> Result<u64, Fault> {
+        self.get(place).map(u64::from_le_bytes)
+    }
+
+    /// The floating-point number at a place of the data.
+    pub(super) fn float(&self, place: usize) -> Result<f64, Fault> {
+        self.get(place).map(f64::from_le_bytes)
+    }
+
+    fn get<const N: usize>(&self, place: usize) -> Result<[u8; N], Fault> {
+        number(self.data, place).ok_or_else(|| damaged(&format!("a block of {} bytes is too short", self.length)))
+    }
+}
+
+/// The fault of a file that contradicts itself.
+pub(super) fn damaged(fault: &str) -> Fault {
+    Fault::new(fault, "The file is damaged: copy it again, or export it once more.")
+}
+
+/// Some bytes at a place, where there are any.
+pub(super) fn number<const N: usize>(bytes: &[u8], place: usize) -> Option<[u8; N]> {
+    bytes.get(place..)?.first_chunk().copied()
+}

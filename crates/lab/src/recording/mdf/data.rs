@@ -1,0 +1,129 @@
+//! The records of a group: one block, or lists of blocks, compressed or not.
+
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
+use flate2::{Compress, FlushCompress, Status};
+
+use super::Fault;
+use super::block::{Block, HEAD, ZIPPED, damaged};
+
+/// What chains of blocks may still have of a file: in a sound one no byte belongs to two, and no chain to itself.
+pub(super) struct Budget {
+    left: u64,
+}
+
+impl Budget {
+    /// All bytes of the file.
+    pub(super) fn of(file: &[u8]) -> Self {
+        Budget { left: file.len() as u64 }
+    }
+
+    /// Takes a block of a chain.
+    pub(super) fn spend(&mut self, block: Block) -> Result<(), Fault> {
+        let left = self.left.checked_sub(block.length);
+        self.left = left.ok_or_else(|| damaged("its blocks are linked in a circle"))?;
+        Ok(())
+    }
+}
+
+/// All records behind a link, one after the other.
+pub(super) fn records(file: &[u8], link: u64, budget: &mut Budget) -> Result<Vec<u8>, Fault> {
+    let mut bytes = Vec::new();
+    if link == 0 {
+        return Ok(bytes);
+    }
+    let mut block = Block::at(file, link)?;
+    if block.name == *b"HL" {
+        budget.spend(block)?;
+        block = Block::named(file, block.link(0), b"DL")?;
+    }
+    if block.name != *b"DL" {
+        append(block, &mut bytes, budget)?;
+        return Ok(bytes);
+    }
+    loop {
+        budget.spend(block)?;
+        for data in (1..block.links()).map(|index| block.link(index)).filter(|link| *link != 0) {
+            append(Block::at(file, data)?, &mut bytes, budget)?;
+        }
+        match block.link(0) {
+            0 => return Ok(bytes),
+            next => block = Block::named(file, next, b"DL")?,
+        }
+    }
+}
+
+fn append(block: Block, bytes: &mut Vec<u8>, budget: &mut Budget) -> Result<(), Fault> {
+    budget.spend(block)?;
+    match &block.name {
+        b"DT" => bytes.extend(block.data),
+        b"DZ" => unzip(block, bytes)?,
+        name => {
+            let fault = format!("its records lie in blocks of the kind {}", String::from_utf8_lossy(name));
+            return Err(Fault::new(fault, "Save it as MDF 4.10, rows sorted: with asammdf, MDF(…).save(…)."));
+        }
+    }
+    Ok(())
+}
+
+fn unzip(block: Block, bytes: &mut Vec<u8>) -> Result<(), Fault> {
+    let (kind, columns) = (block.byte(2)?, block.word(4)? as usize);
+    if kind > 1 {
+        let fault = format!("its rows are compressed by method {kind}");
+        return Err(Fault::new(fault, "Save it with deflate: with asammdf, MDF(…).save(…, compression=2)."));
+    }
+    let zipped = block.data.get((ZIPPED - HEAD) as usize..).unwrap_or_default();
+    let plain = inflate(zipped, block.long(16)?, block.long(8)?)?;
+    let rows = plain.len().checked_div(columns).unwrap_or(0);
+    if kind == 0 || rows == 0 {
+        bytes.extend(plain);
+        return Ok(());
+    }
+    // What does not fill a row stands behind the others as it is.
+    let (whole, rest) = plain.split_at(rows * columns);
+    let start = bytes.len();
+    bytes.resize(start + whole.len(), 0);
+    for (place, column) in whole.chunks_exact(rows).enumerate() {
+        let places = bytes[start + place..].iter_mut().step_by(columns);
+        places.zip(column).for_each(|(place, byte)| *place = *byte);
+    }
+    bytes.extend(rest);
+    Ok(())
+}
+
+/// Deflate over the transposed rows: all first bytes, all second bytes, …
+pub(super) const TRANSPOSED: u8 = 1;
+
+/// Rows of a length as columns.
+pub(super) fn transpose(rows: &[u8], length: usize, columns: &mut Vec<u8>) {
+    columns.clear();
+    for byte in 0..length {
+        columns.extend(rows[byte..].iter().step_by(length));
+    }
+}
+
+/// Compresses into memory that is there already.
+pub(super) fn deflate(deflate: &mut Compress, plain: &[u8], zipped: &mut Vec<u8>) {
+    zipped.clear();
+    deflate.reset();
+    loop {
+        // What does not compress grows by a few bytes in 16 kB.
+        zipped.reserve(plain.len() / 1024 + 64);
+        let taken = deflate.total_in() as usize;
+        let status = deflate.compress_vec(&plain[taken..], zipped, FlushCompress::Finish);
+        if status.expect("deflate takes all bytes") == Status::StreamEnd {
+            return;
+        }
+    }
+}
+
+/// The first `length` of the bytes, decompressed; they must give `size` bytes, and no more memory is taken.
+pub(super) fn inflate(bytes: &[u8], length: u64, size: u64) -> Result<Vec<u8>, Fault> {
+    let wrong = || damaged("a compressed block does not hold what it says, or its checksum is wrong");
+    let zipped = usize::try_from(length).ok().and_then(|length| bytes.get(..length)).ok_or_else(wrong)?;
+    let mut plain = Vec::new();
+    let mut decoder = ZlibDecoder::new(zipped).take(size.saturating_add(1));
+    decoder.read_to_end(&mut plain).map_err(|_| wrong())?;
+    (plain.len() as u64 == size).then_some(plain).ok_or_else(wrong)
+}

@@ -1,0 +1,193 @@
+//! Reading a file by its links, each of which may lead anywhere.
+
+use std::time::{Duration, UNIX_EPOCH};
+
+use roxmltree::Document;
+
+use super::block::{Block, FINISHED, FLAGS, IDENTIFICATION, damaged, number};
+use super::channel::Layout;
+use super::data::{Budget, inflate, records};
+use super::{Attachment, Cause, Channel, Contents, Event, Fault, Group, Header, Signal, recovery};
+
+/// Numbers of all signals together; what has more is no recording to be held in memory.
+const LARGEST: usize = 1 << 29;
+/// Bytes of a name or a unit.
+const LONGEST_NAME: usize = 4096;
+
+/// All that a file holds.
+pub(super) fn contents(file: &[u8]) -> Result<Contents, Fault> {
+    let version = number(file, 28).map_or(0, u16::from_le_bytes);
+    let flags = number(file, FLAGS as usize).map_or(0, u16::from_le_bytes);
+    if flags == 0 && file.starts_with(FINISHED) && (300..400).contains(&version) {
+        return Err(Fault::new("this is MDF 3", "Save it as MDF 4: with asammdf, MDF(…).convert('4.10').save(…)."));
+    }
+    let finished = file.starts_with(FINISHED) && flags == 0;
+    if finished {
+        return File { bytes: file, budget: Budget::of(file) }.contents(true);
+    }
+    let whole = recovery::repaired(file)?;
+    File { bytes: &whole, budget: Budget::of(&whole) }.contents(false)
+}
+
+struct File<'a> {
+    bytes: &'a [u8],
+    budget: Budget,
+}
+
+impl<'a> File<'a> {
+    fn contents(mut self, finished: bool) -> Result<Contents, Fault> {
+        let head = Block::named(self.bytes, IDENTIFICATION, b"HD")?;
+        let groups = self.chain(head.link(0), b"DG")?;
+        let groups = groups.into_iter().map(|block| self.groups(block)).collect::<Result<Vec<_>, _>>()?.concat();
+        let events = self.chain(head.link(4), b"EV")?;
+        let events = events.into_iter().map(|block| self.event(block)).collect::<Result<_, _>>()?;
+        let attachments = self.chain(head.link(3), b"AT")?;
+        let attachments = attachments.into_iter().filter_map(|block| self.attachment(block).transpose());
+        let attachments = attachments.collect::<Result<_, _>>()?;
+        Ok(Contents { header: self.header(head)?, groups, events, attachments, finished })
+    }
+
+    /// All blocks of a chain, whose first link is the next.
+    fn chain(&mut self, mut link: u64, name: &[u8; 2]) -> Result<Vec<Block<'a>>, Fault> {
+        let mut blocks = Vec::new();
+        while link != 0 {
+            let block = Block::named(self.bytes, link, name)?;
+            self.budget.spend(block)?;
+            blocks.push(block);
+            link = block.link(0);
+        }
+        Ok(blocks)
+    }
+
+    /// A text, plain or XML, as it stands in the file; empty where there is no link.
+    fn text(&self, link: u64) -> Result<&'a str, Fault> {
+        if link == 0 {
+            return Ok("");
+        }
+        let block = Block::at(self.bytes, link)?;
+        if !matches!(&block.name, b"TX" | b"MD") {
+            return Err(damaged(&format!("the block at {link} is no text")));
+        }
+        let text = block.data.split(|byte| *byte == 0).next().unwrap_or_default();
+        std::str::from_utf8(text).map_err(|_| damaged(&format!("the text at {link} is not UTF-8")))
+    }
+
+    /// The plain text of either kind.
+    fn plain(&self, link: u64) -> Result<String, Fault> {
+        let text = self.text(link)?;
+        Ok(element(text, "TX").unwrap_or_else(|| text.to_owned()))
+    }
+
+    /// One that is repeated in each of many channels and must be short.
+    fn name(&self, link: u64) -> Result<String, Fault> {
+        let name = self.plain(link)?;
+        let short = name.len() <= LONGEST_NAME;
+        short.then_some(name).ok_or_else(|| damaged(&format!("the name at {link} has more than {LONGEST_NAME} bytes")))
+    }
+
+    fn header(&mut self, head: Block) -> Result<Header, Fault> {
+        let start = UNIX_EPOCH.checked_add(Duration::from_nanos(head.long(0)?));
+        let comment = self.text(head.link(5))?;
+        // The first entry is of who made the file, later ones of who changed it.
+        let history = self.chain(head.link(1), b"FH")?;
+        let history = history.first().map_or(Ok(""), |block| self.text(block.link(1)))?;
+        let tool = |name| element(history, name).unwrap_or_default();
+        Ok(Header {
+            start: start.unwrap_or(UNIX_EPOCH),
+            program: tool("tool_id"),
+            version: tool("tool_version"),
+            comment: self.plain(head.link(5))?,
+            properties: properties(comment),
+        })
+    }
+
+    fn groups(&mut self, block: Block) -> Result<Vec<Group>, Fault> {
+        let groups = self.chain(block.link(1), b"CG")?;
+        if groups.len() > 1 || block.byte(0)? != 0 && !groups.is_empty() {
+            let remedy = "Sort them: with asammdf, MDF(…).save(…).";
+            return Err(Fault::new("its records are not sorted, several kinds of them are mixed", remedy));
+        }
+        groups.into_iter().map(|group| self.group(group, block.link(2))).collect()
+    }
+
+    fn group(&mut self, group: Block, data: u64) -> Result<Group, Fault> {
+        let rows = group.long(8)?;
+        // Behind the numbers stand the bits that say which are none.
+        let width = group.word(24)? as usize;
+        let length = width.saturating_add(group.word(28)? as usize);
+        let records = records(self.bytes, data, &mut self.budget)?;
+        // A virtual master may stand alone: then there are rows without bytes.
+        let held = records.len().checked_div(length).unwrap_or(LARGEST);
+        let rows = usize::try_from(rows).ok().filter(|rows| *rows <= held);
+        let rows = rows.ok_or_else(|| damaged(&format!("a group holds {held} rows, and says that it has more")))?;
+        let channels = self.chain(group.link(1), b"CN")?;
+        if rows.saturating_mul(channels.len()) > LARGEST {
+            let fault = format!("{rows} rows of {} signals are too many", channels.len());
+            return Err(Fault::new(fault, "Export a part of it, or fewer signals."));
+        }
+        let mut signals = Vec::new();
+        for channel in channels {
+            let conversion = match channel.link(4) {
+                0 => None,
+                link => Some(Block::named(self.bytes, link, b"CC")?),
+            };
+            let Some(layout) = Layout::of(channel, conversion, width)? else { continue };
+            let unit = match (channel.link(6), conversion) {
+                (0, Some(conversion)) => conversion.link(1),
+                (unit, _) => unit,
+            };
+            let unit = self.name(unit)?;
+            let channel = Channel { name: self.name(channel.link(2))?, unit, comment: self.plain(channel.link(7))? };
+            signals.push(Signal { channel, values: layout.values(&records, length, rows), fault: layout.fault() });
+        }
+        Ok(Group { name: self.name(group.link(2))?, signals })
+    }
+
+    fn event(&mut self, event: Block) -> Result<(f64, Event), Fault> {
+        // Behind kinds and counts: base and factor.
+        let (base, factor) = (event.long(16)? as i64, event.float(24)?);
+        let cause = match event.byte(3)? {
+            1 => Cause::Error,
+            2 => Cause::Tool,
+            3 => Cause::Script,
+            4 => Cause::User,
+            _ => Cause::Other,
+        };
+        let (name, comment) = (self.plain(event.link(3))?, self.plain(event.link(4))?);
+        Ok((base as f64 * factor, Event { cycle: base.max(0) as u64, name, comment, cause }))
+    }
+
+    /// None for a file that lies elsewhere, or is compressed by a method that is not known.
+    fn attachment(&mut self, block: Block) -> Result<Option<Attachment>, Fault> {
+        const EMBEDDED: u16 = 1;
+        const COMPRESSED: u16 = 2;
+        let flags = block.short(0)?;
+        let (plain, length) = (block.long(24)?, block.long(32)?);
+        let held = block.data.get(40..).unwrap_or_default();
+        let bytes = match (flags & EMBEDDED != 0, flags & COMPRESSED != 0, block.byte(4)?) {
+            (true, true, 0) => inflate(held, length, plain)?,
+            (true, false, 0) => {
+                let cut = usize::try_from(length).ok().and_then(|length| held.get(..length));
+                cut.ok_or_else(|| damaged("an attached file is longer than its block"))?.to_vec()
+            }
+            _ => return Ok(None),
+        };
+        Ok(Some(Attachment { name: self.plain(block.link(1))?, mime: self.plain(block.link(2))?, bytes }))
+    }
+}
+
+/// The text of the first element of a name, if this is XML.
+fn element(text: &str, name: &str) -> Option<String> {
+    let document = Document::parse(text).ok()?;
+    let node = document.descendants().find(|node| node.tag_name().name() == name)?;
+    Some(node.text().unwrap_or_default().to_owned())
+}
+
+/// Names and values of the common properties of an XML comment.
+fn properties(text: &str) -> Vec<(String, String)> {
+    let Ok(document) = Document::parse(text) else { return Vec::new() };
+    let entries = document.descendants().filter(|node| node.tag_name().name() == "e");
+    let pair =
+        |node: roxmltree::Node| Some((node.attribute("name")?.to_owned(), node.text().unwrap_or_default().to_owned()));
+    entries.filter_map(pair).collect()
+}

@@ -1,0 +1,87 @@
+//! Files that are no recordings, or no longer.
+
+use proptest::prelude::{ProptestConfig, any, proptest};
+
+use super::super::block::Blocks;
+use super::super::recovery::repaired;
+use super::foreign::{cn, foreign};
+use super::*;
+
+#[test]
+fn what_is_not_read_is_named_with_what_to_do() {
+    let none = |_: &mut Blocks| 0;
+    let one = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0);
+    let refused = |file: Vec<u8>, says: &str| {
+        let fault = contents(&file).unwrap_err();
+        assert!(fault.fault.contains(says) && !fault.remedy.is_empty(), "{fault:?}");
+    };
+    refused(foreign(1, 1, one, |blocks| blocks.push(b"LD", &[], &[&[0; 8]])), "blocks of the kind LD");
+    refused(foreign(1, 1, one, |blocks| blocks.push(b"DZ", &[], &[b"DT", &[2; 22]])), "method 2");
+    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0), none), "says that it has more");
+    let narrow = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0);
+    refused(foreign(2, 0, narrow, none), "numbers of 16 bits");
+    refused(foreign(1, 0, |blocks| cn(blocks, 0, "x", [0, 0, 0], 7, 8, 0), none), "outside its record");
+    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "says that it has more");
+    // A list whose next is itself; a list that names one block twice.
+    let circle = |blocks: &mut Blocks| {
+        let own = blocks.end();
+        blocks.push(b"DL", &[own], &[&[0; 16]])
+    };
+    refused(foreign(1, 1, one, circle), "in a circle");
+    let twice = |blocks: &mut Blocks| {
+        let data = blocks.push(b"DT", &[], &[&[1; 64]]);
+        blocks.push(b"DL", &[0].into_iter().chain([data; 64]).collect::<Vec<_>>(), &[&[0; 16]])
+    };
+    refused(foreign(1, 1, one, twice), "in a circle");
+    let mut unsorted = foreign(1, 1, one, none);
+    let place = unsorted.len() - 8;
+    unsorted[place] = 1;
+    refused(unsorted, "not sorted");
+    let mut unfinished = foreign(1, 1, one, none);
+    unfinished[..8].copy_from_slice(b"UnFinMF ");
+    refused(unfinished, "another program began it");
+    let mut old = foreign(1, 1, one, none);
+    old[28..30].copy_from_slice(&330u16.to_le_bytes());
+    refused(old, "this is MDF 3");
+}
+
+#[test]
+fn a_wrong_byte_anywhere_never_panics() {
+    let disk = full_disk();
+    let writer = small_run(&disk).1;
+    let unfinished = disk.contents();
+    writer.finish().unwrap();
+    let finished = disk.contents();
+    for bytes in [unfinished, finished] {
+        for place in 0..bytes.len() {
+            for change in [0xff, 0x01, 0x80] {
+                let mut wrong = bytes.clone();
+                wrong[place] ^= change;
+                let _ = contents(&wrong);
+                let _ = repaired(&wrong);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn wrong_bytes_behind_the_head_give_no_wrong_sample(changes in proptest::collection::vec((any::<u16>(), any::<u8>()), 1..6)) {
+        let disk = full_disk();
+        let (lengths, _writer) = small_run(&disk);
+        let mut bytes = disk.contents();
+        let head = lengths[0].0;
+        for (place, value) in changes {
+            let place = head + usize::from(place) % (bytes.len() - head);
+            bytes[place] = value;
+        }
+        let repaired = repaired(&bytes).unwrap();
+        // An event or an attachment may be damaged; then the file is refused.
+        if let Ok(contents) = contents(&repaired) {
+            let cycles = cycles(&contents);
+            assert!(cycles.is_sorted() && cycles.len() <= 40);
+        }
+    }
+}
