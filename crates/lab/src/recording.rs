@@ -174,7 +174,7 @@ impl Recording {
     }
 }
 
-fn unreadable(path: &Path, fault: &str, remedy: &str) -> Error {
+pub(crate) fn unreadable(path: &Path, fault: &str, remedy: &str) -> Error {
     Error::Recording { path: path.to_owned(), fault: fault.to_owned(), remedy: remedy.to_owned() }
 }
 

@@ -2,11 +2,14 @@
 
 mod change;
 mod numbers;
+mod read;
+mod recorder;
 mod replay;
 mod signals;
 #[cfg(test)]
 mod tests;
 
+pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{Signals, channels};
 

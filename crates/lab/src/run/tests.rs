@@ -123,3 +123,71 @@ fn a_record_with_a_gap_is_replayed_up_to_it() {
     assert_eq!((replayed.cycles, replayed.lost, replayed.identical()), (990, 10, false));
     assert_eq!(replayed.first, None);
 }
+
+/// The same run, recorded into a file.
+fn recorded_into(path: &std::path::Path) -> Recorded {
+    let about = About { command: "test".into(), preset: preset(), seed: Some(7) };
+    let (recorder, tap) = Recorder::start(path, &about).unwrap();
+    let mut bench = VirtualBench::new(&about.preset, 7).unwrap();
+    bench.tap(tap);
+    experiment(&mut bench);
+    assert!(bench.change(Change::Request(stickslip_core::supervise::Request::Stop)).is_err());
+    drop(bench);
+    recorder.finish().unwrap()
+}
+
+#[test]
+fn a_run_is_recorded_read_and_replayed_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let summary = recorded_into(&path);
+    let record = Record::read(&path).unwrap();
+    let memory = recorded();
+    assert_eq!((summary.lost, summary.file.rows), (0, record.cycles.len() as u64));
+    assert_eq!(record.cycles, memory.cycles);
+    assert_eq!(record.changes.len(), memory.changes.len() + 1, "the refused one");
+    assert_eq!((record.preset, record.seed, record.initial), (memory.preset, memory.seed, memory.initial));
+    let replayed = replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine, "{replayed:?}");
+    // For people: what was changed stands beside.
+    let contents = crate::recording::mdf::read(&path).unwrap();
+    let named = |text: &str| contents.events.iter().any(|(_, event)| event.comment.contains(text));
+    assert!(named("tick.law.kind: off → bristle") || named("tick.law"), "{:?}", contents.events.len());
+    assert!(named("Nothing runs."));
+}
+
+#[test]
+fn a_record_that_broke_off_is_replayed_as_far_as_it_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let whole = recorded_into(&path).file;
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let record = Record::read(&path).unwrap();
+    let cycles = record.cycles.len() as u64;
+    assert!(cycles > 0 && cycles < whole.rows, "{cycles} of {}", whole.rows);
+    assert!(replay(&record, &Watch::silent()).unwrap().identical());
+}
+
+#[test]
+fn what_is_no_record_or_of_another_version_is_refused_with_the_one_that_can() {
+    use std::time::SystemTime;
+
+    use crate::recording::mdf::{Header, Writer};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let refused = |schema: &str, version: &str| {
+        let header = Header {
+            start: SystemTime::UNIX_EPOCH,
+            program: "stickslip".into(),
+            version: version.into(),
+            comment: String::new(),
+            properties: vec![("schema".into(), schema.into())],
+        };
+        Writer::create(&path, &header, &[], 1e-3).unwrap().finish().unwrap();
+        Record::read(&path).unwrap_err().to_string()
+    };
+    assert!(refused("other", env!("CARGO_PKG_VERSION")).contains("no record"));
+    assert!(refused("stickslip.run/1", "0.0.7").contains("Replay it with stickslip 0.0.7"));
+    assert!(refused("stickslip.run/1", env!("CARGO_PKG_VERSION")).contains("parameters are missing"));
+}

@@ -170,7 +170,7 @@ mod tests {
         let read = crate::recording::Recording::read(&folder.path().join("capture.parquet")).unwrap();
         assert_eq!(read.column("torque").unwrap().values, [0.5; 3]);
         assert_eq!(read.column("angle").unwrap().unit.as_deref(), Some("rad"));
-        let lines: Vec<_> = capture.table().lines().collect();
+        let lines = capture.table().lines();
         assert!(lines.iter().any(|line| line.contains("angle") && line.contains("2.000000")), "{lines:?}");
         assert!(lines.iter().any(|line| line.contains("aim") && line.contains("none")), "{lines:?}");
     }
