@@ -16,6 +16,7 @@ mod measure;
 mod params;
 mod plant;
 mod render;
+mod replay;
 mod report;
 mod serve;
 mod status;
@@ -99,6 +100,9 @@ pub(crate) enum Command {
         after_help = "Example: stickslip capture --signal software.estimated_velocity --trigger \"setpoint.velocity rises through 0\""
     )]
     Capture(capture::CaptureCommand),
+    /// Replay a recorded run: the same inputs and changes once more, and every bit compared.
+    #[command(after_help = "Example: stickslip replay stickslip-out/demo")]
+    Replay(replay::ReplayCommand),
     /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
     #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
     Doctor(doctor::DoctorCommand),
@@ -160,6 +164,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Plant(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Replay(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -114,6 +114,9 @@ fn page(status: &Status) -> String {
     };
     lines.push(("changed", format!("{} parameters since the begin{back}", status.changed)));
     lines.push(("operator", status.operator.clone().unwrap_or_else(|| "nobody".into())));
+    if let Some(recording) = &status.recording {
+        lines.push(("recording", recording.clone()));
+    }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
     lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));

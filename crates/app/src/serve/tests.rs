@@ -16,7 +16,7 @@ fn served() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into() };
+    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
     let live = Live::start(start).unwrap();
     (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path()).unwrap(), project)
 }

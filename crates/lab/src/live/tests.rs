@@ -10,10 +10,21 @@ const ANN: &str = "ann";
 
 /// A bench of few ticks, which a busy machine keeps up with, in a project of its own.
 fn live() -> (Live, tempfile::TempDir) {
+    live_into(|_| None)
+}
+
+/// The same, recorded into a file of its project.
+fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<crate::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into() };
+    let start = Start {
+        source,
+        seed: 1,
+        wishes: Wishes::PLAIN,
+        project: project.path().into(),
+        record: record(project.path()),
+    };
     (Live::start(start).unwrap(), project)
 }
 
@@ -187,4 +198,26 @@ fn every_call_and_answer_is_the_same_behind_its_json() {
     let text = serde_json::to_string(&answer).unwrap();
     assert!(text.starts_with(r#"{"answer":"status","preset":"#), "{text}");
     assert_eq!(serde_json::from_str::<Answer>(&text).unwrap(), answer);
+}
+
+#[test]
+fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_it() {
+    let (live, project) = live_into(|project| Some(project.join("run.mf4")));
+    live.call(ANN, Call::Home {}).unwrap();
+    ended(&live);
+    live.call(ANN, sine(0.2)).unwrap();
+    live.call(ANN, set("bench.law.kind", "bristle")).unwrap();
+    live.call(ANN, set(GAIN, "11.5")).unwrap();
+    live.call(ANN, Call::Halt {}).unwrap();
+    ended(&live);
+    live.call(ANN, Call::Preload { preload: 0.5 }).unwrap();
+    ended(&live);
+    live.call(ANN, Call::Stop {}).unwrap();
+    assert!(status(&live).recording.unwrap().ends_with("run.mf4"));
+    live.stop().unwrap();
+    let record = crate::run::Record::read(&project.path().join("run.mf4")).unwrap();
+    let replayed = crate::run::replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine && replayed.cycles > 500, "{replayed:?}");
+    // The law of the begin, home (3), start, two sets, preload, stop.
+    assert!(record.changes.len() >= 7, "{}", record.changes.len());
 }
