@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::live::protocol::Status;
+use stickslip::live::protocol::{Doing, Status};
 
 use crate::failure::Failure;
 use crate::serve::Client;
@@ -54,6 +54,12 @@ impl StatusCommand {
     }
 }
 
+/// What runs, and how far it is where that is known.
+fn progress(doing: &Doing) -> String {
+    let percent = if doing.fraction > 0.0 { format!(", {:.0} %", 100.0 * doing.fraction) } else { String::new() };
+    format!("{}: {}{percent}", doing.what, doing.stage)
+}
+
 /// In one line.
 fn line(status: &Status) -> String {
     let doing = status
@@ -96,7 +102,7 @@ fn page(status: &Status) -> String {
         ("linings", format!("preload {}", status.preload)),
     ];
     if let Some(doing) = &status.doing {
-        lines.push(("runs", format!("{}: {}, {:.0} %", doing.what, doing.stage, 100.0 * doing.fraction)));
+        lines.push(("runs", progress(doing)));
     }
     if let Some(last) = &status.last {
         let how = match (&last.error, &last.folder) {
@@ -125,7 +131,7 @@ fn page(status: &Status) -> String {
 
 #[cfg(test)]
 mod tests {
-    use stickslip::live::protocol::{Doing, Ended};
+    use stickslip::live::protocol::Ended;
 
     use super::*;
 
@@ -140,6 +146,6 @@ mod tests {
         for part in ["running: too fast", "sine: moving, 50 %", "home: no index", "0 cycles, 0 samples", "nobody"] {
             assert!(page.contains(part), "{part} in {page}");
         }
-        assert!(line(&status).ends_with("sine (moving 50 %)"));
+        assert!(line(&status).ends_with("sine: moving, 50 %"));
     }
 }

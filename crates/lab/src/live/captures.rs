@@ -50,9 +50,9 @@ impl Captures {
     ) -> Result<Answer, Error> {
         let trigger: Trigger = trigger.parse()?;
         let index = |name: &String| {
-            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Answer {
-                question: "signal".into(),
-                answer: name.clone(),
+            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Unknown {
+                what: "signal",
+                name: name.clone(),
                 remedy: match nearest(name, self.names.iter().map(String::as_str)) {
                     Some(nearest) => format!("Did you mean {nearest}?"),
                     None => "`stickslip bench signals` lists them.".into(),
@@ -146,9 +146,9 @@ fn negative(seconds: f64) -> Error {
 }
 
 fn unknown(number: u64) -> Error {
-    Error::Answer {
-        question: "capture".into(),
-        answer: number.to_string(),
+    Error::Unknown {
+        what: "capture",
+        name: number.to_string(),
         remedy: "It was fetched, dropped or forgotten: begin another one.".into(),
     }
 }

@@ -298,7 +298,7 @@ impl Live {
         let tuning = lock(&self.shared.tuning).clone();
         let proposal = propose(&tuning)?;
         let doing = lock(&self.shared.doing);
-        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != "moving") {
+        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != axis::MOVING) {
             return Err(Error::Busy { what: doing.what.clone() });
         }
         let cycle = self.enter(&proposal)?;
