@@ -55,8 +55,9 @@ impl DemoCommand {
         // What was recorded until a failure is kept, too.
         let recorded = recorder.finish();
         let demo = ran?;
-        let summary = demo.write(&self.out, &command)?;
+        let mut summary = demo.write(&self.out, &command)?;
         recorded?;
+        summary.file("run.mf4").write(&self.out)?;
 
         self.shown.show(out, &summary, |out| {
             writeln!(

@@ -21,7 +21,7 @@ use crate::source::{self, Setting};
 pub(crate) enum Measure {
     /// Friction at constant speeds in both directions: the curve that `fit` reads.
     #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
-                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5\n\
+                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5 --record\n\
                             Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5")]
     Friction(How),
     /// Breakaway torque by slow torque ramps from rest.
@@ -147,8 +147,11 @@ impl How {
         // What was recorded until a failure is kept, too.
         let recorded = recorder.map(Recorder::finish).transpose();
         let measurement = measured?;
-        let summary = measurement.write(&folder, &source::command_line())?;
+        let mut summary = measurement.write(&folder, &source::command_line())?;
         let recorded = recorded?;
+        if recorded.is_some() {
+            summary.file("run.mf4").write(&folder)?;
+        }
         let outcome = &measurement.outcome;
         self.shown.show(out, &summary, |out| {
             for line in outcome.table().lines() {

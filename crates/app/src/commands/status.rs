@@ -61,7 +61,7 @@ fn progress(doing: &Doing) -> String {
 }
 
 /// In one line.
-fn line(status: &Status) -> String {
+pub(super) fn line(status: &Status) -> String {
     let doing = status
         .doing
         .as_ref()

@@ -35,14 +35,13 @@ pub(super) enum Job {
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
     /// Run something to its end: results, if any, go into this folder.
-    Run {
-        what: String,
-        folder: Option<PathBuf>,
-        work: Box<dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send>,
-    },
+    Run { what: String, folder: Option<PathBuf>, work: Box<Work> },
     /// End.
     End,
 }
+
+/// Something that runs to its end.
+type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
     pub(super) fn home() -> Self {
