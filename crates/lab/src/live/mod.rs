@@ -244,6 +244,11 @@ impl Live {
                 lock(&self.shared.captures).begin(signals, &trigger, [before, after], decimation, rate)
             }
             Call::Fetch { capture } => lock(&self.shared.captures).fetch(capture),
+            Call::Stream { signals, every } => {
+                let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+                lock(&self.shared.captures).watch(&signals, every, rate)
+            }
+            Call::Points { capture } => lock(&self.shared.captures).points(capture),
             Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
         }
     }

@@ -104,6 +104,28 @@ fn an_axis_is_homed_moved_tuned_captured_and_halted() {
 }
 
 #[test]
+fn a_stream_has_every_cycle_in_one_of_its_points() {
+    let (live, _project) = live();
+    let stream = Call::Stream { signals: vec!["measurement.tacho_voltage".into(), "angle".into()], every: 0.02 };
+    let Answer::Capture { capture, .. } = live.call("looks", stream).unwrap() else { panic!("no stream") };
+    let mut points = Vec::new();
+    while points.len() < 10 {
+        match live.call("looks", Call::Points { capture }).unwrap() {
+            Answer::Points { points: more } => points.extend(more),
+            other => panic!("{other:?}"),
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    for pair in points.windows(2) {
+        assert_eq!((pair[1].from, pair[1].missing, pair[1].to), (pair[0].to + 1, 0, pair[0].to + 20));
+        assert!(pair[1].min[0] < pair[1].max[0], "noise");
+    }
+    assert!(live.call("looks", Call::Fetch { capture }).is_err(), "it is no capture");
+    live.call("looks", Call::Drop { capture }).unwrap();
+    assert!(live.call("looks", Call::Points { capture }).is_err());
+}
+
+#[test]
 fn one_operates_and_everybody_may_stop() {
     let (live, _project) = live();
     live.call(ANN, Call::Home {}).unwrap();
@@ -169,10 +191,10 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     refused(capture("angle", "immediate", -1.0));
     refused(capture("angle", "immediate", f64::NAN));
     refused(capture("angle", "immediate", 1e9));
-    for _ in 0..8 {
+    for _ in 0..16 {
         live.call(ANN, capture("angle", "angle above 1e9", 0.1)).unwrap();
     }
-    assert!(refused(capture("angle", "immediate", 0.1)).contains("At most 8"));
+    assert!(refused(capture("angle", "immediate", 0.1)).contains("At most 16"));
     let now = status(&live);
     assert_eq!((now.changed, now.state.as_str(), now.doing), (0, "off", None));
 }
