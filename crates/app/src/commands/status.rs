@@ -62,10 +62,7 @@ fn progress(doing: &Doing) -> String {
 
 /// In one line.
 pub(super) fn line(status: &Status) -> String {
-    let doing = status
-        .doing
-        .as_ref()
-        .map_or(String::new(), |doing| format!("  {} ({} {:.0} %)", doing.what, doing.stage, 100.0 * doing.fraction));
+    let doing = status.doing.as_ref().map_or(String::new(), |doing| format!("  {}", progress(doing)));
     format!(
         "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N m  load {:7.3} N m  held {} lost {}{doing}",
         status.state,

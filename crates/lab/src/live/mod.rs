@@ -195,6 +195,11 @@ impl Live {
             }
             Call::Move { reference, values, render } => {
                 let parsed = parse_reference(&reference, values.iter().map(|(name, value)| (name.as_str(), *value)))?;
+                if render {
+                    // A margin takes a moment: nobody waits for it who only looks.
+                    let tuning = lock(&self.shared.tuning).clone();
+                    tuning.renderable()?;
+                }
                 let job = Job::Move { name: reference.clone(), reference: Box::new(parsed), render };
                 self.begin(&reference, job)
             }
