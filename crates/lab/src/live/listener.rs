@@ -68,6 +68,7 @@ fn name(state: &SafetyState) -> &'static str {
         SafetyState::Homing => "homing",
         SafetyState::Ready => "ready",
         SafetyState::Running => "running",
+        SafetyState::Stopping(_) => "stopping",
         SafetyState::Fault(_) => "fault",
     }
 }

@@ -2,7 +2,7 @@
 
 use rtrb::{Consumer, Producer};
 use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{Fault, Refusal, SafetyState};
+use stickslip_core::supervise::{Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
@@ -32,14 +32,12 @@ pub(super) enum Reply {
     Frame(Frame),
     /// A change was made before this cycle, or refused; the state and the screw's zero after it.
     Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
-    /// An urgent change was answered: the state and the screw's zero after it.
+    /// What the bench may do, and the screw's zero: behind an urgent change, and where it changed while nobody commanded.
     State { safety: SafetyState, zero: Option<f64> },
     /// The linings were pressed on before this cycle.
     Pressed(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
-    /// Supervision took the torque away while nobody commanded.
-    Fault(Fault),
     /// The link to the machine failed.
     Link(LinkFault),
 }
@@ -156,10 +154,12 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         lap.done(SOFTWARE);
         let next = self.exchange(acting);
         lap.done(MACHINE);
-        match (command, frame.safety) {
-            (Some(_), _) => self.reply(Reply::Frame(frame)),
-            (None, SafetyState::Fault(fault)) if before != frame.safety => self.reply(Reply::Fault(fault)),
-            _ => {}
+        match command {
+            Some(_) => self.reply(Reply::Frame(frame)),
+            None if before != frame.safety => {
+                self.reply(Reply::State { safety: frame.safety, zero: self.software.safety().zero() });
+            }
+            None => {}
         }
         if let Some(samples) = &mut self.samples {
             samples.offer(&frame);

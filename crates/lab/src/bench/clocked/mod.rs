@@ -281,7 +281,6 @@ impl ClockedBench {
                 Reply::Pressed(cycle) => self.answered(cycle),
                 Reply::State { safety, zero } => (self.safety, self.zero) = (safety, zero),
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
-                Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }
