@@ -15,6 +15,11 @@ const AUTHORITY: f64 = 1.25;
 /// How fast a push is made up for [1/s], as by the controller that holds a speed in a friction measurement.
 const INTEGRAL_RATE: f64 = 20.0;
 
+/// Time in which it is let go of at standstill [s]: a push that lasts makes the screw creep, and is taken up again.
+const RELEASE_TIME: f64 = 0.5;
+/// Share of the drive's torque that is no push any more.
+const RELEASED: f64 = 0.05;
+
 /// What a brake needs to know of the drive.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Brake<T> {
@@ -36,6 +41,12 @@ impl Brake<f64> {
     /// What of this deceleration [rad/s²] the drive can give.
     pub fn deceleration(&self, wanted: f64) -> f64 {
         wanted.min(self.torque_limit / (AUTHORITY * self.inertia))
+    }
+
+    /// Lets go of a push where the screw stands; whether it is still there.
+    pub(super) fn release(&self, held: &mut f64, dt: f64) -> bool {
+        *held -= *held * dt / (RELEASE_TIME + dt);
+        held.abs() > RELEASED * self.torque_limit
     }
 
     /// Torque [N m] at a velocity [rad/s] with this gain [N m s/rad], where the speed should have come down to `ramp`

@@ -42,7 +42,7 @@ pub struct SafetyLimits<T> {
     #[field(symbol = "T_α", unit = "s", range = 1e-3..=10.0, default = 0.02)]
     pub acceleration_time: T,
     /// How far the load motor's current may be from what is asked for.
-    #[field(symbol = "Δi", unit = "A", range = 1e-3..=1e3, default = 3.0)]
+    #[field(symbol = "Δi", unit = "A", range = 1e-3..=1e3, default = 1.0)]
     pub current_difference: T,
     /// How long it may be.
     #[field(symbol = "T_i", unit = "s", range = 1e-3..=10.0, default = 0.02)]

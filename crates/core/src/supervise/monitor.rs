@@ -16,7 +16,7 @@ const CURRENT_LAG: f64 = 5e-3;
 /// What is remembered of the measurements.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Monitor {
-    /// Encoder angle of the cycle before [rad], and how long it has stood [s].
+    /// Encoder angle of the cycle before [rad], and how long it has stood though the screw seems to move [s].
     previous: Option<f64>,
     standing: f64,
     /// Velocities, both with the same low-pass [rad/s].
@@ -28,8 +28,9 @@ pub(super) struct Monitor {
     jumped: Option<f64>,
     /// How long tacho and encoder have been apart [s].
     sensors_apart: f64,
-    /// Encoder angle of the last index pulse [rad].
+    /// Encoder angle of the last index pulse [rad]; how far it lay off whole revolutions from the one before [rad].
     index: Option<f64>,
+    index_deviation: f64,
     acceleration: Acceleration,
     /// Asked less measured current of the load motor, low-passed [A]; how long it has been too much [s].
     current: f64,
@@ -77,7 +78,9 @@ impl Monitor {
     /// A cycle of `dt` [s], ticks that were missed before it included.
     pub(super) fn see(&mut self, input: &SafetyInput, limits: &SafetyLimits<f64>, dt: f64) {
         let (angle, tacho) = (input.measured_angle, input.measured_velocity);
-        self.standing = if self.previous == Some(angle) { self.standing + dt } else { 0.0 };
+        // A motor may twist the coupling of a screw that sticks, for a moment.
+        let moves = input.drive_current.abs() > limits.moving_current || tacho.abs() > limits.moving_velocity;
+        self.standing = if moves && self.previous == Some(angle) { self.standing + dt } else { 0.0 };
         let share = self::share(dt, VELOCITY_LAG);
         if tacho.is_finite() {
             self.tacho += share * (tacho - self.tacho);
@@ -95,6 +98,11 @@ impl Monitor {
         }
         let apart = (self.tacho - self.encoder).abs() > self.velocity_tolerance(limits);
         self.sensors_apart = if apart { self.sensors_apart + dt } else { 0.0 };
+        // A pulse may have come in a tick that was missed.
+        let last = self.index.filter(|_| input.missed == 0);
+        let between = input.index.zip(last).map_or(0.0, |(now, last)| now - last);
+        self.index_deviation = (between - TAU * libm::round(between / TAU)).abs();
+        self.index = input.index.or(last);
         if input.acceleration.is_finite() && tacho.is_finite() {
             self.acceleration.see(tacho, input.acceleration, limits, dt);
         }
@@ -134,6 +142,11 @@ impl Monitor {
         }
     }
 
+    /// Whether the drive has had too much current for too long.
+    pub(super) fn is_hot(&self, limits: &SafetyLimits<f64>) -> bool {
+        self.heat[0] > limits.drive_continuous_current * limits.drive_continuous_current
+    }
+
     /// The larger of tacho and encoder [rad/s].
     pub(super) fn speed(&self, input: &SafetyInput) -> f64 {
         input.measured_velocity.abs().max(self.counted.abs())
@@ -163,8 +176,7 @@ impl Monitor {
     /// What is wrong while there is torque.
     pub(super) fn with_torque(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
         let (current, velocity, time) = (input.drive_current, input.measured_velocity, self.standing);
-        let moves = current.abs() > limits.moving_current || velocity.abs() > limits.moving_velocity;
-        if moves && time >= limits.frozen_time {
+        if time >= limits.frozen_time {
             return Err(Fault::EncoderFrozen { current, velocity, time });
         }
         if self.sensors_apart >= limits.frozen_time {
@@ -193,20 +205,12 @@ impl Monitor {
     }
 
     /// The index pulse of a screw whose zero is known: whole revolutions apart, and one in each.
-    pub(super) fn index(&mut self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
-        // A pulse may have come in a tick that was missed.
-        let last = self.index.take().filter(|_| input.missed == 0);
-        let Some(last) = last else {
-            self.index = input.index;
-            return Ok(());
-        };
-        self.index = Some(input.index.unwrap_or(last));
-        let between = input.index.unwrap_or(last) - last;
-        let deviation = (between - TAU * libm::round(between / TAU)).abs();
+    pub(super) fn index(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
+        let deviation = self.index_deviation;
         if deviation > limits.index_deviation {
             return Err(Fault::CountsLost { deviation, limit: limits.index_deviation });
         }
-        let travel = (input.measured_angle - input.index.unwrap_or(last)).abs();
+        let travel = self.index.map_or(0.0, |last| (input.measured_angle - last).abs());
         // Backlash of a pulse's two edges, and a tick's way, are small against a radian.
         if travel > TAU + 1.0 { Err(Fault::IndexMissing { travel }) } else { Ok(()) }
     }

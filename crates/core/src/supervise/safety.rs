@@ -294,11 +294,15 @@ impl Safety {
         }
         self.stop.time += dt;
         self.stop.ramp = (self.stop.ramp - deceleration * dt).max(0.0);
+        let slow = velocity.abs() >= self.limits.standstill_velocity;
         let failed = trusted.is_none()
-            || self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
+            || self.monitor.is_hot(&self.limits)
+            || slow && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
             // It drives instead.
             || velocity.abs() > self.stop.begin + self.limits.moving_velocity.max(0.1 * self.stop.begin);
-        let stands = self.quiet >= self.limits.standstill_time && self.stop.time >= self.limits.standstill_time;
+        // What pushes is held, until somebody switches off.
+        let pushed = !slow && self.brake.release(&mut self.stop.held, dt);
+        let stands = self.quiet.min(self.stop.time) >= self.limits.standstill_time && !pushed;
         self.state = match fault {
             Some(fault) if failed || stands => SafetyState::Fault(fault),
             None if failed => SafetyState::Fault(Fault::NotStopped { velocity }),
