@@ -2,7 +2,9 @@
 //!
 //! No position, no observer, no controller under test: one velocity and one torque.
 //!
-//!   M = −sat(K_b·Ω, M_b) − K_b·(e + 20 1/s·∫e dt),   e = Ω − Ω kept within ±Ω_r,   Ω_r falls from the first speed with a_stop
+//!   M = −sat(K_b·(Ω − e), M_b) − K_b·(e + 20 1/s·∫e dt),   e = Ω − Ω kept within ±Ω_r
+//!
+//! with Ω_r, which falls from the first speed with a_stop.
 //!
 //! The first part is a deceleration of a_stop that ends linearly, without chatter, at rest; friction adds to it. The
 //! second one acts only where the screw is slower to stop than that: against a load that pushes, and holds it then.
@@ -59,8 +61,9 @@ impl Brake<f64> {
         dt: f64,
     ) -> f64 {
         let (most, limit) = (AUTHORITY * self.inertia * deceleration, self.torque_limit);
-        let excess = velocity - velocity.clamp(-ramp, ramp);
+        let within = velocity.clamp(-ramp, ramp);
+        let excess = velocity - within;
         *held = (*held - gain * INTEGRAL_RATE * excess * dt).clamp(-limit, limit);
-        (*held - (gain * velocity).clamp(-most, most) - gain * excess).clamp(-limit, limit)
+        (*held - (gain * within).clamp(-most, most) - gain * excess).clamp(-limit, limit)
     }
 }

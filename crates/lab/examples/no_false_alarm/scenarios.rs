@@ -32,22 +32,22 @@ fn scenarios(seed: u64) -> [(&'static str, Tuning, Reference<f64>, f64); 7] {
 
 /// A bench as it is run.
 #[derive(Clone, Copy, Debug)]
-pub struct Case {
+pub(crate) struct Case {
     /// Its preset.
-    pub preset: &'static str,
+    pub(crate) preset: &'static str,
     /// Rate of its ticks [Hz].
-    pub tick_rate: f64,
+    pub(crate) tick_rate: f64,
     /// Its law.
-    pub law: LawChoice<f64>,
+    pub(crate) law: LawChoice<f64>,
     /// Of noise and strokes.
-    pub seed: u64,
+    pub(crate) seed: u64,
 }
 
 /// Runs all scenarios; bench time [s], and what stopped it though nothing was wrong.
 ///
 /// # Errors
 /// What the design of the bench refuses.
-pub fn run(case: Case) -> Result<(f64, Vec<String>), Error> {
+pub(crate) fn run(case: Case) -> Result<(f64, Vec<String>), Error> {
     let mut preset: Preset<f64> = parameters::presets::find(case.preset)?.read()?;
     preset.bench.tick_rate = case.tick_rate;
     let law = design::rendering_law(&preset.model, &Settings { law: case.law, ..preset.bench })?;
