@@ -6,7 +6,9 @@ use std::fmt::Write as _;
 use expect_test::expect_file;
 use stickslip::bench::faults::Kind;
 use stickslip::bench::tap::{Stream, tap};
-use stickslip::bench::{Bench, Change, Command, FaultyBench, Frame, Injection, Traveller};
+use stickslip::bench::{
+    Bench, Change, ClockedBench, Command, Faulty, FaultyBench, Frame, InProcess, Injection, Traveller, Wishes,
+};
 use stickslip::experiment::home;
 use stickslip::run::{Record, replay};
 use stickslip::{LawChoice, Preset, Settings, Watch, design, parameters};
@@ -233,6 +235,32 @@ fn a_run_with_faults_replays_to_the_bit() {
         let replayed = replay(&record, &Watch::silent()).unwrap();
         assert!(replayed.identical() && !replayed.machine, "{kind:?}: {replayed:?}");
     }
+}
+
+#[test]
+fn by_the_clock_a_fault_stops_the_bench_and_the_record_of_it_replays() {
+    let preset = preset(1000.0);
+    let (machine, readings) = InProcess::new(&preset, 5).unwrap();
+    let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
+    let (tap, mut stream) = tap(1 << 16);
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut record = Record::new(&preset, Some(5), *bench.parameters());
+    home(&mut bench, &Watch::silent()).unwrap();
+    let first = bench.step(Command::default()).unwrap();
+    bench.inject(Injection::new(Kind::EncoderStuck, 0.0)).unwrap();
+    let mut traveller = Traveller::new(first.angle, 500.0, 1e-3);
+    let move_on = |_| {
+        let setpoint = traveller.toward(20.0);
+        bench.hand_over(Command { setpoint, control: true, ..Command::default() }).err()
+    };
+    let said = (0..3000).find_map(move_on).expect("it is stopped").to_string();
+    assert!(said.contains("encoder"), "{said}");
+    bench.change(Change::Request(Request::Acknowledge)).unwrap();
+    assert_eq!(bench.safety(), SafetyState::Off);
+    bench.stop();
+    record.take(&mut stream);
+    let replayed = replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine, "{replayed:?}");
 }
 
 #[path = "../examples/no_false_alarm/scenarios.rs"]
