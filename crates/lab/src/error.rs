@@ -478,6 +478,14 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// A fault on purpose that there is not.
+    #[error("no fault \"{fault}\". {remedy}")]
+    Injection {
+        /// What was asked for.
+        fault: String,
+        /// What can be injected, and where.
+        remedy: String,
+    },
 }
 
 impl Error {

@@ -35,10 +35,10 @@ enum Order {
     /// Be ready again without homing, where the zero is still known.
     #[command(after_help = "Example: stickslip bench arm")]
     Arm,
-    /// No more torque, at once.
+    /// To rest by the brake of supervision, then no more torque.
     #[command(after_help = "Example: stickslip bench stop")]
     Stop,
-    /// Switch off.
+    /// Switch off: no torque at once.
     #[command(after_help = "Example: stickslip bench off")]
     Off,
     /// The fault is seen.

@@ -5,7 +5,8 @@
 //! bits there. No signal path of its own: plain `f64`.
 //!
 //! Where no command comes, the set-point is brought to rest and held; whatever was added to the torques ends. So a
-//! bench whose experiment has ended, hangs or was cancelled stands still under control.
+//! bench whose experiment has ended, hangs or was cancelled stands still under control. A stop takes the motors from
+//! commands, controller and law in its own tick: the brake of supervision writes the voltages until the screw stands.
 
 #[cfg(test)]
 mod tests;
@@ -14,7 +15,7 @@ use crate::Fields;
 use crate::block::Block as _;
 use crate::control::ControllerInput;
 use crate::control::reference::Setpoint;
-use crate::supervise::{HomingFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
+use crate::supervise::{Brake, Braking, HomingFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
 use crate::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
 /// What the software writes in a tick.
@@ -83,6 +84,8 @@ pub struct Parameters<T> {
     pub tick: Tick<T>,
     /// What stops the bench.
     pub safety: SafetyLimits<T>,
+    /// What brings it to rest.
+    pub brake: Brake<T>,
     /// Torque constant of the drive motor; 0 where its current is not known.
     #[field(symbol = "K_t", unit = "N m/A", range = 0.0..=100.0)]
     pub drive_torque_constant: T,
@@ -98,6 +101,10 @@ pub struct Software {
     cycle: u64,
     /// Ticks that were missed since the last one.
     missed: u64,
+    /// Ticks without a command since the last one.
+    silent: u64,
+    /// Whether the position controller is to compute no number.
+    spoilt: bool,
     /// Computed in the last tick.
     voltages: Voltages<f64>,
     /// The command that was carried out last.
@@ -112,10 +119,12 @@ impl Software {
         Software {
             parameters,
             state: TickState::default(),
-            safety: Safety::new(parameters.safety),
+            safety: Safety::new(parameters.safety, parameters.brake),
             tick_time,
             cycle: 0,
             missed: 0,
+            silent: 0,
+            spoilt: false,
             voltages: Voltages::default(),
             command: Command::default(),
             last: ControllerInput::default(),
@@ -154,11 +163,14 @@ impl Software {
 
     /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
+        self.listen(command.is_some());
         let command = command.unwrap_or_else(|| self.resting());
         let order = self.order(&command);
         let input = TickInput { measurement: readings, order };
-        let signals = self.parameters.tick.step(&mut self.state, input, self.tick_time);
-        self.voltages = Voltages { servo_voltage: signals.servo_voltage, amplifier_voltage: signals.amplifier_voltage };
+        let mut signals = self.parameters.tick.step(&mut self.state, input, self.tick_time);
+        if core::mem::take(&mut self.spoilt) {
+            self.state.computed_torque = f64::NAN;
+        }
         self.last = ControllerInput {
             reference_position: order.reference.position,
             reference_velocity: order.reference.velocity,
@@ -166,13 +178,15 @@ impl Software {
             measured_angle: signals.measured_angle,
             measured_velocity: signals.measured_motor_velocity,
         };
+        let safety = self.supervise(&order, &readings, &mut signals);
+        self.voltages = Voltages { servo_voltage: signals.servo_voltage, amplifier_voltage: signals.amplifier_voltage };
         let frame = Frame {
             cycle: self.cycle,
             angle: signals.measured_angle - self.safety.zero().unwrap_or(0.0),
             command,
             measurement: readings,
             signals,
-            safety: self.supervise(&order, &signals),
+            safety,
         };
         // Who gets torque again begins anew: the load may have been moved meanwhile.
         self.command = if frame.safety.allows_torque() { command } else { Command::default() };
@@ -186,6 +200,11 @@ impl Software {
         self.missed += 1;
     }
 
+    /// Fault injection: as if the position controller had computed no number.
+    pub fn spoil_controller(&mut self) {
+        self.spoilt = true;
+    }
+
     /// Changes what runs, between two ticks.
     ///
     /// # Errors
@@ -195,6 +214,9 @@ impl Software {
         match *change {
             Change::Request(request) => {
                 self.safety.request(request)?;
+                if request == Request::Acknowledge {
+                    self.begin_anew();
+                }
             }
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
@@ -203,6 +225,12 @@ impl Software {
         // What is held counts from the screw's zero, which may have been found or forgotten.
         self.command.setpoint.position -= self.safety.zero().unwrap_or(0.0) - before;
         Ok(())
+    }
+
+    /// Behind a fault nothing is kept that it may have spoilt; of the encoder, only what the screw's zero counts from.
+    fn begin_anew(&mut self) {
+        let decoder = self.safety.zero().map(|_| self.state.decoder).unwrap_or_default();
+        self.state = TickState { decoder, ..TickState::default() };
     }
 
     /// The parameters from now on. Whatever is another takes over without a bump: a controller begins with the torque of
@@ -218,7 +246,7 @@ impl Software {
             self.state.current.integral += (before.current.resistance - now.current.resistance) * drop;
             self.state.law.swapped = 1.0;
         }
-        self.safety.set_limits(parameters.safety);
+        self.safety.set_limits(parameters.safety, parameters.brake);
         self.parameters = parameters;
     }
 
@@ -266,25 +294,75 @@ impl Software {
         Command { setpoint, added_torque: 0.0, added_load_torque: 0.0, mark: 0, ..self.command }
     }
 
-    /// Judges a tick; a fault takes the torque away at once.
-    fn supervise(&mut self, order: &Order<f64>, signals: &TickOutput<f64>) -> SafetyState {
+    /// Whether somebody commands; without that for too long the bench stops.
+    fn listen(&mut self, commanded: bool) {
+        self.silent = if commanded { 0 } else { self.silent + 1 };
+        let limit = self.parameters.safety.command_time;
+        if limit > 0.0 && self.silent as f64 * self.tick_time > limit {
+            self.safety.abandoned();
+        }
+    }
+
+    /// Judges a tick. Where it stops the bench, the brake writes the voltages instead, or nobody.
+    fn supervise(
+        &mut self,
+        order: &Order<f64>,
+        readings: &Measurement<f64>,
+        signals: &mut TickOutput<f64>,
+    ) -> SafetyState {
+        let tick = &self.parameters.tick;
         let current = |torque: f64, constant: f64| if constant > 0.0 { torque / constant } else { 0.0 };
-        let (drive, load) = (self.parameters.drive_torque_constant, self.parameters.tick.current.torque_constant);
+        let (drive, load) = (self.parameters.drive_torque_constant, tick.current.torque_constant);
+        let most = tick.current.current_limit;
+        let missed = core::mem::take(&mut self.missed);
+        let acceleration = readings.accelerometer_voltage / tick.scaling.accelerometer;
         let input = SafetyInput {
             measured_angle: signals.measured_angle,
+            index: (signals.index > 0.5).then_some(signals.index_angle),
             measured_velocity: signals.measured_motor_velocity,
+            acceleration: acceleration * tick.observer.screw_ratio,
             drive_current: current(signals.commanded_torque, drive),
             load_current: current(signals.measured_load_torque, load),
+            asked_load_current: current(signals.difference_torque, load).clamp(-most, most),
             // Without control there is nothing to follow.
             reference_position: if order.control > 0.5 { order.reference.position } else { signals.measured_angle },
+            broken: self.broken(signals),
+            missed,
         };
-        let passed = (1 + core::mem::take(&mut self.missed)) as f64;
-        let state = self.safety.step(input, passed * self.tick_time);
-        if let SafetyState::Fault(_) = state {
-            self.voltages = Voltages::default();
-            self.state.commanded_torque = 0.0;
-            self.state.computed_torque = 0.0;
+        let state = self.safety.step(input, (1 + missed) as f64 * self.tick_time);
+        if let SafetyState::Stopping(_) | SafetyState::Fault(_) = state {
+            self.hold_back(signals, self.safety.braking());
         }
         state
+    }
+
+    /// Takes the motors from commands, controller and law.
+    fn hold_back(&mut self, signals: &mut TickOutput<f64>, braking: Option<Braking>) {
+        let Tick { scaling, current, .. } = &self.parameters.tick;
+        let Braking { torque, shorted } = braking.unwrap_or(Braking { torque: 0.0, shorted: true });
+        signals.servo_voltage = (torque / scaling.torque_per_volt).clamp(-scaling.servo_limit, scaling.servo_limit);
+        signals.commanded_torque = signals.servo_voltage * scaling.torque_per_volt;
+        // From the next tick on the order asks for no current; before, what the law asked for ends with its tick.
+        if shorted || !signals.amplifier_voltage.is_finite() {
+            signals.amplifier_voltage = 0.0;
+            self.state.law.torque = 0.0;
+        }
+        self.state.law.voltage = signals.amplifier_voltage * current.amplifier_gain;
+        self.state.law.motor_torque = signals.commanded_torque;
+        self.state.commanded_torque = 0.0;
+        self.state.computed_torque = 0.0;
+    }
+
+    /// Which block computed no number: the tick keeps it from the drive, and supervision stops.
+    fn broken(&self, signals: &TickOutput<f64>) -> Option<&'static str> {
+        let torque = self.state.computed_torque + self.state.commanded_torque;
+        [
+            (signals.estimated_velocity, "velocity observer"),
+            (torque, "position controller"),
+            (signals.difference_torque, "rendering law"),
+            (signals.amplifier_voltage, "current control"),
+        ]
+        .into_iter()
+        .find_map(|(value, block)| (!value.is_finite()).then_some(block))
     }
 }

@@ -6,7 +6,7 @@ const DT: f64 = 1e-3;
 
 fn limits() -> SafetyLimits<f64> {
     // The encoder of these tests stands, whatever the drive does.
-    SafetyLimits { following_error: 1e3, moving_current: 1e9, ..SafetyLimits::default() }
+    SafetyLimits { following_error: 1e3, moving_current: 1e9, missed_ticks: 100.0, ..SafetyLimits::default() }
 }
 
 fn software() -> Software {
@@ -69,20 +69,100 @@ fn a_bench_that_had_no_torque_waits_for_a_command() {
 }
 
 #[test]
-fn a_fault_takes_the_voltages_away_in_its_own_tick_until_it_is_acknowledged() {
+fn a_fault_takes_the_motors_from_the_command_in_its_own_tick_until_it_is_acknowledged() {
     let mut software = running(0.0);
-    let pushes = Command { added_torque: 0.5, ..Command::default() };
+    let pushes = Command { added_torque: 0.5, added_load_torque: 0.1, ..Command::default() };
     software.step(Measurement::default(), Some(pushes));
-    assert!(software.voltages().servo_voltage > 0.0);
+    assert!(software.voltages().servo_voltage > 0.0 && software.voltages().amplifier_voltage != 0.0);
     let frame = software.step(Measurement { tacho_voltage: f64::NAN, ..Measurement::default() }, Some(pushes));
-    assert!(matches!(frame.safety, SafetyState::Fault(Fault::NotANumber { measurement: "tacho velocity" })));
+    assert_eq!(frame.safety, SafetyState::Stopping(Some(Fault::NotANumber { measurement: "tacho velocity" })));
+    assert_eq!(software.voltages(), Voltages::default(), "by the encoder it stands");
+    let refused = |software: &mut Software, request| software.change(&Change::Request(request)).unwrap_err().remedy;
+    assert_eq!(refused(&mut software, Request::Acknowledge), "Wait until it has come to rest.");
+    let states: std::vec::Vec<_> =
+        (0..25).map(|_| software.step(Measurement::default(), Some(pushes)).safety).collect();
+    assert!(matches!(states[17], SafetyState::Stopping(_)) && matches!(states[19], SafetyState::Fault(_)));
     assert_eq!(software.voltages(), Voltages::default());
-    let refused = software.change(&Change::Request(Request::Start)).unwrap_err();
-    assert_eq!(refused.remedy, "Acknowledge the fault first.");
-    software.step(Measurement::default(), Some(pushes));
-    assert_eq!(software.voltages(), Voltages::default());
+    assert_eq!(refused(&mut software, Request::Start), "Acknowledge the fault first.");
     software.change(&Change::Request(Request::Acknowledge)).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Off);
+    assert_eq!(software.step(Measurement::default(), Some(pushes)).signals.commanded_torque, 0.0);
+}
+
+/// Readings of a screw that turns at this velocity [rad/s], at tick k.
+fn turning(velocity: f64, k: u32) -> Measurement<f64> {
+    let counts = (velocity * f64::from(k) * DT / core::f64::consts::TAU * 1e4).floor();
+    Measurement { count: counts.rem_euclid(65_536.0), tacho_voltage: 0.0287 * velocity, ..Measurement::default() }
+}
+
+#[test]
+fn the_operators_stop_brakes_against_the_motion_and_leaves_the_bench_ready() {
+    for velocity in [40.0, -40.0] {
+        let mut software = running(0.0);
+        for k in 0..50 {
+            software.step(turning(velocity, k), None);
+        }
+        software.change(&Change::Request(Request::Stop)).unwrap();
+        let pushes = Command { added_torque: velocity, added_load_torque: 0.3, render: true, ..Command::default() };
+        let frame = software.step(turning(velocity, 50), Some(pushes));
+        assert_eq!(frame.safety, SafetyState::Stopping(None));
+        // 1.25 · 1.01e-3 kg m² · 600 rad/s², less what a tick's ramp adds.
+        let torque = frame.signals.commanded_torque;
+        assert!(torque * velocity < 0.0 && (0.75..0.9).contains(&torque.abs()), "{torque}");
+        assert!((software.voltages().servo_voltage * 0.14 - torque).abs() < 1e-12);
+        assert_eq!(frame.signals.difference_torque, 0.0, "no law, no added torque");
+        // It stands.
+        let states: std::vec::Vec<_> = {
+            let stands = Measurement { tacho_voltage: 0.0, ..turning(velocity, 50) };
+            (0..30).map(|_| software.step(stands, Some(pushes)).safety).collect()
+        };
+        assert_eq!(states[29], SafetyState::Ready);
+        assert_eq!(software.voltages().servo_voltage, 0.0);
+    }
+}
+
+#[test]
+fn a_controller_that_gives_no_number_is_a_fault_and_it_begins_anew_once_that_is_acknowledged() {
+    let mut software = running(0.0);
+    software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    software.spoil_controller();
+    let frame = software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    assert_eq!(frame.safety.fault(), Some(Fault::Computed { block: "position controller" }));
+    assert_eq!(frame.signals.servo_voltage, 0.0);
+    for _ in 0..30 {
+        software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    }
+    for request in [Request::Acknowledge, Request::Arm, Request::Start] {
+        software.change(&Change::Request(request)).unwrap();
+    }
+    let frame = software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    assert_eq!(frame.safety, SafetyState::Running);
+}
+
+#[test]
+fn a_bench_that_nobody_commands_holds_its_position_or_stops_after_a_set_time() {
+    let mut software = running(0.0);
+    let mut parameters = *software.parameters();
+    parameters.safety.command_time = 0.1;
+    for _ in 0..500 {
+        software.step(Measurement::default(), None);
+    }
+    assert_eq!(software.safety().state(), SafetyState::Running);
+    software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    software.change(&Change::Parameters(parameters)).unwrap();
+    let ticks = (1..1000).find(|_| software.step(Measurement::default(), None).safety != SafetyState::Running);
+    assert_eq!((ticks, software.safety().state()), (Some(101), SafetyState::Ready));
+}
+
+#[test]
+fn ticks_that_were_missed_in_a_row_are_a_fault_once_they_are_too_many() {
+    for (missed, trips) in [(100, false), (101, true)] {
+        let mut software = running(0.0);
+        software.step(Measurement::default(), None);
+        (0..missed).for_each(|_| software.miss());
+        let fault = software.step(Measurement::default(), None).safety.fault();
+        assert_eq!(fault, trips.then_some(Fault::TicksMissed { missed }));
+    }
 }
 
 #[test]
@@ -113,6 +193,6 @@ fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
         (0..missed).for_each(|_| software.miss());
         let frame = software.step(far, None);
         assert_eq!(frame.cycle, 1 + missed);
-        assert_eq!(matches!(frame.safety, SafetyState::Fault(Fault::Overspeed { .. })), trips, "{missed}");
+        assert_eq!(matches!(frame.safety.fault(), Some(Fault::EncoderJumped { .. })), trips, "{missed}");
     }
 }

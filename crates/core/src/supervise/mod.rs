@@ -2,8 +2,15 @@
 //!
 //! No signal path: plain `f64`, real `if`s, and states that are enums. A recorded run replays it bit for bit.
 
+mod brake;
+mod fault;
 mod homing;
+mod limits;
+mod monitor;
 mod safety;
 
+pub use brake::Brake;
+pub use fault::Fault;
 pub use homing::{Homing, HomingFault, HomingInput, HomingPlan, HomingProgress};
-pub use safety::{Fault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
+pub use limits::SafetyLimits;
+pub use safety::{Braking, Refusal, Request, Safety, SafetyInput, SafetyState};

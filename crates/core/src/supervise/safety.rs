@@ -1,65 +1,48 @@
-//! What the bench may do now, and what takes that away.
+//! What the bench may do now, and what stops it.
+//!
+//!   off → homing → ready → running → stopping → ready
+//!                                  ↘ stopping → fault, kept until it is acknowledged → off
+//!
+//! A stop, the operator's or a fault's, brings the screw to rest with the [`Brake`] before the torque goes. Where no
+//! sensor is left to brake by, or the brake does not work, the torque goes at once: friction and the load motor, shorted
+//! by its amplifier, stop the screw.
 
 #[cfg(test)]
 mod tests;
 
 use core::fmt;
 
-use super::HomingFault;
-use crate::Fields;
-use crate::fields::{Relation, at_least};
-use crate::scalar::Scalar;
+use super::monitor::Monitor;
+use super::{Brake, Fault, HomingFault, SafetyLimits};
 
-/// What is too much. The stroke counts from the screw's zero.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(law = SafetyLimits::law)]
-pub struct SafetyLimits<T> {
-    /// Largest distance between set-point and screw.
-    #[field(symbol = "e_max", unit = "rad", range = 1e-6..=1e4, default = 1.0)]
-    pub following_error: T,
-    /// Highest speed of the screw.
-    #[field(symbol = "Ω_max", unit = "rad/s", range = 1e-2..=1e4, default = 350.0)]
-    pub speed: T,
-    /// Lower end of the stroke.
-    #[field(symbol = "φ_min", unit = "rad", range = -1e6..=1e6, default = -157.0)]
-    pub lower_end: T,
-    /// Upper end of the stroke.
-    #[field(symbol = "φ_max", unit = "rad", range = -1e6..=1e6, default = 157.0)]
-    pub upper_end: T,
-    /// Current of the drive that must move the screw: well above what breakaway takes.
-    #[field(symbol = "i_f", unit = "A", range = 1e-3..=1e3, default = 8.0)]
-    pub moving_current: T,
-    /// Tacho velocity at which the encoder must count.
-    #[field(symbol = "Ω_f", unit = "rad/s", range = 1e-2..=1e3, default = 5.0)]
-    pub moving_velocity: T,
-    /// How long the encoder may stand nevertheless.
-    #[field(symbol = "T_f", unit = "s", range = 1e-3..=10.0, default = 0.05)]
-    pub frozen_time: T,
-    /// Deceleration with which a set-point that nobody leads any more comes to rest.
-    #[field(symbol = "a_stop", unit = "rad/s^2", range = 1.0..=1e6, default = 600.0)]
-    pub stop_deceleration: T,
-}
-
-impl<T: Scalar> SafetyLimits<T> {
-    /// There is a stroke.
-    fn law(&self) -> [Relation<T>; 1] {
-        [at_least("upper_end", self.upper_end, self.lower_end, "The upper end of the stroke is above the lower one.")]
-    }
-}
+/// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
+const LATE: f64 = 1.5;
+/// [s]
+const PATIENCE: f64 = 0.25;
 
 /// What the safety functions read in a cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyInput {
     /// Unwrapped screw angle of the encoder [rad], never set back while the bench is on.
     pub measured_angle: f64,
+    /// The same as latched at an index pulse since the last cycle [rad].
+    pub index: Option<f64>,
     /// Velocity of the tacho [rad/s].
     pub measured_velocity: f64,
+    /// Acceleration of the screw by the accelerometer [rad/s²].
+    pub acceleration: f64,
     /// Current of the drive motor [A].
     pub drive_current: f64,
     /// Current of the load motor [A].
     pub load_current: f64,
+    /// What is asked of it [A].
+    pub asked_load_current: f64,
     /// Where the screw should be, counted as the measured angle [rad].
     pub reference_position: f64,
+    /// The block of the software that computed no number.
+    pub broken: Option<&'static str>,
+    /// Ticks that were missed before this one.
+    pub missed: u64,
 }
 
 /// What the bench may do.
@@ -73,86 +56,24 @@ pub enum SafetyState {
     Ready,
     /// Torque, under control.
     Running,
+    /// Braked to rest: by the operator, or by a fault, which then stays.
+    Stopping(Option<Fault>),
     /// No torque until the fault is acknowledged.
     Fault(Fault),
 }
 
 impl SafetyState {
-    /// Whether the motors may have torque.
+    /// Whether commands may move the motors.
     pub fn allows_torque(&self) -> bool {
         matches!(self, SafetyState::Homing | SafetyState::Running)
     }
-}
 
-/// What took the torque away, with what was measured and what was allowed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// The screw does not follow its set-point.
-    FollowingError {
-        /// Distance [rad].
-        error: f64,
-        /// Largest allowed [rad].
-        limit: f64,
-    },
-    /// The screw is too fast.
-    Overspeed {
-        /// Speed, the larger of tacho and encoder [rad/s].
-        speed: f64,
-        /// Highest allowed [rad/s].
-        limit: f64,
-    },
-    /// The carriage leaves its stroke.
-    EndOfStroke {
-        /// Angle from the screw's zero [rad].
-        angle: f64,
-        /// The end that was passed [rad].
-        limit: f64,
-    },
-    /// A sensor gives no number.
-    NotANumber {
-        /// Which measurement.
-        measurement: &'static str,
-    },
-    /// The encoder stands while current or tacho say that the screw moves.
-    EncoderFrozen {
-        /// Current of the drive [A].
-        current: f64,
-        /// Velocity of the tacho [rad/s].
-        velocity: f64,
-        /// How long it has stood [s].
-        time: f64,
-    },
-    /// The zero was not found.
-    Homing(HomingFault),
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Fault::FollowingError { error, limit } => write!(
-                f,
-                "the screw is {error:.3} rad from its set-point, allowed are {limit:.3} rad. Ask for less \
-                 acceleration, or tune the controller."
-            ),
-            Fault::Overspeed { speed, limit } => write!(
-                f,
-                "the screw turns at {speed:.1} rad/s, allowed are {limit:.1} rad/s. Check the sign of the \
-                 drive and the set-point."
-            ),
-            Fault::EndOfStroke { angle, limit } => write!(
-                f,
-                "the screw is at {angle:.2} rad, its stroke ends at {limit:.2} rad. Move the carriage back \
-                 by hand, shorten the manoeuvre."
-            ),
-            Fault::NotANumber { measurement } => {
-                write!(f, "the measured {measurement} is no number. Check the sensor and its scaling.")
-            }
-            Fault::EncoderFrozen { current, velocity, time } => write!(
-                f,
-                "the encoder has stood for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the \
-                 tacho. Check the encoder's cable, and whether the axis is blocked."
-            ),
-            Fault::Homing(fault) => fault.fmt(f),
+    /// What stopped the bench, or is stopping it.
+    pub fn fault(&self) -> Option<Fault> {
+        match *self {
+            SafetyState::Fault(fault) => Some(fault),
+            SafetyState::Stopping(fault) => fault,
+            _ => None,
         }
     }
 }
@@ -166,9 +87,9 @@ pub enum Request {
     Arm,
     /// Torque, under control.
     Start,
-    /// No more torque.
+    /// To rest, then no more torque.
     Stop,
-    /// Switch off.
+    /// Switch off: no torque at once.
     Off,
     /// The fault is seen.
     Acknowledge,
@@ -193,22 +114,55 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
+/// A stop under way.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Stop {
+    /// Speed at its begin, and what it should have come down to [rad/s].
+    begin: f64,
+    ramp: f64,
+    /// Since its begin [s].
+    time: f64,
+    /// Torque against a load that pushes [N m].
+    held: f64,
+}
+
+/// What a stop does to the motors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Braking {
+    /// Torque of the drive [N m].
+    pub torque: f64,
+    /// Whether the load motor's amplifier gets no voltage, so that its short circuit brakes; else no current is asked for.
+    pub shorted: bool,
+}
+
 /// The safety functions.
 #[derive(Clone, Copy, Debug)]
 pub struct Safety {
     limits: SafetyLimits<f64>,
+    brake: Brake<f64>,
     state: SafetyState,
     /// Encoder angle of the screw's zero [rad], where known.
     zero: Option<f64>,
-    /// Encoder angle of the cycle before [rad], and how long it has stood [s].
-    previous: Option<f64>,
-    standing: f64,
+    monitor: Monitor,
+    stop: Stop,
+    braking: Option<Braking>,
+    /// How long the screw has stood [s].
+    quiet: f64,
 }
 
 impl Safety {
-    /// Switched off, zero unknown.
-    pub fn new(limits: SafetyLimits<f64>) -> Self {
-        Safety { limits, state: SafetyState::Off, zero: None, previous: None, standing: 0.0 }
+    /// Switched off at rest, zero unknown.
+    pub fn new(limits: SafetyLimits<f64>, brake: Brake<f64>) -> Self {
+        Safety {
+            limits,
+            brake,
+            state: SafetyState::Off,
+            zero: None,
+            monitor: Monitor::default(),
+            stop: Stop::default(),
+            braking: None,
+            quiet: f64::INFINITY,
+        }
     }
 
     /// What is too much.
@@ -216,9 +170,9 @@ impl Safety {
         &self.limits
     }
 
-    /// What is too much from the next cycle on.
-    pub fn set_limits(&mut self, limits: SafetyLimits<f64>) {
-        self.limits = limits;
+    /// What is too much, and how it is braked, from the next cycle on.
+    pub fn set_limits(&mut self, limits: SafetyLimits<f64>, brake: Brake<f64>) {
+        (self.limits, self.brake) = (limits, brake);
     }
 
     /// What the bench may do.
@@ -231,21 +185,27 @@ impl Safety {
         self.zero
     }
 
+    /// What the last cycle does to the motors where it stops them with the brake.
+    pub fn braking(&self) -> Option<Braking> {
+        self.braking
+    }
+
     /// A request of the operator: the new state, or why not.
     pub fn request(&mut self, request: Request) -> Result<SafetyState, Refusal> {
-        use SafetyState::{Fault, Homing, Off, Ready, Running};
+        use SafetyState::{Fault, Homing, Off, Ready, Running, Stopping};
         let refused = |state, remedy| Err(Refusal { request, state, remedy });
         let next = match (request, self.state) {
             (Request::Acknowledge, Fault(_)) => Off,
             (_, Fault(_)) => return refused(self.state, "Acknowledge the fault first."),
+            (Request::Off, Stopping(Some(fault))) => Fault(fault),
             (Request::Off, _) => Off,
+            (_, Stopping(_)) => return refused(self.state, "Wait until it has come to rest."),
             (Request::Home, Off | Ready) => Homing,
             (Request::Arm, Off) if self.zero.is_some() => Ready,
             (Request::Arm, Off) => return refused(self.state, "Home first: the zero is not known."),
             (Request::Start, Ready) => Running,
             (Request::Start, _) => return refused(self.state, "Home or arm first, and start once."),
-            (Request::Stop, Running) => Ready,
-            (Request::Stop, Homing) => Off,
+            (Request::Stop, Running | Homing) => self.stopping(),
             (Request::Stop, _) => return refused(self.state, "Nothing runs."),
             (Request::Home, _) => return refused(self.state, "Stop first."),
             (Request::Arm, _) => return refused(self.state, "Stop or switch off first."),
@@ -254,8 +214,18 @@ impl Safety {
         if next == Homing {
             self.zero = None;
         }
-        (self.state, self.standing) = (next, 0.0);
+        if request == Request::Acknowledge && self.zero.is_none() {
+            self.monitor = Monitor::default();
+        }
+        (self.state, self.braking) = (next, None);
         Ok(next)
+    }
+
+    /// Nobody commands any more: to rest, then no more torque.
+    pub fn abandoned(&mut self) {
+        if self.state == SafetyState::Running {
+            self.state = self.stopping();
+        }
     }
 
     /// Homing found the index at this encoder angle [rad]: from now on the screw's zero.
@@ -273,60 +243,113 @@ impl Safety {
         }
     }
 
-    /// One cycle of `dt` [s]; the first fault stays until it is acknowledged.
+    /// One cycle of `dt` [s], missed ticks included; the first fault stays until it is acknowledged.
     pub fn step(&mut self, input: SafetyInput, dt: f64) -> SafetyState {
-        if !matches!(self.state, SafetyState::Off | SafetyState::Fault(_))
-            && let Err(fault) = self.check(&input, dt)
-        {
+        // Without torque the amplifier may be shorted: no current is asked for, and what flows is the back-EMF's.
+        if !self.state.allows_torque() {
+            self.monitor.forget_current();
+        }
+        self.monitor.see(&input, &self.limits, dt);
+        let trusted = self.monitor.trusted(&input, &self.limits);
+        let stands = trusted.is_some_and(|(velocity, _)| velocity.abs() < self.limits.standstill_velocity);
+        self.quiet = if stands { self.quiet + dt } else { 0.0 };
+        let watched = self.state.allows_torque() || self.state == SafetyState::Ready;
+        if watched && let Err(fault) = self.check(&input, trusted.map_or(0.0, |(velocity, _)| velocity)) {
             self.fault(fault);
         }
-        self.standing = if self.previous == Some(input.measured_angle) { self.standing + dt } else { 0.0 };
-        self.previous = input.measured_angle.is_finite().then_some(input.measured_angle);
+        self.braking = None;
+        if let SafetyState::Stopping(fault) = self.state {
+            self.brake(fault, trusted, dt);
+        }
         self.state
     }
 
-    fn fault(&mut self, fault: Fault) {
-        // What puts the encoder in doubt puts the zero in doubt.
-        if matches!(fault, Fault::NotANumber { .. } | Fault::EncoderFrozen { .. } | Fault::Homing(_)) {
-            self.zero = None;
-        }
-        self.state = SafetyState::Fault(fault);
+    /// At once where the screw stands.
+    fn stopping(&mut self) -> SafetyState {
+        self.stop = Stop::default();
+        if self.quiet >= self.limits.standstill_time { self.rest() } else { SafetyState::Stopping(None) }
     }
 
-    fn check(&self, input: &SafetyInput, dt: f64) -> Result<(), Fault> {
-        let limits = &self.limits;
-        for (value, measurement) in [
-            (input.measured_angle, "screw angle"),
-            (input.measured_velocity, "tacho velocity"),
-            (input.drive_current, "drive current"),
-            (input.load_current, "load current"),
-        ] {
-            if !value.is_finite() {
-                return Err(Fault::NotANumber { measurement });
-            }
+    /// Behind the operator's stop.
+    fn rest(&self) -> SafetyState {
+        if self.zero.is_some() { SafetyState::Ready } else { SafetyState::Off }
+    }
+
+    fn fault(&mut self, fault: Fault) {
+        if fault.doubts_zero() {
+            self.zero = None;
         }
-        let counted = (input.measured_angle - self.previous.unwrap_or(input.measured_angle)) / dt;
-        let speed = input.measured_velocity.abs().max(counted.abs());
+        // Where there was no torque, none comes.
+        let brakes = self.state.allows_torque();
+        self.stop = Stop::default();
+        self.state = if brakes { SafetyState::Stopping(Some(fault)) } else { SafetyState::Fault(fault) };
+    }
+
+    /// A cycle of a stop, by a velocity [rad/s] that is trusted, the tacho's or not.
+    fn brake(&mut self, fault: Option<Fault>, trusted: Option<(f64, bool)>, dt: f64) {
+        let deceleration = self.brake.deceleration(self.limits.stop_deceleration);
+        let velocity = trusted.map_or(0.0, |(velocity, _)| velocity);
+        if self.stop.time == 0.0 {
+            (self.stop.begin, self.stop.ramp) = (velocity.abs(), velocity.abs());
+        }
+        self.stop.time += dt;
+        self.stop.ramp = (self.stop.ramp - deceleration * dt).max(0.0);
+        let slow = velocity.abs() >= self.limits.standstill_velocity;
+        let failed = trusted.is_none()
+            || self.monitor.is_hot(&self.limits)
+            || slow && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
+            // It drives instead.
+            || velocity.abs() > self.stop.begin + self.limits.moving_velocity.max(0.1 * self.stop.begin);
+        // What pushes is held, until somebody switches off.
+        let pushed = !slow && self.brake.release(&mut self.stop.held, dt);
+        let stands = self.quiet.min(self.stop.time) >= self.limits.standstill_time && !pushed;
+        self.state = match fault {
+            Some(fault) if failed || stands => SafetyState::Fault(fault),
+            None if failed => SafetyState::Fault(Fault::NotStopped { velocity }),
+            None if stands => self.rest(),
+            _ => self.state,
+        };
+        if let (SafetyState::Stopping(_), Some((velocity, tacho))) = (self.state, trusted) {
+            let gain = if tacho { self.brake.tacho_gain } else { self.brake.encoder_gain };
+            let torque = self.brake.torque(&mut self.stop.held, (velocity, gain), (self.stop.ramp, deceleration), dt);
+            let slow = velocity.abs() > self.stop.ramp + self.limits.moving_velocity;
+            let shorted = slow || fault.is_some_and(|fault| fault.doubts_load());
+            self.braking = Some(Braking { torque, shorted });
+        }
+    }
+
+    fn check(&mut self, input: &SafetyInput, velocity: f64) -> Result<(), Fault> {
+        let limits = &self.limits;
+        self.monitor.always(input, limits)?;
+        let speed = self.monitor.speed(input);
         if speed > limits.speed {
             return Err(Fault::Overspeed { speed, limit: limits.speed });
         }
         if !self.state.allows_torque() {
             return Ok(());
         }
+        if input.missed as f64 > limits.missed_ticks {
+            return Err(Fault::TicksMissed { missed: input.missed });
+        }
+        self.monitor.with_torque(input, limits)?;
+        if self.zero.is_some() {
+            self.monitor.index(input, limits)?;
+        }
         let error = (input.reference_position - input.measured_angle).abs();
         // Not `error > limit`: a set-point that is no number is a fault as well.
         if error.is_nan() || error > limits.following_error {
             return Err(Fault::FollowingError { error, limit: limits.following_error });
         }
-        let stands = self.previous == Some(input.measured_angle) && self.standing + dt >= limits.frozen_time;
-        let (current, velocity) = (input.drive_current, input.measured_velocity);
-        if stands && (current.abs() > limits.moving_current || velocity.abs() > limits.moving_velocity) {
-            return Err(Fault::EncoderFrozen { current, velocity, time: self.standing + dt });
+        // ½·J·Ω² against the work of the brake on the way that is left.
+        let way = 0.5 * velocity * velocity.abs() / self.brake.deceleration(limits.stop_deceleration);
+        let Some(angle) = self.zero.map(|zero| input.measured_angle - zero) else { return Ok(()) };
+        for (limit, outwards) in [(limits.upper_end, 1.0), (limits.lower_end, -1.0)] {
+            let beyond = |angle: f64| (angle - limit) * outwards > 0.0;
+            if beyond(angle) || beyond(angle + way) {
+                let angle = if beyond(angle + way) { angle + way } else { angle };
+                return Err(Fault::EndOfStroke { angle, limit });
+            }
         }
-        match self.zero.map(|zero| input.measured_angle - zero) {
-            Some(angle) if angle > limits.upper_end => Err(Fault::EndOfStroke { angle, limit: limits.upper_end }),
-            Some(angle) if angle < limits.lower_end => Err(Fault::EndOfStroke { angle, limit: limits.lower_end }),
-            _ => Ok(()),
-        }
+        Ok(())
     }
 }

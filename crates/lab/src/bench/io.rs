@@ -1,8 +1,9 @@
 //! What lies between the software of the bench and its machine: voltages out, readings in.
 
-use stickslip_core::cycle::Voltages;
+use stickslip_core::cycle::{Software, Voltages};
 use stickslip_core::tick::Measurement;
 
+use super::Injection;
 use super::remote::LinkFault;
 use crate::Error;
 
@@ -27,6 +28,18 @@ pub trait Io {
 
     /// How far they are pressed on.
     fn preload(&self) -> f64;
+
+    /// Injects a fault, where [`Faulty`](super::Faulty) is between.
+    ///
+    /// # Errors
+    /// [`Error::Injection`] where it is not, or has no room.
+    fn inject(&mut self, injection: Injection) -> Result<(), Error> {
+        let remedy = "This bench has no faults on purpose: its machine is not wrapped for them.".into();
+        Err(Error::Injection { fault: injection.to_string(), remedy })
+    }
+
+    /// What befalls the software besides, behind an exchange: faults on purpose alone do it.
+    fn disturb(&mut self, _: &mut Software) {}
 }
 
 /// Whether linings can be pressed on so far.

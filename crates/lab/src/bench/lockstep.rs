@@ -5,9 +5,9 @@ use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 
-use super::Bench;
 use super::io::Io;
 use super::tap::{Changed, Tap, What};
+use super::{Bench, Injection};
 use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
@@ -45,6 +45,16 @@ impl<M: Io> LockstepBench<M> {
         self.tap = Some(tap);
     }
 
+    /// Injects a fault.
+    ///
+    /// # Errors
+    /// [`Error::Injection`] where the machine is not wrapped for it.
+    pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
+        self.machine.inject(injection)?;
+        self.tell(What::Fault(injection));
+        Ok(())
+    }
+
     fn tell(&self, what: What) {
         if let Some(tap) = &self.tap {
             // Who does not listen any more misses nothing.
@@ -67,6 +77,7 @@ impl<M: Io> LockstepBench<M> {
         }
         let fault = |reason: String| Error::BenchFault { cycle: frame.cycle, reason };
         self.readings = self.machine.exchange(acting).map_err(|link| fault(link.to_string()))?;
+        self.machine.disturb(&mut self.software);
         match frame.safety {
             SafetyState::Fault(reason) => Err(fault(reason.to_string())),
             _ => Ok(frame),

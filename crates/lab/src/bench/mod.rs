@@ -4,6 +4,7 @@
 //! on hardware. What they know of the machine is [`Bench::model`]. [`LockstepBench`] is the software over any [`Io`].
 
 mod clocked;
+pub mod faults;
 pub(crate) mod io;
 mod lockstep;
 pub mod remote;
@@ -12,6 +13,7 @@ mod traveller;
 mod virtual_bench;
 
 pub use clocked::{Clocked, ClockedBench, Urgent, refusals};
+pub use faults::{Faulty, FaultyBench, Injection};
 pub use io::Io;
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;

@@ -11,6 +11,8 @@ use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Frame};
 use stickslip_core::supervise::Refusal;
 
+use super::Injection;
+
 /// Until the next look at a ring that is full.
 const LOOK: Duration = Duration::from_micros(200);
 
@@ -43,6 +45,8 @@ pub enum What {
     Software(Change, Option<Refusal>),
     /// How far the linings of the friction wheel are pressed on, 0 … 1.
     Preload(f64),
+    /// A fault was injected.
+    Fault(Injection),
 }
 
 /// Both ends, with room for so many cycles.

@@ -23,7 +23,7 @@ pub use margin::{CHATTER_LIMIT, LARGEST_DELAY, LARGEST_GAIN, Margin, STIFFNESSES
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use riccati::{KalmanFilter, kalman_filter};
-pub use software::{difference_torque, load_current_control, parameters, software};
+pub use software::{brake, difference_torque, load_current_control, parameters, software};
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]

@@ -1,12 +1,13 @@
 //! The software side of the bench from what is believed of the machine.
 
-use stickslip_core::control::CurrentControl;
+use stickslip_core::control::{Cascade, CurrentControl};
 use stickslip_core::cycle::Parameters;
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, DifferenceTorque, Law};
+use stickslip_core::supervise::Brake;
 use stickslip_core::tick::Tick;
 
-use super::{current_control, predictive_current_control, velocity_observer};
+use super::{current_control, predictive_current_control, speed_holder, velocity_observer};
 use crate::Error;
 use crate::preset::{Model, Settings};
 
@@ -35,12 +36,30 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
 /// is off.
 ///
 /// # Errors
-/// As [`software`].
+/// As [`software`] and [`brake`].
 pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
     Ok(Parameters {
         tick: software(model, settings)?,
         safety: settings.safety,
+        brake: brake(model, settings)?,
         drive_torque_constant: model.motor.torque_constant,
+    })
+}
+
+/// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder sits behind the coupling: there the
+/// loop crosses at a tenth of the coupling's resonance, whose peak then stays below 1 down to a damping of 5 %.
+///
+/// # Errors
+/// As [`speed_holder`].
+pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
+    let Model { drive, scaling, .. } = model;
+    let tacho_gain = speed_holder(Cascade::default(), drive, model.drive_lag, settings.tick_time())?.velocity_gain;
+    let resonance = (drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia)).sqrt();
+    Ok(Brake {
+        inertia: drive.inertia(),
+        tacho_gain,
+        encoder_gain: tacho_gain.min(0.1 * drive.inertia() * resonance),
+        torque_limit: scaling.servo_limit * scaling.torque_per_volt,
     })
 }
 

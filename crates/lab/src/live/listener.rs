@@ -51,10 +51,7 @@ pub(super) fn run(mut stream: Stream, mut writer: Option<RunWriter>, shared: &Ar
         }
         record(&mut writer, &mut failed, RunWriter::look);
         if let Some((frame, signals)) = newest {
-            let fault = match frame.safety {
-                SafetyState::Fault(fault) => Some(fault.to_string()),
-                _ => None,
-            };
+            let fault = frame.safety.fault().map(|fault| fault.to_string());
             let mut known = lock(&shared.newest);
             *known = Newest {
                 cycle: frame.cycle,
@@ -96,6 +93,7 @@ fn name(state: &SafetyState) -> &'static str {
         SafetyState::Homing => "homing",
         SafetyState::Ready => "ready",
         SafetyState::Running => "running",
+        SafetyState::Stopping(_) => "stopping",
         SafetyState::Fault(_) => "fault",
     }
 }

@@ -20,9 +20,9 @@ pub enum Call {
     Start {},
     /// Be ready again without homing, where the zero is still known.
     Arm {},
-    /// No more torque, at once: what moves comes to rest by its friction.
+    /// To rest by the brake, then no more torque.
     Stop {},
-    /// Switch off.
+    /// Switch off: no torque at once, what moves comes to rest by its friction.
     Off {},
     /// The fault is seen.
     Acknowledge {},
@@ -218,7 +218,7 @@ pub enum Answer {
 pub struct Status {
     /// The preset it runs with.
     pub preset: String,
-    /// `off`, `homing`, `ready`, `running`, `fault`, or `ended` once the loop does not run any more.
+    /// `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` once the loop does not run any more.
     pub state: String,
     /// Why, where it is a fault or has ended.
     pub reason: Option<String>,

@@ -21,6 +21,7 @@ const REQUESTS: [(&str, Request); 6] = [
 pub(super) fn line(what: &What) -> String {
     match what {
         What::Preload(preload) => format!("preload {preload}"),
+        What::Fault(injection) => format!("fault {injection}"),
         What::Software(Change::Request(request), _) => {
             let name = REQUESTS.iter().find(|(_, known)| known == request).map_or("", |(name, _)| name);
             format!("request {name}")
@@ -51,6 +52,10 @@ pub(super) fn parse(line: &str) -> Option<What> {
         let name = words.next()?;
         let (_, request) = REQUESTS.iter().find(|(known, _)| *known == name)?;
         return words.next().is_none().then_some(What::Software(Change::Request(*request), None));
+    }
+    if kind == "fault" {
+        let injection = words.next()?.parse().ok()?;
+        return words.next().is_none().then_some(What::Fault(injection));
     }
     let numbers = words.map(|word| word.parse().ok()).collect::<Option<Vec<f64>>>()?;
     let change = match (kind, &numbers[..]) {
@@ -89,16 +94,26 @@ mod tests {
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));
-        for what in software.chain([What::Preload(0.28)]) {
+        let fault = What::Fault("counts-lost=0.03@1.25s".parse().unwrap());
+        for what in software.chain([What::Preload(0.28), fault]) {
             assert_eq!(parse(&line(&what)), Some(what), "{}", line(&what));
         }
     }
 
     #[test]
     fn what_is_no_such_line_is_nothing() {
-        for line in
-            ["", "homed", "homed one", "homed 1 2", "request", "request fly", "request home 1", "parameters 1", "no"]
-        {
+        for line in [
+            "",
+            "homed",
+            "homed one",
+            "homed 1 2",
+            "request",
+            "request fly",
+            "request home 1",
+            "fault dragon@1s",
+            "parameters 1",
+            "no",
+        ] {
             assert_eq!(parse(line), None, "{line}");
         }
     }

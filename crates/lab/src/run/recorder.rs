@@ -5,7 +5,6 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
 use stickslip_core::cycle::{Change, Parameters};
-use stickslip_core::supervise::SafetyState;
 
 use super::change::line;
 use super::signals::{Signals, channels};
@@ -105,10 +104,7 @@ impl RunWriter {
             let comment = sample.lost.to_string();
             self.writer.event(&Event { cycle, name: LOST.into(), comment, cause: Cause::Error })?;
         }
-        let fault = match sample.frame.safety {
-            SafetyState::Fault(fault) => Some(fault),
-            _ => None,
-        };
+        let fault = sample.frame.safety.fault();
         if let Some(fault) = fault.filter(|_| !self.faulty) {
             let comment = fault.to_string();
             self.writer.event(&Event { cycle, name: "fault".into(), comment, cause: Cause::Error })?;

@@ -11,10 +11,11 @@ use stickslip_core::tick::Measurement;
 
 use super::Record;
 use super::signals::{Signals, channels};
-use crate::bench::InProcess;
+use crate::bench::faults::Faults;
 use crate::bench::io::Io as _;
 use crate::bench::tap::{Changed, What};
-use crate::{Error, Watch};
+use crate::bench::{Faulty, InProcess};
+use crate::{Error, Preset, Watch};
 
 /// What a replay found.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,9 +82,11 @@ const BLOCKS: [(&str, &str); 17] = [
 pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
     let mut software = Software::new(record.initial, record.tick_time());
     let mut machine = match record.seed {
-        Some(seed) => Some(InProcess::new(&record.preset, seed)?),
+        Some(seed) => Some(faulty(&record.preset, seed)?),
         None => None,
     };
+    // Of a machine elsewhere: what its faults did to the software.
+    let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
     let of = record.cycles.len() as u64;
     let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
     let mut changes = record.changes.iter().peekable();
@@ -97,10 +100,10 @@ pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
             return Ok(result);
         }
         while software.cycle() < *cycle {
-            apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine))?;
+            apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine), &mut faults)?;
             software.miss();
         }
-        apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine))?;
+        apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine), &mut faults)?;
         let acting = software.voltages();
         let frame = software.step(signals.measurement, Some(signals.command()));
         let mut now = Signals::of(&frame);
@@ -108,6 +111,8 @@ pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
             now.measurement = *readings;
             *readings = next(machine, acting)?;
         }
+        faults.begin(acting, &signals.measurement);
+        faults.disturb(&mut software);
         result.first = difference(*cycle, signals, &now);
         if result.first.is_some() {
             return Ok(result);
@@ -121,7 +126,8 @@ pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
 fn apply<'a>(
     changes: &mut Peekable<impl Iterator<Item = &'a Changed>>,
     software: &mut Software,
-    machine: Option<&mut InProcess>,
+    machine: Option<&mut Faulty<InProcess>>,
+    faults: &mut Faults,
 ) -> Result<(), Error> {
     let mut machine = machine;
     while let Some(changed) = changes.next_if(|changed| changed.cycle <= software.cycle()) {
@@ -133,12 +139,23 @@ fn apply<'a>(
                     machine.set_preload(*preload)?;
                 }
             }
+            What::Fault(injection) => {
+                faults.inject(*injection)?;
+                if let Some(machine) = &mut machine {
+                    machine.inject(*injection)?;
+                }
+            }
         }
     }
     Ok(())
 }
 
-fn next(machine: &mut InProcess, acting: Voltages<f64>) -> Result<Measurement<f64>, Error> {
+fn faulty(preset: &Preset<f64>, seed: u64) -> Result<(Faulty<InProcess>, Measurement<f64>), Error> {
+    let (machine, readings) = InProcess::new(preset, seed)?;
+    Ok((Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time()), readings))
+}
+
+fn next(machine: &mut Faulty<InProcess>, acting: Voltages<f64>) -> Result<Measurement<f64>, Error> {
     machine.exchange(acting).map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })
 }
 

@@ -33,7 +33,7 @@ pub struct Signals<T> {
     pub measurement: Measurement<T>,
     /// What the software made of it.
     pub software: TickOutput<T>,
-    /// State of supervision after the tick: 0 off, 1 homing, 2 ready, 3 running, 4 fault.
+    /// State of supervision after the tick: 0 off, 1 homing, 2 ready, 3 running, 4 fault, 5 stopping.
     #[field(unit = "1", whole)]
     pub state: T,
 }
@@ -92,6 +92,7 @@ fn code(state: &SafetyState) -> f64 {
         SafetyState::Ready => 2.0,
         SafetyState::Running => 3.0,
         SafetyState::Fault(_) => 4.0,
+        SafetyState::Stopping(_) => 5.0,
     }
 }
 

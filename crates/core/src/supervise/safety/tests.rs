@@ -1,5 +1,6 @@
 //! Each fault where it must fire, and only there.
 
+use core::f64::consts::TAU;
 use std::string::ToString;
 
 use super::*;
@@ -13,13 +14,15 @@ fn calm(angle: f64) -> SafetyInput {
         measured_velocity: 0.3,
         drive_current: 0.5,
         load_current: 0.1,
+        asked_load_current: 0.1,
         reference_position: angle + 0.01,
+        ..SafetyInput::default()
     }
 }
 
 /// Running, with the screw's zero at the encoder's 40 rad.
 fn running() -> Safety {
-    let mut safety = Safety::new(SafetyLimits::default());
+    let mut safety = Safety::new(SafetyLimits::default(), Brake::default());
     safety.request(Request::Home).unwrap();
     safety.homed(40.0);
     safety.request(Request::Start).unwrap();
@@ -28,10 +31,12 @@ fn running() -> Safety {
 }
 
 fn fault(safety: &Safety) -> Fault {
-    match safety.state() {
-        SafetyState::Fault(fault) => fault,
-        state => panic!("no fault: {state:?}"),
-    }
+    safety.state().fault().unwrap_or_else(|| panic!("no fault: {:?}", safety.state()))
+}
+
+fn come_to_rest(safety: &mut Safety) {
+    let ended = (0..1000).any(|_| !matches!(safety.step(calm(41.0), DT), SafetyState::Stopping(_)));
+    assert!(ended, "{:?}", safety.state());
 }
 
 #[test]
@@ -71,17 +76,22 @@ fn too_fast_is_a_fault_by_the_tacho_and_by_the_encoder() {
     assert_eq!(fault(&safety), Fault::Overspeed { speed: 351.0, limit: 350.0 });
     let mut safety = running();
     // 0.1 rad in a cycle of 250 µs: 400 rad/s.
-    safety.step(calm(41.1), DT);
+    safety.step(SafetyInput { measured_velocity: 300.0, ..calm(41.1) }, DT);
     assert!(matches!(fault(&safety), Fault::Overspeed { speed, .. } if (speed - 400.0).abs() < 1e-6));
+    assert_eq!(safety.zero(), Some(40.0));
+    let mut safety = running();
+    safety.step(calm(41.1), DT);
+    assert!(matches!(fault(&safety), Fault::EncoderJumped { .. }), "the tacho says that it is not so fast");
+    assert_eq!(safety.zero(), None);
 }
 
 #[test]
 fn both_ends_of_the_stroke_are_faults() {
     for (angle, limit) in [(157.5, 157.0), (-157.5, -157.0)] {
         let mut safety = running();
-        safety.previous = None;
+        safety.monitor = Monitor::default();
         safety.step(calm(40.0 + angle), DT);
-        assert_eq!(fault(&safety), Fault::EndOfStroke { angle, limit });
+        assert!(matches!(fault(&safety), Fault::EndOfStroke { limit: end, .. } if end == limit));
     }
 }
 
@@ -91,7 +101,7 @@ fn a_measurement_that_is_no_number_is_a_fault_and_named() {
         let broken = [
             (SafetyInput { measured_angle: bad, ..calm(41.0) }, "screw angle"),
             (SafetyInput { measured_velocity: bad, ..calm(41.0) }, "tacho velocity"),
-            (SafetyInput { drive_current: bad, ..calm(41.0) }, "drive current"),
+            (SafetyInput { acceleration: bad, ..calm(41.0) }, "acceleration"),
             (SafetyInput { load_current: bad, ..calm(41.0) }, "load current"),
         ];
         for (input, measurement) in broken {
@@ -119,7 +129,7 @@ fn an_encoder_that_stands_while_current_flows_is_a_fault() {
 
 #[test]
 fn a_failed_homing_is_a_fault() {
-    let mut safety = Safety::new(SafetyLimits::default());
+    let mut safety = Safety::new(SafetyLimits::default(), Brake::default());
     safety.request(Request::Home).unwrap();
     safety.homing_failed(HomingFault::NoIndex { travel: 9.5 });
     assert_eq!(fault(&safety), Fault::Homing(HomingFault::NoIndex { travel: 9.5 }));
@@ -131,7 +141,9 @@ fn the_first_fault_stays_until_it_is_acknowledged() {
     let mut safety = running();
     safety.step(SafetyInput { measured_velocity: 400.0, ..calm(41.0) }, DT);
     let first = fault(&safety);
-    safety.step(SafetyInput { measured_angle: f64::NAN, ..calm(41.0) }, DT);
+    safety.step(SafetyInput { drive_current: 1e3, ..calm(41.0) }, DT);
+    assert_eq!(safety.state(), SafetyState::Stopping(Some(first)));
+    come_to_rest(&mut safety);
     assert_eq!(fault(&safety), first);
     let refusal = safety.request(Request::Start).unwrap_err();
     assert_eq!((refusal.request, refusal.state), (Request::Start, SafetyState::Fault(first)));
@@ -142,7 +154,7 @@ fn the_first_fault_stays_until_it_is_acknowledged() {
 
 #[test]
 fn torque_needs_homing_and_a_start() {
-    let mut safety = Safety::new(SafetyLimits::default());
+    let mut safety = Safety::new(SafetyLimits::default(), Brake::default());
     assert!(!safety.state().allows_torque());
     for request in [Request::Arm, Request::Start, Request::Stop, Request::Acknowledge] {
         let refusal = safety.request(request).unwrap_err();
@@ -163,16 +175,217 @@ fn torque_needs_homing_and_a_start() {
 
 #[test]
 fn switched_off_nothing_is_supervised() {
-    let mut safety = Safety::new(SafetyLimits::default());
+    let mut safety = Safety::new(SafetyLimits::default(), Brake::default());
     let wild = SafetyInput { measured_angle: f64::NAN, measured_velocity: 1e9, ..calm(0.0) };
     assert_eq!(safety.step(wild, DT), SafetyState::Off);
 }
 
+/// Running at a velocity [rad/s] by both sensors; what may differ is put in by a function of the time [s].
+fn cruise(velocity: f64, seconds: f64, mut disturb: impl FnMut(f64, &mut SafetyInput)) -> (Safety, f64) {
+    let mut safety = Safety::new(SafetyLimits { upper_end: 1e5, ..SafetyLimits::default() }, Brake::default());
+    safety.request(Request::Home).unwrap();
+    safety.homed(0.0);
+    safety.request(Request::Start).unwrap();
+    for k in 0..(seconds / DT) as u32 {
+        let time = f64::from(k) * DT;
+        let angle = velocity * time;
+        let before = velocity * (time - DT);
+        let pulse = (angle / TAU).floor() > (before / TAU).floor();
+        let index = pulse.then_some((angle / TAU).floor() * TAU);
+        let mut input = SafetyInput { measured_velocity: velocity, index, ..calm(angle) };
+        disturb(time, &mut input);
+        if safety.step(input, DT) != SafetyState::Running {
+            return (safety, time);
+        }
+    }
+    (safety, seconds)
+}
+
 #[test]
-fn a_stroke_without_length_is_refused() {
-    let limits = SafetyLimits { lower_end: 1.0, upper_end: -1.0, ..SafetyLimits::<f64>::default() };
-    assert_eq!(
-        limits.law()[0].check().map_err(|error| (error.field, error.value, error.bound)),
-        Err(("upper_end", -1.0, 1.0))
-    );
+fn cruising_is_no_fault() {
+    let (safety, _) = cruise(30.0, 20.0, |_, _| {});
+    assert_eq!(safety.state(), SafetyState::Running);
+}
+
+#[test]
+fn a_tacho_and_an_encoder_that_say_different_speeds_are_a_fault_after_their_time() {
+    let (safety, time) = cruise(30.0, 3.0, |time, input| input.measured_velocity *= if time > 1.0 { 0.7 } else { 1.0 });
+    assert!(matches!(fault(&safety), Fault::SensorsApart { .. }));
+    assert!((1.05..1.06).contains(&time), "{time}");
+    assert!(safety.zero().is_none());
+    // At low speed both may be off by the velocity at which the encoder must count.
+    let (safety, _) = cruise(8.0, 3.0, |_, input| input.measured_velocity *= 0.5);
+    assert_eq!(safety.state(), SafetyState::Running);
+}
+
+#[test]
+fn an_index_pulse_off_a_whole_revolution_says_that_counts_were_lost() {
+    let shift = |by: f64| {
+        cruise(30.0, 3.0, move |time, input| {
+            if time > 1.0 {
+                input.index = input.index.map(|index| index + by);
+            }
+        })
+    };
+    let (safety, time) = shift(0.03);
+    assert!(matches!(fault(&safety), Fault::CountsLost { deviation, .. } if (deviation - 0.03).abs() < 1e-9));
+    assert!(time < 1.0 + TAU / 30.0, "within a revolution: {time}");
+    assert_eq!(shift(0.01).0.state(), SafetyState::Running);
+}
+
+#[test]
+fn a_revolution_without_an_index_pulse_is_a_fault_unless_ticks_were_missed() {
+    let mute = |missed: u64| {
+        cruise(30.0, 3.0, move |time, input| {
+            if time > 1.0 {
+                (input.index, input.missed) = (None, missed);
+            }
+        })
+    };
+    assert!(matches!(fault(&mute(0).0), Fault::IndexMissing { travel } if (7.28..7.3).contains(&travel)));
+    assert_eq!(mute(1).0.state(), SafetyState::Running, "it may have come meanwhile");
+}
+
+#[test]
+fn an_accelerometer_that_jumps_is_a_fault_and_one_that_drifts_is_not() {
+    let with = |offset: fn(f64) -> f64| cruise(30.0, 3.0, move |time, input| input.acceleration = offset(time));
+    let (safety, time) = with(|time| if time > 1.0 { 700.0 } else { 100.0 });
+    assert!(matches!(fault(&safety), Fault::Accelerometer { .. }));
+    // 0.02 s until 400 of 600 rad/s² have come through a lag of 0.02 s, and as long again.
+    assert!((1.03..1.06).contains(&time), "{time}");
+    assert_eq!(with(|time| 200.0 * time).0.state(), SafetyState::Running);
+}
+
+#[test]
+fn an_acceleration_that_both_sensors_see_is_no_fault() {
+    let mut safety = running();
+    for k in 0..4000 {
+        let (time, rate) = (f64::from(k) * DT, 40.0);
+        let (angle, velocity) = (41.5 - 0.5 * (rate * time).cos(), 20.0 * (rate * time).sin());
+        let acceleration = 800.0 * (rate * time).cos();
+        safety.step(SafetyInput { measured_velocity: velocity, acceleration, ..calm(angle) }, DT);
+        assert_eq!(safety.state(), SafetyState::Running, "{time}");
+    }
+}
+
+#[test]
+fn a_load_current_of_the_wrong_sign_is_a_fault() {
+    let (safety, time) = cruise(30.0, 2.0, |time, input| {
+        input.asked_load_current = 2.5;
+        input.load_current = if time > 1.0 { -2.5 } else { 2.5 };
+    });
+    assert!(matches!(fault(&safety), Fault::LoadCurrent { .. }));
+    assert!((1.02..1.04).contains(&time) && safety.braking().unwrap().shorted, "{time}");
+}
+
+#[test]
+fn both_motors_are_guarded_against_too_much_current_and_against_heat() {
+    type Put = fn(&mut SafetyInput, f64);
+    let motors: [(&str, Put, f64); 2] = [
+        ("drive", |input, current| input.drive_current = current, 10.0),
+        ("load", |input, current| (input.load_current, input.asked_load_current) = (current, current), 8.0),
+    ];
+    for (name, put, continuous) in motors {
+        let peak = fault(&cruise(10.0, 1.0, |_, input| put(input, -51.0)).0);
+        assert!(matches!(peak, Fault::Overcurrent { motor, current: -51.0, .. } if motor == name));
+        let (warm, time) = cruise(10.0, 60.0, |_, input| put(input, 2.0 * continuous));
+        assert!(matches!(fault(&warm), Fault::Overheated { motor, .. } if motor == name));
+        // 1 − e^(−t/T) = 1/4.
+        assert!((time - 30.0 * (4.0_f64 / 3.0).ln()).abs() < 0.01, "{time}");
+        let (cool, _) = cruise(10.0, 120.0, |_, input| put(input, 0.99 * continuous));
+        assert_eq!(cool.state(), SafetyState::Running);
+    }
+}
+
+#[test]
+fn a_screw_is_braked_before_its_stroke_ends() {
+    // 60 rad/s take 60²/(2·600) = 3 rad.
+    let towards = |angle: f64, velocity: f64| {
+        let mut safety = running();
+        safety.monitor = Monitor::default();
+        safety.step(SafetyInput { measured_velocity: velocity, ..calm(40.0 + angle) }, DT)
+    };
+    assert_eq!(towards(153.9, 60.0), SafetyState::Running);
+    assert!(matches!(towards(154.1, 60.0).fault(), Some(Fault::EndOfStroke { limit: 157.0, .. })));
+    assert!(matches!(towards(-154.1, -60.0).fault(), Some(Fault::EndOfStroke { limit: -157.0, .. })));
+    assert_eq!(towards(154.1, -60.0), SafetyState::Running, "away from the end");
+}
+
+/// A rigid screw of 1e-3 kg m² behind the brake: the fault's state at the end, the way [rad] and the greatest torque.
+fn stopped(speed: f64, push: f64, see: impl Fn(f64, &mut SafetyInput)) -> (SafetyState, f64, f64) {
+    let mut safety = Safety::new(SafetyLimits { following_error: 0.5, ..SafetyLimits::default() }, Brake::default());
+    safety.request(Request::Home).unwrap();
+    safety.homed(0.0);
+    safety.request(Request::Start).unwrap();
+    let (mut angle, mut velocity, mut torque) = (0.0, speed, 0.0);
+    let (mut way, mut most) = (0.0, 0.0_f64);
+    for k in 0..8000 {
+        let time = f64::from(k) * DT;
+        if k >= 200 {
+            velocity += (torque + push) / 1.01e-3 * DT;
+            way += velocity * DT;
+            most = most.max(torque.abs());
+        }
+        angle += velocity * DT;
+        let reference_position = if k < 200 { angle } else { angle + 1.0 };
+        let mut input = SafetyInput { measured_velocity: velocity, ..calm(angle) };
+        input.reference_position = reference_position;
+        see(time, &mut input);
+        let state = safety.step(input, DT);
+        torque = safety.braking().map_or(0.0, |braking| braking.torque);
+        if let SafetyState::Fault(_) = state {
+            return (state, way, most);
+        }
+    }
+    (safety.state(), way, most)
+}
+
+#[test]
+fn the_brake_stops_within_its_deceleration_by_either_sensor_and_against_a_push() {
+    for speed in [3.0_f64, -30.0, 90.0] {
+        let allowed = |two_ticks: f64| 0.5 * speed * speed / 600.0 + speed.abs() * two_ticks;
+        let (state, way, most) = stopped(speed, 0.0, |_, _| {});
+        assert!(matches!(state, SafetyState::Fault(Fault::FollowingError { .. })), "{state:?}");
+        // At the end K_b·Ω without friction: 10 ms of way.
+        assert!(way.abs() < allowed(2.0 * DT) + 0.01 * speed.abs(), "{speed}: {way}");
+        assert!(most < 1.1 * 1.25 * 1.01e-3 * 600.0, "{most}");
+        let blind = |time: f64, input: &mut SafetyInput| {
+            if time >= 0.05 {
+                input.measured_velocity = f64::NAN;
+            }
+        };
+        let (state, way, _) = stopped(speed, 0.0, blind);
+        assert!(matches!(state, SafetyState::Fault(Fault::NotANumber { .. })), "{state:?}");
+        assert!(way.abs() < allowed(2.0 * DT) + 0.03 * speed.abs(), "{speed}: {way}");
+        // The integral takes 50 ms until it holds the push, which alone takes half of the brake's deceleration;
+        // in the two seconds of the run what is held creeps with a third of a rad/s.
+        let (_, way, most) = stopped(speed, 0.4 * speed.signum(), |_, _| {});
+        assert!(way.abs() < 1.5 * allowed(2.0 * DT) + 0.9 + 0.02 * speed.abs() && most <= 1.4, "{speed}: {way}");
+    }
+}
+
+#[test]
+fn what_pushes_is_held_until_somebody_switches_off() {
+    let (state, way, _) = stopped(30.0, 0.7, |_, _| {});
+    assert!(matches!(state, SafetyState::Stopping(Some(Fault::FollowingError { .. }))), "{state:?}");
+    // Two seconds of it: it is let go of slowly, and creeps.
+    assert!(way < 3.0, "{way}");
+    let mut safety = running();
+    safety.step(SafetyInput { measured_velocity: 400.0, ..calm(41.0) }, DT);
+    let first = fault(&safety);
+    assert_eq!(safety.request(Request::Off), Ok(SafetyState::Fault(first)), "the torque goes, the fault stays");
+    assert_eq!(safety.braking(), None);
+}
+
+#[test]
+fn where_no_sensor_is_left_or_the_brake_drives_the_torque_goes_at_once() {
+    let (state, _, most) = stopped(30.0, 0.0, |time, input| {
+        if time >= 0.05 {
+            (input.measured_velocity, input.measured_angle) = (f64::NAN, f64::NAN);
+        }
+    });
+    assert!(matches!(state, SafetyState::Fault(Fault::NotANumber { .. })) && most == 0.0, "{state:?} {most}");
+    // Pushed harder than the drive can hold.
+    let (state, way, _) = stopped(30.0, 3.0, |_, _| {});
+    assert!(matches!(state, SafetyState::Fault(Fault::FollowingError { .. })) && way < 1.0, "{state:?} {way}");
 }

@@ -2,10 +2,11 @@
 
 use rtrb::{Consumer, Producer};
 use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{Fault, Refusal, SafetyState};
+use stickslip_core::supervise::{Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
+use crate::bench::Injection;
 use crate::bench::io::Io;
 use crate::bench::remote::LinkFault;
 use crate::bench::tap::Samples;
@@ -19,6 +20,8 @@ pub(super) enum Entry {
     Change,
     /// How far the linings are pressed on, 0 … 1.
     Preload(f64),
+    /// A fault on purpose.
+    Fault(Injection),
     /// No command follows for a while: the set-point may come to rest.
     Pause,
     /// Commands that follow are of an experiment that knows that the last one fell behind.
@@ -32,14 +35,12 @@ pub(super) enum Reply {
     Frame(Frame),
     /// A change was made before this cycle, or refused; the state and the screw's zero after it.
     Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
-    /// An urgent change was answered: the state and the screw's zero after it.
+    /// What the bench may do, and the screw's zero: behind an urgent change, and where it changed while nobody commanded.
     State { safety: SafetyState, zero: Option<f64> },
-    /// The linings were pressed on before this cycle.
-    Pressed(u64),
+    /// The linings were pressed on, or a fault was injected, before this cycle.
+    Done(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
-    /// Supervision took the torque away while nobody commanded.
-    Fault(Fault),
     /// The link to the machine failed.
     Link(LinkFault),
 }
@@ -110,7 +111,12 @@ impl<M: Io> BenchCycle<M> {
                 // Checked where it came from: a machine of this process takes it.
                 Entry::Preload(preload) => {
                     let _ = self.machine.set_preload(preload);
-                    self.reply(Reply::Pressed(self.software.cycle()));
+                    self.reply(Reply::Done(self.software.cycle()));
+                }
+                // As well: a machine without faults on purpose refused it there.
+                Entry::Fault(injection) => {
+                    let _ = self.machine.inject(injection);
+                    self.reply(Reply::Done(self.software.cycle()));
                 }
                 Entry::Pause if self.flow == Flow::Behind => {}
                 Entry::Pause | Entry::Resume => self.flow = Flow::Paused,
@@ -133,6 +139,7 @@ impl<M: Io> BenchCycle<M> {
         match self.machine.exchange(acting) {
             Ok(readings) => {
                 self.readings = readings;
+                self.machine.disturb(&mut self.software);
                 Next::Continue
             }
             Err(fault) => {
@@ -156,10 +163,12 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         lap.done(SOFTWARE);
         let next = self.exchange(acting);
         lap.done(MACHINE);
-        match (command, frame.safety) {
-            (Some(_), _) => self.reply(Reply::Frame(frame)),
-            (None, SafetyState::Fault(fault)) if before != frame.safety => self.reply(Reply::Fault(fault)),
-            _ => {}
+        match command {
+            Some(_) => self.reply(Reply::Frame(frame)),
+            None if before != frame.safety => {
+                self.reply(Reply::State { safety: frame.safety, zero: self.software.safety().zero() });
+            }
+            None => {}
         }
         if let Some(samples) = &mut self.samples {
             samples.offer(&frame);

@@ -29,7 +29,7 @@ use urgent::urgent;
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
 use super::tap::{Changed, Tap, What};
-use super::{Bench, InProcess};
+use super::{Bench, InProcess, Injection};
 use crate::preset::{Model, Settings};
 use crate::{Error, Preset, design};
 
@@ -174,6 +174,16 @@ impl ClockedBench {
         self.urgent.take()
     }
 
+    /// Injects a fault behind the commands that were handed over, where the machine is [`Faulty`](super::Faulty); else
+    /// nothing happens.
+    ///
+    /// # Errors
+    /// [`Error::BenchFault`] where the loop has ended.
+    pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
+        self.changes_under_way.push_back(What::Fault(injection));
+        self.give(Entry::Fault(injection))
+    }
+
     /// How the clock is kept, as known so far.
     pub fn histograms(&self) -> Arc<Mutex<Histograms>> {
         self.histograms.clone()
@@ -278,10 +288,9 @@ impl ClockedBench {
                     (self.refused, self.safety, self.zero) = (refusal, safety, zero);
                     self.answered(cycle);
                 }
-                Reply::Pressed(cycle) => self.answered(cycle),
+                Reply::Done(cycle) => self.answered(cycle),
                 Reply::State { safety, zero } => (self.safety, self.zero) = (safety, zero),
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
-                Reply::Fault(fault) => self.safety = SafetyState::Fault(fault),
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }

@@ -1,0 +1,229 @@
+//! What stops the bench.
+
+use core::fmt;
+
+use super::HomingFault;
+
+/// What stopped the bench, with what was measured and what was allowed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// The screw does not follow its set-point.
+    FollowingError {
+        /// Distance [rad].
+        error: f64,
+        /// Largest allowed [rad].
+        limit: f64,
+    },
+    /// The screw is too fast.
+    Overspeed {
+        /// Speed, the larger of tacho and encoder [rad/s].
+        speed: f64,
+        /// Highest allowed [rad/s].
+        limit: f64,
+    },
+    /// The carriage leaves its stroke, or has more energy than what is left of it can brake.
+    EndOfStroke {
+        /// Angle from the screw's zero at which it would stand [rad].
+        angle: f64,
+        /// The end that it would pass [rad].
+        limit: f64,
+    },
+    /// A sensor gives no number.
+    NotANumber {
+        /// Which measurement.
+        measurement: &'static str,
+    },
+    /// The software computed no number.
+    Computed {
+        /// Whose output it is.
+        block: &'static str,
+    },
+    /// The encoder stands while current or tacho say that the screw moves.
+    EncoderFrozen {
+        /// Current of the drive [A].
+        current: f64,
+        /// Velocity of the tacho [rad/s].
+        velocity: f64,
+        /// How long it has stood [s].
+        time: f64,
+    },
+    /// The encoder's angle jumped.
+    EncoderJumped {
+        /// Speed that the jump would take [rad/s].
+        speed: f64,
+        /// Highest allowed [rad/s].
+        limit: f64,
+    },
+    /// Tacho and encoder say different velocities.
+    SensorsApart {
+        /// By the tacho [rad/s].
+        tacho: f64,
+        /// By the encoder [rad/s].
+        encoder: f64,
+    },
+    /// Index pulses are not whole revolutions apart.
+    CountsLost {
+        /// From the nearest whole revolution [rad].
+        deviation: f64,
+        /// Largest allowed [rad].
+        limit: f64,
+    },
+    /// The screw turned by more than a revolution without an index pulse.
+    IndexMissing {
+        /// From the last one [rad].
+        travel: f64,
+    },
+    /// The accelerometer does not say what the tacho's change says.
+    Accelerometer {
+        /// How far apart they are [rad/s²].
+        difference: f64,
+        /// Largest allowed [rad/s²].
+        limit: f64,
+    },
+    /// The load motor's current is not what is asked for.
+    LoadCurrent {
+        /// How far apart they are [A].
+        difference: f64,
+        /// Largest allowed [A].
+        limit: f64,
+    },
+    /// A motor has too much current.
+    Overcurrent {
+        /// Which motor.
+        motor: &'static str,
+        /// Its current [A].
+        current: f64,
+        /// Highest allowed [A].
+        limit: f64,
+    },
+    /// A motor has had too much current for too long (i²t).
+    Overheated {
+        /// Which motor.
+        motor: &'static str,
+        /// Root mean square over the thermal time [A].
+        current: f64,
+        /// Highest allowed [A].
+        limit: f64,
+    },
+    /// The software came too late.
+    TicksMissed {
+        /// In a row.
+        missed: u64,
+    },
+    /// The operator's stop did not bring the screw to rest.
+    NotStopped {
+        /// How fast it still is [rad/s].
+        velocity: f64,
+    },
+    /// The zero was not found.
+    Homing(HomingFault),
+}
+
+impl Fault {
+    /// Whether it puts the encoder in doubt, and with it the screw's zero.
+    pub fn doubts_zero(&self) -> bool {
+        use Fault::{
+            CountsLost, EncoderFrozen, EncoderJumped, Homing, IndexMissing, NotANumber, SensorsApart, TicksMissed,
+        };
+        matches!(
+            self,
+            NotANumber { .. }
+                | EncoderFrozen { .. }
+                | EncoderJumped { .. }
+                | SensorsApart { .. }
+                | CountsLost { .. }
+                | IndexMissing { .. }
+                | TicksMissed { .. }
+                | Homing(_)
+        )
+    }
+
+    /// Whether it puts the load motor's current in doubt: then its amplifier gets no voltage, and brakes by its short
+    /// circuit.
+    pub fn doubts_load(&self) -> bool {
+        matches!(self, Fault::LoadCurrent { .. } | Fault::NotANumber { .. } | Fault::Computed { .. })
+            || matches!(self, Fault::Overcurrent { motor: "load", .. } | Fault::Overheated { motor: "load", .. })
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Fault::FollowingError { error, limit } => write!(
+                f,
+                "the screw is {error:.3} rad from its set-point, allowed are {limit:.3} rad. Ask for less \
+                 acceleration, or tune the controller."
+            ),
+            Fault::Overspeed { speed, limit } => write!(
+                f,
+                "the screw turns at {speed:.1} rad/s, allowed are {limit:.1} rad/s. Check the sign of the \
+                 drive and the set-point."
+            ),
+            Fault::EndOfStroke { angle, limit } => write!(
+                f,
+                "the screw would stop at {angle:.2} rad, its stroke ends at {limit:.2} rad. Shorten the manoeuvre, or \
+                 go more slowly near the ends; where it is outside, move the carriage back by hand."
+            ),
+            Fault::NotANumber { measurement } => {
+                write!(f, "the measured {measurement} is no number. Check the sensor and its scaling.")
+            }
+            Fault::Computed { block } => {
+                write!(f, "the {block} gives no number. Check its parameters and what it is given.")
+            }
+            Fault::EncoderFrozen { current, velocity, time } => write!(
+                f,
+                "the encoder has stood for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the \
+                 tacho. Check the encoder's cable, and whether the axis is blocked."
+            ),
+            Fault::EncoderJumped { speed, limit } => write!(
+                f,
+                "the encoder's angle jumped as if at {speed:.0} rad/s, allowed are {limit:.1} rad/s. Check the \
+                 counter's range."
+            ),
+            Fault::SensorsApart { tacho, encoder } => write!(
+                f,
+                "the tacho says {tacho:.1} rad/s, the encoder {encoder:.1} rad/s. Check cables, the tacho's constant \
+                 and the encoder's lines."
+            ),
+            Fault::CountsLost { deviation, limit } => write!(
+                f,
+                "an index pulse lies {deviation:.4} rad off a whole revolution, allowed are {limit:.4} rad. The \
+                 counter loses counts: check the encoder's cable and its highest frequency."
+            ),
+            Fault::IndexMissing { travel } => write!(
+                f,
+                "the screw turned by {travel:.2} rad without an index pulse, it comes every revolution. Check the \
+                 encoder's index wire."
+            ),
+            Fault::Accelerometer { difference, limit } => write!(
+                f,
+                "accelerometer and tacho are {difference:.0} rad/s² apart, allowed are {limit:.0} rad/s². Check the \
+                 accelerometer's supply and its mounting."
+            ),
+            Fault::LoadCurrent { difference, limit } => write!(
+                f,
+                "the load motor's current is {difference:.2} A from what is asked for, allowed are {limit:.2} A. Check \
+                 the sign of the current sensor, and the amplifier."
+            ),
+            Fault::Overcurrent { motor, current, limit } => {
+                write!(f, "the {motor} motor has {current:.2} A, allowed are {limit:.2} A. Ask for less torque.")
+            }
+            Fault::Overheated { motor, current, limit } => write!(
+                f,
+                "the {motor} motor has had {current:.2} A for too long, it bears {limit:.2} A. Let it cool, and ask for \
+                 less torque."
+            ),
+            Fault::TicksMissed { missed } => write!(
+                f,
+                "the software missed {missed} ticks in a row. Close other programs, and see what `stickslip doctor` \
+                 finds."
+            ),
+            Fault::NotStopped { velocity } => write!(
+                f,
+                "the screw still turns at {velocity:.1} rad/s though it was braked. Check the drive's amplifier; use \
+                 the machine's emergency stop."
+            ),
+            Fault::Homing(fault) => fault.fmt(f),
+        }
+    }
+}

@@ -1,0 +1,217 @@
+//! Whether the measurements agree with each other and with what is asked for.
+
+use core::f64::consts::TAU;
+
+use super::{Fault, SafetyInput, SafetyLimits};
+
+/// Low-pass of the velocity by the encoder [s]: a count in a tick is coarse.
+const VELOCITY_LAG: f64 = 2e-3;
+/// Low-pass in which accelerometer and tacho are compared [s]: above it the coupling moves between them.
+const ACCELERATION_LAG: f64 = 0.02;
+/// Time over which the accelerometer's offset may wander [s].
+const OFFSET_TIME: f64 = 1.0;
+/// Low-pass in which asked and measured current are compared [s].
+const CURRENT_LAG: f64 = 5e-3;
+
+/// What is remembered of the measurements.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Monitor {
+    /// Encoder angle of the cycle before [rad], and how long it has stood though the screw seems to move [s].
+    previous: Option<f64>,
+    standing: f64,
+    /// Velocities, both with the same low-pass [rad/s].
+    encoder: f64,
+    tacho: f64,
+    /// What the last cycle's counts say, not low-passed [rad/s].
+    counted: f64,
+    /// Speed at which the encoder has jumped [rad/s]: since then it says nothing.
+    jumped: Option<f64>,
+    /// How long tacho and encoder have been apart [s].
+    sensors_apart: f64,
+    /// Encoder angle of the last index pulse [rad]; how far it lay off whole revolutions from the one before [rad].
+    index: Option<f64>,
+    index_deviation: f64,
+    acceleration: Acceleration,
+    /// Asked less measured current of the load motor, low-passed [A]; how long it has been too much [s].
+    current: f64,
+    current_apart: f64,
+    /// Squares of the currents over the thermal time: drive, load [A²].
+    heat: [f64; 2],
+}
+
+/// Accelerometer against tacho.
+#[derive(Clone, Copy, Debug, Default)]
+struct Acceleration {
+    started: bool,
+    /// Low-passed velocity of the tacho [rad/s], acceleration of the accelerometer and its offset [rad/s²].
+    velocity: f64,
+    measured: f64,
+    offset: f64,
+    /// What is left [rad/s²], and how long that has been too much [s].
+    difference: f64,
+    apart: f64,
+}
+
+impl Acceleration {
+    fn see(&mut self, velocity: f64, measured: f64, limits: &SafetyLimits<f64>, dt: f64) {
+        if !self.started {
+            *self = Acceleration { started: true, velocity, measured, offset: measured, ..Acceleration::default() };
+        }
+        // A low-pass's input less its output, over its lag, is the low-passed derivative.
+        let share = self::share(dt, ACCELERATION_LAG);
+        self.velocity += share * (velocity - self.velocity);
+        self.measured += share * (measured - self.measured);
+        let by_tacho = (velocity - self.velocity) / ACCELERATION_LAG;
+        let residual = self.measured - by_tacho;
+        self.difference = (residual - self.offset).abs();
+        self.offset += self::share(dt, OFFSET_TIME) * (residual - self.offset);
+        self.apart = if self.difference > limits.acceleration_difference { self.apart + dt } else { 0.0 };
+    }
+}
+
+/// Share of a deviation that a low-pass with this lag [s] makes up in a time [s].
+fn share(dt: f64, lag: f64) -> f64 {
+    dt / (lag + dt)
+}
+
+impl Monitor {
+    /// A cycle of `dt` [s], ticks that were missed before it included.
+    pub(super) fn see(&mut self, input: &SafetyInput, limits: &SafetyLimits<f64>, dt: f64) {
+        let (angle, tacho) = (input.measured_angle, input.measured_velocity);
+        // A motor may twist the coupling of a screw that sticks, for a moment.
+        let moves = input.drive_current.abs() > limits.moving_current || tacho.abs() > limits.moving_velocity;
+        self.standing = if moves && self.previous == Some(angle) { self.standing + dt } else { 0.0 };
+        let share = self::share(dt, VELOCITY_LAG);
+        if tacho.is_finite() {
+            self.tacho += share * (tacho - self.tacho);
+        }
+        if angle.is_finite() {
+            self.counted = (angle - self.previous.unwrap_or(angle)) / dt;
+            // No mass gets so fast in a tick.
+            if self.counted.abs() > limits.speed && 2.0 * tacho.abs() < self.counted.abs() {
+                self.jumped.get_or_insert(self.counted.abs());
+            }
+            if self.jumped.is_none() {
+                self.encoder += share * (self.counted - self.encoder);
+            }
+            self.previous = Some(angle);
+        }
+        let apart = (self.tacho - self.encoder).abs() > self.velocity_tolerance(limits);
+        self.sensors_apart = if apart { self.sensors_apart + dt } else { 0.0 };
+        // A pulse may have come in a tick that was missed.
+        let last = self.index.filter(|_| input.missed == 0);
+        let between = input.index.zip(last).map_or(0.0, |(now, last)| now - last);
+        self.index_deviation = (between - TAU * libm::round(between / TAU)).abs();
+        self.index = input.index.or(last);
+        if input.acceleration.is_finite() && tacho.is_finite() {
+            self.acceleration.see(tacho, input.acceleration, limits, dt);
+        }
+        let difference = input.asked_load_current - input.load_current;
+        if difference.is_finite() {
+            self.current += self::share(dt, CURRENT_LAG) * (difference - self.current);
+        }
+        let apart = self.current.abs() > limits.current_difference;
+        self.current_apart = if apart { self.current_apart + dt } else { 0.0 };
+        let share = self::share(dt, limits.thermal_time);
+        for (heat, current) in self.heat.iter_mut().zip([input.drive_current, input.load_current]) {
+            *heat += if current.is_finite() { share * (current * current - *heat) } else { 0.0 };
+        }
+    }
+
+    /// By how much tacho and encoder may be apart at the present speed [rad/s].
+    fn velocity_tolerance(&self, limits: &SafetyLimits<f64>) -> f64 {
+        limits.moving_velocity.max(limits.velocity_share * self.tacho.abs().max(self.encoder.abs()))
+    }
+
+    /// The amplifier was no current control meanwhile: what was asked for is compared anew.
+    pub(super) fn forget_current(&mut self) {
+        (self.current, self.current_apart) = (0.0, 0.0);
+    }
+
+    /// Velocity that a brake may trust [rad/s], and whether it is the tacho's. A sensor that is dead says too little: of
+    /// two that are apart the faster one counts, unless they say opposite directions.
+    pub(super) fn trusted(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Option<(f64, bool)> {
+        let tacho = Some(input.measured_velocity).filter(|velocity| velocity.is_finite());
+        let encoder = Some(self.encoder).filter(|_| input.measured_angle.is_finite() && self.jumped.is_none());
+        let tolerance = self.velocity_tolerance(limits);
+        match (tacho, encoder) {
+            (Some(tacho), Some(encoder)) if tacho * encoder < 0.0 && tacho.abs().min(encoder.abs()) > tolerance => None,
+            (Some(tacho), Some(encoder)) if encoder.abs() > tacho.abs() + tolerance => Some((encoder, false)),
+            (Some(tacho), _) => Some((tacho, true)),
+            (None, encoder) => encoder.map(|encoder| (encoder, false)),
+        }
+    }
+
+    /// Whether the drive has had too much current for too long.
+    pub(super) fn is_hot(&self, limits: &SafetyLimits<f64>) -> bool {
+        self.heat[0] > limits.drive_continuous_current * limits.drive_continuous_current
+    }
+
+    /// The larger of tacho and encoder [rad/s].
+    pub(super) fn speed(&self, input: &SafetyInput) -> f64 {
+        input.measured_velocity.abs().max(self.counted.abs())
+    }
+
+    /// What no sensor and no block may say, whether or not there is torque.
+    pub(super) fn always(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
+        for (value, measurement) in [
+            (input.measured_angle, "screw angle"),
+            (input.measured_velocity, "tacho velocity"),
+            (input.acceleration, "acceleration"),
+            (input.load_current, "load current"),
+        ] {
+            if !value.is_finite() {
+                return Err(Fault::NotANumber { measurement });
+            }
+        }
+        if let Some(block) = input.broken {
+            return Err(Fault::Computed { block });
+        }
+        match self.jumped {
+            Some(speed) => Err(Fault::EncoderJumped { speed, limit: limits.speed }),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong while there is torque.
+    pub(super) fn with_torque(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
+        let (current, velocity, time) = (input.drive_current, input.measured_velocity, self.standing);
+        if time >= limits.frozen_time {
+            return Err(Fault::EncoderFrozen { current, velocity, time });
+        }
+        if self.sensors_apart >= limits.frozen_time {
+            return Err(Fault::SensorsApart { tacho: self.tacho, encoder: self.encoder });
+        }
+        if self.acceleration.apart >= limits.acceleration_time {
+            let (difference, limit) = (self.acceleration.difference, limits.acceleration_difference);
+            return Err(Fault::Accelerometer { difference, limit });
+        }
+        if self.current_apart >= limits.current_time {
+            return Err(Fault::LoadCurrent { difference: self.current, limit: limits.current_difference });
+        }
+        let motors = [
+            ("drive", input.drive_current, limits.drive_current, limits.drive_continuous_current),
+            ("load", input.load_current, limits.load_current, limits.load_continuous_current),
+        ];
+        for ((motor, current, limit, continuous), heat) in motors.into_iter().zip(self.heat) {
+            if current.abs() > limit {
+                return Err(Fault::Overcurrent { motor, current, limit });
+            }
+            if heat > continuous * continuous {
+                return Err(Fault::Overheated { motor, current: libm::sqrt(heat), limit: continuous });
+            }
+        }
+        Ok(())
+    }
+
+    /// The index pulse of a screw whose zero is known: whole revolutions apart, and one in each.
+    pub(super) fn index(&self, input: &SafetyInput, limits: &SafetyLimits<f64>) -> Result<(), Fault> {
+        let deviation = self.index_deviation;
+        if deviation > limits.index_deviation {
+            return Err(Fault::CountsLost { deviation, limit: limits.index_deviation });
+        }
+        let travel = self.index.map_or(0.0, |last| (input.measured_angle - last).abs());
+        // Backlash of a pulse's two edges, and a tick's way, are small against a radian.
+        if travel > TAU + 1.0 { Err(Fault::IndexMissing { travel }) } else { Ok(()) }
+    }
+}
