@@ -57,13 +57,22 @@ fn every_example_in_the_help_runs() {
     found.retain(|example| !example.starts_with("plant"));
     // Minutes of work; the other example of the same command takes seconds.
     found.retain(|example| example != "fidelity --quick");
-    // What leaves files that others need comes before them; the chains need nothing of each other.
-    let chains = [&["demo", "report"][..], &["measure", "fit", "design", "render"]];
+    // There is no fault that could be seen.
+    found.retain(|example| example != "bench acknowledge");
+    let served = Served::start(folder.path());
+    // What leaves files or a state that others need comes before them; the chains need nothing of each other.
+    let orders =
+        "status bench-signals bench-operate bench-home bench-stop bench-start bench-preload bench-move capture";
+    let parameters = "params-set-live params-diff params-undo params-redo params-reset params-save params-load";
+    let ends = "bench-halt bench-measure bench-off bench-arm";
+    let live: Vec<String> = [orders, parameters, ends].join(" ").split(' ').map(|o| o.replace('-', " ")).collect();
+    let live: Vec<&str> = live.iter().map(String::as_str).collect();
+    let chains = [&["demo", "report", "replay"][..], &["measure", "fit", "design", "render"], &live];
     let rank = |example: &String| chains.concat().iter().position(|first| example.starts_with(first));
     found.sort_by_key(rank);
     let in_chain = |chain: &[&str], example: &str| chain.iter().any(|first| example.starts_with(first));
     std::thread::scope(|scope| {
-        for chain in [0, 1, 2] {
+        for chain in 0..=chains.len() {
             let belongs = move |example: &&String| match chains.get(chain) {
                 Some(chain) => in_chain(chain, example),
                 None => !in_chain(&chains.concat(), example),
@@ -72,6 +81,29 @@ fn every_example_in_the_help_runs() {
             scope.spawn(move || found.iter().filter(belongs).for_each(|example| must_run(example, folder, root)));
         }
     });
+    drop(served);
+}
+
+/// A bench by the clock, for as long as this lives.
+struct Served(std::process::Child);
+
+impl Served {
+    fn start(folder: &Path) -> Self {
+        let words = ["serve", "--listen", "127.0.0.1:0"];
+        let mut serve = Command::new(PROGRAM);
+        let serve = serve.args(words).current_dir(folder).stdout(Stdio::null()).spawn().expect("the program starts");
+        while !folder.join("stickslip-out/project/serve.json").exists() {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        Served(serve)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
 }
 
 fn must_run(example: &str, folder: &Path, root: &Path) {

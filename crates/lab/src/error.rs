@@ -415,6 +415,16 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// There is nothing of this name.
+    #[error("there is no {what} {name}. {remedy}")]
+    Unknown {
+        /// Of what kind.
+        what: &'static str,
+        /// The name asked for.
+        name: String,
+        /// What there is.
+        remedy: String,
+    },
     /// Somebody else operates the bench.
     #[error(
         "{by} operates the bench. Wait until it is left for ten seconds, or take it over (`stickslip bench operate`)."

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, UNIX_EPOCH};
 
 use serde_json::{Value, json};
+use stickslip::Error;
 use stickslip::recording::mdf::{self, Cause, Channel, Contents, Event, Header, Writer};
 
 const TICK_TIME: f64 = 250e-6;
@@ -102,37 +103,39 @@ fn asammdf(path: &Path) -> Option<(Value, Vec<Vec<u8>>)> {
         println!("NOT RUN: asammdf is missing (pip install asammdf)");
         return None;
     }
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder for the signals");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interop/mdf.py");
-    let output = Command::new(&python).arg(script).args([path, folder.path()]).output().unwrap();
+    let output = Command::new(&python).arg(script).args([path, folder.path()]).output().expect("it has just run");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && said.is_empty(), "{said}");
-    let seen: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let signals = seen["signals"].as_array().unwrap().len();
-    let bytes = (0..signals).map(|i| std::fs::read(folder.path().join(i.to_string())).unwrap()).collect();
-    Some((seen, bytes))
+    let seen: Value = serde_json::from_slice(&output.stdout).expect("the script prints JSON");
+    let signals = seen["signals"].as_array().map_or(0, Vec::len);
+    let bytes = (0..signals).map(|i| std::fs::read(folder.path().join(i.to_string())).expect("one file a signal"));
+    Some((seen, bytes.collect()))
 }
 
-fn record(path: &Path) -> Writer {
-    let mut writer = Writer::create(path, &header(), &channels(), TICK_TIME).unwrap();
-    writer.attach("clm-bench.toml", "application/toml", "# größer\n[plant]\n".as_bytes()).unwrap();
+fn record(path: &Path) -> Result<Writer, Error> {
+    let mut writer = Writer::create(path, &header(), &channels(), TICK_TIME)?;
+    writer.attach("clm-bench.toml", "application/toml", "# größer\n[plant]\n".as_bytes())?;
     for cycle in 0..10_000 {
-        writer.row(cycle, &row(cycle)).unwrap();
+        writer.row(cycle, &row(cycle))?;
         let event = |cause| Event { cycle, name: "limit".into(), comment: "Ω < 2 rad/s".into(), cause };
         match cycle {
-            777 => writer.event(&event(Cause::Error)).unwrap(),
-            8_000 => writer.event(&event(Cause::User)).unwrap(),
+            777 => writer.event(&event(Cause::Error))?,
+            8_000 => writer.event(&event(Cause::User))?,
             _ => {}
         }
     }
-    writer
+    Ok(writer)
 }
 
 #[test]
 fn asammdf_sees_what_was_recorded_to_the_bit_and_has_nothing_to_say() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
-    record(&path).finish().unwrap();
+    // As a bench does it: on another thread than the one that began.
+    let writer = record(&path).unwrap();
+    std::thread::spawn(move || writer.finish()).join().unwrap().unwrap();
     let Some((seen, bytes)) = asammdf(&path) else { return };
     let event = |cycle: u64, cause: &str| json!({ "time": cycle as f64 * TICK_TIME, "index": cycle, "name": "limit", "comment": "Ω < 2 rad/s", "cause": cause });
     assert_eq!(seen["version"], "4.10");
@@ -163,7 +166,7 @@ fn asammdf_sees_an_interrupted_recording_before_and_after_recovery() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     // Dropped: the rows of the last block are lost.
-    drop(record(&path));
+    drop(record(&path).unwrap());
     std::fs::File::options().append(true).open(&path).unwrap().write_all(b"##DZ torn").unwrap();
     let promised = rows(&mdf::read(&path).unwrap());
     assert_eq!(promised, 9_600);

@@ -103,7 +103,7 @@ fn a_ripple_of_the_own_friction_is_none_of_what_the_load_motor_renders() {
 
 #[test]
 fn the_paper_is_reproduced() {
-    let demo = Demo::run(&preset("clm-bench"), 1, &Watch::silent()).unwrap();
+    let demo = Demo::run(&preset("clm-bench"), 1, None, &Watch::silent()).unwrap();
     let breakaway = demo.rendering.law.desired.breakaway_torque;
     assert!((demo.preload.wanted - 1.0).abs() < 0.02, "{:?}", demo.preload);
     assert!(

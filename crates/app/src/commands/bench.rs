@@ -9,6 +9,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use stickslip::Watch;
 use stickslip::live::protocol::{Answer, Call, Quantity};
 
+use super::status::line;
 use crate::failure::Failure;
 use crate::serve::{Client, unexpected};
 use crate::source::Setting;
@@ -111,7 +112,7 @@ impl BenchCommand {
                     Err(_) => Err(Failure::Served(format!("{}={} is no number.", setting.path, setting.value))),
                 };
                 let values = set.into_iter().map(number).collect::<Result<_, _>>()?;
-                done(&client, &Call::Move { reference, values, render })
+                tell(&client, &Call::Move { reference, values, render }, out)
             }
             Order::Signals => match client.call(&Call::Signals {})? {
                 Answer::Signals { signals } => {
@@ -123,14 +124,21 @@ impl BenchCommand {
                 }
                 other => Err(unexpected(&other)),
             },
-            Order::Start => done(&client, &Call::Start {}),
-            Order::Arm => done(&client, &Call::Arm {}),
-            Order::Stop => done(&client, &Call::Stop {}),
-            Order::Off => done(&client, &Call::Off {}),
-            Order::Acknowledge => done(&client, &Call::Acknowledge {}),
-            Order::Halt => done(&client, &Call::Halt {}),
-            Order::Preload { preload } => done(&client, &Call::Preload { preload }),
-            Order::Operate => done(&client, &Call::Operate {}),
+            Order::Preload { preload } => follow(&client, &Call::Preload { preload }, out, &watch()),
+            Order::Start => tell(&client, &Call::Start {}, out),
+            Order::Arm => tell(&client, &Call::Arm {}, out),
+            Order::Stop => tell(&client, &Call::Stop {}, out),
+            Order::Off => tell(&client, &Call::Off {}, out),
+            Order::Acknowledge => tell(&client, &Call::Acknowledge {}, out),
+            Order::Halt => {
+                done(&client, &Call::Halt {})?;
+                // It comes to rest first.
+                while client.status()?.doing.is_some() {
+                    thread::sleep(LOOK);
+                }
+                Ok(writeln!(out, "{}", line(&client.status()?))?)
+            }
+            Order::Operate => tell(&client, &Call::Operate {}, out),
         }
     }
 }
@@ -141,6 +149,17 @@ fn done(client: &Client, call: &Call) -> Result<(), Failure> {
         other => Err(unexpected(&other)),
     }
 }
+
+/// Orders something, and says how the bench is then.
+fn tell(client: &Client, call: &Call, out: &mut dyn Write) -> Result<(), Failure> {
+    done(client, call)?;
+    // What is told is a look behind what is.
+    thread::sleep(LOOK);
+    Ok(writeln!(out, "{}", line(&client.status()?))?)
+}
+
+/// From look to look.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// Orders something and waits for its end; Ctrl-C ends it.
 fn follow(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
@@ -163,10 +182,10 @@ fn follow(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> R
                     (Some(_), _) if halted => Err(stickslip::Error::Cancelled.into()),
                     (Some(error), _) => Err(Failure::Served(error)),
                     (None, Some(folder)) => Ok(writeln!(out, "Data and report: {folder}/report.html")?),
-                    (None, None) => Ok(()),
+                    (None, None) => Ok(writeln!(out, "{}", line(&client.status()?))?),
                 };
             }
         }
-        thread::sleep(Duration::from_millis(50));
+        thread::sleep(LOOK);
     }
 }

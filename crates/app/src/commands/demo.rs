@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use stickslip::demo::Demo;
 use stickslip::quantity::number;
+use stickslip::run::{About, Recorder};
 use stickslip::{Preset, Watch, parameters};
 
 use crate::failure::Failure;
@@ -46,9 +47,17 @@ impl DemoCommand {
     /// Runs it, writes the files, prints the main numbers.
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let preset: Preset<f64> = parameters::presets::find(&self.preset)?.read()?;
-        let demo = Demo::run(&preset, self.seed, watch)?;
         let command = format!("stickslip demo --preset {} --seed {}", self.preset, self.seed);
-        let summary = demo.write(&self.out, &command)?;
+        stickslip::output::create_folder(&self.out)?;
+        let about = About { command: command.clone(), preset, seed: Some(self.seed) };
+        let (recorder, tap) = Recorder::start(&self.out.join("run.mf4"), &about)?;
+        let ran = Demo::run(&preset, self.seed, Some(tap), watch);
+        // What was recorded until a failure is kept, too.
+        let recorded = recorder.finish();
+        let demo = ran?;
+        let mut summary = demo.write(&self.out, &command)?;
+        recorded?;
+        summary.file("run.mf4").write(&self.out)?;
 
         self.shown.show(out, &summary, |out| {
             writeln!(

@@ -8,6 +8,7 @@ use stickslip::bench::remote::Address;
 use stickslip::bench::{RemoteBench, Wishes};
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use stickslip::quantity::number;
+use stickslip::run::{About, Recorder};
 use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
 use stickslip::{Watch, parameters};
 
@@ -20,7 +21,7 @@ use crate::source::{self, Setting};
 pub(crate) enum Measure {
     /// Friction at constant speeds in both directions: the curve that `fit` reads.
     #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
-                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5\n\
+                            Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5 --record\n\
                             Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5")]
     Friction(How),
     /// Breakaway torque by slow torque ramps from rest.
@@ -52,6 +53,9 @@ pub(crate) struct How {
     /// Run by the clock, as a bench of steel does, instead of as fast as it goes.
     #[arg(long, conflicts_with = "io")]
     real_time: bool,
+    /// Record every cycle into run.mf4, which other tools read and `stickslip replay` replays.
+    #[arg(long, conflicts_with = "io")]
+    record: bool,
     /// Linings of the friction wheel; without it as the preset has them.
     #[arg(long, value_enum)]
     linings: Option<Linings>,
@@ -126,15 +130,28 @@ impl How {
         if self.dry_run {
             return Ok(());
         }
-        let measurement = match self.io {
-            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch)?,
-            None if self.real_time => {
-                measure_by_the_clock(plan, &preset, preload, self.seed, Wishes::default(), watch)?
-            }
-            None => measure(plan, &preset, preload, self.seed, watch)?,
-        };
         let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
-        let summary = measurement.write(&folder, &source::command_line())?;
+        let (mut recorder, mut tap) = (None, None);
+        if self.record {
+            stickslip::output::create_folder(&folder)?;
+            let about = About { command: source::command_line(), preset, seed: Some(self.seed) };
+            (recorder, tap) = Some(Recorder::start(&folder.join("run.mf4"), &about)?).unzip();
+        }
+        let measured = match self.io {
+            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch),
+            None if self.real_time => {
+                measure_by_the_clock(plan, &preset, preload, self.seed, Wishes::default(), tap, watch)
+            }
+            None => measure(plan, &preset, preload, self.seed, tap, watch),
+        };
+        // What was recorded until a failure is kept, too.
+        let recorded = recorder.map(Recorder::finish).transpose();
+        let measurement = measured?;
+        let mut summary = measurement.write(&folder, &source::command_line())?;
+        let recorded = recorded?;
+        if recorded.is_some() {
+            summary.file("run.mf4").write(&folder)?;
+        }
         let outcome = &measurement.outcome;
         self.shown.show(out, &summary, |out| {
             for line in outcome.table().lines() {
@@ -145,6 +162,11 @@ impl How {
             }
             for warning in measurement.warnings() {
                 writeln!(out, "Note: {warning}")?;
+            }
+            if let Some(recorded) = recorded {
+                let path = folder.join("run.mf4");
+                let lost = if recorded.lost > 0 { format!(", {} cycles lost", recorded.lost) } else { String::new() };
+                writeln!(out, "Recorded: {} ({} cycles{lost})", path.display(), recorded.file.rows)?;
             }
             Ok(writeln!(out, "Data and report: {}", folder.join("report.html").display())?)
         })?;

@@ -16,6 +16,7 @@ mod measure;
 mod params;
 mod plant;
 mod render;
+mod replay;
 mod report;
 mod serve;
 mod status;
@@ -86,19 +87,22 @@ pub(crate) enum Command {
     Plant(plant::PlantCommand),
     /// Run the bench by the clock and serve it: to other terminals, to scripts, to browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
-                            Example: stickslip serve --preset clm-real --set bench.law.kind=bristle")]
+                            Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2")]
     Serve(serve::ServeCommand),
     /// Order the bench that is served: home, move, measure, stop.
     #[command(after_help = "Example: stickslip bench home")]
     Bench(bench::BenchCommand),
     /// How the bench is that is served.
-    #[command(after_help = "Example: stickslip status --watch")]
+    #[command(after_help = "Example: stickslip status")]
     Status(status::StatusCommand),
     /// Capture signals of the bench that is served around a trigger.
     #[command(
-        after_help = "Example: stickslip capture --signal software.estimated_velocity --trigger \"setpoint.velocity rises through 0\""
+        after_help = "Example: stickslip capture --signal setpoint.velocity,software.estimated_velocity --after 0.2"
     )]
     Capture(capture::CaptureCommand),
+    /// Replay a recorded run: the same inputs and changes once more, and every bit compared.
+    #[command(after_help = "Example: stickslip replay results")]
+    Replay(replay::ReplayCommand),
     /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
     #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
     Doctor(doctor::DoctorCommand),
@@ -160,6 +164,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Plant(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Replay(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -150,7 +150,7 @@ impl ParamsCommand {
                 other => return Err(unexpected(&other)),
             },
             Params::Save { name } => match Client::of(&self.project)?.call(&Call::Save { name: name.clone() })? {
-                Answer::Done {} => {}
+                Answer::Done {} => writeln!(out, "Saved as {name}.")?,
                 other => return Err(unexpected(&other)),
             },
             Params::Write { source } => {

@@ -34,6 +34,9 @@ pub(crate) struct ServeCommand {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Record every cycle into this file (MDF 4), which other tools read and `stickslip replay` replays.
+    #[arg(long, value_name = "FILE.mf4")]
+    record: Option<PathBuf>,
     /// End after so many seconds instead of at Ctrl-C.
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -45,7 +48,8 @@ impl ServeCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let source = source::read(&self.preset, settings)?;
-        let start = Start { source, seed: self.seed, wishes: Wishes::default(), project: self.project.clone() };
+        let (project, record) = (self.project.clone(), self.record.clone());
+        let start = Start { source, seed: self.seed, wishes: Wishes::default(), project, record };
         let live = Live::start(start)?;
         let refused = live.refused();
         let server = Server::start(live, self.listen, &self.project).map_err(|error| {

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::live::protocol::Status;
+use stickslip::live::protocol::{Doing, Status};
 
 use crate::failure::Failure;
 use crate::serve::Client;
@@ -54,12 +54,15 @@ impl StatusCommand {
     }
 }
 
+/// What runs, and how far it is where that is known.
+fn progress(doing: &Doing) -> String {
+    let percent = if doing.fraction > 0.0 { format!(", {:.0} %", 100.0 * doing.fraction) } else { String::new() };
+    format!("{}: {}{percent}", doing.what, doing.stage)
+}
+
 /// In one line.
-fn line(status: &Status) -> String {
-    let doing = status
-        .doing
-        .as_ref()
-        .map_or(String::new(), |doing| format!("  {} ({} {:.0} %)", doing.what, doing.stage, 100.0 * doing.fraction));
+pub(super) fn line(status: &Status) -> String {
+    let doing = status.doing.as_ref().map_or(String::new(), |doing| format!("  {}", progress(doing)));
     format!(
         "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N m  load {:7.3} N m  held {} lost {}{doing}",
         status.state,
@@ -96,7 +99,7 @@ fn page(status: &Status) -> String {
         ("linings", format!("preload {}", status.preload)),
     ];
     if let Some(doing) = &status.doing {
-        lines.push(("runs", format!("{}: {}, {:.0} %", doing.what, doing.stage, 100.0 * doing.fraction)));
+        lines.push(("runs", progress(doing)));
     }
     if let Some(last) = &status.last {
         let how = match (&last.error, &last.folder) {
@@ -114,6 +117,9 @@ fn page(status: &Status) -> String {
     };
     lines.push(("changed", format!("{} parameters since the begin{back}", status.changed)));
     lines.push(("operator", status.operator.clone().unwrap_or_else(|| "nobody".into())));
+    if let Some(recording) = &status.recording {
+        lines.push(("recording", recording.clone()));
+    }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
     lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
@@ -122,7 +128,7 @@ fn page(status: &Status) -> String {
 
 #[cfg(test)]
 mod tests {
-    use stickslip::live::protocol::{Doing, Ended};
+    use stickslip::live::protocol::Ended;
 
     use super::*;
 
@@ -137,6 +143,6 @@ mod tests {
         for part in ["running: too fast", "sine: moving, 50 %", "home: no index", "0 cycles, 0 samples", "nobody"] {
             assert!(page.contains(part), "{part} in {page}");
         }
-        assert!(line(&status).ends_with("sine (moving 50 %)"));
+        assert!(line(&status).ends_with("sine: moving, 50 %"));
     }
 }

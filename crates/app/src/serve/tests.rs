@@ -16,7 +16,7 @@ fn served() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into() };
+    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
     let live = Live::start(start).unwrap();
     (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path()).unwrap(), project)
 }
@@ -63,8 +63,7 @@ fn a_terminal_finds_the_bench_by_its_project_and_leaves_with_it() {
     assert!(matches!(text, Answer::Text { text } if text.contains("[bench.controller]")));
     let refused = client.call(&Call::Start {}).unwrap_err().to_string();
     assert!(refused.contains("Home or arm first"), "{refused}");
-    let clocked = server.stop().unwrap();
-    assert!(clocked.summary.cycles > 0);
+    assert!(server.stop().is_some());
     let gone = Client::of(project.path()).err().unwrap().to_string();
     assert!(gone.contains("stickslip serve"), "{gone}");
     let gone = client.status().unwrap_err().to_string();

@@ -23,7 +23,8 @@ pub struct Sample {
     pub frame: Frame,
     /// Cycles that found no room and are not known.
     pub lost: u64,
-    /// Cycles whose deadline was missed while a machine went on: voltages stood, nothing was computed.
+    /// Deadlines that were missed: voltages stood and nothing was computed. A virtual machine waited meanwhile; of one
+    /// of steel the numbers of these cycles are passed over.
     pub held: u64,
 }
 

@@ -8,6 +8,7 @@ mod files;
 
 use std::time::Instant;
 
+use crate::bench::tap::Tap;
 use crate::bench::{Bench, VirtualBench};
 use crate::experiment::{FrictionCurve, FrictionPlan, PreloadAdvice, advise_preload, home, measure_friction};
 use crate::fit::StribeckFit;
@@ -53,14 +54,15 @@ pub struct Measured {
 }
 
 impl Demo {
-    /// Runs it.
+    /// Runs it; who taps it gets every cycle.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::BenchFault`]; whatever a fit refuses.
-    pub fn run(preset: &Preset<f64>, seed: u64, watch: &Watch) -> Result<Self, Error> {
+    pub fn run(preset: &Preset<f64>, seed: u64, tap: Option<Tap>, watch: &Watch) -> Result<Self, Error> {
         let begin = Instant::now();
         let plan = FrictionPlan::quick();
         let mut bench = VirtualBench::new(preset, seed)?;
+        tap.into_iter().for_each(|tap| bench.tap(tap));
         home(&mut bench, watch)?;
         let released = measure(&plan, &mut bench, 0.0, watch)?;
         let pressed = measure(&plan, &mut bench, 1.0, watch)?;

@@ -23,6 +23,9 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Bench time that is handed over between two looks at what is asked for [s].
 const SLICE: f64 = 0.005;
 
+/// The stage of a motion: parameters may be changed during it.
+pub(super) const MOVING: &str = "moving";
+
 /// What the axis is to do.
 pub(super) enum Job {
     /// Parameters have come into force.
@@ -32,14 +35,13 @@ pub(super) enum Job {
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
     /// Run something to its end: results, if any, go into this folder.
-    Run {
-        what: String,
-        folder: Option<PathBuf>,
-        work: Box<dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send>,
-    },
+    Run { what: String, folder: Option<PathBuf>, work: Box<Work> },
     /// End.
     End,
 }
+
+/// Something that runs to its end.
+type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
     pub(super) fn home() -> Self {
@@ -100,7 +102,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 shared.ended("preload", pressed.map(|()| None));
             }
             Some(Job::Move { name, reference, render }) => {
-                shared.doing(Some(Doing { what: name.clone(), stage: "moving".into(), fraction: 0.0 }));
+                shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
                 motion = Some(begin(&bench, shared, name, &reference, render));
             }
             Some(Job::Run { what, folder, work }) => {
@@ -152,6 +154,10 @@ fn go(bench: &mut ClockedBench, shared: &Shared, motion: &mut Motion) -> Result<
             bench.drain(&mut |_| {})?;
             return Err(Error::Cancelled);
         }
+    }
+    if motion.ticks < u64::MAX {
+        let fraction = motion.generator.cycle() as f64 / motion.ticks as f64;
+        shared.doing(Some(Doing { what: motion.name.clone(), stage: MOVING.into(), fraction }));
     }
     Ok(true)
 }

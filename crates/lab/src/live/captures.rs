@@ -1,16 +1,18 @@
-//! The captures of all clients, by number.
+//! The captures and streams of all clients, by number.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use super::protocol::{Answer, Captured};
+use super::protocol::{Answer, Captured, Point};
 use crate::Error;
-use crate::capture::{Capture, Keep, Plan, Segment, Stage, Stream, Tap, Trigger};
+use crate::capture::{Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger};
 use crate::parameters::schema::nearest;
 use crate::run::channels;
 
-/// Captures at once.
-const MOST: usize = 8;
+/// Captures and streams at once.
+const MOST: usize = 16;
+/// Points that wait for whoever asks.
+const WAITING: usize = 4096;
 /// Memory of one [bytes].
 const LIMIT: usize = 64 << 20;
 /// Nobody asks any more for one that was not asked for so long.
@@ -27,10 +29,13 @@ pub(super) struct Captures {
 
 /// One of them.
 struct Running {
-    tap: Tap<Capture>,
-    signals: Vec<String>,
-    tick_time: f64,
+    what: What,
     asked: Instant,
+}
+
+enum What {
+    Capture { tap: Tap<Capture>, signals: Vec<String>, tick_time: f64 },
+    Stream(Tap<Envelope>),
 }
 
 impl Captures {
@@ -49,40 +54,71 @@ impl Captures {
         rate: f64,
     ) -> Result<Answer, Error> {
         let trigger: Trigger = trigger.parse()?;
+        let indices = self.indices(&signals)?;
+        let (before, after) = (ticks(span[0], rate)?, ticks(span[1], rate)?);
+        let plan = Plan { signals: indices, decimation, before, after, keep: Keep::First(1) };
+        let capture = Capture::new(plan, &trigger, &self.names, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(capture)?;
+        Ok(self.run(What::Capture { tap, signals, tick_time: 1.0 / rate }, stage(Stage::Filling)))
+    }
+
+    /// Begins a stream with a point each so often [s].
+    pub(super) fn watch(&mut self, signals: &[String], every: f64, rate: f64) -> Result<Answer, Error> {
+        let envelope = Envelope::new(self.indices(signals)?, ticks(every, rate)?.max(1), WAITING, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(envelope)?;
+        Ok(self.run(What::Stream(tap), "streaming"))
+    }
+
+    fn run(&mut self, what: What, stage: &str) -> Answer {
+        self.begun += 1;
+        self.running.insert(self.begun, Running { what, asked: Instant::now() });
+        Answer::Capture { capture: self.begun, stage: stage.into() }
+    }
+
+    fn indices(&self, signals: &[String]) -> Result<Vec<usize>, Error> {
         let index = |name: &String| {
-            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Answer {
-                question: "signal".into(),
-                answer: name.clone(),
+            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Unknown {
+                what: "signal",
+                name: name.clone(),
                 remedy: match nearest(name, self.names.iter().map(String::as_str)) {
                     Some(nearest) => format!("Did you mean {nearest}?"),
                     None => "`stickslip bench signals` lists them.".into(),
                 },
             })
         };
-        let indices = signals.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-        let ticks = |seconds: f64| {
-            // A number of ticks that none can have is refused with its memory.
-            if seconds >= 0.0 { Ok((seconds * rate).round() as u64) } else { Err(negative(seconds)) }
+        signals.iter().map(index).collect()
+    }
+
+    /// The points of a stream that wait.
+    pub(super) fn points(&mut self, number: u64) -> Result<Answer, Error> {
+        let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
+        running.asked = Instant::now();
+        let What::Stream(tap) = &running.what else { return Err(unknown(number)) };
+        let envelope = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
+        let point = |point: crate::capture::Point| Point {
+            from: point.from,
+            to: point.to,
+            missing: point.missing,
+            min: point.extremes.iter().map(|extremes| finite(extremes.min)).collect(),
+            max: point.extremes.iter().map(|extremes| finite(extremes.max)).collect(),
+            last: point.last.iter().copied().map(finite).collect(),
+            nan: point.extremes.iter().map(|extremes| extremes.nan).collect(),
         };
-        let (before, after) = (ticks(span[0])?, ticks(span[1])?);
-        let plan = Plan { signals: indices, decimation, before, after, keep: Keep::First(1) };
-        let capture = Capture::new(plan, &trigger, &self.names, LIMIT)?;
-        self.make_room()?;
-        let tap = self.stream.add(capture)?;
-        self.begun += 1;
-        self.running.insert(self.begun, Running { tap, signals, tick_time: 1.0 / rate, asked: Instant::now() });
-        Ok(Answer::Capture { capture: self.begun, stage: stage(Stage::Filling).into() })
+        Ok(Answer::Points { points: std::iter::from_fn(|| envelope.take()).map(point).collect() })
     }
 
     /// What one has; complete, it ends.
     pub(super) fn fetch(&mut self, number: u64) -> Result<Answer, Error> {
         let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
         running.asked = Instant::now();
-        let capture = self.stream.get_mut(&running.tap).ok_or_else(|| unknown(number))?;
+        let What::Capture { tap, signals, tick_time } = &running.what else { return Err(unknown(number)) };
+        let capture = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
         let Some(segment) = capture.take() else {
             return Ok(Answer::Capture { capture: number, stage: stage(capture.stage()).into() });
         };
-        let answer = captured(segment, running);
+        let answer = captured(segment, signals, *tick_time);
         self.end(number)?;
         Ok(Answer::Captured(Box::new(answer)))
     }
@@ -90,7 +126,10 @@ impl Captures {
     /// Ends one.
     pub(super) fn end(&mut self, number: u64) -> Result<(), Error> {
         let running = self.running.remove(&number).ok_or_else(|| unknown(number))?;
-        self.stream.remove(running.tap);
+        match running.what {
+            What::Capture { tap, .. } => drop(self.stream.remove(tap)),
+            What::Stream(tap) => drop(self.stream.remove(tap)),
+        }
         Ok(())
     }
 
@@ -103,7 +142,7 @@ impl Captures {
         match oldest.filter(|(_, running)| running.asked.elapsed() > FORGOTTEN).map(|(number, _)| *number) {
             Some(number) => self.end(number),
             None => Err(Error::Answer {
-                question: "captures at once".into(),
+                question: "captures and streams at once".into(),
                 answer: (MOST + 1).to_string(),
                 remedy: format!("At most {MOST}: fetch or drop one."),
             }),
@@ -111,15 +150,23 @@ impl Captures {
     }
 }
 
-fn captured(segment: Segment, running: &Running) -> Captured {
-    let number = |value: f64| value.is_finite().then_some(value);
+/// A number of ticks; one that none can have is refused with its memory.
+fn ticks(seconds: f64, rate: f64) -> Result<u64, Error> {
+    if seconds >= 0.0 { Ok((seconds * rate).round() as u64) } else { Err(negative(seconds)) }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn captured(segment: Segment, signals: &[String], tick_time: f64) -> Captured {
     Captured {
-        signals: running.signals.clone(),
-        times: segment.times(running.tick_time).collect(),
+        signals: signals.to_vec(),
+        times: segment.times(tick_time).collect(),
         trigger: segment.trigger,
         lost: segment.lost(),
         missing: segment.missing,
-        columns: segment.columns.iter().map(|column| column.iter().copied().map(number).collect()).collect(),
+        columns: segment.columns.iter().map(|column| column.iter().copied().map(finite).collect()).collect(),
         cycles: segment.cycles,
     }
 }
@@ -136,19 +183,19 @@ fn stage(stage: Stage) -> &'static str {
 
 fn negative(seconds: f64) -> Error {
     Error::OutOfRange {
-        name: "the time before or after a trigger",
+        name: "a time of a capture or stream",
         value: seconds,
         unit: "s",
         minimum: 0.0,
         maximum: f64::INFINITY,
-        remedy: "0 keeps nothing on that side.",
+        remedy: "Give a time in seconds.",
     }
 }
 
 fn unknown(number: u64) -> Error {
-    Error::Answer {
-        question: "capture".into(),
-        answer: number.to_string(),
+    Error::Unknown {
+        what: "capture",
+        name: number.to_string(),
         remedy: "It was fetched, dropped or forgotten: begin another one.".into(),
     }
 }

@@ -7,8 +7,9 @@ use std::time::Duration;
 use stickslip_core::supervise::SafetyState;
 
 use super::{Shared, lock};
+use crate::Error;
 use crate::bench::tap::Stream;
-use crate::run::Signals;
+use crate::run::{RunWriter, Signals};
 
 /// From look to look.
 const LOOK: Duration = Duration::from_millis(2);
@@ -25,7 +26,13 @@ pub(super) struct Newest {
 }
 
 /// Runs until the bench is gone.
-pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
+pub(super) fn run(mut stream: Stream, mut writer: Option<RunWriter>, shared: &Arc<Shared>) {
+    let mut failed = |ended: Result<(), Error>| {
+        // Where the disk takes no more the bench goes on; what was recorded is kept.
+        if let Err(error) = ended {
+            *lock(&shared.recording) = Some(error.to_string());
+        }
+    };
     loop {
         // Asked before the cycles are taken: those that came last are not left behind.
         let last = stream.is_closed();
@@ -37,8 +44,12 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             // Cycles only go up, and all rows are alike.
             drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
             newest = Some((sample.frame, signals));
+            record(&mut writer, &mut failed, |writer| writer.sample(&sample));
         }
-        while stream.change().is_some() {}
+        while let Some(changed) = stream.change() {
+            record(&mut writer, &mut failed, |writer| writer.change(&changed));
+        }
+        record(&mut writer, &mut failed, RunWriter::look);
         if let Some((frame, signals)) = newest {
             let fault = match frame.safety {
                 SafetyState::Fault(fault) => Some(fault.to_string()),
@@ -55,10 +66,27 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             };
         }
         if last {
+            if let Some(writer) = writer {
+                failed(writer.finish().map(drop));
+            }
             lock(&shared.newest).state = "ended";
             return;
         }
         thread::sleep(LOOK);
+    }
+}
+
+/// Records something, unless that has failed before.
+fn record(
+    writer: &mut Option<RunWriter>,
+    failed: &mut impl FnMut(Result<(), Error>),
+    what: impl FnOnce(&mut RunWriter) -> Result<(), Error>,
+) {
+    if let Some(open) = writer
+        && let Err(error) = what(open)
+    {
+        failed(Err(error));
+        *writer = None;
     }
 }
 

@@ -32,7 +32,7 @@ use crate::bench::tap::tap;
 use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent, refusals};
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
-use crate::run::channels;
+use crate::run::{About, RunWriter, channels};
 use crate::tuning::{Proposal, Sets, Tuning};
 use crate::workflow::measure::Plan;
 use crate::{Error, Watch, output, parameters};
@@ -51,6 +51,8 @@ pub struct Start {
     pub wishes: Wishes,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
+    /// File that the run is recorded into.
+    pub record: Option<PathBuf>,
 }
 
 /// A bench that runs.
@@ -80,6 +82,8 @@ struct Shared {
     /// What runs shall end.
     halt: Arc<AtomicBool>,
     histograms: Arc<Mutex<Histograms>>,
+    /// The file that is recorded into, or why not any more.
+    recording: Mutex<Option<String>>,
     runs: AtomicU64,
 }
 
@@ -94,10 +98,17 @@ impl Live {
     /// # Errors
     /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
     pub fn start(start: Start) -> Result<Self, Error> {
-        let Start { source, seed, wishes, project } = start;
+        let Start { source, seed, wishes, project, record } = start;
         let file = source.file.clone();
         let tuning = Tuning::new(source)?;
         let preset = *tuning.preset();
+        let writer = match &record {
+            Some(path) => {
+                let about = About { command: "stickslip serve".into(), preset, seed: Some(seed) };
+                Some(RunWriter::create(path, &about)?)
+            }
+            None => None,
+        };
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let mut bench = ClockedBench::virtual_machine(&preset, seed, wishes, Some(tap))?;
         let urgent = Mutex::new(bench.urgent().expect("nobody else has taken it"));
@@ -116,6 +127,7 @@ impl Live {
             preload: Mutex::new(bench.preload()),
             halt: Arc::default(),
             histograms: bench.histograms(),
+            recording: Mutex::new(record.map(|path| path.display().to_string())),
             runs: AtomicU64::new(1),
         });
         let (jobs, jobs_out) = mpsc::channel();
@@ -124,7 +136,7 @@ impl Live {
             refused: bench.granted().map(refusals).unwrap_or_default(),
             shared,
             jobs,
-            listener: thread::spawn(move || listener::run(stream, &known)),
+            listener: thread::spawn(move || listener::run(stream, writer, &known)),
             axis: thread::spawn(move || axis::run(bench, &known_too, &jobs_out)),
         };
         // The rendering law that the parameters ask for is in force from the begin.
@@ -183,6 +195,11 @@ impl Live {
             }
             Call::Move { reference, values, render } => {
                 let parsed = parse_reference(&reference, values.iter().map(|(name, value)| (name.as_str(), *value)))?;
+                if render {
+                    // A margin takes a moment: nobody waits for it who only looks.
+                    let tuning = lock(&self.shared.tuning).clone();
+                    tuning.renderable()?;
+                }
                 let job = Job::Move { name: reference.clone(), reference: Box::new(parsed), render };
                 self.begin(&reference, job)
             }
@@ -232,6 +249,11 @@ impl Live {
                 lock(&self.shared.captures).begin(signals, &trigger, [before, after], decimation, rate)
             }
             Call::Fetch { capture } => lock(&self.shared.captures).fetch(capture),
+            Call::Stream { signals, every } => {
+                let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+                lock(&self.shared.captures).watch(&signals, every, rate)
+            }
+            Call::Points { capture } => lock(&self.shared.captures).points(capture),
             Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
         }
     }
@@ -286,7 +308,7 @@ impl Live {
         let tuning = lock(&self.shared.tuning).clone();
         let proposal = propose(&tuning)?;
         let doing = lock(&self.shared.doing);
-        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != "moving") {
+        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != axis::MOVING) {
             return Err(Error::Busy { what: doing.what.clone() });
         }
         let cycle = self.enter(&proposal)?;
@@ -346,7 +368,7 @@ impl Live {
                 held: newest.held,
                 lost: newest.lost,
             },
-            recording: None,
+            recording: lock(&shared.recording).clone(),
         }
     }
 }

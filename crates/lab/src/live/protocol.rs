@@ -100,7 +100,19 @@ pub enum Call {
         /// Its number.
         capture: u64,
     },
-    /// End a capture.
+    /// Stream signals live, thinned out so that no spike is lost; the answer has the stream's number.
+    Stream {
+        /// Names of the signals.
+        signals: Vec<String>,
+        /// From point to point [s], a tick at least.
+        every: f64,
+    },
+    /// The points of a stream that have come since the last time.
+    Points {
+        /// The stream's number.
+        capture: u64,
+    },
+    /// End a capture or a stream.
     Drop {
         /// Its number.
         capture: u64,
@@ -125,6 +137,8 @@ impl Call {
                 | Call::Signals {}
                 | Call::Capture { .. }
                 | Call::Fetch { .. }
+                | Call::Stream { .. }
+                | Call::Points { .. }
                 | Call::Drop { .. }
                 // Whoever sees danger may stop.
                 | Call::Stop {}
@@ -183,15 +197,20 @@ pub enum Answer {
         /// In the order of a row.
         signals: Vec<Signal>,
     },
-    /// A capture, not complete yet.
+    /// A capture, not complete yet, or a stream.
     Capture {
         /// Its number.
         capture: u64,
-        /// `filling`, `armed`, `delayed`, `triggered`.
+        /// `filling`, `armed`, `delayed`, `triggered`; of a stream `streaming`.
         stage: String,
     },
     /// A capture that is complete.
     Captured(Box<Captured>),
+    /// Points of a stream, oldest first.
+    Points {
+        /// Each.
+        points: Vec<Point>,
+    },
 }
 
 /// How the bench is.
@@ -302,6 +321,25 @@ pub struct Signal {
     pub unit: String,
     /// What it is.
     pub help: String,
+}
+
+/// A window of a stream: all its samples lie between the least and the largest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Point {
+    /// Its first cycle.
+    pub from: u64,
+    /// Its last cycle.
+    pub to: u64,
+    /// Cycles that are in no point, since the point before: lost, or in points that nobody took in time.
+    pub missing: u64,
+    /// Of each signal the least value; `null` where there is no number.
+    pub min: Vec<Option<f64>>,
+    /// Of each signal the largest.
+    pub max: Vec<Option<f64>>,
+    /// Of each signal the last.
+    pub last: Vec<Option<f64>>,
+    /// Of each signal whether there is among them what is no number.
+    pub nan: Vec<bool>,
 }
 
 /// What was captured.

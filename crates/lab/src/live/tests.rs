@@ -10,10 +10,21 @@ const ANN: &str = "ann";
 
 /// A bench of few ticks, which a busy machine keeps up with, in a project of its own.
 fn live() -> (Live, tempfile::TempDir) {
+    live_into(|_| None)
+}
+
+/// The same, recorded into a file of its project.
+fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<crate::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into() };
+    let start = Start {
+        source,
+        seed: 1,
+        wishes: Wishes::PLAIN,
+        project: project.path().into(),
+        record: record(project.path()),
+    };
     (Live::start(start).unwrap(), project)
 }
 
@@ -41,7 +52,7 @@ fn set(path: &str, value: &str) -> Call {
 
 fn sine(amplitude: f64) -> Call {
     let values = BTreeMap::from([("amplitude".to_owned(), amplitude), ("frequency".to_owned(), 2.0)]);
-    Call::Move { reference: "sine".into(), values, render: true }
+    Call::Move { reference: "sine".into(), values, render: false }
 }
 
 const GAIN: &str = "bench.controller.position_gain";
@@ -90,6 +101,28 @@ fn an_axis_is_homed_moved_tuned_captured_and_halted() {
     assert!(now.state == "running" && now.velocity.abs() < 0.5 && now.clock.lost == 0, "{now:?}");
     let clocked = live.stop().unwrap();
     assert_eq!(clocked.summary.ending.to_string(), "it was stopped");
+}
+
+#[test]
+fn a_stream_has_every_cycle_in_one_of_its_points() {
+    let (live, _project) = live();
+    let stream = Call::Stream { signals: vec!["measurement.tacho_voltage".into(), "angle".into()], every: 0.02 };
+    let Answer::Capture { capture, .. } = live.call("looks", stream).unwrap() else { panic!("no stream") };
+    let mut points = Vec::new();
+    while points.len() < 10 {
+        match live.call("looks", Call::Points { capture }).unwrap() {
+            Answer::Points { points: more } => points.extend(more),
+            other => panic!("{other:?}"),
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    for pair in points.windows(2) {
+        assert_eq!((pair[1].from, pair[1].missing, pair[1].to), (pair[0].to + 1, 0, pair[0].to + 20));
+        assert!(pair[1].min[0] < pair[1].max[0], "noise");
+    }
+    assert!(live.call("looks", Call::Fetch { capture }).is_err(), "it is no capture");
+    live.call("looks", Call::Drop { capture }).unwrap();
+    assert!(live.call("looks", Call::Points { capture }).is_err());
 }
 
 #[test]
@@ -143,6 +176,9 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     assert!(refused(Call::Move { reference: "sin".into(), values: BTreeMap::new(), render: false }).contains("sine"));
     let values = BTreeMap::from([("frequency\"]\n[x".to_owned(), 1.0)]);
     refused(Call::Move { reference: "sine".into(), values, render: false });
+    // At 1 kHz the desired friction of this preset is out of reach.
+    let values = BTreeMap::new();
+    assert!(refused(Call::Move { reference: "sine".into(), values, render: true }).contains("render"));
     assert!(refused(set("bench.tick_rate", "2000")).contains("anew"));
     assert!(refused(Call::Load { name: "none".into() }).contains("None is saved"));
     assert!(refused(Call::Preload { preload: f64::NAN }).contains("0 releases"));
@@ -158,10 +194,10 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
     refused(capture("angle", "immediate", -1.0));
     refused(capture("angle", "immediate", f64::NAN));
     refused(capture("angle", "immediate", 1e9));
-    for _ in 0..8 {
+    for _ in 0..16 {
         live.call(ANN, capture("angle", "angle above 1e9", 0.1)).unwrap();
     }
-    assert!(refused(capture("angle", "immediate", 0.1)).contains("At most 8"));
+    assert!(refused(capture("angle", "immediate", 0.1)).contains("At most 16"));
     let now = status(&live);
     assert_eq!((now.changed, now.state.as_str(), now.doing), (0, "off", None));
 }
@@ -187,4 +223,26 @@ fn every_call_and_answer_is_the_same_behind_its_json() {
     let text = serde_json::to_string(&answer).unwrap();
     assert!(text.starts_with(r#"{"answer":"status","preset":"#), "{text}");
     assert_eq!(serde_json::from_str::<Answer>(&text).unwrap(), answer);
+}
+
+#[test]
+fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_it() {
+    let (live, project) = live_into(|project| Some(project.join("run.mf4")));
+    live.call(ANN, Call::Home {}).unwrap();
+    ended(&live);
+    live.call(ANN, sine(0.2)).unwrap();
+    live.call(ANN, set("bench.law.kind", "bristle")).unwrap();
+    live.call(ANN, set(GAIN, "11.5")).unwrap();
+    live.call(ANN, Call::Halt {}).unwrap();
+    ended(&live);
+    live.call(ANN, Call::Preload { preload: 0.5 }).unwrap();
+    ended(&live);
+    live.call(ANN, Call::Stop {}).unwrap();
+    assert!(status(&live).recording.unwrap().ends_with("run.mf4"));
+    live.stop().unwrap();
+    let record = crate::run::Record::read(&project.path().join("run.mf4")).unwrap();
+    let replayed = crate::run::replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine && replayed.cycles > 500, "{replayed:?}");
+    // The law of the begin, home (3), start, two sets, preload, stop.
+    assert!(record.changes.len() >= 7, "{}", record.changes.len());
 }

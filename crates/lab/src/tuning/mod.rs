@@ -88,6 +88,15 @@ impl Tuning {
         &self.in_force().law
     }
 
+    /// Whether the set in force can be rendered: how far the law is from chatter.
+    ///
+    /// # Errors
+    /// [`Error::NotRenderable`], [`Error::Chatters`]; what the design functions refuse.
+    pub fn renderable(&self) -> Result<Margin, Error> {
+        let Set { preset, law, .. } = self.in_force();
+        admit(preset, law)
+    }
+
     /// What is not as in the reference.
     pub fn differences(&self) -> Vec<Difference> {
         parameters::diff(&self.reference.preset, self.preset())
@@ -102,7 +111,8 @@ impl Tuning {
     ///
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that would be wrong; [`Error::NotWhileRunning`];
-    /// [`Error::NotRenderable`], [`Error::Chatters`]; what the design functions refuse.
+    /// [`Error::NotRenderable`], [`Error::Chatters`] where the set in force can be rendered and this one could not; what
+    /// the design functions refuse.
     pub fn set(&self, changes: &[(String, String)]) -> Result<Proposal, Error> {
         let Source { file, text } = &self.in_force().source;
         let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
@@ -175,15 +185,25 @@ impl Tuning {
         let (law, margin) = if of_law(&preset) == of_law(&before.preset) {
             (before.law, None)
         } else {
-            let (model, settings) = (&preset.model, &preset.bench);
-            let plan = FrictionPlan::default();
-            let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
-            Region::of(model, settings, passage)?.admit(&model.own, &settings.desired, plan.fastest)?;
-            let law = design::rendering_law(model, settings)?;
-            (law, Some(design::margin(&law, model, settings)?))
+            let law = design::rendering_law(&preset.model, &preset.bench)?;
+            match admit(&preset, &law) {
+                Ok(margin) => (law, Some(margin)),
+                // Nothing renders that could not before: there must be a way back.
+                Err(_) if self.renderable().is_err() => (law, None),
+                Err(refusal) => return Err(refusal),
+            }
         };
         Ok(Proposal { differences, margin, set: Set { source, preset, law }, place })
     }
+}
+
+/// Whether a law can render what a preset desires.
+fn admit(preset: &Preset<f64>, law: &Law<f64>) -> Result<Margin, Error> {
+    let (model, settings) = (&preset.model, &preset.bench);
+    let plan = FrictionPlan::default();
+    let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
+    Region::of(model, settings, passage)?.admit(&model.own, &settings.desired, plan.fastest)?;
+    design::margin(law, model, settings)
 }
 
 /// All that a rendering law follows from.

@@ -31,7 +31,7 @@ impl Sets {
     /// The set of a name.
     ///
     /// # Errors
-    /// [`Error::Answer`] where there is none, with the nearest name; [`Error::File`].
+    /// [`Error::Unknown`] with the nearest name; [`Error::File`].
     pub fn find(&self, name: &str) -> Result<Source, Error> {
         let path = self.path(name)?;
         match std::fs::read_to_string(&path) {
@@ -43,7 +43,7 @@ impl Sets {
                     None if names.is_empty() => "None is saved yet.".into(),
                     None => format!("There are: {}.", names.join(", ")),
                 };
-                Err(Error::Answer { question: "parameter set".into(), answer: name.into(), remedy })
+                Err(Error::Unknown { what: "parameter set", name: name.into(), remedy })
             }
             Err(source) => Err(Error::file(&path, "read", source)),
         }

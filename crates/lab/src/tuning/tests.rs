@@ -88,6 +88,12 @@ fn another_desired_friction_brings_its_margin_and_one_that_cannot_be_is_refused(
     assert!(matches!(proposal.parameters(Correction::Nothing).unwrap().tick.law, Law::Bristle(_)));
     let refused = tuning.set(&change("bench.desired.breakaway_torque", "90")).unwrap_err();
     assert!(matches!(refused, Error::NotRenderable(_)), "{refused}");
+    // Where nothing can be rendered anyway, as at 1 kHz, there must be a way back.
+    let mut source = presets::find("clm-bench").unwrap();
+    source.text = parameters::set::<Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
+    let slow = Tuning::new(source).unwrap();
+    assert!(matches!(slow.renderable(), Err(Error::NotRenderable(_))));
+    assert_eq!(slow.set(&change("bench.law.kind", "bristle")).unwrap().margin, None);
 }
 
 #[test]

@@ -168,8 +168,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         capture.write(folder.path(), "stickslip capture").unwrap();
         let read = crate::recording::Recording::read(&folder.path().join("capture.parquet")).unwrap();
-        assert_eq!(read.column("torque").unwrap().values, [0.5; 3]);
-        assert_eq!(read.column("angle").unwrap().unit.as_deref(), Some("rad"));
+        let torque = read.column("torque").unwrap();
+        assert_eq!((&torque.values[..], torque.unit.as_deref()), (&[0.5; 3][..], Some("N m")));
         let lines = capture.table().lines();
         assert!(lines.iter().any(|line| line.contains("angle") && line.contains("2.000000")), "{lines:?}");
         assert!(lines.iter().any(|line| line.contains("aim") && line.contains("none")), "{lines:?}");

@@ -181,9 +181,9 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     fn hold(&mut self, _: u64) {
         if !self.machine.waits() {
             self.software.miss();
-            if let Some(samples) = &mut self.samples {
-                samples.hold();
-            }
+        }
+        if let Some(samples) = &mut self.samples {
+            samples.hold();
         }
     }
 

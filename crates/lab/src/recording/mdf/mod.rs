@@ -111,7 +111,7 @@ pub struct Summary {
     pub rows: u64,
     /// Length of the file.
     pub bytes: u64,
-    /// What a recovery cut off behind the last whole block [bytes].
+    /// Bytes of no whole block, which a recovery left aside.
     pub discarded: u64,
 }
 

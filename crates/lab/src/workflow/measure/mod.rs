@@ -10,6 +10,7 @@ use stickslip_core::fields::Fields;
 use stickslip_rt::Wishes;
 
 use super::write_columns;
+use crate::bench::tap::Tap;
 use crate::bench::{Bench, Clocked, ClockedBench, VirtualBench};
 use crate::experiment::home;
 use crate::figure::Figure;
@@ -86,7 +87,7 @@ pub struct Measurement<P: Plan> {
     pub clocked: Option<Clocked>,
 }
 
-/// Switches a virtual bench on and measures as [`measure_on`].
+/// Switches a virtual bench on and measures as [`measure_on`]; who taps it gets every cycle.
 ///
 /// # Errors
 /// As [`measure_on`]; what the design of the bench refuses.
@@ -95,9 +96,12 @@ pub fn measure<P: Plan>(
     preset: &Preset<f64>,
     preload: Option<f64>,
     seed: u64,
+    tap: Option<Tap>,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
-    let measured = measure_on(plan, preset, &mut VirtualBench::new(preset, seed)?, preload, watch)?;
+    let mut bench = VirtualBench::new(preset, seed)?;
+    tap.into_iter().for_each(|tap| bench.tap(tap));
+    let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
     Ok(Measurement { seed: Some(seed), ..measured })
 }
 
@@ -113,9 +117,10 @@ pub fn measure_by_the_clock<P: Plan>(
     preload: Option<f64>,
     seed: u64,
     wishes: Wishes,
+    tap: Option<Tap>,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
-    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, None)?;
+    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
     let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
     Ok(Measurement { seed: Some(seed), clocked: bench.stop(), ..measured })
 }

@@ -1,0 +1,65 @@
+//! `stickslip replay`: a recorded run once more, every bit compared.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::run::{Record, replay};
+use stickslip::{Summary, Watch};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+
+/// Which run.
+#[derive(Args)]
+pub(crate) struct ReplayCommand {
+    /// The run's file, or the folder with its run.mf4.
+    run: PathBuf,
+    /// Folder for summary.json; without, nothing is written.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl ReplayCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let path = if self.run.is_dir() { self.run.join("run.mf4") } else { self.run };
+        let record = Record::read(&path)?;
+        let replayed = replay(&record, watch)?;
+        let mut summary = Summary::new("replay");
+        summary
+            .result("replay.identical", f64::from(u8::from(replayed.identical())), "1")
+            .result("replay.cycles", replayed.cycles as f64, "1")
+            .result("replay.recorded", replayed.of as f64, "1")
+            .result("replay.machine", f64::from(u8::from(replayed.machine)), "1")
+            .result("replay.lost", replayed.lost as f64, "1");
+        if let Some(first) = &replayed.first {
+            summary.result("replay.first.cycle", first.cycle as f64, "1");
+            summary.row([
+                ("block", first.block.into()),
+                ("signal", first.signal.clone().into()),
+                ("recorded", first.recorded.into()),
+                ("replayed", first.replayed.into()),
+            ]);
+        }
+        if let Some(folder) = &self.out {
+            stickslip::output::create_folder(folder)?;
+            summary.write(folder)?;
+        }
+        let whom = if replayed.machine { "software and machine" } else { "software" };
+        let text = match &replayed.first {
+            Some(first) => format!(
+                "The first difference is in cycle {}, of the {}: {} was {:e}, now it is {:e}.",
+                first.cycle, first.block, first.signal, first.recorded, first.replayed
+            ),
+            None if replayed.lost > 0 => format!(
+                "{} of {} cycles replayed, {whom} to the bit; then {} cycles are not in the record.",
+                replayed.cycles, replayed.of, replayed.lost
+            ),
+            None => format!("{} cycles replayed, {whom}: every bit is the same.", replayed.cycles),
+        };
+        self.shown.show(out, &summary, |out| Ok(writeln!(out, "{text}")?))?;
+        if replayed.identical() { Ok(()) } else { Err(Failure::Served("the run does not replay to the bit".into())) }
+    }
+}
