@@ -1,5 +1,6 @@
 //! Each fault, injected while the bench moves and renders: seen, braked, kept until it is acknowledged. The table of the
 //! guide is made here.
+#![expect(clippy::unwrap_used, reason = "tests")]
 
 use std::fmt::Write as _;
 

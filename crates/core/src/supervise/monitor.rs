@@ -118,6 +118,11 @@ impl Monitor {
         }
     }
 
+    /// What is left behind a fault that may have spoilt it: motors stay as warm as they are.
+    pub(super) fn anew(&self) -> Self {
+        Monitor { heat: self.heat, ..Monitor::default() }
+    }
+
     /// By how much tacho and encoder may be apart at the present speed [rad/s].
     fn velocity_tolerance(&self, limits: &SafetyLimits<f64>) -> f64 {
         limits.moving_velocity.max(limits.velocity_share * self.tacho.abs().max(self.encoder.abs()))

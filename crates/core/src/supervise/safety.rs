@@ -215,7 +215,7 @@ impl Safety {
             self.zero = None;
         }
         if request == Request::Acknowledge && self.zero.is_none() {
-            self.monitor = Monitor::default();
+            self.monitor = self.monitor.anew();
         }
         (self.state, self.braking) = (next, None);
         Ok(next)
@@ -296,8 +296,8 @@ impl Safety {
         self.stop.ramp = (self.stop.ramp - deceleration * dt).max(0.0);
         let slow = velocity.abs() >= self.limits.standstill_velocity;
         let failed = trusted.is_none()
-            || self.monitor.is_hot(&self.limits)
-            || slow && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
+            || (slow || self.monitor.is_hot(&self.limits))
+                && self.stop.time > LATE * self.stop.begin / deceleration + PATIENCE
             // It drives instead.
             || velocity.abs() > self.stop.begin + self.limits.moving_velocity.max(0.1 * self.stop.begin);
         // What pushes is held, until somebody switches off.

@@ -292,6 +292,16 @@ fn both_motors_are_guarded_against_too_much_current_and_against_heat() {
         assert!(matches!(fault(&warm), Fault::Overheated { motor, .. } if motor == name));
         // 1 − e^(−t/T) = 1/4.
         assert!((time - 30.0 * (4.0_f64 / 3.0).ln()).abs() < 0.01, "{time}");
+        // It is braked all the same, and no acknowledgement cools it.
+        let mut warm = warm;
+        assert!(warm.braking().is_some_and(|braking| braking.torque < 0.0));
+        warm.zero = None;
+        warm.state = SafetyState::Fault(fault(&warm));
+        warm.request(Request::Acknowledge).unwrap();
+        warm.request(Request::Home).unwrap();
+        let mut input = calm(0.0);
+        put(&mut input, continuous);
+        assert!(matches!(warm.step(input, DT), SafetyState::Stopping(Some(Fault::Overheated { .. }))));
         let (cool, _) = cruise(10.0, 120.0, |_, input| put(input, 0.99 * continuous));
         assert_eq!(cool.state(), SafetyState::Running);
     }
