@@ -12,7 +12,7 @@ use stickslip::bench::Wishes;
 use stickslip::live::{Live, Start};
 
 use crate::failure::Failure;
-use crate::serve::Server;
+use crate::serve::{Client, Patience, Place, Server};
 use crate::shown::Shown;
 use crate::source::{self, Setting};
 
@@ -48,11 +48,20 @@ impl ServeCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let source = source::read(&self.preset, settings)?;
+        if let Ok(place) = Place::find(&self.project)
+            && Client::at(place.clone()).status().is_ok()
+        {
+            return Err(Failure::Served(format!(
+                "a bench is served for {} already, at {}. End it, or name another folder by --project.",
+                self.project.display(),
+                place.address
+            )));
+        }
         let (project, record) = (self.project.clone(), self.record.clone());
         let start = Start { source, seed: self.seed, wishes: Wishes::default(), project, record };
         let live = Live::start(start)?;
         let refused = live.refused();
-        let server = Server::start(live, self.listen, &self.project).map_err(|error| {
+        let server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {
             Failure::Served(format!(
                 "cannot listen at {} for {} ({error}). Another bench may be served there: name another address by \
                  --listen, port 0 takes a free one.",

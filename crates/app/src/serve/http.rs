@@ -28,10 +28,23 @@ use super::{Left, Place};
 const LARGEST: usize = 256 << 10;
 /// Connections at once.
 const CONNECTIONS: usize = 64;
-/// How long a client may take for the head of its request.
-const HEAD: Duration = Duration::from_secs(5);
-/// How long it may take for all of it, and for the answer.
-const WHOLE: Duration = Duration::from_secs(120);
+/// How long a call may take.
+const CALL: Duration = Duration::from_secs(120);
+
+/// How long a client may take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patience {
+    /// For the head of a request.
+    pub(crate) head: Duration,
+    /// For a connection as a whole, bodies and answers included.
+    pub(crate) whole: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Patience { head: Duration::from_secs(5), whole: Duration::from_secs(150) }
+    }
+}
 
 /// A bench that is served.
 pub(crate) struct Server {
@@ -53,7 +66,7 @@ impl Server {
     ///
     /// # Errors
     /// The system refuses the address, the folder or a thread.
-    pub(crate) fn start(live: Live, listen: SocketAddr, project: &Path) -> std::io::Result<Self> {
+    pub(crate) fn start(live: Live, listen: SocketAddr, project: &Path, patience: Patience) -> std::io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let listener = runtime.block_on(TcpListener::bind(listen))?;
         let mut secret = [0; 16];
@@ -71,7 +84,7 @@ impl Server {
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);
         let (stop, stopped) = watch::channel(false);
-        runtime.spawn(accept(listener, router, stopped));
+        runtime.spawn(accept(listener, router, patience, stopped));
         Ok(Server { place, live, runtime, stop, _left: left })
     }
 
@@ -85,7 +98,7 @@ impl Server {
 }
 
 /// Takes connections, so many at once.
-async fn accept(listener: TcpListener, router: Router, mut stopped: watch::Receiver<bool>) {
+async fn accept(listener: TcpListener, router: Router, patience: Patience, mut stopped: watch::Receiver<bool>) {
     let room = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
         let Ok(permit) = room.clone().acquire_owned().await else { return };
@@ -101,9 +114,10 @@ async fn accept(listener: TcpListener, router: Router, mut stopped: watch::Recei
         let service = TowerToHyperService::new(router.clone());
         tokio::spawn(async move {
             let mut builder = hyper::server::conn::http1::Builder::new();
-            builder.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(64 << 10);
-            // A client that breaks off is its own affair.
-            let _ = builder.serve_connection(TokioIo::new(stream), service).await;
+            builder.timer(TokioTimer::new()).header_read_timeout(patience.head).max_buf_size(64 << 10);
+            let connection = builder.serve_connection(TokioIo::new(stream), service);
+            // A client that breaks off, or takes for ever, is its own affair.
+            let _ = tokio::time::timeout(patience.whole, connection).await;
             drop(permit);
         });
     }
@@ -150,7 +164,7 @@ async fn call(
     let client: String = client.unwrap_or("somebody").chars().take(64).collect();
     // Parameters may be designed for seconds: not on a thread that serves others.
     let answer = tokio::task::spawn_blocking(move || shared.live.call(&client, call));
-    match tokio::time::timeout(WHOLE, answer).await {
+    match tokio::time::timeout(CALL, answer).await {
         Ok(Ok(Ok(answer))) => Json(answer).into_response(),
         Ok(Ok(Err(error))) => refused(status(&error), error.to_string()),
         Ok(Err(_)) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the call failed within the bench; report it".into()),

@@ -7,7 +7,7 @@ mod http;
 mod tests;
 
 pub(crate) use client::{Client, unexpected};
-pub(crate) use http::Server;
+pub(crate) use http::{Patience, Server};
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -65,15 +65,20 @@ impl Place {
         }
         #[cfg(not(unix))]
         std::fs::write(&path, text)?;
-        Ok(Left(path))
+        Ok(Left { path, text })
     }
 }
 
-/// Takes the file away again.
-struct Left(PathBuf);
+/// Takes the file away again, unless it is another bench's by now.
+struct Left {
+    path: PathBuf,
+    text: String,
+}
 
 impl Drop for Left {
     fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
+        if std::fs::read_to_string(&self.path).is_ok_and(|text| text == self.text) {
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 }

@@ -18,7 +18,8 @@ fn served() -> (Server, tempfile::TempDir) {
     let project = tempfile::tempdir().unwrap();
     let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
     let live = Live::start(start).unwrap();
-    (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path()).unwrap(), project)
+    let patience = Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3) };
+    (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path(), patience).unwrap(), project)
 }
 
 /// What comes back for these bytes.
@@ -71,6 +72,17 @@ fn a_terminal_finds_the_bench_by_its_project_and_leaves_with_it() {
 }
 
 #[test]
+fn the_file_of_another_bench_is_left() {
+    let (server, project) = served();
+    let other = Place { token: "other".into(), ..server.place.clone() };
+    let left = other.leave(project.path()).unwrap();
+    assert!(server.stop().is_some());
+    assert_eq!(Place::find(project.path()).unwrap(), other);
+    drop(left);
+    assert!(Place::find(project.path()).is_err());
+}
+
+#[test]
 fn a_page_of_another_origin_a_form_and_a_stranger_are_refused() {
     let (server, _project) = served();
     let status = r#"{"call":"status"}"#;
@@ -116,6 +128,12 @@ fn what_is_too_large_too_slow_or_no_http_ends_and_the_bench_goes_on() {
     let mut rest = Vec::new();
     let _ = slow.read_to_end(&mut rest);
     drop(half_open);
+    // One that never finishes its body.
+    let mut slow = TcpStream::connect(server.place.address).unwrap();
+    let head = format!("POST /api HTTP/1.1\r\nHost: {}\r\nContent-Length: 100\r\n", server.place.address);
+    slow.write_all(format!("{head}{}\r\n{{", allowed(&server)).as_bytes()).unwrap();
+    slow.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    assert_eq!(slow.read_to_end(&mut rest).unwrap(), 0, "cut off without an answer");
     let after = Client::of(project.path()).unwrap().status().unwrap();
     assert!(after.cycle > before.cycle && after.clock.lost == 0, "{after:?}");
 }
