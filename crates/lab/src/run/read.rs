@@ -68,7 +68,8 @@ impl Record {
             preset,
             seed: property("seed").and_then(|seed| seed.parse().ok()),
             initial: events.initial.ok_or_else(|| no_record("its begin is missing"))?,
-            cycles: cycles(&contents).ok_or_else(|| no_record("its signals are others"))?,
+            cycles: in_order(cycles(&contents).ok_or_else(|| no_record("its signals are others"))?)
+                .ok_or_else(|| no_record("its cycles are not in their order"))?,
             changes: events.changes,
             lost: events.lost,
         })
@@ -80,6 +81,21 @@ struct Events {
     initial: Option<stickslip_core::cycle::Parameters<f64>>,
     changes: Vec<Changed>,
     lost: Vec<(u64, u64)>,
+}
+
+/// More cycles in a row than this are not held: a replay would count through whatever a file claims.
+const LONGEST_GAP: u64 = 1 << 24;
+
+/// The same, unless a cycle does not come after the one before, or long after it.
+fn in_order(cycles: Vec<(u64, Signals<f64>)>) -> Option<Vec<(u64, Signals<f64>)>> {
+    let mut next = 0;
+    for (cycle, _) in &cycles {
+        if *cycle < next || *cycle - next > LONGEST_GAP {
+            return None;
+        }
+        next = cycle.checked_add(1)?;
+    }
+    Some(cycles)
 }
 
 /// The rows; none where a channel is missing.

@@ -183,6 +183,23 @@ fn a_record_that_broke_off_is_replayed_as_far_as_it_goes() {
 }
 
 #[test]
+fn a_record_that_claims_a_cycle_that_cannot_be_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let about = About { command: "test".into(), preset: preset(), seed: None };
+    let mut writer = RunWriter::create(&path, &about).unwrap();
+    let mut bench = VirtualBench::new(&about.preset, 7).unwrap();
+    let mut frame = bench.step(Command::default()).unwrap();
+    for cycle in [0, 1 << 40] {
+        frame.cycle = cycle;
+        writer.sample(&Sample { frame, lost: 0, held: 0 }).unwrap();
+    }
+    writer.finish().unwrap();
+    let refused = Record::read(&path).unwrap_err().to_string();
+    assert!(refused.contains("not in their order"), "{refused}");
+}
+
+#[test]
 fn what_is_no_record_or_of_another_version_is_refused_with_the_one_that_can() {
     use std::time::SystemTime;
 
