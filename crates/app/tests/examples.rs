@@ -115,6 +115,10 @@ fn must_run(example: &str, folder: &Path, root: &Path) {
     // What is behind > is the shell's.
     let line = example.split(" > ").next().unwrap_or_default();
     let words: Vec<String> = line.split(' ').map(|word| at_home(word, root)).collect();
+    // A project has one bench, and this folder's is served.
+    let apart = folder.join("apart");
+    let folder = if example.starts_with("serve") { &*apart } else { folder };
+    std::fs::create_dir_all(folder).expect("the folder takes folders");
     let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>(), folder);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "stickslip {example}: {errors}");
