@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use stickslip::run::{Record, replay};
+use stickslip::run::Stored;
 use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
@@ -25,8 +25,7 @@ pub(crate) struct ReplayCommand {
 impl ReplayCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let path = if self.run.is_dir() { self.run.join("run.mf4") } else { self.run };
-        let record = Record::read(&path)?;
-        let replayed = replay(&record, watch)?;
+        let replayed = Stored::open(&path)?.replay(watch)?;
         let mut summary = Summary::new("replay");
         summary
             .result("replay.identical", f64::from(u8::from(replayed.identical())), "1")

@@ -9,6 +9,7 @@ mod signals;
 #[cfg(test)]
 mod tests;
 
+pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{Signals, channels};
@@ -55,10 +56,5 @@ impl Record {
     /// Length of a tick [s].
     pub fn tick_time(&self) -> f64 {
         self.preset.bench.tick_time()
-    }
-
-    /// How many cycles before this one are not known.
-    fn lost_before(&self, cycle: u64) -> u64 {
-        self.lost.iter().find(|(behind, _)| *behind == cycle).map_or(0, |(_, lost)| *lost)
     }
 }

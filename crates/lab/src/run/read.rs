@@ -7,30 +7,45 @@ use stickslip_core::cycle::Change;
 use super::Record;
 use super::change::parse;
 use super::recorder::{BEGIN, CHANGED, LOST, PRESET, SCHEMA};
+use super::replay::{Replayed, replayed};
 use super::signals::{Signals, channels};
-use crate::Error;
 use crate::bench::tap::{Changed, What};
 use crate::parameters::presets::Source;
-use crate::recording::mdf::{self, Contents, Group};
+use crate::recording::mdf::{Opened, Rows};
 use crate::recording::unreadable;
+use crate::{Error, Watch};
 
 impl Record {
-    /// Reads a run's file; what was recorded also where the recorder did not come to its end.
+    /// Reads a whole run into memory.
+    ///
+    /// # Errors
+    /// As [`Stored::open`].
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let mut stored = Stored::open(path)?;
+        stored.record.cycles = stored.cycles()?.collect::<Result<_, _>>()?;
+        Ok(stored.record)
+    }
+}
+
+/// A run in its file, whose cycles are taken one after the other: it may be longer than the memory holds.
+pub struct Stored {
+    /// The run without its cycles.
+    record: Record,
+    file: Opened,
+}
+
+impl Stored {
+    /// Opens a run's file; what was recorded also where the recorder did not come to its end.
     ///
     /// # Errors
     /// A file that cannot be read, is no record of a run, or one of another version of the program: that can replay it.
-    pub fn read(path: &Path) -> Result<Self, Error> {
-        let contents = mdf::read(path)?;
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let file = Opened::open(path)?;
+        let contents = file.head();
         let property = |name: &str| {
             contents.header.properties.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
         };
-        let no_record = |what: &str| {
-            unreadable(
-                path,
-                &format!("it is no record of a run: {what}"),
-                "Take the run.mf4 that a command of stickslip left.",
-            )
-        };
+        let no_record = |what: &str| no_record(path, what);
         if property("schema") != Some(SCHEMA) {
             return Err(no_record("its properties do not say so"));
         }
@@ -64,15 +79,60 @@ impl Record {
                 return Err(no_record(&format!("the event {} at cycle {} is not understood", event.name, event.cycle)));
             }
         }
-        Ok(Record {
+        let record = Record {
             preset,
             seed: property("seed").and_then(|seed| seed.parse().ok()),
             initial: events.initial.ok_or_else(|| no_record("its begin is missing"))?,
-            cycles: in_order(cycles(&contents).ok_or_else(|| no_record("its signals are others"))?)
-                .ok_or_else(|| no_record("its cycles are not in their order"))?,
+            cycles: Vec::new(),
             changes: events.changes,
             lost: events.lost,
-        })
+        };
+        Ok(Stored { record, file })
+    }
+
+    /// Replays it.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; a file that is damaged; what the virtual machine of the record refuses.
+    pub fn replay(&self, watch: &Watch) -> Result<Replayed, Error> {
+        replayed(&self.record, self.cycles()?, self.file.len() as u64, watch)
+    }
+
+    /// Its cycles, in their order.
+    fn cycles(&self) -> Result<Cycles<'_>, Error> {
+        let channels = channels();
+        let names: Vec<_> = ["cycle"].into_iter().chain(channels.iter().map(|entry| entry.path.as_str())).collect();
+        let rows = self.file.rows(&names).ok_or_else(|| no_record(self.file.path(), OTHERS))?;
+        Ok(Cycles { path: self.file.path(), rows, next: 0 })
+    }
+}
+
+/// The cycles of a run in its file.
+struct Cycles<'a> {
+    path: &'a Path,
+    rows: Rows<'a>,
+    next: u64,
+}
+
+impl Cycles<'_> {
+    fn take(&mut self) -> Result<Option<(u64, Signals<f64>)>, Error> {
+        let Some(row) = self.rows.next()? else { return Ok(None) };
+        let cycle = row[0] as u64;
+        // Nor long after the one before: a replay would count through whatever a file claims.
+        if cycle < self.next || cycle - self.next > LONGEST_GAP {
+            return Err(no_record(self.path, "its cycles are not in their order"));
+        }
+        self.next = cycle + 1;
+        let signals = Signals::from_row(&row[1..]).ok_or_else(|| no_record(self.path, OTHERS))?;
+        Ok(Some((cycle, signals)))
+    }
+}
+
+impl Iterator for Cycles<'_> {
+    type Item = Result<(u64, Signals<f64>), Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.take().transpose()
     }
 }
 
@@ -83,30 +143,11 @@ struct Events {
     lost: Vec<(u64, u64)>,
 }
 
-/// More cycles in a row than this are not held: a replay would count through whatever a file claims.
+/// Of cycles in a row that were held.
 const LONGEST_GAP: u64 = 1 << 24;
 
-/// The same, unless a cycle does not come after the one before, or long after it.
-fn in_order(cycles: Vec<(u64, Signals<f64>)>) -> Option<Vec<(u64, Signals<f64>)>> {
-    let mut next = 0;
-    for (cycle, _) in &cycles {
-        if *cycle < next || *cycle - next > LONGEST_GAP {
-            return None;
-        }
-        next = cycle.checked_add(1)?;
-    }
-    Some(cycles)
-}
+const OTHERS: &str = "its signals are others";
 
-/// The rows; none where a channel is missing.
-fn cycles(contents: &Contents) -> Option<Vec<(u64, Signals<f64>)>> {
-    let Group { signals, .. } = contents.groups.first()?;
-    let column = |name: &str| signals.iter().find(|signal| signal.channel.name == name).map(|signal| &signal.values);
-    let numbers = column("cycle")?;
-    let columns = channels().iter().map(|entry| column(&entry.path)).collect::<Option<Vec<_>>>()?;
-    let row = |k: usize| {
-        let values: Vec<f64> = columns.iter().map(|column| column[k]).collect();
-        Some((numbers[k] as u64, Signals::from_row(&values)?))
-    };
-    (0..numbers.len()).map(row).collect()
+fn no_record(path: &Path, what: &str) -> Error {
+    unreadable(path, &format!("it is no record of a run: {what}"), "Take the run.mf4 that a command of stickslip left.")
 }

@@ -80,6 +80,16 @@ const BLOCKS: [(&str, &str); 17] = [
 /// # Errors
 /// [`Error::Cancelled`]; what the virtual machine of the record refuses.
 pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
+    replayed(record, record.cycles.iter().map(|cycle| Ok(*cycle)), record.cycles.len() as u64, watch)
+}
+
+/// The same for a record whose cycles come one after the other, so many.
+pub(super) fn replayed(
+    record: &Record,
+    cycles: impl Iterator<Item = Result<(u64, Signals<f64>), Error>>,
+    of: u64,
+    watch: &Watch,
+) -> Result<Replayed, Error> {
     let mut software = Software::new(record.initial, record.tick_time());
     let mut machine = match record.seed {
         Some(seed) => Some(faulty(&record.preset, seed)?),
@@ -87,19 +97,19 @@ pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
     };
     // Of a machine elsewhere: what its faults did to the software.
     let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
-    let of = record.cycles.len() as u64;
     let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
     let mut changes = record.changes.iter().peekable();
-    for (k, (cycle, signals)) in record.cycles.iter().enumerate() {
+    let mut lost = record.lost.iter().peekable();
+    for (k, cycle) in cycles.enumerate() {
+        let (cycle, signals) = cycle?;
         if k.is_multiple_of(4096) {
             watch.stage("replay", k as f64 / of as f64)?;
         }
-        let lost = record.lost_before(*cycle);
-        if lost > 0 {
-            result.lost = lost;
+        if let Some((_, lost)) = lost.next_if(|(behind, _)| *behind <= cycle) {
+            result.lost = *lost;
             return Ok(result);
         }
-        while software.cycle() < *cycle {
+        while software.cycle() < cycle {
             apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine), &mut faults)?;
             software.miss();
         }
@@ -113,7 +123,7 @@ pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
         }
         faults.begin(acting, &signals.measurement);
         faults.disturb(&mut software);
-        result.first = difference(*cycle, signals, &now);
+        result.first = difference(cycle, &signals, &now);
         if result.first.is_some() {
             return Ok(result);
         }

@@ -98,13 +98,8 @@ impl Layout {
         }
     }
 
-    /// The values of all records.
-    pub(super) fn values(&self, records: &[u8], length: usize, rows: usize) -> Vec<f64> {
-        let records = (0..rows).map(|row| (row, &records[row * length..(row + 1) * length]));
-        records.map(|(row, record)| self.value(row, record)).collect()
-    }
-
-    fn value(&self, row: usize, record: &[u8]) -> f64 {
+    /// The value in the record of a row.
+    pub(super) fn value(&self, row: usize, record: &[u8]) -> f64 {
         let invalid = |bit: usize| record.get(bit / 8).is_some_and(|byte| byte >> (bit % 8) & 1 == 1);
         if self.invalid.is_some_and(invalid) {
             return f64::NAN;

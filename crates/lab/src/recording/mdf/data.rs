@@ -27,29 +27,46 @@ impl Budget {
     }
 }
 
-/// All records behind a link, one after the other.
-pub(super) fn records(file: &[u8], link: u64, budget: &mut Budget) -> Result<Vec<u8>, Fault> {
-    let mut bytes = Vec::new();
-    if link == 0 {
-        return Ok(bytes);
+/// The blocks of records behind a link, in their order.
+pub(super) struct Records<'a> {
+    file: &'a [u8],
+    budget: Budget,
+    /// Links of the list that is gone through, the next one last.
+    links: Vec<u64>,
+    /// What follows: a list, the head of one, or a single block; 0 where nothing does.
+    next: u64,
+}
+
+impl<'a> Records<'a> {
+    /// Those behind this link.
+    pub(super) fn behind(file: &'a [u8], link: u64) -> Self {
+        Records { file, budget: Budget::of(file), links: Vec::new(), next: link }
     }
-    let mut block = Block::at(file, link)?;
-    if block.name == *b"HL" {
-        budget.spend(block)?;
-        block = Block::named(file, block.link(0), b"DL")?;
-    }
-    if block.name != *b"DL" {
-        append(block, &mut bytes, budget)?;
-        return Ok(bytes);
-    }
-    loop {
-        budget.spend(block)?;
-        for data in (1..block.links()).map(|index| block.link(index)).filter(|link| *link != 0) {
-            append(Block::at(file, data)?, &mut bytes, budget)?;
-        }
-        match block.link(0) {
-            0 => return Ok(bytes),
-            next => block = Block::named(file, next, b"DL")?,
+
+    /// Appends the next block's records; whether there was one.
+    pub(super) fn append_next(&mut self, bytes: &mut Vec<u8>) -> Result<bool, Fault> {
+        loop {
+            if let Some(link) = self.links.pop() {
+                append(Block::at(self.file, link)?, bytes, &mut self.budget)?;
+                return Ok(true);
+            }
+            if self.next == 0 {
+                return Ok(false);
+            }
+            let block = Block::at(self.file, self.next)?;
+            match &block.name {
+                b"HL" => {
+                    self.budget.spend(block)?;
+                    self.next = block.link(0);
+                }
+                b"DL" => {
+                    self.budget.spend(block)?;
+                    self.links
+                        .extend((1..block.links()).rev().map(|index| block.link(index)).filter(|link| *link != 0));
+                    self.next = block.link(0);
+                }
+                _ => self.links.push(std::mem::take(&mut self.next)),
+            }
         }
     }
 }

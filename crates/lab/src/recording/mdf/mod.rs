@@ -30,7 +30,8 @@ mod recovery;
 mod tests;
 mod writer;
 
-use std::path::Path;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 pub use recovery::recover;
@@ -157,6 +158,81 @@ pub struct Signal {
 pub fn read(path: &Path) -> Result<Contents, Error> {
     let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
     reader::contents(&bytes).map_err(|fault| fault.of(path))
+}
+
+/// A file whose rows are taken one after the other: of a long recording only the file itself, compressed, is in memory.
+pub struct Opened {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    head: Contents,
+    groups: Vec<reader::Layouts>,
+}
+
+impl Opened {
+    /// Reads all but the rows; of a file whose writer did not come to its end what it had written.
+    ///
+    /// # Errors
+    /// As [`read`].
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+        let of = |fault: Fault| fault.of(path);
+        let (whole, finished) = reader::whole(&bytes).map_err(of)?;
+        if let Cow::Owned(repaired) = whole {
+            bytes = repaired;
+        }
+        let (head, groups) = reader::head(&bytes, finished).map_err(of)?;
+        Ok(Opened { path: path.to_owned(), bytes, head, groups })
+    }
+
+    /// Where it lies.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All but the groups.
+    pub fn head(&self) -> &Contents {
+        &self.head
+    }
+
+    /// Rows of the first group.
+    pub fn len(&self) -> usize {
+        self.groups.first().map_or(0, |group| group.rows)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The values of the channels of these names in the first group, row after row; none where one is missing.
+    pub fn rows(&self, names: &[&str]) -> Option<Rows<'_>> {
+        let group = self.groups.first()?;
+        let layout = |name: &&str| group.channels.iter().find(|(channel, _)| channel.name == *name);
+        let layouts: Vec<_> = names.iter().map(|name| layout(name).map(|(_, layout)| layout)).collect::<Option<_>>()?;
+        let values = vec![0.0; layouts.len()];
+        Some(Rows { path: &self.path, rows: group.rows(&self.bytes), layouts, values })
+    }
+}
+
+/// Rows of a file, one after the other.
+pub struct Rows<'a> {
+    path: &'a Path,
+    rows: reader::Rows<'a>,
+    layouts: Vec<&'a channel::Layout>,
+    values: Vec<f64>,
+}
+
+impl Rows<'_> {
+    /// The next one; none behind the last.
+    ///
+    /// # Errors
+    /// A file that is damaged or cut.
+    pub fn next(&mut self) -> Result<Option<&[f64]>, Error> {
+        let Some((row, record)) = self.rows.next().map_err(|fault| fault.of(self.path))? else { return Ok(None) };
+        let values = self.values.iter_mut().zip(&self.layouts);
+        values.for_each(|(value, layout)| *value = layout.value(row, record));
+        Ok(Some(&self.values))
+    }
 }
 
 /// Whether the bytes are an MDF file of any version.

@@ -1,12 +1,13 @@
 //! Reading a file by its links, each of which may lead anywhere.
 
+use std::borrow::Cow;
 use std::time::{Duration, UNIX_EPOCH};
 
 use roxmltree::Document;
 
 use super::block::{Block, FINISHED, FLAGS, IDENTIFICATION, damaged, number};
 use super::channel::Layout;
-use super::data::{Budget, inflate, records};
+use super::data::{Budget, Records, inflate};
 use super::{Attachment, Cause, Channel, Contents, Event, Fault, Group, Header, Signal, recovery};
 
 /// Numbers of all signals together; what has more is no recording to be held in memory.
@@ -16,17 +17,97 @@ const LONGEST_NAME: usize = 4096;
 
 /// All that a file holds.
 pub(super) fn contents(file: &[u8]) -> Result<Contents, Fault> {
+    let (whole, finished) = whole(file)?;
+    let mut file = File { bytes: &whole, budget: Budget::of(&whole) };
+    let (mut contents, groups) = file.head(finished)?;
+    contents.groups = groups.into_iter().map(|group| group.read(&whole)).collect::<Result<_, _>>()?;
+    Ok(contents)
+}
+
+/// All but the values, and where those are.
+pub(super) fn head(file: &[u8], finished: bool) -> Result<(Contents, Vec<Layouts>), Fault> {
+    File { bytes: file, budget: Budget::of(file) }.head(finished)
+}
+
+/// The file, made whole where its writer did not come to its end; whether it came.
+pub(super) fn whole(file: &[u8]) -> Result<(Cow<'_, [u8]>, bool), Fault> {
     let version = number(file, 28).map_or(0, u16::from_le_bytes);
     let flags = number(file, FLAGS as usize).map_or(0, u16::from_le_bytes);
     if flags == 0 && file.starts_with(FINISHED) && (300..400).contains(&version) {
         return Err(Fault::new("this is MDF 3", "Save it as MDF 4: with asammdf, MDF(…).convert('4.10').save(…)."));
     }
     let finished = file.starts_with(FINISHED) && flags == 0;
-    if finished {
-        return File { bytes: file, budget: Budget::of(file) }.contents(true);
+    Ok((if finished { file.into() } else { recovery::repaired(file)?.into() }, finished))
+}
+
+/// Where the values of a group are.
+pub(super) struct Layouts {
+    name: String,
+    pub(super) channels: Vec<(Channel, Layout)>,
+    pub(super) rows: usize,
+    /// Of a record [bytes].
+    length: usize,
+    data: u64,
+}
+
+impl Layouts {
+    /// Its rows, one after the other.
+    pub(super) fn rows<'a>(&self, file: &'a [u8]) -> Rows<'a> {
+        let records = Records::behind(file, self.data);
+        Rows { records, bytes: Vec::new(), taken: 0, length: self.length, row: 0, of: self.rows }
     }
-    let whole = recovery::repaired(file)?;
-    File { bytes: &whole, budget: Budget::of(&whole) }.contents(false)
+
+    fn read(self, file: &[u8]) -> Result<Group, Fault> {
+        if self.rows.saturating_mul(self.channels.len()) > LARGEST {
+            let fault = format!("{} rows of {} signals are too many", self.rows, self.channels.len());
+            return Err(Fault::new(fault, "Export a part of it, or fewer signals."));
+        }
+        let mut rows = self.rows(file);
+        // Said by a file, the number of rows is not believed before they have come.
+        let mut columns = vec![Vec::new(); self.channels.len()];
+        while let Some((row, record)) = rows.next()? {
+            let values = columns.iter_mut().zip(&self.channels);
+            values.for_each(|(values, (_, layout))| values.push(layout.value(row, record)));
+        }
+        let channels = self.channels.into_iter().zip(columns);
+        let signals = channels.map(|((channel, layout), values)| Signal { channel, values, fault: layout.fault() });
+        Ok(Group { name: self.name, signals: signals.collect() })
+    }
+}
+
+/// The records of a group, from block to block.
+pub(super) struct Rows<'a> {
+    records: Records<'a>,
+    /// Of the blocks that are gone through, and how many bytes of them are behind.
+    bytes: Vec<u8>,
+    taken: usize,
+    length: usize,
+    row: usize,
+    of: usize,
+}
+
+impl Rows<'_> {
+    /// The next one with its number; none behind the last.
+    pub(super) fn next(&mut self) -> Result<Option<(usize, &[u8])>, Fault> {
+        if self.row == self.of {
+            // What no row needs is whole as well, or the file is damaged.
+            while self.records.append_next(&mut self.bytes)? {
+                self.bytes.clear();
+            }
+            return Ok(None);
+        }
+        while self.bytes.len() - self.taken < self.length {
+            self.bytes.drain(..self.taken);
+            self.taken = 0;
+            if !self.records.append_next(&mut self.bytes)? {
+                return Err(damaged(&format!("a group holds {} rows, and says that it has more", self.row)));
+            }
+        }
+        let begin = self.taken;
+        self.taken += self.length;
+        self.row += 1;
+        Ok(Some((self.row - 1, &self.bytes[begin..self.taken])))
+    }
 }
 
 struct File<'a> {
@@ -35,16 +116,19 @@ struct File<'a> {
 }
 
 impl<'a> File<'a> {
-    fn contents(mut self, finished: bool) -> Result<Contents, Fault> {
+    /// All but the values.
+    fn head(&mut self, finished: bool) -> Result<(Contents, Vec<Layouts>), Fault> {
         let head = Block::named(self.bytes, IDENTIFICATION, b"HD")?;
         let groups = self.chain(head.link(0), b"DG")?;
-        let groups = groups.into_iter().map(|block| self.groups(block)).collect::<Result<Vec<_>, _>>()?.concat();
+        let groups = groups.into_iter().map(|block| self.groups(block)).collect::<Result<Vec<_>, _>>()?;
+        let groups = groups.into_iter().flatten().collect();
         let events = self.chain(head.link(4), b"EV")?;
         let events = events.into_iter().map(|block| self.event(block)).collect::<Result<_, _>>()?;
         let attachments = self.chain(head.link(3), b"AT")?;
         let attachments = attachments.into_iter().filter_map(|block| self.attachment(block).transpose());
         let attachments = attachments.collect::<Result<_, _>>()?;
-        Ok(Contents { header: self.header(head)?, groups, events, attachments, finished })
+        let header = self.header(head)?;
+        Ok((Contents { header, groups: Vec::new(), events, attachments, finished }, groups))
     }
 
     /// All blocks of a chain, whose first link is the next.
@@ -101,7 +185,7 @@ impl<'a> File<'a> {
         })
     }
 
-    fn groups(&mut self, block: Block) -> Result<Vec<Group>, Fault> {
+    fn groups(&mut self, block: Block) -> Result<Vec<Layouts>, Fault> {
         let groups = self.chain(block.link(1), b"CG")?;
         if groups.len() > 1 || block.byte(0)? != 0 && !groups.is_empty() {
             let remedy = "Sort them: with asammdf, MDF(…).save(…).";
@@ -110,23 +194,17 @@ impl<'a> File<'a> {
         groups.into_iter().map(|group| self.group(group, block.link(2))).collect()
     }
 
-    fn group(&mut self, group: Block, data: u64) -> Result<Group, Fault> {
-        let rows = group.long(8)?;
+    fn group(&mut self, group: Block, data: u64) -> Result<Layouts, Fault> {
         // Behind the numbers stand the bits that say which are none.
         let width = group.word(24)? as usize;
         let length = width.saturating_add(group.word(28)? as usize);
-        let records = records(self.bytes, data, &mut self.budget)?;
+        let rows = usize::try_from(group.long(8)?).unwrap_or(usize::MAX);
         // A virtual master may stand alone: then there are rows without bytes.
-        let held = records.len().checked_div(length).unwrap_or(LARGEST);
-        let rows = usize::try_from(rows).ok().filter(|rows| *rows <= held);
-        let rows = rows.ok_or_else(|| damaged(&format!("a group holds {held} rows, and says that it has more")))?;
-        let channels = self.chain(group.link(1), b"CN")?;
-        if rows.saturating_mul(channels.len()) > LARGEST {
-            let fault = format!("{rows} rows of {} signals are too many", channels.len());
-            return Err(Fault::new(fault, "Export a part of it, or fewer signals."));
+        if length == 0 && rows > LARGEST {
+            return Err(damaged(&format!("a group holds no bytes, and says that it has {rows} rows")));
         }
-        let mut signals = Vec::new();
-        for channel in channels {
+        let mut channels = Vec::new();
+        for channel in self.chain(group.link(1), b"CN")? {
             let conversion = match channel.link(4) {
                 0 => None,
                 link => Some(Block::named(self.bytes, link, b"CC")?),
@@ -138,9 +216,9 @@ impl<'a> File<'a> {
             };
             let unit = self.name(unit)?;
             let channel = Channel { name: self.name(channel.link(2))?, unit, comment: self.plain(channel.link(7))? };
-            signals.push(Signal { channel, values: layout.values(&records, length, rows), fault: layout.fault() });
+            channels.push((channel, layout));
         }
-        Ok(Group { name: self.name(group.link(2))?, signals })
+        Ok(Layouts { name: self.name(group.link(2))?, channels, rows, length, data })
     }
 
     fn event(&mut self, event: Block) -> Result<(f64, Event), Fault> {

@@ -17,11 +17,11 @@ fn what_is_not_read_is_named_with_what_to_do() {
     };
     refused(foreign(1, 1, one, |blocks| blocks.push(b"LD", &[], &[&[0; 8]])), "blocks of the kind LD");
     refused(foreign(1, 1, one, |blocks| blocks.push(b"DZ", &[], &[b"DT", &[2; 22]])), "method 2");
-    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0), none), "says that it has more");
+    refused(foreign(1, 1, |blocks| cn(blocks, 0, "x", [0, 0, 0], 0, 8, 0), none), "says that it has more");
     let narrow = |blocks: &mut Blocks| cn(blocks, 0, "x", [0, 4, 0], 0, 16, 0);
     refused(foreign(2, 0, narrow, none), "numbers of 16 bits");
     refused(foreign(1, 0, |blocks| cn(blocks, 0, "x", [0, 0, 0], 7, 8, 0), none), "outside its record");
-    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "says that it has more");
+    refused(foreign(0, 1 << 40, |blocks| cn(blocks, 0, "x", [3, 0, 0], 0, 0, 0), none), "holds no bytes");
     // A list whose next is itself; a list that names one block twice.
     let circle = |blocks: &mut Blocks| {
         let own = blocks.end();
