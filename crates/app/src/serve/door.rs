@@ -10,6 +10,9 @@ use axum::http::{HeaderMap, StatusCode, header};
 const RATE: f64 = 200.0;
 const BURST: f64 = 400.0;
 
+/// What who calls too often is told.
+pub(super) const FLOOD: &str = "too many calls: 200 a second are taken";
+
 /// Judges requests.
 pub(super) struct Door {
     address: SocketAddr,
@@ -42,8 +45,8 @@ impl Door {
         if !bearer.or(token).is_some_and(|given| same(given, &self.token)) {
             return Err((StatusCode::UNAUTHORIZED, "the token is missing or wrong: `stickslip serve` prints it"));
         }
-        if !self.has_room(Instant::now()) {
-            return Err((StatusCode::TOO_MANY_REQUESTS, "too many calls: 200 a second are taken"));
+        if !self.has_room_now() {
+            return Err((StatusCode::TOO_MANY_REQUESTS, FLOOD));
         }
         Ok(())
     }
@@ -60,6 +63,11 @@ impl Door {
         }
         // Listening everywhere, any of this machine's addresses is meant; a name that is no address never is.
         name.parse::<IpAddr>().is_ok_and(|ip| ip == self.address.ip() || self.address.ip().is_unspecified())
+    }
+
+    /// Whether one more call may come.
+    pub(super) fn has_room_now(&self) -> bool {
+        self.has_room(Instant::now())
     }
 
     fn has_room(&self, now: Instant) -> bool {

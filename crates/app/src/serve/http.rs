@@ -22,12 +22,13 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::door::Door;
-use super::{Left, Place};
+use super::{Left, Place, socket};
 
 /// Largest call [bytes].
-const LARGEST: usize = 256 << 10;
-/// Connections at once.
+pub(super) const LARGEST: usize = 256 << 10;
+/// Connections at once, and of those that stay open.
 const CONNECTIONS: usize = 64;
+const SOCKETS: usize = 32;
 /// How long a call may take.
 const CALL: Duration = Duration::from_secs(120);
 
@@ -38,11 +39,13 @@ pub(crate) struct Patience {
     pub(crate) head: Duration,
     /// For a connection as a whole, bodies and answers included.
     pub(crate) whole: Duration,
+    /// Without a sign of life, where the connection stays open.
+    pub(crate) silence: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
-        Patience { head: Duration::from_secs(5), whole: Duration::from_secs(150) }
+        Patience { head: Duration::from_secs(5), whole: Duration::from_secs(150), silence: Duration::from_secs(30) }
     }
 }
 
@@ -56,9 +59,11 @@ pub(crate) struct Server {
     _left: Left,
 }
 
-struct Shared {
-    live: Arc<Live>,
-    door: Door,
+pub(super) struct Shared {
+    pub(super) live: Arc<Live>,
+    pub(super) door: Door,
+    pub(super) patience: Patience,
+    pub(super) sockets: Arc<Semaphore>,
 }
 
 impl Server {
@@ -76,10 +81,16 @@ impl Server {
         std::fs::create_dir_all(project)?;
         let left = place.leave(project)?;
         let live = Arc::new(live);
-        let shared = Arc::new(Shared { live: live.clone(), door: Door::new(place.address, place.token.clone()) });
+        let shared = Arc::new(Shared {
+            live: live.clone(),
+            door: Door::new(place.address, place.token.clone()),
+            patience,
+            sockets: Arc::new(Semaphore::new(SOCKETS)),
+        });
         let router = Router::new()
             .route("/", get(about))
             .route("/api", post(call))
+            .route("/api/live", get(socket::open))
             .route("/api/schema", get(schema))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);
@@ -115,7 +126,7 @@ async fn accept(listener: TcpListener, router: Router, patience: Patience, mut s
         tokio::spawn(async move {
             let mut builder = hyper::server::conn::http1::Builder::new();
             builder.timer(TokioTimer::new()).header_read_timeout(patience.head).max_buf_size(64 << 10);
-            let connection = builder.serve_connection(TokioIo::new(stream), service);
+            let connection = builder.serve_connection(TokioIo::new(stream), service).with_upgrades();
             // A client that breaks off, or takes for ever, is its own affair.
             let _ = tokio::time::timeout(patience.whole, connection).await;
             drop(permit);
@@ -126,7 +137,8 @@ async fn accept(listener: TcpListener, router: Router, patience: Patience, mut s
 /// A page until there is one.
 async fn about() -> &'static str {
     "This is a stickslip bench. It is worked with from a terminal (stickslip bench --help) or by calls:\n\
-     POST /api with the header Authorization: Bearer TOKEN and a JSON body, as /api/schema describes it.\n"
+     POST /api with the header Authorization: Bearer TOKEN and a JSON body, as /api/schema describes it,\n\
+     or the same over a WebSocket, /api/live?token=TOKEN, where streams come by themselves.\n"
 }
 
 /// The schema of calls and answers, for whoever writes a client.
@@ -139,7 +151,6 @@ async fn call(
     headers: HeaderMap,
     body: Result<axum::body::Bytes, BytesRejection>,
 ) -> Response {
-    let refused = |status: StatusCode, error: String| (status, Json(json!({ "error": error }))).into_response();
     if let Err((status, why)) = shared.door.admit(&headers, None) {
         return refused(status, why.into());
     }
@@ -170,6 +181,11 @@ async fn call(
         Ok(Err(_)) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the call failed within the bench; report it".into()),
         Err(_) => refused(StatusCode::GATEWAY_TIMEOUT, "it takes longer than two minutes".into()),
     }
+}
+
+/// Why not, and what to do.
+pub(super) fn refused(status: StatusCode, error: String) -> Response {
+    (status, Json(json!({ "error": error }))).into_response()
 }
 
 /// What a failure is for HTTP.

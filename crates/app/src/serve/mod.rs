@@ -3,6 +3,7 @@
 mod client;
 mod door;
 mod http;
+mod socket;
 #[cfg(test)]
 mod tests;
 

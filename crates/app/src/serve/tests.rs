@@ -9,6 +9,8 @@ use stickslip::live::protocol::{Answer, Call};
 use stickslip::live::{Live, Start};
 use stickslip::parameters::presets;
 
+use serde_json::json;
+
 use super::*;
 
 fn served() -> (Server, tempfile::TempDir) {
@@ -18,7 +20,8 @@ fn served() -> (Server, tempfile::TempDir) {
     let project = tempfile::tempdir().unwrap();
     let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
     let live = Live::start(start).unwrap();
-    let patience = Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3) };
+    let patience =
+        Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };
     (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path(), patience).unwrap(), project)
 }
 
@@ -136,4 +139,112 @@ fn what_is_too_large_too_slow_or_no_http_ends_and_the_bench_goes_on() {
     assert_eq!(slow.read_to_end(&mut rest).unwrap(), 0, "cut off without an answer");
     let after = Client::of(project.path()).unwrap().status().unwrap();
     assert!(after.cycle > before.cycle && after.clock.lost == 0, "{after:?}");
+}
+
+type Socket = tungstenite::WebSocket<tungstenite::stream::MaybeTlsStream<TcpStream>>;
+
+fn connected(server: &Server, query: &str, origin: Option<&str>) -> Result<Socket, String> {
+    use tungstenite::client::IntoClientRequest as _;
+    let mut request = format!("ws://{}/api/live{query}", server.place.address).into_client_request().unwrap();
+    if let Some(origin) = origin {
+        request.headers_mut().insert("Origin", origin.parse().unwrap());
+    }
+    tungstenite::connect(request).map(|(socket, _)| socket).map_err(|error| error.to_string())
+}
+
+fn open(server: &Server, client: &str) -> Socket {
+    connected(server, &format!("?token={}&client={client}", server.place.token), None).unwrap()
+}
+
+fn next(socket: &mut Socket) -> serde_json::Value {
+    loop {
+        if let tungstenite::Message::Text(text) = socket.read().unwrap() {
+            return serde_json::from_str(&text).unwrap();
+        }
+    }
+}
+
+/// The answer with this number; points that come before it are left out.
+fn asked(socket: &mut Socket, call: serde_json::Value) -> serde_json::Value {
+    socket.send(call.to_string().into()).unwrap();
+    loop {
+        let message = next(socket);
+        if message.get("id") == call.get("id") {
+            return message;
+        }
+    }
+}
+
+#[test]
+fn streams_come_by_themselves_without_a_gap_and_end_with_their_reader() {
+    let (server, project) = served();
+    let mut socket = open(&server, "page");
+    let begun = asked(&mut socket, json!({"id": 1, "call": "stream", "signals": ["angle", "state"], "every": 0.02}));
+    assert_eq!(begun["stage"], "streaming", "{begun}");
+    let mut last: Option<u64> = None;
+    let mut points = 0;
+    while points < 40 {
+        let message = next(&mut socket);
+        assert_eq!(message["stream"], begun["capture"], "{message}");
+        for point in message["points"].as_array().unwrap() {
+            assert_eq!((&point["missing"], point["min"].as_array().unwrap().len()), (&json!(0), 2), "{point}");
+            let from = point["from"].as_u64().unwrap();
+            assert!(last.is_none_or(|last| from == last + 1), "{last:?} {point}");
+            last = point["to"].as_u64();
+            points += 1;
+        }
+    }
+    // Calls go on beside it, by the same rules.
+    let set = asked(&mut socket, json!({"id": "a", "call": "save", "name": "mine"}));
+    assert_eq!(set["answer"], "done", "{set}");
+    let other = asked(&mut open(&server, "another"), json!({"id": 2, "call": "save", "name": "mine"}));
+    assert!(other["error"].as_str().unwrap().contains("page"), "{other}");
+    let number = begun["capture"].as_u64().unwrap();
+    drop(socket);
+    let client = Client::of(project.path()).unwrap();
+    let ended = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        client.call(&Call::Points { capture: number }).is_err()
+    });
+    assert!(ended, "a stream that nobody takes ends");
+}
+
+#[test]
+fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
+    let (server, project) = served();
+    let token = format!("?token={}", server.place.token);
+    for (query, origin, status) in [
+        ("", None, "401"),
+        ("?token=0", None, "401"),
+        (&*token, Some("http://evil.example"), "403"),
+        (&*token, Some("null"), "403"),
+    ] {
+        let refused = connected(&server, query, origin).err().unwrap();
+        assert!(refused.contains(status), "{query} {origin:?}: {refused}");
+    }
+    assert!(connected(&server, &token, Some(&format!("http://{}", server.place.address))).is_ok());
+    let mut socket = open(&server, "x");
+    for nonsense in ["", "{", "7", "[]", "null", "{\"id\":1}", "{\"id\":1,\"call\":\"fly\"}"] {
+        socket.send(nonsense.into()).unwrap();
+        assert!(next(&mut socket)["error"].is_string(), "{nonsense}");
+    }
+    // A flood is told, and the next second is heard.
+    for _ in 0..600 {
+        socket.send("{\"call\":\"sets\"}".into()).unwrap();
+    }
+    let flooded = (0..600).filter(|_| next(&mut socket)["error"].as_str().is_some_and(|e| e.contains("too many")));
+    assert!(flooded.count() > 50);
+    // What is too large ends the connection; what says nothing for too long as well.
+    let _ = socket.send(format!("\"{}\"", "x".repeat(300 << 10)).into());
+    assert!((0..1000).any(|_| socket.read().is_err()));
+    let silent = TcpStream::connect(server.place.address).unwrap();
+    silent.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    let url = format!("ws://{}/api/live{token}", server.place.address);
+    let (mut silent, _) = tungstenite::client(url, silent).unwrap();
+    let stream = silent.get_mut();
+    let mut bytes = [0; 4096];
+    // Its pings are read and not answered.
+    while stream.read(&mut bytes).unwrap() > 0 {}
+    let status = Client::of(project.path()).unwrap().status().unwrap();
+    assert!(status.clock.lost == 0, "{status:?}");
 }
