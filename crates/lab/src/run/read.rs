@@ -116,7 +116,7 @@ struct Cycles<'a> {
 
 impl Cycles<'_> {
     fn take(&mut self) -> Result<Option<(u64, Signals<f64>)>, Error> {
-        let Some(row) = self.rows.next()? else { return Ok(None) };
+        let Some(row) = self.rows.take()? else { return Ok(None) };
         let cycle = row[0] as u64;
         // Nor long after the one before: a replay would count through whatever a file claims.
         if cycle < self.next || cycle - self.next > LONGEST_GAP {

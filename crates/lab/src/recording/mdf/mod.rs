@@ -227,8 +227,8 @@ impl Rows<'_> {
     ///
     /// # Errors
     /// A file that is damaged or cut.
-    pub fn next(&mut self) -> Result<Option<&[f64]>, Error> {
-        let Some((row, record)) = self.rows.next().map_err(|fault| fault.of(self.path))? else { return Ok(None) };
+    pub fn take(&mut self) -> Result<Option<&[f64]>, Error> {
+        let Some((row, record)) = self.rows.take().map_err(|fault| fault.of(self.path))? else { return Ok(None) };
         let values = self.values.iter_mut().zip(&self.layouts);
         values.for_each(|(value, layout)| *value = layout.value(row, record));
         Ok(Some(&self.values))

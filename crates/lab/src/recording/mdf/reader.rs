@@ -65,7 +65,7 @@ impl Layouts {
         let mut rows = self.rows(file);
         // Said by a file, the number of rows is not believed before they have come.
         let mut columns = vec![Vec::new(); self.channels.len()];
-        while let Some((row, record)) = rows.next()? {
+        while let Some((row, record)) = rows.take()? {
             let values = columns.iter_mut().zip(&self.channels);
             values.for_each(|(values, (_, layout))| values.push(layout.value(row, record)));
         }
@@ -88,7 +88,7 @@ pub(super) struct Rows<'a> {
 
 impl Rows<'_> {
     /// The next one with its number; none behind the last.
-    pub(super) fn next(&mut self) -> Result<Option<(usize, &[u8])>, Fault> {
+    pub(super) fn take(&mut self) -> Result<Option<(usize, &[u8])>, Fault> {
         if self.row == self.of {
             // What no row needs is whole as well, or the file is damaged.
             while self.records.append_next(&mut self.bytes)? {

@@ -1,0 +1,62 @@
+//! One soak: so many seconds of a crowd, and what is left of them.
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stickslip::bench::Wishes;
+use stickslip::run::{Replayed, Stored};
+use stickslip::{Error, Watch};
+
+use super::crowd::{Crowd, Left};
+
+/// Of what its duration is cut into: memory is looked at at the end of each.
+pub(crate) const PARTS: u32 = 20;
+
+/// What a soak came to.
+pub(crate) struct Soaked {
+    /// What everybody said.
+    pub(crate) left: Left,
+    /// The record, replayed: rows, and whether every bit is the same.
+    pub(crate) replayed: Replayed,
+    /// Bytes of the record's file.
+    pub(crate) bytes: u64,
+    /// Cycles that found no room on their way to recorder and viewers, as the bench says.
+    pub(crate) lost: u64,
+    /// Memory of the process at the end of each part [bytes]; empty where the system does not tell.
+    pub(crate) memory: Vec<u64>,
+}
+
+/// Soaks for so many seconds; the folder takes the record.
+pub(crate) fn soak(rate: f64, seconds: f64, wishes: Wishes, folder: &Path) -> Result<Soaked, Error> {
+    let file = folder.join("run.mf4");
+    let crowd = Crowd::gather("clm-bench", rate, wishes, &folder.join("project"), file.clone())?;
+    let begin = Instant::now();
+    let mut memory = Vec::new();
+    let mut lost = 0;
+    for part in 1..=PARTS {
+        let end = Duration::from_secs_f64(seconds * f64::from(part) / f64::from(PARTS));
+        thread::sleep(end.saturating_sub(begin.elapsed()));
+        memory.extend(resident());
+        let status = crowd.status()?;
+        lost = status.clock.lost;
+        eprintln!(
+            "{:.0} s: {} {} lost {lost} memory {:?}",
+            end.as_secs_f64(),
+            status.state,
+            status.cycle,
+            memory.last()
+        );
+    }
+    let left = crowd.leave()?;
+    let bytes = std::fs::metadata(&file).map_err(|source| Error::file(&file, "read", source))?.len();
+    let replayed = Stored::open(&file)?.replay(&Watch::silent())?;
+    Ok(Soaked { left, replayed, bytes, lost, memory })
+}
+
+/// Memory of this process [bytes].
+fn resident() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?)
+}
