@@ -4,6 +4,9 @@
 //! turn and the best round of each counts; absolute times mean nothing on another machine, ratios do.
 #![forbid(unsafe_code)]
 
+#[path = "../../crates/lab/examples/soak/crowd.rs"]
+mod crowd;
+mod tick;
 mod w3;
 mod w5;
 
@@ -19,14 +22,29 @@ const ROUNDS: usize = 15;
 /// Turns of an executive and of cyclictest, seconds each.
 const WAKE_UPS: usize = 5;
 
+/// What of a rate is beside cyclictest: the bench with everything attached, the executive alone asleep and spinning.
+const WAKE_UP: [&str; 6] = [
+    "/cyclictest_p50",
+    "/cyclictest_p99",
+    "_alone/cyclictest_p50",
+    "_alone/cyclictest_p99",
+    "_spin/cyclictest_p50",
+    "_spin/cyclictest_p99",
+];
+
+fn wake_up(rate: f64, name: &str) -> String {
+    format!("w5_{:.0}k{name}", rate / 1000.0)
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let wanted = std::env::args().nth(1);
     let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
     let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm", "w3_generated/c_libm_checked"];
-    let wake_ups =
-        ["w5_4k/cyclictest_p50", "w5_4k/cyclictest_p99", "w5_4k_spin/cyclictest_p50", "w5_4k_spin/cyclictest_p99"];
-    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(wake_ups).collect();
+    let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
+    let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
+    let wake_ups = wake_ups.iter().map(String::as_str);
+    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(wake_ups).collect();
     if !names.iter().any(|name| wanted(name)) {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
@@ -43,14 +61,33 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
         }
     }
-    if wake_ups.into_iter().any(wanted) {
+    if whole[..2].iter().any(|name| wanted(name)) {
+        // Microseconds. The worst without the longest hole of the machine itself, beside ten medians.
+        let tick::Ticks { median, p9999, worst, floor } = tick::ticks()?;
+        println!("{} {median:.2} 5.00 {:.2}", whole[0], 5.0 / median);
+        let (ours, peer) = ((worst - floor).max(median), 10.0 * median);
+        println!(
+            "{} {ours:.2} {peer:.2} {:.2} (p99.99 {p9999:.1}, worst {worst:.1}, floor {floor:.1})",
+            whole[1],
+            peer / ours
+        );
+    }
+    if wanted(whole[2]) {
+        // Cycles, 99 % of the changes; and half of them.
+        let [median, p99] = tick::change()?;
+        println!("{} {p99} 1 {:.2} (median {median})", whole[2], 1.0 / p99.max(1.0));
+    }
+    for rate in w5::RATES {
+        if !WAKE_UP.iter().any(|name| wanted(&wake_up(rate, name))) {
+            continue;
+        }
         // Microseconds of lateness. Only where there is such a peer, and a priority for both.
-        match w5::run(WAKE_UPS) {
-            Err(reason) => println!("w5_4k/cyclictest skipped: {reason}"),
-            Ok(w5::Lateness { asleep, spinning, peer }) => {
-                let pairs = asleep.into_iter().chain(spinning).zip([peer, peer].into_iter().flatten());
-                for (name, (ours, peer)) in wake_ups.into_iter().zip(pairs) {
-                    println!("{name} {ours:.3} {peer:.3} {:.2}", peer / ours);
+        match w5::run(rate, WAKE_UPS) {
+            Err(reason) => println!("{} skipped: {reason}", wake_up(rate, WAKE_UP[0])),
+            Ok(w5::Lateness { attached, asleep, spinning, peer }) => {
+                let ours = [attached, asleep, spinning].into_iter().flatten();
+                for (name, (ours, peer)) in WAKE_UP.into_iter().zip(ours.zip([peer; 3].into_iter().flatten())) {
+                    println!("{} {ours:.3} {peer:.3} {:.2}", wake_up(rate, name), peer / ours);
                 }
             }
         }

@@ -1,5 +1,6 @@
-//! W5: how late the executive wakes up, beside cyclictest (Debian package rt-tests) in the same minutes, with the same
-//! priority, CPU and period.
+//! W5: how late a bench wakes up to which everything is attached (recorded, four viewers, captures, changes of
+//! parameters), and the executive alone, beside cyclictest (Debian package rt-tests) in the same minutes, with the same
+//! priority, CPU and period, under load on the other CPUs.
 
 use std::error::Error;
 use std::process::Command;
@@ -9,15 +10,22 @@ use stickslip::Watch;
 use stickslip::realtime::{SPIN, measure_wake_up};
 use stickslip_rt::{Cpu, Wish, Wishes};
 
-const RATE: f64 = 4000.0;
+use crate::crowd::Crowd;
+use crate::tick::Load;
+
 const PRIORITY: u8 = 80;
 /// A turn of each contestant.
 const TURN: Duration = Duration::from_secs(2);
 /// What cyclictest tells apart: later wake-ups it only counts [ns].
 const LATEST: usize = 1_000_000;
 
+/// Rates that are looked at [Hz].
+pub(crate) const RATES: [f64; 3] = [1000.0, 4000.0, 10_000.0];
+
 /// p50 and p99 of the lateness [µs], each the best of all turns.
 pub(crate) struct Lateness {
+    /// The bench with everything attached, asleep until its deadline.
+    pub(crate) attached: [f64; 2],
     /// The executive, asleep until its deadline.
     pub(crate) asleep: [f64; 2],
     /// The executive that spins at the end.
@@ -26,26 +34,49 @@ pub(crate) struct Lateness {
     pub(crate) peer: [f64; 2],
 }
 
-/// Runs all in turn, `rounds` times. `Err` without cyclictest or without permission for a priority.
-pub(crate) fn run(rounds: usize) -> Result<Lateness, Box<dyn Error>> {
-    let cpu = std::thread::available_parallelism()?.get() - 1;
+/// Runs all in turn at a rate, `rounds` times. `Err` without cyclictest or without permission for a priority.
+pub(crate) fn run(rate: f64, rounds: usize) -> Result<Lateness, Box<dyn Error>> {
+    let cpus = std::thread::available_parallelism()?.get();
+    let cpu = cpus - 1;
     let never = [f64::INFINITY; 2];
-    let mut best = Lateness { asleep: never, spinning: never, peer: never };
+    let mut best = Lateness { attached: never, asleep: never, spinning: never, peer: never };
+    let _load = Load::new(cpu.max(1));
     for _ in 0..rounds {
-        keep(&mut best.peer, cyclictest(cpu)?);
-        keep(&mut best.asleep, ours(cpu, Duration::ZERO)?);
-        keep(&mut best.spinning, ours(cpu, SPIN)?);
+        keep(&mut best.peer, cyclictest(rate, cpu)?);
+        keep(&mut best.attached, attached(rate, cpu)?);
+        keep(&mut best.asleep, ours(rate, cpu, Duration::ZERO)?);
+        keep(&mut best.spinning, ours(rate, cpu, SPIN)?);
     }
     Ok(best)
+}
+
+fn wishes(cpu: usize) -> Wishes {
+    Wishes { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..Wishes::default() }
+}
+
+/// A bench in the middle of its crowd.
+fn attached(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
+    let folder = std::env::temp_dir().join(format!("stickslip-w5-{}", std::process::id()));
+    std::fs::create_dir_all(&folder)?;
+    let file = folder.join("run.mf4");
+    let crowd = Crowd::gather("clm-bench", rate, wishes(cpu), &folder.join("project"), file)?;
+    std::thread::sleep(TURN);
+    let lost = crowd.status()?.clock.lost;
+    let left = crowd.leave()?;
+    std::fs::remove_dir_all(&folder)?;
+    if lost > 0 || left.seen.iter().any(|seen| seen.missing > 0) || left.tuned.changes == 0 {
+        return Err(format!("{lost} cycles were lost on their way, {:?}, {:?}", left.seen, left.tuned).into());
+    }
+    let quantiles = left.clocked.histograms.lateness();
+    Ok([quantiles.p50, quantiles.p99].map(|time| time as f64 * 1e-3))
 }
 
 fn keep(best: &mut [f64; 2], turn: [f64; 2]) {
     best.iter_mut().zip(turn).for_each(|(best, value)| *best = best.min(value));
 }
 
-fn ours(cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
-    let wishes = Wishes { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..Wishes::default() };
-    let wake_up = measure_wake_up(RATE, TURN, spin, wishes, "", &Watch::silent())?;
+fn ours(rate: f64, cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
+    let wake_up = measure_wake_up(rate, TURN, spin, wishes(cpu), "", &Watch::silent())?;
     if !wake_up.granted.has(Wish::Priority(PRIORITY)) {
         return Err(format!("the system grants no priority\n{}", wake_up.granted).into());
     }
@@ -53,11 +84,11 @@ fn ours(cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
     Ok([quantiles.p50, quantiles.p99].map(|time| time as f64 * 1e-3))
 }
 
-fn cyclictest(cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
-    let loops = (RATE * TURN.as_secs_f64()) as usize;
+fn cyclictest(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
+    let loops = (rate * TURN.as_secs_f64()) as usize;
     let output = Command::new("cyclictest")
         .args(["--quiet", "--mlockall", "--nsecs", "--threads=1"])
-        .args([format!("--affinity={cpu}"), format!("--priority={PRIORITY}"), format!("--interval={}", 1e6 / RATE)])
+        .args([format!("--affinity={cpu}"), format!("--priority={PRIORITY}"), format!("--interval={}", 1e6 / rate)])
         .args([format!("--loops={loops}"), format!("--histogram={LATEST}")])
         .output()
         .map_err(|error| format!("cannot start cyclictest ({error}): apt-get install rt-tests"))?;

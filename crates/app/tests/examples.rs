@@ -67,7 +67,8 @@ fn every_example_in_the_help_runs() {
     let ends = "bench-halt bench-measure bench-off bench-arm";
     let live: Vec<String> = [orders, parameters, ends].join(" ").split(' ').map(|o| o.replace('-', " ")).collect();
     let live: Vec<&str> = live.iter().map(String::as_str).collect();
-    let chains = [&["demo", "report", "replay"][..], &["measure", "fit", "design", "render"], &live];
+    let chains =
+        [&["demo", "report", "replay", "export", "recover"][..], &["measure", "fit", "design", "render"], &live];
     let rank = |example: &String| chains.concat().iter().position(|first| example.starts_with(first));
     found.sort_by_key(rank);
     let in_chain = |chain: &[&str], example: &str| chain.iter().any(|first| example.starts_with(first));

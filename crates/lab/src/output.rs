@@ -33,7 +33,7 @@ pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
 ///
 /// # Errors
 /// [`Error::File`] with what `fill` or the system said; the old file, if there was one, is unchanged.
-pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Error> {
+pub fn write_with(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> Result<(), Error> {
     // A link stays a link: what it points to is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let old = fs::metadata(&target).ok();
@@ -49,7 +49,7 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<(
 fn replace(
     target: &Path,
     permissions: Option<fs::Permissions>,
-    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>,
 ) -> io::Result<()> {
     let (file, beside) = create_beside(target)?;
     let written = fill_and_flush(file, fill).and_then(|file| {
@@ -67,7 +67,7 @@ fn replace(
     written
 }
 
-fn fill_and_flush(file: File, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<File> {
+fn fill_and_flush(file: File, fill: impl FnOnce(&mut (dyn Write + Send)) -> io::Result<()>) -> io::Result<File> {
     let mut buffered = BufWriter::new(file);
     fill(&mut buffered)?;
     buffered.into_inner().map_err(io::IntoInnerError::into_error)

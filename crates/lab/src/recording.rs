@@ -7,6 +7,7 @@
 //! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
 //! | MDF 4 | numbers of the group that has most of them; [`mdf`] says which kinds | of channel or conversion |
 
+pub mod export;
 mod mat;
 pub mod mdf;
 mod parquet;

@@ -1,11 +1,11 @@
 //! Columns of numbers with units, as CSV and Parquet files.
 
+use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::{Repetition, Type as Physical};
 use parquet::data_type::DoubleType;
-use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
@@ -32,7 +32,7 @@ pub struct Column {
 pub fn write_parquet(path: &Path, columns: &[Column]) -> Result<(), Error> {
     output::write_with(path, |file| {
         let mut bytes = Vec::new();
-        encode(columns, &mut bytes).map_err(std::io::Error::other)?;
+        encode(columns, &mut bytes)?;
         file.write_all(&bytes)
     })
 }
@@ -53,28 +53,50 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<(), Error> {
     })
 }
 
-fn encode(columns: &[Column], bytes: &mut Vec<u8>) -> Result<(), ParquetError> {
-    let field = |column: &Column| {
-        let field = Type::primitive_type_builder(&column.name, Physical::DOUBLE);
-        field.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
-    };
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-    let schema = Type::group_type_builder("table").with_fields(fields).build()?;
-    let units = columns.iter().map(|c| KeyValue::new(format!("unit.{}", c.name), c.unit.clone())).collect();
-    let properties = WriterProperties::builder()
-        .set_key_value_metadata(Some(units))
-        .set_created_by(concat!("stickslip ", env!("CARGO_PKG_VERSION")).into())
-        .build();
-    let mut file = SerializedFileWriter::new(bytes, Arc::new(schema), Arc::new(properties))?;
-    let mut group = file.next_row_group()?;
-    for column in columns {
-        let Some(mut writer) = group.next_column()? else { break };
-        writer.typed::<DoubleType>().write_batch(&column.values, None, None)?;
-        writer.close()?;
+fn encode(columns: &[Column], bytes: &mut Vec<u8>) -> std::io::Result<()> {
+    let named = columns.iter().map(|column| (column.name.as_str(), column.unit.as_str()));
+    let mut file = ParquetFile::new(bytes, named)?;
+    file.rows(columns.iter().map(|column| column.values.as_slice()))?;
+    file.close()
+}
+
+/// A Parquet file that is written group by group.
+pub(crate) struct ParquetFile<W: Write + Send>(SerializedFileWriter<W>);
+
+impl<W: Write + Send> ParquetFile<W> {
+    /// For columns of these names and units.
+    pub(crate) fn new<'a>(out: W, columns: impl Iterator<Item = (&'a str, &'a str)> + Clone) -> std::io::Result<Self> {
+        let field = |(name, _): (&str, &str)| {
+            let field = Type::primitive_type_builder(name, Physical::DOUBLE);
+            field.with_repetition(Repetition::REQUIRED).build().map(Arc::new)
+        };
+        let fields = columns.clone().map(field).collect::<Result<Vec<_>, _>>()?;
+        let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+        let units = columns.map(|(name, unit)| KeyValue::new(format!("unit.{name}"), unit.to_owned())).collect();
+        let properties = WriterProperties::builder()
+            .set_key_value_metadata(Some(units))
+            .set_created_by(concat!("stickslip ", env!("CARGO_PKG_VERSION")).into())
+            .build();
+        Ok(ParquetFile(SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?))
     }
-    group.close()?;
-    file.close()?;
-    Ok(())
+
+    /// A group of rows: all columns, equally long.
+    pub(crate) fn rows<'a>(&mut self, columns: impl Iterator<Item = &'a [f64]>) -> std::io::Result<()> {
+        let mut group = self.0.next_row_group()?;
+        for column in columns {
+            let Some(mut writer) = group.next_column()? else { break };
+            writer.typed::<DoubleType>().write_batch(column, None, None)?;
+            writer.close()?;
+        }
+        group.close()?;
+        Ok(())
+    }
+
+    /// There is nothing behind.
+    pub(crate) fn close(self) -> std::io::Result<()> {
+        self.0.close()?;
+        Ok(())
+    }
 }
 
 #[cfg(test)]

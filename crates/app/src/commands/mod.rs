@@ -7,6 +7,7 @@ mod completions;
 mod demo;
 mod design;
 mod doctor;
+mod export;
 mod fidelity;
 mod fit;
 mod generate;
@@ -103,6 +104,15 @@ pub(crate) enum Command {
     /// Replay a recorded run: the same inputs and changes once more, and every bit compared.
     #[command(after_help = "Example: stickslip replay results")]
     Replay(replay::ReplayCommand),
+    /// A recorded run as a file for another tool: CSV, Parquet, MATLAB, MCAP.
+    #[command(
+        after_help = "Example: stickslip export results --out run.mat --signal setpoint.velocity,angle --until 10\n\
+                            Example: stickslip export results/run.mf4 --out run.parquet --every 10"
+    )]
+    Export(export::ExportCommand),
+    /// Make a whole file of what an interrupted recording has left, in place, for other tools; stickslip reads it anyway.
+    #[command(after_help = "Example: stickslip recover results")]
+    Recover(export::RecoverCommand),
     /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
     #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
     Doctor(doctor::DoctorCommand),
@@ -171,6 +181,11 @@ impl Command {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
+            Command::Export(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Recover(command) => command.run(out),
             Command::Serve(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)

@@ -24,7 +24,7 @@ pub(crate) struct ReplayCommand {
 
 impl ReplayCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let path = if self.run.is_dir() { self.run.join("run.mf4") } else { self.run };
+        let path = super::export::file(&self.run);
         let replayed = Stored::open(&path)?.replay(watch)?;
         let mut summary = Summary::new("replay");
         summary

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use stickslip_core::supervise::SafetyState;
 
+use super::scribe::Scribe;
 use super::{Shared, lock};
-use crate::Error;
 use crate::bench::tap::Stream;
 use crate::run::{RunWriter, Signals};
 
@@ -26,13 +26,11 @@ pub(super) struct Newest {
 }
 
 /// Runs until the bench is gone.
-pub(super) fn run(mut stream: Stream, mut writer: Option<RunWriter>, shared: &Arc<Shared>) {
-    let mut failed = |ended: Result<(), Error>| {
-        // Where the disk takes no more the bench goes on; what was recorded is kept.
-        if let Err(error) = ended {
-            *lock(&shared.recording) = Some(error.to_string());
-        }
-    };
+pub(super) fn run(mut stream: Stream, writer: Option<RunWriter>, shared: &Arc<Shared>) {
+    // Where the disk takes no more the bench goes on; what was recorded is kept.
+    let told = shared.clone();
+    let mut scribe =
+        writer.map(|writer| Scribe::start(writer, move |error| *lock(&told.recording) = Some(error.to_string())));
     loop {
         // Asked before the cycles are taken: those that came last are not left behind.
         let last = stream.is_closed();
@@ -44,12 +42,15 @@ pub(super) fn run(mut stream: Stream, mut writer: Option<RunWriter>, shared: &Ar
             // Cycles only go up, and all rows are alike.
             drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
             newest = Some((sample.frame, signals));
-            record(&mut writer, &mut failed, |writer| writer.sample(&sample));
+            if let Some(scribe) = &mut scribe {
+                gaps.1 += scribe.sample(&sample).min(1);
+            }
         }
         while let Some(changed) = stream.change() {
-            record(&mut writer, &mut failed, |writer| writer.change(&changed));
+            if let Some(scribe) = &mut scribe {
+                scribe.change(changed);
+            }
         }
-        record(&mut writer, &mut failed, RunWriter::look);
         if let Some((frame, signals)) = newest {
             let fault = frame.safety.fault().map(|fault| fault.to_string());
             let mut known = lock(&shared.newest);
@@ -63,27 +64,13 @@ pub(super) fn run(mut stream: Stream, mut writer: Option<RunWriter>, shared: &Ar
             };
         }
         if last {
-            if let Some(writer) = writer {
-                failed(writer.finish().map(drop));
+            if let Some(scribe) = scribe {
+                scribe.finish();
             }
             lock(&shared.newest).state = "ended";
             return;
         }
         thread::sleep(LOOK);
-    }
-}
-
-/// Records something, unless that has failed before.
-fn record(
-    writer: &mut Option<RunWriter>,
-    failed: &mut impl FnMut(Result<(), Error>),
-    what: impl FnOnce(&mut RunWriter) -> Result<(), Error>,
-) {
-    if let Some(open) = writer
-        && let Err(error) = what(open)
-    {
-        failed(Err(error));
-        *writer = None;
     }
 }
 

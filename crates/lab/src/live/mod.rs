@@ -9,6 +9,7 @@ mod captures;
 mod listener;
 mod operator;
 pub mod protocol;
+mod scribe;
 #[cfg(test)]
 mod tests;
 
@@ -38,7 +39,7 @@ use crate::workflow::measure::Plan;
 use crate::{Error, Watch, output, parameters};
 
 /// How long whoever watches may sleep before cycles are lost [s].
-const ROOM: f64 = 2.0;
+const ROOM: f64 = 4.0;
 
 /// What a live bench is started with.
 #[derive(Clone, Debug)]

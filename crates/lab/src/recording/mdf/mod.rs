@@ -194,6 +194,11 @@ impl Opened {
         &self.head
     }
 
+    /// Channels of the first group that hold numbers.
+    pub fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.groups.first().into_iter().flat_map(|group| group.channels.iter().map(|(channel, _)| channel))
+    }
+
     /// Rows of the first group.
     pub fn len(&self) -> usize {
         self.groups.first().map_or(0, |group| group.rows)

@@ -1,0 +1,169 @@
+//! A whole tick of the bench at 10 kHz, spinning: software with the rendering law of bristles, virtual machine, and every
+//! signal handed to somebody who captures it. And how many ticks a change of parameters takes.
+
+use std::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use stickslip::bench::remote::LinkFault;
+use stickslip::bench::tap::tap;
+use stickslip::bench::{Bench, Change, ClockedBench, Command, InProcess, Io, VirtualBench, Voltages, Wishes};
+use stickslip::capture::{Capture, Keep, Plan, Stream, Trigger};
+use stickslip::experiment::home;
+use stickslip::realtime::measure_floor;
+use stickslip::run::{Signals, channels};
+use stickslip::{LawChoice, Preset, Watch, parameters};
+use stickslip_core::control::reference::{Generator, Reference};
+use stickslip_core::tick::Measurement;
+
+/// Ticks that are timed.
+const TICKS: u64 = 10_000_000;
+/// As long is the machine watched for its own holes.
+const WATCHED: Duration = Duration::from_secs(30);
+/// Longer ticks are counted as this long [ns].
+const LONGEST: usize = 200_000;
+
+/// What ticks take [µs].
+pub(crate) struct Ticks {
+    pub(crate) median: f64,
+    pub(crate) p9999: f64,
+    pub(crate) worst: f64,
+    /// The longest hole of the machine itself in as long a time.
+    pub(crate) floor: f64,
+}
+
+fn preset(tick_rate: f64) -> Result<Preset<f64>, Box<dyn Error>> {
+    let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+    preset.bench.tick_rate = tick_rate;
+    preset.bench.law = LawChoice::Bristle;
+    Ok(preset)
+}
+
+/// Times ticks.
+pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
+    let preset = preset(10_000.0)?;
+    let mut bench = VirtualBench::new(&preset, 1)?;
+    let law = stickslip::design::rendering_law(&preset.model, &preset.bench)?;
+    bench.set_law(law)?;
+    home(&mut bench, &Watch::silent())?;
+    let (tap, mut stream) = tap(1 << 16);
+    bench.tap(tap);
+    let captures = thread::spawn(move || {
+        let names: Vec<String> = channels().into_iter().map(|entry| entry.path).collect();
+        let signals = (0..names.len()).collect();
+        let plan = Plan { signals, decimation: 1, before: 2000, after: 2000, keep: Keep::Latest(1) };
+        let trigger: Trigger = "setpoint.velocity rises through 0".parse().expect("it is one");
+        let mut rows = Stream::new(names.len());
+        let capture = Capture::new(plan, &trigger, &names, 64 << 20).expect("it has room");
+        let held = rows.add(capture).expect("the first");
+        while !stream.is_closed() {
+            while let Some(sample) = stream.sample() {
+                let _ = rows.push(sample.frame.cycle, &Signals::of(&sample.frame).row());
+            }
+            thread::yield_now();
+        }
+        rows.remove(held).map_or(0, |capture| capture.segments().len())
+    });
+    let reference = Reference::Sine(Default::default());
+    let mut generator = Generator::new(reference, preset.bench.tick_rate).with_origin(0.0);
+    let mut counts = vec![0_u64; LONGEST + 1];
+    for _ in 0..TICKS {
+        let command = Command { setpoint: generator.next(), control: true, render: true, ..Command::default() };
+        let begin = Instant::now();
+        bench.step(command)?;
+        counts[(begin.elapsed().as_nanos() as usize).min(LONGEST)] += 1;
+    }
+    drop(bench);
+    if captures.join().map_err(|_| "who captures has panicked")? == 0 {
+        return Err("nothing was captured".into());
+    }
+    let quantile = |part: f64| {
+        let mut sum = 0;
+        let at = counts.iter().position(|count| {
+            sum += count;
+            sum as f64 >= part * TICKS as f64
+        });
+        at.unwrap_or(LONGEST) as f64 * 1e-3
+    };
+    let floor = measure_floor(WATCHED, Wishes::PLAIN, &Watch::silent())?;
+    Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), worst: quantile(1.0), floor: 1e6 * floor.longest() })
+}
+
+/// A machine that tells in which cycle it is.
+struct Counted {
+    machine: InProcess,
+    cycle: Arc<AtomicU64>,
+}
+
+impl Io for Counted {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.cycle.fetch_add(1, Ordering::Relaxed);
+        self.machine.exchange(voltages)
+    }
+
+    fn waits(&self) -> bool {
+        true
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), stickslip::Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+/// From the cycle in which a set of parameters was handed over to the first with it: median and 99 % of 1000 changes.
+pub(crate) fn change() -> Result<[f64; 2], Box<dyn Error>> {
+    let preset = preset(4000.0)?;
+    let (machine, readings) = InProcess::new(&preset, 1)?;
+    let cycle = Arc::new(AtomicU64::new(0));
+    let machine = Counted { machine, cycle: cycle.clone() };
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::default(), None)?;
+    let mut urgent = bench.urgent().ok_or("nobody else has taken it")?;
+    let parameters = *bench.parameters();
+    let mut taken = Vec::new();
+    for _ in 0..1000 {
+        // Cycles that have run: the one that runs or comes next has this number.
+        let now = cycle.load(Ordering::Relaxed);
+        taken.push(urgent.change(Change::Parameters(parameters))?.saturating_sub(now));
+        thread::sleep(Duration::from_micros(700));
+    }
+    bench.stop();
+    taken.sort_unstable();
+    Ok([taken[500] as f64, taken[990] as f64])
+}
+
+/// Work for all other cores, until it is dropped.
+pub(crate) struct Load {
+    stop: Arc<AtomicBool>,
+    threads: Vec<thread::JoinHandle<()>>,
+}
+
+impl Load {
+    pub(crate) fn new(threads: usize) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let work = |_| {
+            let stop = stop.clone();
+            thread::spawn(move || {
+                let mut bytes = vec![0_u8; 8 << 20];
+                while !stop.load(Ordering::Relaxed) {
+                    // Through the caches that all share.
+                    bytes.iter_mut().step_by(64).for_each(|byte| *byte = byte.wrapping_add(1));
+                    std::hint::black_box(&bytes);
+                }
+            })
+        };
+        Load { threads: (0..threads).map(work).collect(), stop: stop.clone() }
+    }
+}
+
+impl Drop for Load {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.threads.drain(..).for_each(|thread| drop(thread.join()));
+    }
+}
