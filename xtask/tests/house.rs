@@ -139,7 +139,7 @@ fn the_core_has_no_std_and_no_unsafe() {
 
 /// Lines outside tests that reach into the virtual machine: its values, the inside of its sensors, the truth.
 fn reaches_for_the_truth(source: &str) -> Vec<&str> {
-    let code = source.split("#[cfg(test)]").next().unwrap_or_default();
+    let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let forbidden = ["plant::", "sensor::", "truth::", "::plant", "::truth", "VirtualBench"];
     code.lines()
         .filter(|line| !line.trim_start().starts_with("//"))
@@ -175,4 +175,40 @@ fn controllers_laws_and_experiments_do_not_see_the_virtual_machine() {
 fn a_look_at_the_virtual_machine_is_found() {
     let cheat = "use stickslip_core::plant::Plant;\nlet x = 1;\n#[cfg(test)]\nuse crate::truth::own_curve;\n";
     assert_eq!(reaches_for_the_truth(cheat), ["use stickslip_core::plant::Plant;"]);
+}
+
+/// Files all of whose code, tests aside, runs within the deadline. The rest that does is `crates/core`, which has no
+/// `std` to lock with.
+const WITHIN_THE_DEADLINE: [&str; 9] = [
+    "crates/rt/src/executive.rs",
+    "crates/rt/src/cycle.rs",
+    "crates/rt/src/clock.rs",
+    "crates/rt/src/timing.rs",
+    "crates/lab/src/bench/clocked/cycle.rs",
+    "crates/lab/src/bench/io.rs",
+    "crates/lab/src/bench/virtual_bench.rs",
+    "crates/lab/src/bench/faults/faulty.rs",
+    "crates/lab/src/noise.rs",
+];
+
+/// What could wait for another thread.
+fn locks(source: &str) -> Vec<&str> {
+    const LOCKS: [&str; 9] =
+        ["Mutex", "RwLock", "Condvar", "Barrier", "OnceLock", "LazyLock", "mpsc", ".join()", "thread::"];
+    let code = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    LOCKS.into_iter().filter(|lock| code.contains(lock)).collect()
+}
+
+#[test]
+fn nothing_within_the_deadline_waits_for_another_thread() {
+    for file in WITHIN_THE_DEADLINE {
+        assert_eq!(locks(&text(file)), Vec::<&str>::new(), "{file}");
+    }
+}
+
+#[test]
+fn a_lock_is_found() {
+    assert_eq!(locks("use std::sync::Mutex;\nfn step() { shared.lock(); }"), ["Mutex"]);
+    assert_eq!(locks("fn step() {}\n#[cfg(test)]\nmod tests { use std::sync::mpsc; }"), Vec::<&str>::new());
+    assert!(!locks(&text("crates/lab/src/bench/clocked/mod.rs")).is_empty(), "outside of it there are some");
 }
