@@ -1,10 +1,11 @@
-//! The bench behind an address: HTTP for whoever has its token.
+//! The bench behind an address: HTTP for whoever has its token, XCP for tools.
 
 mod client;
 mod door;
 mod http;
 #[cfg(test)]
 mod tests;
+mod xcp;
 
 pub(crate) use client::{Client, unexpected};
 pub(crate) use http::{Patience, Server};

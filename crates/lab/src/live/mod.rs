@@ -9,6 +9,7 @@ mod captures;
 mod listener;
 mod operator;
 pub mod protocol;
+mod seen;
 #[cfg(test)]
 mod tests;
 
@@ -22,7 +23,7 @@ use axis::Job;
 use captures::Captures;
 use listener::Newest;
 use operator::Operator;
-use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status};
+use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status, XcpStatus};
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
@@ -85,6 +86,8 @@ struct Shared {
     /// The file that is recorded into, or why not any more.
     recording: Mutex<Option<String>>,
     runs: AtomicU64,
+    /// Where measurement and calibration tools may come in, and who has.
+    xcp: Mutex<Vec<XcpStatus>>,
 }
 
 /// A thread that panicked has left what it held as it was.
@@ -129,6 +132,7 @@ impl Live {
             histograms: bench.histograms(),
             recording: Mutex::new(record.map(|path| path.display().to_string())),
             runs: AtomicU64::new(1),
+            xcp: Mutex::default(),
         });
         let (jobs, jobs_out) = mpsc::channel();
         let (known, known_too) = (shared.clone(), shared.clone());
@@ -369,6 +373,7 @@ impl Live {
                 lost: newest.lost,
             },
             recording: lock(&shared.recording).clone(),
+            xcp: lock(&shared.xcp).clone(),
         }
     }
 }
