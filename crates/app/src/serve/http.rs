@@ -23,7 +23,7 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::door::Door;
-use super::xcp::Xcp;
+use super::xcp::{PATIENCE, Xcp};
 use super::{Left, Place};
 
 /// Largest call [bytes].
@@ -96,7 +96,7 @@ impl Server {
     /// # Errors
     /// The system refuses an address.
     pub(crate) fn open_xcp(&mut self, wanted: Doors) -> std::io::Result<Doors> {
-        Ok(self.xcp.insert(Xcp::open(&self.live, wanted)?).doors)
+        Ok(self.xcp.insert(Xcp::open(&self.live, wanted, PATIENCE)?).doors)
     }
 
     /// Ends it.

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::packet::Refusal;
 use super::{Bench, Change, Layout, PARAMETERS, SIZE};
+use crate::Error;
+use crate::parameters::{Fault, ParameterProblems, Problem};
 
 /// The working set.
 pub(super) const WORKING: u8 = 0;
@@ -41,17 +42,17 @@ impl Pages {
         self.values(layout, bench).iter().flat_map(|value| value.to_le_bytes()).collect()
     }
 
-    /// Bytes of the segment are written: what must change in the bench for it, if anything.
+    /// Bytes of the working set are written: what must change in the bench for it, if anything.
+    ///
+    /// # Errors
+    /// A value outside of its range, where the bench is not asked at once.
     pub(super) fn write(
         &mut self,
         layout: &Layout,
         bench: &dyn Bench,
         address: u32,
         bytes: &[u8],
-    ) -> Result<Option<Change>, Refusal> {
-        if self.master != WORKING {
-            return Err(Refusal::WriteProtected);
-        }
+    ) -> Result<Option<Change>, Error> {
         self.incomplete.extend((address..).zip(bytes.iter().copied()));
         let complete = self.take_complete(layout, address, bytes.len());
         let Some(collected) = &mut self.collected else {
@@ -62,12 +63,15 @@ impl Pages {
                 layout.changes(&before, &after, |index| complete.iter().any(|(written, _)| *written == index));
             return Ok((!changes.is_empty()).then_some(Change::Set(changes)));
         };
-        let fits = |&(index, value): &(usize, f64)| {
+        // Laws between values are asked when all of them are there.
+        let outside = |&&(index, value): &&(usize, f64)| {
             let cell = &layout.parameters[index].cell;
-            (cell.minimum..=cell.maximum).contains(&value)
+            !(cell.minimum..=cell.maximum).contains(&value)
         };
-        if !complete.iter().all(fits) {
-            return Err(Refusal::OutOfRange);
+        let problems: Vec<Problem> =
+            complete.iter().filter(outside).map(|&(i, value)| outside_of(layout, i, value)).collect();
+        if !problems.is_empty() {
+            return Err(ParameterProblems { file: "page 0".into(), problems }.into());
         }
         complete.into_iter().for_each(|(index, value)| collected[index] = value);
         Ok(None)
@@ -121,4 +125,11 @@ impl Pages {
             None => Some(Change::Reset),
         }
     }
+}
+
+fn outside_of(layout: &Layout, index: usize, value: f64) -> Problem {
+    let parameter = &layout.parameters[index];
+    let (minimum, maximum, unit) = (parameter.cell.minimum, parameter.cell.maximum, parameter.cell.unit);
+    let fault = Fault::OutOfRange { value, minimum, maximum, default: parameter.default, unit };
+    Problem { line: None, path: parameter.cell.path.clone(), fault }
 }

@@ -61,7 +61,7 @@ fn a_refusal_has_a_code_its_reason_in_words_and_no_effect() {
     for (path, value, code, reason) in [
         (GAIN, -1.0, 0x22, "outside"),
         (GAIN, f64::NAN, 0x22, "finite"),
-        ("bench.desired.breakaway_torque", 90.0, 0x22, "N m"),
+        ("bench.desired.breakaway_torque", 90.0, 0x22, "cannot be rendered"),
         ("bench.safety.lower_end", 300.0, 0x22, "stroke"),
     ] {
         master.said.clear();
@@ -92,6 +92,7 @@ fn a_set_is_collected_while_the_reference_runs_and_enters_at_once() {
     assert_eq!(master.write("bench.law.kind", 5.0), [0xff]);
     assert_eq!(master.write("bench.law.bandwidth", 300.0), [0xff]);
     assert_eq!(master.write(GAIN, 1e9), [0xfe, 0x22], "outside of its range at once");
+    assert!(master.said.contains("position_gain = 1e9 1/s is outside"), "{}", master.said);
     assert_eq!(master.desk.changes.borrow().len(), tried);
     // The reference is read, and not written.
     master.get(&page(SET_XCP, 1));

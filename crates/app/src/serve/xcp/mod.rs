@@ -25,7 +25,7 @@ use session::Session;
 /// From look to look at what was measured: rows of this time share a datagram.
 const LOOK: Duration = Duration::from_millis(2);
 /// Without a command for so long, and without a measurement, a master's place is free for another.
-const PATIENCE: Duration = Duration::from_secs(10);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 /// From report to report.
 const REPORT: Duration = Duration::from_millis(100);
 
@@ -38,11 +38,12 @@ pub(crate) struct Xcp {
 }
 
 impl Xcp {
-    /// Opens them; port 0 takes a free one.
+    /// Opens them; port 0 takes a free one. A master that is silent, or takes nothing, for longer than `patience` leaves
+    /// its place to others.
     ///
     /// # Errors
     /// The system refuses an address.
-    pub(crate) fn open(live: &Arc<Live>, wanted: Doors) -> io::Result<Self> {
+    pub(crate) fn open(live: &Arc<Live>, wanted: Doors, patience: Duration) -> io::Result<Self> {
         let udp = wanted.udp.map(udp::bind).transpose()?;
         let tcp = wanted.tcp.map(TcpListener::bind).transpose()?;
         let doors = Doors {
@@ -61,6 +62,7 @@ impl Xcp {
                 layout: layout.clone(),
                 description: description.clone(),
                 stop: stop.clone(),
+                patience,
                 lost: Arc::default(),
                 reported: Arc::default(),
             };
@@ -97,6 +99,7 @@ struct Door {
     layout: Arc<Layout>,
     description: Arc<str>,
     stop: Arc<AtomicBool>,
+    patience: Duration,
     lost: Arc<AtomicU64>,
     reported: Arc<Mutex<Option<Instant>>>,
 }

@@ -11,7 +11,7 @@ use stickslip::xcp::MAX_CTO;
 use stickslip::xcp::frame::{self, Next};
 
 use super::session::Session;
-use super::{Door, LOOK, PATIENCE, is_later};
+use super::{Door, LOOK, is_later};
 
 /// Connections at once, of which one has a master.
 const CONNECTIONS: usize = 4;
@@ -116,8 +116,9 @@ impl Connection {
                     Err(error) => return Err(error),
                 }
             }
-            let stays = if session.is_connected() { self.is_master(session) } else { session.silence() < PATIENCE };
-            if !stays || moved.elapsed() > PATIENCE {
+            let stays =
+                if session.is_connected() { self.is_master(session) } else { session.silence() < self.door.patience };
+            if !stays || moved.elapsed() > self.door.patience {
                 return Ok(());
             }
         }
@@ -148,8 +149,9 @@ impl Connection {
     /// Becomes the master, if there is none that still is.
     fn claim(&self) -> bool {
         let mut master = lock(&self.master);
-        let free = master
-            .is_none_or(|(number, heard, measures)| number == self.number || !measures && heard.elapsed() > PATIENCE);
+        let free = master.is_none_or(|(number, heard, measures)| {
+            number == self.number || !measures && heard.elapsed() > self.door.patience
+        });
         if free {
             *master = Some((self.number, Instant::now(), false));
         }

@@ -9,11 +9,14 @@ use stickslip::xcp::frame::{self, Next};
 use stickslip::xcp::{MAX_CTO, MAX_DTO};
 
 use super::session::Session;
-use super::{Door, LOOK, PATIENCE, is_later};
+use super::{Door, LOOK, is_later};
 
 /// Largest datagram: what Ethernet takes, less the heads of IPv6 and UDP; a packet with its frame fits.
 const DATAGRAM: usize = 1500 - 40 - 8;
 const _: () = assert!(frame::HEADER + MAX_DTO <= DATAGRAM);
+/// Datagrams at once: after a pause the rest waits in the ring for the next look, since a receiver that gets more than
+/// its buffer takes loses them.
+const BURST: usize = 16;
 /// `CONNECT`, which begins a session.
 const CONNECT: u8 = 0xff;
 
@@ -67,7 +70,7 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
             gone |= !send(open, *address, &mut out, door);
             if looked.elapsed() >= LOOK {
                 looked = Instant::now();
-                loop {
+                for _ in 0..BURST {
                     session.measurements(&mut out, DATAGRAM);
                     if out.is_empty() {
                         break;
@@ -78,7 +81,7 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
             gone |= !session.is_connected();
         }
         door.report_sometimes(master.as_ref().map(|(address, session)| (*address, session)));
-        let silent = |session: &Session| session.silence() > PATIENCE && !session.is_measuring();
+        let silent = |session: &Session| session.silence() > door.patience && !session.is_measuring();
         // One that is merely silent may go on, until another one comes.
         if connected && (gone || master.as_ref().is_some_and(|(_, session)| silent(session))) {
             (socket, connected) = (None, false);

@@ -91,10 +91,15 @@ impl Slave {
         if self.layout.parameter_at(at).is_none() {
             return Err(Refusal::WriteProtected);
         }
-        let layout = self.layout.clone();
-        let change = self.pages.write(&layout, bench, at, bytes)?;
+        if self.pages.master != WORKING {
+            return Err(Refusal::WriteProtected);
+        }
         self.pointer = Pointer::Address(at + bytes.len() as u32);
-        Ok(later(change, Then::Nothing))
+        let layout = self.layout.clone();
+        Ok(match self.pages.write(&layout, bench, at, bytes) {
+            Ok(change) => later(change, Then::Nothing),
+            Err(error) => Outcome::Refused(error),
+        })
     }
 
     /// `SET_CAL_PAGE`

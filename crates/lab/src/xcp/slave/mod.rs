@@ -2,6 +2,7 @@
 
 mod calibration;
 mod measurement;
+mod session;
 
 pub(super) use measurement::{EVENT_NAME, cycle_time};
 
@@ -14,7 +15,7 @@ use super::ascii::ascii;
 use super::lists::Lists;
 use super::packet::{Command, EVENT_PENDING, Refusal, Response, SERVICE_TEXT, pid};
 use super::pages::Pages;
-use super::{Bench, Change, EPK, Layout, MAX_CTO, MAX_DTO, MEASUREMENTS, PARAMETERS, Sampler, VERSION, frame};
+use super::{Bench, Change, Layout, MAX_CTO, PARAMETERS, Sampler, frame};
 use crate::Error;
 use crate::capture::Tap;
 
@@ -66,6 +67,8 @@ enum Outcome {
     Answer(Response),
     /// When the bench has done this.
     Later(Change, Then),
+    /// With the reason in words.
+    Refused(Error),
 }
 
 type Result<T> = std::result::Result<T, Refusal>;
@@ -127,6 +130,7 @@ impl Slave {
                 self.waiting = Some(Waiting { then, answer: true });
                 return Some(change);
             }
+            Ok(Outcome::Refused(error)) => self.explain(&error, out),
             Err(refusal) => self.refuse(refusal, out),
         }
         None
@@ -135,22 +139,13 @@ impl Slave {
     /// How the change went that a command asked for.
     pub fn done(&mut self, changed: std::result::Result<(), Error>, out: &mut Vec<u8>) {
         let Some(Waiting { then, answer }) = self.waiting.take() else { return };
-        let refusal = match changed {
-            Ok(()) => {
-                if let Then::Page(page, before) = then {
-                    self.pages.switched(page, before);
-                }
-                None
-            }
-            Err(error) => {
-                self.say(&error.to_string(), out);
-                Some(calibration::refusal(&error))
-            }
-        };
-        match refusal {
+        if let (Ok(()), Then::Page(page, before)) = (&changed, then) {
+            self.pages.switched(page, before);
+        }
+        match changed {
             _ if !answer || !self.connected => {}
-            Some(refusal) => self.refuse(refusal, out),
-            None => frame::push(out, &mut self.counter, [&Response::ok().0, &[]]),
+            Ok(()) => frame::push(out, &mut self.counter, [&Response::ok().0, &[]]),
+            Err(error) => self.explain(&error, out),
         }
     }
 
@@ -190,6 +185,12 @@ impl Slave {
         self.waiting.iter_mut().for_each(|waiting| waiting.answer = false);
     }
 
+    /// Why not, in words and as a code.
+    fn explain(&mut self, error: &Error, out: &mut Vec<u8>) {
+        self.say(&error.to_string(), out);
+        self.refuse(calibration::refusal(error), out);
+    }
+
     fn refuse(&mut self, refusal: Refusal, out: &mut Vec<u8>) {
         frame::push(out, &mut self.counter, [&[pid::ERROR, refusal as u8], &[]]);
     }
@@ -202,73 +203,6 @@ impl Slave {
         for part in bytes.chunks(MAX_CTO - 2) {
             frame::push(out, &mut self.counter, [&[pid::SERVICE, SERVICE_TEXT], part]);
         }
-    }
-
-    fn dispatch(&mut self, code: u8, command: Command<'_>, bench: &dyn Bench) -> Result<Outcome> {
-        let answer = match code {
-            0xff => self.connect(bench),
-            0xfe => {
-                self.end(bench);
-                Response::ok()
-            }
-            0xfd => self.status(),
-            // No block mode, no queue; driver 1.0.
-            0xfb => Response::ok().bytes(&[0, 0, 0, 0, 0, 0, 0x10]),
-            0xfa => self.identify(command)?,
-            0xc0 => match command.byte(1)? {
-                0 => Response::ok().bytes(&[0]).bytes(&VERSION).bytes(&VERSION),
-                _ => return Err(Refusal::Unknown),
-            },
-            0xe4..=0xf6 => return self.calibrate(code, command, bench),
-            0xc7 | 0xd3..=0xe2 => self.measure(code, command, bench)?,
-            _ => return Err(Refusal::Unknown),
-        };
-        Ok(Outcome::Answer(answer))
-    }
-
-    fn connect(&mut self, bench: &dyn Bench) -> Response {
-        self.end(bench);
-        self.connected = true;
-        // Calibration with pages, measurement; optional modes can be asked for; bytes, little-endian.
-        Response::ok().bytes(&[0x01 | 0x04, 0x80, MAX_CTO as u8]).word(MAX_DTO as u16).bytes(&[1, 1])
-    }
-
-    fn status(&self) -> Response {
-        let running = if self.is_measuring() { 0x40 } else { 0 };
-        Response::ok().bytes(&[running, 0, 0]).word(0)
-    }
-
-    /// `GET_ID`: the text is uploaded.
-    fn identify(&mut self, command: Command<'_>) -> Result<Response> {
-        let text: Arc<str> = match command.byte(1)? {
-            0 => concat!("stickslip ", env!("CARGO_PKG_VERSION")).into(),
-            1 => "stickslip".into(),
-            4 => self.description.clone(),
-            5 => self.layout.epk.as_str().into(),
-            // Nothing of that kind.
-            _ => "".into(),
-        };
-        let length = text.len() as u32;
-        self.pointer = Pointer::Text(text, 0);
-        Ok(Response::ok().bytes(&[0]).word(0).long(length))
-    }
-
-    /// Bytes at an address: of the identification, a parameter, the newest measurements.
-    fn bytes(&self, bench: &dyn Bench, address: u32, count: usize) -> Result<Vec<u8>> {
-        let layout = &*self.layout;
-        let (begin, all) = match address {
-            EPK.. => (EPK, layout.epk.clone().into_bytes()),
-            PARAMETERS..EPK => (PARAMETERS, self.pages.bytes(layout, bench)),
-            MEASUREMENTS..PARAMETERS => {
-                let (cycle, row) = bench.newest();
-                let all = std::iter::once(cycle as f64).chain(row);
-                (MEASUREMENTS, all.flat_map(f64::to_le_bytes).collect())
-            }
-            _ => return Err(Refusal::AccessDenied),
-        };
-        let begin = (address - begin) as usize;
-        let end = begin.checked_add(count).ok_or(Refusal::AccessDenied)?;
-        all.get(begin..end).map(<[u8]>::to_vec).ok_or(Refusal::AccessDenied)
     }
 
     /// Rows that measurements have lost.

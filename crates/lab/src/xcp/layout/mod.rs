@@ -1,12 +1,13 @@
 //! Which value has which address. There is no memory behind it: an address is looked up here, or it is none.
 
+mod tables;
+
 use std::collections::{BTreeMap, HashMap};
 
-use stickslip_core::fields::{Field, Kind, Shape, Variant};
+use stickslip_core::fields::{Field, Variant};
 
+use crate::Preset;
 use crate::parameters::{self, Value, number};
-use crate::run::channels;
-use crate::{Preset, tuning};
 
 /// Where the measurements begin; the first is the number of the cycle.
 pub const MEASUREMENTS: u32 = 0x1000_0000;
@@ -82,7 +83,8 @@ pub struct Layout {
 impl Layout {
     /// Of a bench with so many ticks a second [Hz]. All presets have the same.
     pub fn new(rate: f64) -> Self {
-        let mut layout = Layout { measurements: measurements(), parameters: parameters(), rate, epk: String::new() };
+        let mut layout =
+            Layout { measurements: tables::measurements(), parameters: tables::parameters(), rate, epk: String::new() };
         layout.epk = layout.hash();
         layout
     }
@@ -190,96 +192,5 @@ impl Layout {
         // FNV-1a.
         let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         format!("stickslip {:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, step))
-    }
-}
-
-/// Number `index` of an area.
-fn address(area: u32, index: usize) -> u32 {
-    area + SIZE * index as u32
-}
-
-fn content(field: &Field) -> Content {
-    match field.kind {
-        Kind::Real => Content::Real,
-        Kind::Whole => Content::Whole,
-        Kind::Flag => Content::Flag,
-    }
-}
-
-fn measurements() -> Vec<Cell> {
-    let cycle = Cell {
-        path: "cycle".into(),
-        address: MEASUREMENTS,
-        symbol: "",
-        unit: "1",
-        help: "Number of the cycle.",
-        minimum: 0.0,
-        maximum: f64::MAX,
-        content: Content::Whole,
-    };
-    let cell = |(index, entry): (usize, parameters::Entry)| Cell {
-        path: entry.path,
-        address: address(MEASUREMENTS, index + 1),
-        symbol: entry.field.symbol,
-        unit: entry.field.unit,
-        help: entry.field.help,
-        minimum: entry.field.minimum.max(f64::MIN),
-        maximum: entry.field.maximum.min(f64::MAX),
-        content: content(entry.field),
-    };
-    std::iter::once(cycle).chain(channels().into_iter().enumerate().map(cell)).collect()
-}
-
-/// All that any variant has, so that a layout does not depend on what is chosen.
-fn parameters() -> Vec<Parameter> {
-    let rows = parameters::describe::<Preset<f64>>("").expect("everything is known");
-    let mut all: Vec<Parameter> = Vec::new();
-    let mut places: HashMap<String, usize> = HashMap::new();
-    for row in rows.into_iter().filter(|row| tuning::fixed(&row.path).is_none()) {
-        let owner = row.only_with.as_deref().and_then(|with| with.split_once(" = "));
-        let owner = owner.map(|(tag, name)| (tag.to_owned(), name.trim_matches('"').to_owned()));
-        let count = match row.field.map(|field| field.shape) {
-            Some(Shape::List(count, _)) => Some(count),
-            _ => None,
-        };
-        let first = all.len();
-        for element in 0..count.unwrap_or(1) {
-            let path = if count.is_some() { format!("{}.{element}", row.path) } else { row.path.clone() };
-            if let Some(&place) = places.get(&path) {
-                all[place].shared_with(row.field, owner.clone());
-                continue;
-            }
-            let last = row.variants.len().saturating_sub(1) as f64;
-            let cell = Cell {
-                path: path.clone(),
-                address: address(PARAMETERS, all.len()),
-                symbol: row.field.map_or("", |field| field.symbol),
-                unit: row.field.map_or("1", |field| field.unit),
-                help: row.field.map_or("What is chosen.", |field| field.help),
-                minimum: row.field.map_or(0.0, |field| field.minimum.max(f64::MIN)),
-                maximum: row.field.map_or(last, |field| field.maximum.min(f64::MAX)),
-                content: row.field.map_or(Content::Choice(row.variants), content),
-            };
-            places.insert(path, all.len());
-            all.push(Parameter {
-                cell,
-                default: row.field.map_or(0.0, |field| field.default),
-                owners: owner.clone().into_iter().collect(),
-                field: row.field,
-                list: count.map(|count| (row.path.clone(), first, count)),
-            });
-        }
-    }
-    all
-}
-
-impl Parameter {
-    /// Another variant has it as well: its range is whatever either allows, the reader of the set knows which.
-    fn shared_with(&mut self, field: Option<&'static Field>, owner: Option<(String, String)>) {
-        if let Some(field) = field {
-            self.cell.minimum = self.cell.minimum.min(field.minimum.max(f64::MIN));
-            self.cell.maximum = self.cell.maximum.max(field.maximum.min(f64::MAX));
-        }
-        self.owners.extend(owner);
     }
 }
