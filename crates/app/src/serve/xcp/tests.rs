@@ -175,7 +175,10 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let cycles: Vec<f64> = master.measured.iter().map(cycle).collect();
     // Those that the machine itself had no time for are counted.
     let missing = cycles.windows(2).filter(|pair| pair[1] != pair[0] + 1.0).count();
-    assert!(missing as u64 <= lost && lost <= bench.status().clock.held + bench.status().clock.lost, "{missing} {lost}");
+    assert!(
+        missing as u64 <= lost && lost <= bench.status().clock.held + bench.status().clock.lost,
+        "{missing} {lost}"
+    );
     // Its place is free.
     bench.until(|status| status.xcp[0].master.is_none());
     assert_eq!(second.ask(CONNECT)[0], 0xff);
@@ -210,7 +213,8 @@ fn a_flood_of_rubbish_is_borne_and_the_bench_does_not_notice() {
     let before = bench.status();
     let strangers: Vec<Master> = (0..4).map(|_| Master::of(&bench)).collect();
     for i in 0..5000u32 {
-        let rubbish: Vec<u8> = (0..(i % 300)).map(|j| (i.wrapping_mul(2654435761).wrapping_add(j * j) >> 7) as u8).collect();
+        let rubbish: Vec<u8> =
+            (0..(i % 300)).map(|j| (i.wrapping_mul(2654435761).wrapping_add(j * j) >> 7) as u8).collect();
         let _ = strangers[i as usize % 4].socket.send(&rubbish);
     }
     drop(strangers);
