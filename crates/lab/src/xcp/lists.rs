@@ -44,6 +44,8 @@ pub(super) struct List {
     pub(super) priority: u8,
     pub(super) selected: bool,
     pub(super) running: bool,
+    /// Whether it has run since it was last stopped.
+    started: bool,
 }
 
 impl Lists {
@@ -70,8 +72,15 @@ impl Lists {
         if usize::from(count) > LISTS {
             return Err(Refusal::MemoryOverflow);
         }
-        let list =
-            List { packets: Vec::new(), timestamp: false, prescaler: 1, priority: 0, selected: false, running: false };
+        let list = List {
+            packets: Vec::new(),
+            timestamp: false,
+            prescaler: 1,
+            priority: 0,
+            selected: false,
+            running: false,
+            started: false,
+        };
         self.lists = vec![list; usize::from(count)];
         Ok(())
     }
@@ -140,16 +149,19 @@ impl Lists {
         Ok(())
     }
 
-    /// What the lists that run want of a row.
-    pub(super) fn plans(&self) -> Vec<Plan> {
-        let plan = |(number, list): (usize, &List)| Plan {
-            list: number as u8,
-            prescaler: u64::from(list.prescaler),
-            timestamp: list.timestamp,
-            packets: list.packets.iter().map(|entries| columns(entries).collect()).collect(),
-            overload: false,
+    /// What the lists that run want of a row. One that goes on while another starts or stops may miss some, and says so.
+    pub(super) fn plans(&mut self) -> Vec<Plan> {
+        let plan = |(number, list): (usize, &mut List)| {
+            let overload = std::mem::replace(&mut list.started, list.running);
+            list.running.then(|| Plan {
+                list: number as u8,
+                prescaler: u64::from(list.prescaler),
+                timestamp: list.timestamp,
+                packets: list.packets.iter().map(|entries| columns(entries).collect()).collect(),
+                overload,
+            })
         };
-        self.lists.iter().enumerate().filter(|(_, list)| list.running).map(plan).collect()
+        self.lists.iter_mut().enumerate().filter_map(plan).collect()
     }
 
     /// `START_STOP_SYNCH`: stops all, starts or stops those that are selected.

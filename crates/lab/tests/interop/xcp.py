@@ -6,9 +6,11 @@
 Prints JSON. pyxcp does not notice a gap in the counter of the frames: it is counted here.
 """
 
+import contextlib
 import json
 import logging
 import re
+import socket
 import struct
 import sys
 import time
@@ -99,6 +101,11 @@ set_application(app)
 policy = Counting([])
 seen = {}
 master = Master("eth", app, policy=policy)
+if protocol == "UDP":
+    # Datagrams that find no room in the receiver's buffer are lost. More than `net.core.rmem_max` takes a privilege.
+    for option in (socket.SO_RCVBUF, getattr(socket, "SO_RCVBUFFORCE", 33)):
+        with contextlib.suppress(OSError):
+            master.transport.sock.setsockopt(socket.SOL_SOCKET, option, 16 << 20)
 frames = tapped(master.transport)
 with master as xcp:
     xcp.connect()

@@ -115,9 +115,12 @@ fn a_set_that_is_refused_leaves_the_reference_running() {
     let mut master = Master::connected();
     master.get(&page(SET_ECU, 1));
     master.write("bench.safety.lower_end", 300.0);
-    assert_eq!(master.refused(&page(SET_ECU, 0)), 0x22);
+    master.get(&page(SET_XCP, 1));
+    assert_eq!(master.refused(&page(SET_ECU | SET_XCP, 0)), 0x22);
     assert!(master.said.contains("stroke"), "{}", master.said);
-    assert_eq!(master.get(&[0xea, 1, 0]), [0, 0, 1]);
+    // Neither has switched.
+    assert_eq!((master.get(&[0xea, 1, 0]), master.get(&[0xea, 2, 0])), (vec![0, 0, 1], vec![0, 0, 1]));
+    master.get(&page(SET_XCP, 0));
     // The copy mends the working set.
     master.get(&[0xe4, 0, 1, 0, 0]);
     master.get(&page(SET_ECU, 0));

@@ -98,6 +98,28 @@ fn lost_rows_are_counted_and_marked_in_the_next_packet_alone() {
 }
 
 #[test]
+fn a_list_that_goes_on_while_another_starts_says_that_rows_may_be_missing() {
+    let mut master = Master::connected();
+    lists(&mut master, &[(1, &[&[0]]), (1, &[&[0]])]);
+    master.get(&[0xde, 1, 0, 0]);
+    master.desk.row(1);
+    master.get(&[0xde, 1, 1, 0]);
+    master.desk.row(2);
+    master.desk.row(3);
+    master.measure();
+    let heads: Vec<[u8; 2]> = master.measured.iter().map(|packet| [packet[0], packet[1]]).collect();
+    assert_eq!(heads, [[0x80, 0], [0, 1], [0, 0], [0, 1]]);
+    // Stopped and started, it begins anew.
+    master.get(&[0xde, 0, 0, 0]);
+    master.get(&[0xde, 0, 1, 0]);
+    master.get(&[0xde, 1, 0, 0]);
+    master.measured.clear();
+    master.desk.row(4);
+    master.measure();
+    assert_eq!(master.measured[0][..2], [0, 0]);
+}
+
+#[test]
 fn what_a_master_asks_of_the_processor_is_what_it_does() {
     let mut master = Master::connected();
     assert_eq!(master.get(&[0xda]), [0x53, 0, 0, 1, 0, 0, 0x40]);

@@ -160,8 +160,8 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let layout = Layout::new(1000.0);
     let path = "bench.controller.position_gain";
     let at = layout.parameters.iter().find(|parameter| parameter.cell.path == path).unwrap().cell.address;
-    let gain = [&[0xed, 8, 0, 0][..], &at.to_le_bytes(), &11.5f64.to_le_bytes()].concat();
-    assert_eq!(master.ask(&gain), [0xff]);
+    let gain = |value: f64| [&[0xed, 8, 0, 0][..], &at.to_le_bytes(), &value.to_le_bytes()].concat();
+    assert_eq!(master.ask(&gain(11.5)), [0xff]);
     let status = bench.until(|status| status.xcp.iter().any(|door| door.measuring));
     assert!(status.operator.unwrap().starts_with("XCP of 127.0.0.1:") && status.changed == 1);
     let refused = bench.live.call("ann", Call::Undo {}).unwrap_err();
@@ -182,7 +182,7 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     // Its place is free.
     bench.until(|status| status.xcp[0].master.is_none());
     assert_eq!(second.ask(CONNECT)[0], 0xff);
-    assert_eq!(second.ask(&gain)[0], 0xfe, "the first is still the operator");
+    assert_eq!(second.ask(&gain(12.0))[0], 0xfe, "the first is still the operator");
     assert_eq!(bench.stop().summary.ending.to_string(), "it was stopped");
 }
 

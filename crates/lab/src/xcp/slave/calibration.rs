@@ -114,20 +114,26 @@ impl Slave {
         if page > REFERENCE {
             return Err(Refusal::PageNotValid);
         }
-        if mode & 2 != 0 {
-            self.pages.master = page;
-        }
-        if mode & 1 == 0 {
-            return Ok(Outcome::Answer(Response::ok()));
-        }
-        let change = self.pages.switching(&self.layout, bench, page);
+        let (of_bench, of_master) = (mode & 1 != 0, mode & 2 != 0);
         let before = self.layout.values(&bench.in_force());
-        match change {
+        let then = Then::Page { page, of_master, before: of_bench.then_some(before) };
+        match self.pages.switching(&self.layout, bench, page).filter(|_| of_bench) {
             None => {
-                self.pages.switched(page, before);
+                self.follow(then);
                 Ok(Outcome::Answer(Response::ok()))
             }
-            Some(change) => Ok(Outcome::Later(change, Then::Page(page, before))),
+            Some(change) => Ok(Outcome::Later(change, then)),
+        }
+    }
+
+    /// What a change was for.
+    pub(super) fn follow(&mut self, then: Then) {
+        let Then::Page { page, of_master, before } = then else { return };
+        if of_master {
+            self.pages.master = page;
+        }
+        if let Some(before) = before {
+            self.pages.switched(page, before);
         }
     }
 

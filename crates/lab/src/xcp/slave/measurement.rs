@@ -126,11 +126,12 @@ impl Slave {
         if let Some((tap, _)) = self.stream.take() {
             bench.detach(tap);
         }
-        if !self.lists.any_runs() {
+        let plans = self.lists.plans();
+        if plans.is_empty() {
             return Ok(());
         }
         let (into, rows) = RingBuffer::new(RING);
-        let sampler = Sampler::new(self.lists.plans(), self.layout.rate, into, self.lost.clone());
+        let sampler = Sampler::new(plans, self.layout.rate, into, self.lost.clone());
         let tap = bench.attach(sampler).map_err(|_| Refusal::DaqConfig)?;
         self.stream = Some((tap, rows));
         Ok(())

@@ -58,8 +58,12 @@ struct Waiting {
 #[derive(Clone, Debug)]
 enum Then {
     Nothing,
-    /// The bench runs this page; it had these values before.
-    Page(u8, Vec<f64>),
+    /// This page is looked at by the master, and run by the bench, which had these values before.
+    Page {
+        page: u8,
+        of_master: bool,
+        before: Option<Vec<f64>>,
+    },
 }
 
 /// What comes of a command.
@@ -139,8 +143,8 @@ impl Slave {
     /// How the change went that a command asked for.
     pub fn done(&mut self, changed: std::result::Result<(), Error>, out: &mut Vec<u8>) {
         let Some(Waiting { then, answer }) = self.waiting.take() else { return };
-        if let (Ok(()), Then::Page(page, before)) = (&changed, then) {
-            self.pages.switched(page, before);
+        if changed.is_ok() {
+            self.follow(then);
         }
         match changed {
             _ if !answer || !self.connected => {}
