@@ -95,7 +95,7 @@ impl A2lCommand {
         let layout = Layout::new(source::preset(&self.preset, settings)?.bench.tick_rate);
         let path = self.out.join("bench.a2l");
         output::create_folder(&self.out)?;
-        output::write(&path, &a2l::describe(&layout, self.xcp.doors_or_both()))?;
+        output::write(&path, a2l::describe(&layout, self.xcp.doors_or_both()))?;
         let mut summary = Summary::new("generate");
         summary.result("generate.measurements", layout.measurements.len() as f64, "1");
         summary.result("generate.parameters", layout.parameters.len() as f64, "1");

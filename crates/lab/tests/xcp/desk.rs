@@ -162,7 +162,7 @@ impl Master {
                     response = packet.to_vec();
                 }
                 0xfd => assert_eq!(packet, [0xfd, 0x05]),
-                0xfc => self.said += &String::from_utf8(packet[2..].to_vec()).unwrap(),
+                0xfc => self.said += str::from_utf8(&packet[2..]).unwrap(),
                 _ => self.measured.push(packet.to_vec()),
             }
         }

@@ -1,4 +1,5 @@
 //! The bench as an XCP slave, as masters, tools and hostile neighbours find it; without a socket.
+#![expect(clippy::unwrap_used, reason = "tests")]
 
 mod abuse;
 mod calibration;

@@ -131,7 +131,7 @@ impl Connection {
         loop {
             match frame::next(rest, MAX_CTO) {
                 Next::Packet(packet, behind) => {
-                    if !session.is_connected() && !(packet[0] == CONNECT && self.claim()) {
+                    if !(session.is_connected() || packet[0] == CONNECT && self.claim()) {
                         return false;
                     }
                     session.receive(packet, out);
