@@ -13,6 +13,11 @@ impl Live {
         lock(&self.shared.operator).seen(client, Instant::now());
     }
 
+    /// A client has gone: it operates no more.
+    pub fn left(&self, client: &str) {
+        lock(&self.shared.operator).left(client);
+    }
+
     /// The newest cycle: its number and its signals, in the order of [`channels`](crate::run::channels).
     pub fn newest(&self) -> (u64, Vec<f64>) {
         let newest = lock(&self.shared.newest);

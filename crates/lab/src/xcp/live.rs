@@ -27,6 +27,10 @@ impl Bench for LiveBench {
         self.live.seen(&self.client);
     }
 
+    fn left(&self) {
+        self.live.left(&self.client);
+    }
+
     fn newest(&self) -> (u64, Vec<f64>) {
         self.live.newest()
     }

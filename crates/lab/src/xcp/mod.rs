@@ -40,6 +40,8 @@ pub const VERSION: [u8; 2] = [1, 4];
 pub trait Bench {
     /// The master is still there.
     fn seen(&self);
+    /// The master has gone.
+    fn left(&self);
     /// The newest cycle: its number and its signals.
     fn newest(&self) -> (u64, Vec<f64>);
     /// The parameters in force.

@@ -128,6 +128,7 @@ fn a_set_that_is_refused_leaves_the_reference_running() {
     master.get(&page(SET_ECU, 1));
     master.write(GAIN, 11.5);
     master.get(&[0xfe]);
+    assert_eq!(master.desk.left.get(), 1);
     master.get(&[0xff, 0]);
     assert_eq!(master.get(&[0xea, 1, 0]), [0, 0, 0]);
     assert_ne!(master.read(GAIN), 11.5);

@@ -24,6 +24,8 @@ pub struct Desk {
     pub changes: RefCell<Vec<Change>>,
     /// Somebody else operates.
     pub operated: Cell<bool>,
+    /// How often a master has gone.
+    pub left: Cell<usize>,
 }
 
 impl Desk {
@@ -34,6 +36,7 @@ impl Desk {
             stream: RefCell::new(Stream::new(channels().len())),
             changes: RefCell::default(),
             operated: Cell::default(),
+            left: Cell::default(),
         }
     }
 
@@ -57,6 +60,10 @@ impl Desk {
 
 impl Bench for Desk {
     fn seen(&self) {}
+
+    fn left(&self) {
+        self.left.set(self.left.get() + 1);
+    }
 
     fn newest(&self) -> (u64, Vec<f64>) {
         let cycle = self.stream.borrow().last().unwrap_or(0);

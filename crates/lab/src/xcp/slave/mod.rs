@@ -185,7 +185,9 @@ impl Slave {
         self.lists = Lists::default();
         self.pages = Pages::default();
         self.pointer = Pointer::Nowhere;
-        self.connected = false;
+        if std::mem::take(&mut self.connected) {
+            bench.left();
+        }
         self.waiting.iter_mut().for_each(|waiting| waiting.answer = false);
     }
 
