@@ -34,6 +34,7 @@ pub mod tuning;
 pub mod units;
 pub mod watch;
 pub mod workflow;
+pub mod xcp;
 
 pub use error::Error;
 pub use preset::{Doubt, LawChoice, Model, Preset, Residual, Settings, Tracking};

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use stickslip::generate::{self, Precision};
+use stickslip::xcp::{Layout, a2l};
+use stickslip::{Summary, output};
 
+use super::xcp::XcpDoors;
 use crate::failure::Failure;
 use crate::shown::Shown;
 use crate::source::{self, Setting};
@@ -28,6 +31,10 @@ enum Target {
     #[command(after_help = "Example: stickslip generate c velocity_observer --out observer\n\
                             Example: stickslip generate c tick --preset clm-soft --single --prefix axis")]
     C(CCommand),
+    /// The description of a bench that is served by XCP, for CANape, INCA and their like (ASAP2 1.61).
+    #[command(after_help = "Example: stickslip generate a2l bench --out tools\n\
+                            Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555")]
+    A2l(A2lCommand),
 }
 
 /// Which block, with which numbers.
@@ -54,6 +61,58 @@ struct CCommand {
     shown: Shown,
 }
 
+/// Of which bench, and where it is served.
+#[derive(Args)]
+struct A2lCommand {
+    /// What is described: `bench`.
+    name: String,
+    /// Where the rate comes from: a preset, or a parameter file. All presets have the same addresses.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// Change a value of the preset.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    #[command(flatten)]
+    xcp: XcpDoors,
+    /// Folder for the file and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
+    out: PathBuf,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+impl A2lCommand {
+    fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        if self.name != "bench" {
+            return Err(stickslip::Error::Unknown {
+                what: "description of",
+                name: self.name,
+                remedy: "What is served is a `bench`.".into(),
+            }
+            .into());
+        }
+        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
+        let layout = Layout::new(source::preset(&self.preset, settings)?.bench.tick_rate);
+        let path = self.out.join("bench.a2l");
+        output::create_folder(&self.out)?;
+        output::write(&path, a2l::describe(&layout, self.xcp.doors_or_both()))?;
+        let mut summary = Summary::new("generate");
+        summary.result("generate.measurements", layout.measurements.len() as f64, "1");
+        summary.result("generate.parameters", layout.parameters.len() as f64, "1");
+        summary.file("bench.a2l");
+        summary.write(&self.out)?;
+        self.shown.show(out, &summary, |out| {
+            let (measurements, parameters) = (layout.measurements.len(), layout.parameters.len());
+            Ok(writeln!(
+                out,
+                "{}: {measurements} measurements, {parameters} parameters, {}",
+                path.display(),
+                layout.epk
+            )?)
+        })
+    }
+}
+
 impl Generate {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         if self.list {
@@ -63,6 +122,7 @@ impl Generate {
         }
         match self.target {
             Some(Target::C(command)) => command.run(out),
+            Some(Target::A2l(command)) => command.run(out),
             None => Ok(()),
         }
     }

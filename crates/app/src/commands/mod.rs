@@ -22,6 +22,7 @@ mod report;
 mod serve;
 mod status;
 mod validate;
+mod xcp;
 
 use std::io::Write;
 
@@ -88,7 +89,8 @@ pub(crate) enum Command {
     Plant(plant::PlantCommand),
     /// Run the bench by the clock and serve it: to other terminals, to scripts, to browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
-                            Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2")]
+                            Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2\n\
+                            Example: stickslip serve --xcp-udp 0 --xcp-tcp 0 --listen 127.0.0.1:0 --seconds 1")]
     Serve(serve::ServeCommand),
     /// Order the bench that is served: home, move, measure, stop.
     #[command(after_help = "Example: stickslip bench home")]

@@ -11,6 +11,7 @@ use stickslip::Watch;
 use stickslip::bench::Wishes;
 use stickslip::live::{Live, Start};
 
+use super::xcp::XcpDoors;
 use crate::failure::Failure;
 use crate::serve::{Client, Patience, Place, Server};
 use crate::shown::Shown;
@@ -37,6 +38,8 @@ pub(crate) struct ServeCommand {
     /// Record every cycle into this file (MDF 4), which other tools read and `stickslip replay` replays.
     #[arg(long, value_name = "FILE.mf4")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    xcp: XcpDoors,
     /// End after so many seconds instead of at Ctrl-C.
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -61,7 +64,7 @@ impl ServeCommand {
         let start = Start { source, seed: self.seed, wishes: Wishes::default(), project, record };
         let live = Live::start(start)?;
         let refused = live.refused();
-        let server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {
+        let mut server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {
             Failure::Served(format!(
                 "cannot listen at {} for {} ({error}). Another bench may be served there: name another address by \
                  --listen, port 0 takes a free one.",
@@ -72,6 +75,19 @@ impl ServeCommand {
         // The one line that scripts read, whatever else is to be shown.
         writeln!(out, "{}", server.place.url())?;
         out.flush()?;
+        let wanted = self.xcp.doors();
+        let doors = server.open_xcp(wanted).map_err(|error| {
+            Failure::Served(format!(
+                "cannot open the bench to XCP ({error}). Another program may listen there: name another address behind \
+                 --xcp-udp or --xcp-tcp, port 0 takes a free one."
+            ))
+        })?;
+        for (transport, door) in [("UDP", doors.udp), ("TCP", doors.tcp)] {
+            if let Some(address) = door {
+                self.shown
+                    .say(out, &format!("XCP on {transport}: {address}, for whoever reaches it; there is no token."))?;
+            }
+        }
         for warning in refused {
             self.shown.say(out, &format!("Note: {warning}"))?;
         }

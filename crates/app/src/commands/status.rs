@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::live::protocol::{Doing, Status};
+use stickslip::live::protocol::{Doing, Status, XcpStatus};
 
 use crate::failure::Failure;
 use crate::serve::Client;
@@ -58,6 +58,13 @@ impl StatusCommand {
 fn progress(doing: &Doing) -> String {
     let percent = if doing.fraction > 0.0 { format!(", {:.0} %", 100.0 * doing.fraction) } else { String::new() };
     format!("{}: {}{percent}", doing.what, doing.stage)
+}
+
+/// A door for tools.
+fn tool(door: &XcpStatus) -> String {
+    let master = door.master.as_deref().unwrap_or("nobody");
+    let measuring = if door.measuring { ", measuring" } else { "" };
+    format!("{} {}: {master}{measuring}, {} rows lost", door.transport, door.address, door.lost)
 }
 
 /// In one line.
@@ -120,6 +127,7 @@ fn page(status: &Status) -> String {
     if let Some(recording) = &status.recording {
         lines.push(("recording", recording.clone()));
     }
+    lines.extend(status.xcp.iter().map(|door| ("xcp", tool(door))));
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
     lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
@@ -139,8 +147,24 @@ mod tests {
         status.doing = Some(Doing { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
         status.last = Some(Ended { what: "home".into(), error: Some("no index".into()), folder: None });
         status.reason = Some("too fast".into());
+        let door = |transport: &str, master: Option<&str>| XcpStatus {
+            transport: transport.into(),
+            address: "127.0.0.1:5555".into(),
+            master: master.map(Into::into),
+            measuring: master.is_some(),
+            lost: 3,
+        };
+        status.xcp = vec![door("udp", Some("127.0.0.1:40000")), door("tcp", None)];
         let page = page(&status);
-        for part in ["running: too fast", "sine: moving, 50 %", "home: no index", "0 cycles, 0 samples", "nobody"] {
+        for part in [
+            "udp 127.0.0.1:5555: 127.0.0.1:40000, measuring, 3 rows lost",
+            "tcp 127.0.0.1:5555: nobody, 3 rows",
+            "running: too fast",
+            "sine: moving, 50 %",
+            "home: no index",
+            "0 cycles, 0 samples",
+            "nobody",
+        ] {
             assert!(page.contains(part), "{part} in {page}");
         }
         assert!(line(&status).ends_with("sine: moving, 50 %"));

@@ -18,10 +18,12 @@ use stickslip::Error;
 use stickslip::bench::Clocked;
 use stickslip::live::Live;
 use stickslip::live::protocol::{Answer, Call};
+use stickslip::xcp::a2l::Doors;
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::door::Door;
+use super::xcp::{PATIENCE, Xcp};
 use super::{Left, Place, socket};
 
 /// Largest call [bytes].
@@ -56,6 +58,7 @@ pub(crate) struct Server {
     live: Arc<Live>,
     runtime: tokio::runtime::Runtime,
     stop: watch::Sender<bool>,
+    xcp: Option<Xcp>,
     _left: Left,
 }
 
@@ -96,11 +99,20 @@ impl Server {
             .with_state(shared);
         let (stop, stopped) = watch::channel(false);
         runtime.spawn(accept(listener, router, patience, stopped));
-        Ok(Server { place, live, runtime, stop, _left: left })
+        Ok(Server { place, live, runtime, stop, xcp: None, _left: left })
+    }
+
+    /// Opens the bench to measurement and calibration tools, and says where.
+    ///
+    /// # Errors
+    /// The system refuses an address.
+    pub(crate) fn open_xcp(&mut self, wanted: Doors) -> std::io::Result<Doors> {
+        Ok(self.xcp.insert(Xcp::open(&self.live, wanted, PATIENCE)?).doors)
     }
 
     /// Ends it.
     pub(crate) fn stop(self) -> Option<Clocked> {
+        self.xcp.into_iter().for_each(Xcp::stop);
         // Whoever listens hears it; connections end with the runtime.
         let _ = self.stop.send(true);
         self.runtime.shutdown_timeout(Duration::from_secs(2));

@@ -1,4 +1,4 @@
-//! The bench behind an address: HTTP for whoever has its token.
+//! The bench behind an address: HTTP for whoever has its token, XCP for tools.
 
 mod client;
 mod door;
@@ -6,6 +6,7 @@ mod http;
 mod socket;
 #[cfg(test)]
 mod tests;
+mod xcp;
 
 pub(crate) use client::{Client, unexpected};
 pub(crate) use http::{Patience, Server};

@@ -115,6 +115,15 @@ fn what_generate_writes_is_described() {
 }
 
 #[test]
+fn what_generate_writes_for_tools_is_described() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let command = "generate a2l bench --quiet --out .";
+    let status = Command::new(env!("CARGO_BIN_EXE_stickslip")).args(command.split(' ')).current_dir(&folder).status();
+    assert!(status.expect("the program starts").success());
+    assert_eq!(wrong(&Page::read("files.md"), "generate a2l", folder.path()), [] as [String; 0]);
+}
+
+#[test]
 fn what_fidelity_writes_is_described() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let small = "fidelity --seeds 1 --law auto --mismatch perfect --mismatch own+10% --rate 4000 --preset prototype \

@@ -10,6 +10,7 @@ mod listener;
 mod operator;
 pub mod protocol;
 mod scribe;
+mod seen;
 #[cfg(test)]
 mod tests;
 
@@ -23,7 +24,7 @@ use axis::Job;
 use captures::Captures;
 use listener::Newest;
 use operator::Operator;
-use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status};
+use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status, XcpStatus};
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
@@ -86,6 +87,8 @@ struct Shared {
     /// The file that is recorded into, or why not any more.
     recording: Mutex<Option<String>>,
     runs: AtomicU64,
+    /// Where measurement and calibration tools may come in, and who has.
+    xcp: Mutex<Vec<XcpStatus>>,
 }
 
 /// A thread that panicked has left what it held as it was.
@@ -130,6 +133,7 @@ impl Live {
             histograms: bench.histograms(),
             recording: Mutex::new(record.map(|path| path.display().to_string())),
             runs: AtomicU64::new(1),
+            xcp: Mutex::default(),
         });
         let (jobs, jobs_out) = mpsc::channel();
         let (known, known_too) = (shared.clone(), shared.clone());
@@ -370,6 +374,7 @@ impl Live {
                 lost: newest.lost,
             },
             recording: lock(&shared.recording).clone(),
+            xcp: lock(&shared.xcp).clone(),
         }
     }
 }

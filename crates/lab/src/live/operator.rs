@@ -39,6 +39,11 @@ impl Operator {
         }
     }
 
+    /// Somebody has gone, and operates no more.
+    pub(super) fn left(&mut self, client: &str) {
+        self.now.take_if(|(name, _)| name == client);
+    }
+
     /// Somebody is the operator from now on.
     pub(super) fn take(&mut self, client: &str, now: Instant) {
         self.now = Some((client.into(), now));
@@ -63,5 +68,9 @@ mod tests {
         assert_eq!(operator.claim("bob", at(18)), Ok(()), "silent for ten seconds");
         operator.take("ann", at(19));
         assert_eq!(operator.name(at(19)), Some("ann"));
+        operator.left("bob");
+        assert_eq!(operator.name(at(19)), Some("ann"));
+        operator.left("ann");
+        assert_eq!(operator.claim("bob", at(19)), Ok(()));
     }
 }

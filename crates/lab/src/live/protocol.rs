@@ -254,6 +254,24 @@ pub struct Status {
     pub clock: ClockStatus,
     /// The file that the run is recorded into.
     pub recording: Option<String>,
+    /// Where it is open to measurement and calibration tools.
+    #[serde(default)]
+    pub xcp: Vec<XcpStatus>,
+}
+
+/// An address at which the bench speaks XCP.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct XcpStatus {
+    /// `udp` or `tcp`.
+    pub transport: String,
+    /// Its address.
+    pub address: String,
+    /// The address of the master that is connected.
+    pub master: Option<String>,
+    /// Whether it measures.
+    pub measuring: bool,
+    /// Rows that its measurements have lost since the start.
+    pub lost: u64,
 }
 
 /// What runs.

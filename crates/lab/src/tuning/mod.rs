@@ -28,6 +28,11 @@ const FIXED: [(&str, &str); 4] = [
     ("bench.tick_rate", "Start the bench anew with it."),
     ("bench.plant_step", "Start the bench anew with it."),
 ];
+/// Why a parameter cannot be changed while the bench runs, and what to do instead; none: it can.
+pub(crate) fn fixed(path: &str) -> Option<&'static str> {
+    FIXED.iter().find(|(fixed, _)| parameters::within(path, fixed)).map(|(_, remedy)| *remedy)
+}
+
 /// Steps back that are kept.
 const HISTORY: usize = 1000;
 
@@ -76,6 +81,11 @@ impl Tuning {
     /// The set in force.
     pub fn preset(&self) -> &Preset<f64> {
         &self.in_force().preset
+    }
+
+    /// The set that the run began with.
+    pub fn reference(&self) -> &Preset<f64> {
+        &self.reference.preset
     }
 
     /// The set in force as a file, with its comments.
@@ -177,7 +187,7 @@ impl Tuning {
         let preset: Preset<f64> = source.read()?;
         let differences = parameters::diff(self.preset(), &preset);
         for difference in &differences {
-            if let Some((_, remedy)) = FIXED.iter().find(|(path, _)| parameters::within(&difference.path, path)) {
+            if let Some(remedy) = fixed(&difference.path) {
                 return Err(Error::NotWhileRunning { path: difference.path.clone(), remedy });
             }
         }
