@@ -48,7 +48,7 @@ pub(crate) struct How {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Measure on a machine in another process, as `stickslip plant` serves one; the preset says what is believed of it.
-    #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME", conflicts_with = "seed")]
     io: Option<Address>,
     /// Run by the clock, as a bench of steel does, instead of as fast as it goes.
     #[arg(long, conflicts_with = "io")]
@@ -138,7 +138,7 @@ impl How {
             (recorder, tap) = Some(Recorder::start(&folder.join("run.mf4"), &about)?).unzip();
         }
         let measured = match self.io {
-            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch),
+            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, &address)?, preload, watch),
             None if self.real_time => {
                 measure_by_the_clock(plan, &preset, preload, self.seed, Wishes::default(), tap, watch)
             }
