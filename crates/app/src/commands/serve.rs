@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::Wishes;
+use stickslip::bench::remote::Address;
 use stickslip::live::{Live, Start};
 
 use crate::failure::Failure;
@@ -31,6 +32,10 @@ pub(crate) struct ServeCommand {
     /// Change a value of the preset; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
+    /// Run a machine in another process or on a board, as `stickslip plant` serves one; the preset says what is believed
+    /// of it.
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
+    io: Option<Address>,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -58,7 +63,7 @@ impl ServeCommand {
             )));
         }
         let (project, record) = (self.project.clone(), self.record.clone());
-        let start = Start { source, seed: self.seed, wishes: Wishes::default(), project, record };
+        let start = Start { source, seed: self.seed, io: self.io, wishes: Wishes::default(), project, record };
         let live = Live::start(start)?;
         let refused = live.refused();
         let server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::bench::remote::Counts;
 use stickslip::live::protocol::{Doing, Status};
 
 use crate::failure::Failure;
@@ -120,6 +121,11 @@ fn page(status: &Status) -> String {
     if let Some(recording) = &status.recording {
         lines.push(("recording", recording.clone()));
     }
+    if let Some(link) = status.link {
+        let Counts { answered, missing, late, doubled, garbled, begun } = link;
+        let ticks = format!("{answered} ticks answered, {missing} not; {late} answers late, {doubled} doubled");
+        lines.push(("link", format!("{ticks}, {garbled} garbled; begun {begun} times")));
+    }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
     lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
@@ -139,8 +145,17 @@ mod tests {
         status.doing = Some(Doing { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
         status.last = Some(Ended { what: "home".into(), error: Some("no index".into()), folder: None });
         status.reason = Some("too fast".into());
+        status.link = Some(Counts { missing: 3, begun: 2, ..Counts::default() });
         let page = page(&status);
-        for part in ["running: too fast", "sine: moving, 50 %", "home: no index", "0 cycles, 0 samples", "nobody"] {
+        for part in [
+            "0 ticks answered, 3 not",
+            "begun 2 times",
+            "running: too fast",
+            "sine: moving, 50 %",
+            "home: no index",
+            "0 cycles, 0 samples",
+            "nobody",
+        ] {
             assert!(page.contains(part), "{part} in {page}");
         }
         assert!(line(&status).ends_with("sine: moving, 50 %"));

@@ -16,7 +16,8 @@ fn served() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
+    let start =
+        Start { source, io: None, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
     let live = Live::start(start).unwrap();
     let patience = Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3) };
     (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path(), patience).unwrap(), project)

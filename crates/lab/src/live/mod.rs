@@ -28,6 +28,7 @@ use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
 use stickslip_rt::{Histograms, Quantiles, Wishes};
 
+use crate::bench::remote::{Address, Traffic};
 use crate::bench::tap::tap;
 use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent, refusals};
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
@@ -45,7 +46,9 @@ const ROOM: f64 = 2.0;
 pub struct Start {
     /// Its parameters.
     pub source: Source,
-    /// Seed of the virtual machine's noise.
+    /// Where its machine is; in this process where it is `None`.
+    pub io: Option<Address>,
+    /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
     /// What is asked of the system.
     pub wishes: Wishes,
@@ -82,6 +85,7 @@ struct Shared {
     /// What runs shall end.
     halt: Arc<AtomicBool>,
     histograms: Arc<Mutex<Histograms>>,
+    traffic: Option<Arc<Traffic>>,
     /// The file that is recorded into, or why not any more.
     recording: Mutex<Option<String>>,
     runs: AtomicU64,
@@ -98,19 +102,22 @@ impl Live {
     /// # Errors
     /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
     pub fn start(start: Start) -> Result<Self, Error> {
-        let Start { source, seed, wishes, project, record } = start;
+        let Start { source, seed, io, wishes, project, record } = start;
         let file = source.file.clone();
         let tuning = Tuning::new(source)?;
         let preset = *tuning.preset();
         let writer = match &record {
             Some(path) => {
-                let about = About { command: "stickslip serve".into(), preset, seed: Some(seed) };
+                let about = About { command: "stickslip serve".into(), preset, seed: io.is_none().then_some(seed) };
                 Some(RunWriter::create(path, &about)?)
             }
             None => None,
         };
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
-        let mut bench = ClockedBench::virtual_machine(&preset, seed, wishes, Some(tap))?;
+        let mut bench = match io {
+            Some(address) => ClockedBench::connect(&preset, &address, wishes, Some(tap))?,
+            None => ClockedBench::virtual_machine(&preset, seed, wishes, Some(tap))?,
+        };
         let urgent = Mutex::new(bench.urgent().expect("nobody else has taken it"));
         let shared = Arc::new(Shared {
             preset: file,
@@ -127,6 +134,7 @@ impl Live {
             preload: Mutex::new(bench.preload()),
             halt: Arc::default(),
             histograms: bench.histograms(),
+            traffic: bench.traffic(),
             recording: Mutex::new(record.map(|path| path.display().to_string())),
             runs: AtomicU64::new(1),
         });
@@ -368,6 +376,7 @@ impl Live {
                 held: newest.held,
                 lost: newest.lost,
             },
+            link: shared.traffic.as_ref().map(|traffic| traffic.counts()),
             recording: lock(&shared.recording).clone(),
         }
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::bench::remote::Counts;
 use crate::parameters::{Difference, Entry};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -252,6 +253,9 @@ pub struct Status {
     pub operator: Option<String>,
     /// How the clock is kept.
     pub clock: ClockStatus,
+    /// What happened on the link to the machine, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<Counts>,
     /// The file that the run is recorded into.
     pub recording: Option<String>,
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 use stickslip_rt::Wishes;
 
 use super::*;
+use crate::bench::remote::PlantServer;
 use crate::parameters::presets;
 
 const ANN: &str = "ann";
@@ -20,6 +21,7 @@ fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::
     let project = tempfile::tempdir().unwrap();
     let start = Start {
         source,
+        io: None,
         seed: 1,
         wishes: Wishes::PLAIN,
         project: project.path().into(),
@@ -245,4 +247,77 @@ fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_i
     assert!(replayed.identical() && replayed.machine && replayed.cycles > 500, "{replayed:?}");
     // The law of the begin, home (3), start, two sets, preload, stop.
     assert!(record.changes.len() >= 7, "{}", record.changes.len());
+}
+
+/// A machine in another thread, as `stickslip plant` serves one, until it is told to end.
+struct Plant {
+    gone: Arc<AtomicBool>,
+    serving: JoinHandle<()>,
+}
+
+impl Plant {
+    fn serve(address: &Address, source: &Source) -> Self {
+        let mut server = PlantServer::bind(address, &source.read().unwrap(), 1).unwrap();
+        let gone = Arc::new(AtomicBool::new(false));
+        let watch = Watch::new(gone.clone(), |_, _| {});
+        Plant { gone, serving: thread::spawn(move || drop(server.serve(false, &watch))) }
+    }
+
+    fn kill(self) {
+        self.gone.store(true, Ordering::Relaxed);
+        self.serving.join().unwrap();
+    }
+}
+
+#[test]
+fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
+    let project = tempfile::tempdir().unwrap();
+    let mut source = presets::find("clm-bench").unwrap();
+    // Far longer than a busy machine lets a thread wait.
+    for (path, value) in [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500")] {
+        source.text = parameters::set::<crate::Preset<f64>>(&source.text, "t", path, value).unwrap();
+    }
+    let address = Address::Shm(project.path().join("axis").display().to_string());
+    let plant = Plant::serve(&address, &source);
+    let (io, record) = (Some(address.clone()), Some(project.path().join("run.mf4")));
+    let (folder, wishes) = (project.path().join("project"), Wishes::PLAIN);
+    let live = Live::start(Start { source: source.clone(), io, seed: 1, wishes, project: folder, record }).unwrap();
+    let until = |state: &str| {
+        while status(&live).state != state {
+            thread::sleep(Duration::from_millis(5));
+        }
+    };
+    // A busy computer may let the machine wait for so long that homing leaves its way: again, then.
+    let homed = || {
+        for _ in 0..5 {
+            live.call(ANN, Call::Home {}).unwrap();
+            match ended(&live).error {
+                None => return until("running"),
+                Some(_) => until("fault"),
+            }
+            live.call(ANN, Call::Acknowledge {}).unwrap();
+        }
+        panic!("homing fails: {:?}", status(&live))
+    };
+    homed();
+    plant.kill();
+    until("fault");
+    let reason = status(&live).reason.unwrap();
+    assert!(reason.contains("has not answered for 501 ticks") && reason.contains("home"), "{reason}");
+    // As long as it is gone nothing helps; cycles go on.
+    live.call(ANN, Call::Acknowledge {}).unwrap();
+    until("fault");
+    let plant = Plant::serve(&address, &source);
+    while status(&live).link.unwrap().begun < 2 {
+        thread::sleep(Duration::from_millis(5));
+    }
+    live.call(ANN, Call::Acknowledge {}).unwrap();
+    homed();
+    live.stop().unwrap();
+    plant.kill();
+    // The whole story replays, bit for bit.
+    let replayed =
+        crate::run::replay(&crate::run::Record::read(&project.path().join("run.mf4")).unwrap(), &Watch::silent());
+    let replayed = replayed.unwrap();
+    assert!(replayed.identical() && !replayed.machine, "{replayed:?}");
 }

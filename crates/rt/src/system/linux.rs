@@ -5,7 +5,9 @@
 use std::fs::File;
 use std::io;
 use std::mem::MaybeUninit;
-use std::os::unix::fs::FileExt;
+use std::os::fd::AsRawFd as _;
+use std::os::unix::fs::{FileExt, OpenOptionsExt as _};
+use std::path::Path;
 
 use super::Counters;
 use crate::clock::Nanoseconds;
@@ -157,4 +159,19 @@ pub(crate) fn unlock_memory() {
 pub(crate) fn set_timer_slack(nanoseconds: u64) -> io::Result<()> {
     // SAFETY: this request takes a number.
     result(unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, nanoseconds as libc::c_ulong) })
+}
+
+/// A terminal without its habits: no echo, no lines, no control characters.
+pub(crate) fn open_serial(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    let port = options.read(true).write(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)?;
+    let mut settings = MaybeUninit::<libc::termios>::zeroed();
+    // SAFETY: the descriptor is open as long as `port`, and the pointer is valid for one `termios`.
+    result(unsafe { libc::tcgetattr(port.as_raw_fd(), settings.as_mut_ptr()) })?;
+    // SAFETY: `settings` is numbers, filled above, which the one call changes and the other reads.
+    result(unsafe {
+        libc::cfmakeraw(settings.as_mut_ptr());
+        libc::tcsetattr(port.as_raw_fd(), libc::TCSANOW, settings.as_ptr())
+    })?;
+    Ok(port)
 }

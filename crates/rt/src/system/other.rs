@@ -66,3 +66,7 @@ pub(crate) fn unlock_memory() {}
 pub(crate) fn set_timer_slack(_: u64) -> io::Result<()> {
     Err(refused())
 }
+
+pub(crate) fn open_serial(_: &std::path::Path) -> io::Result<std::fs::File> {
+    Err(refused())
+}

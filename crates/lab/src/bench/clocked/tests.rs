@@ -4,7 +4,8 @@ use stickslip_core::tick::Measurement;
 
 use super::*;
 use crate::Watch;
-use crate::bench::VirtualBench;
+use crate::bench::remote::{LinkFault, PlantServer};
+use crate::bench::{Arrival, VirtualBench, Voltages};
 use crate::experiment::{FrictionPlan, home, measure_friction};
 use crate::parameters::presets;
 
@@ -84,14 +85,11 @@ struct Breaking {
 }
 
 impl Io for Breaking {
-    fn exchange(
-        &mut self,
-        voltages: crate::bench::Voltages<f64>,
-    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
         self.ticks = self.ticks.saturating_sub(1);
         let readings = self.machine.exchange(voltages)?;
         match (self.ticks, self.link) {
-            (0, true) => Err(crate::bench::remote::LinkFault::Doubled { sequence: 1 }),
+            (0, true) => Err(LinkFault::Doubled { sequence: 1 }),
             (0, false) => Ok(Measurement { tacho_voltage: f64::NAN, ..readings }),
             _ => Ok(readings),
         }
@@ -124,10 +122,7 @@ fn a_sensor_or_a_link_that_breaks_ends_the_experiment_with_its_reason() {
 struct Slow(InProcess);
 
 impl Io for Slow {
-    fn exchange(
-        &mut self,
-        voltages: crate::bench::Voltages<f64>,
-    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
         thread::sleep(Duration::from_millis(3));
         self.0.exchange(voltages)
     }
@@ -185,4 +180,140 @@ fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
     // The loop is gone: so it is said, and not waited for.
     let gone = urgent.change(Change::Request(Request::Start)).unwrap_err();
     assert!(matches!(gone, Error::BenchFault { .. }), "{gone}");
+}
+
+/// A machine some of whose answers do not come.
+struct Absent {
+    machine: InProcess,
+    answer: Option<Measurement<f64>>,
+    tick: u64,
+    away: std::ops::Range<u64>,
+    written: mpsc::Sender<Voltages<f64>>,
+}
+
+impl Io for Absent {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.machine.exchange(voltages)
+    }
+
+    fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
+        let _ = self.written.send(voltages);
+        self.tick = tick;
+        self.answer = Some(self.machine.exchange(voltages)?);
+        Ok(None)
+    }
+
+    fn finish(&mut self) -> Arrival {
+        let away = self.away.contains(&self.tick);
+        self.answer.take().filter(|_| !away).map_or(Arrival::Missing, Arrival::Readings)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+/// Homing with a machine that is away for so many ticks, where 50 are borne: how it ended, and what is written.
+fn away(ticks: u64) -> (ClockedBench, Result<(), Error>, mpsc::Receiver<Voltages<f64>>) {
+    let mut preset = preset();
+    preset.bench.safety.missed_ticks = 50.0;
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let (written, voltages) = mpsc::channel();
+    let machine = Absent { machine, answer: None, tick: 0, away: 500..500 + ticks, written };
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None).unwrap();
+    let ended = home(&mut bench, &Watch::silent());
+    (bench, ended, voltages)
+}
+
+#[test]
+fn what_was_written_is_held_where_answers_are_missing_and_homing_goes_on() {
+    let (_, ended, written) = away(50);
+    ended.unwrap();
+    let written: Vec<f64> = written.try_iter().map(|voltages| voltages.servo_voltage).collect();
+    let longest = written.chunk_by(|a, b| a == b && *a != 0.0).map(<[f64]>::len).max();
+    // Less than 50 where a busy machine let ticks pass meanwhile; what is computed differs from tick to tick.
+    assert!(longest > Some(20), "{longest:?}");
+}
+
+#[test]
+fn too_many_end_the_torque_and_the_bench_is_homed_again_once_the_machine_answers() {
+    let (mut bench, ended, written) = away(150);
+    let said = ended.unwrap_err().to_string();
+    assert!(said.contains("the machine has not answered for 51 ticks"), "{said}");
+    let off = |voltages: Voltages<f64>| voltages == Voltages::default();
+    assert!(written.iter().skip(500).take(300).any(off));
+    // It stays so while the machine is away.
+    while !matches!(bench.safety(), SafetyState::Off) {
+        bench.change(Change::Request(Request::Acknowledge)).unwrap();
+        thread::sleep(Duration::from_millis(150));
+        bench.refresh().unwrap();
+    }
+    assert_eq!(bench.zero(), None);
+    home(&mut bench, &Watch::silent()).unwrap();
+    assert!(bench.safety().allows_torque());
+}
+
+/// Homing's begin and an idle time behind it, tick after tick without a clock: what each cycle saw and computed.
+fn ticks(machine: impl Io + Send, readings: Measurement<f64>) -> Vec<Frame> {
+    const TICKS: usize = 600;
+    let preset = preset();
+    let (mut entries_in, entries) = RingBuffer::new(TICKS);
+    let (mut changes_in, changes) = RingBuffer::new(1);
+    let (replies, _replies) = RingBuffer::new(2 * TICKS);
+    let (_urgent, urgent, answers) = urgent(None);
+    let (tap, mut stream) = crate::bench::tap::tap(TICKS);
+    changes_in.push(Change::Request(Request::Home)).unwrap();
+    entries_in.push(Entry::Change).unwrap();
+    for k in 0..TICKS / 2 {
+        if k == 200 {
+            entries_in.push(Entry::Preload(0.5)).unwrap();
+        }
+        let torque = 0.5 * f64::from(u8::from(k % 100 < 50));
+        entries_in.push(Entry::Command(Command { added_torque: torque, ..Command::default() })).unwrap();
+    }
+    entries_in.push(Entry::Pause).unwrap();
+    let parameters = design::parameters(&preset.model, &preset.bench).unwrap();
+    let software = Software::new(parameters, preset.bench.tick_time());
+    let (samples, ahead, silent, flow) = (Some(tap.samples), Some(readings), 0, Flow::Paused);
+    let cycle = BenchCycle {
+        software,
+        machine,
+        readings,
+        ahead,
+        silent,
+        entries,
+        changes,
+        replies,
+        urgent,
+        answers,
+        flow,
+        samples,
+    };
+    let plan = Plan { warm_up: 0, cycles: Some(TICKS as u64), ..Plan::new(Duration::from_millis(1)) };
+    let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
+    assert_eq!(executive.run(&stickslip_rt::SimulatedClock::default()).cycles, TICKS as u64);
+    std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect()
+}
+
+#[test]
+fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 7).unwrap();
+    let here = ticks(machine, readings);
+    assert!(here.len() == 600 && here[300].angle != here[0].angle, "it moves");
+    let folder = tempfile::tempdir().unwrap();
+    for address in ["udp:127.0.0.1:0".into(), format!("shm:{}", folder.path().join("axis").display())] {
+        let mut server = PlantServer::bind(&address.parse().unwrap(), &preset, 7).unwrap();
+        let address = server.address().clone();
+        let serving = thread::spawn(move || server.serve(true, &Watch::silent()));
+        let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).unwrap();
+        assert_eq!(here, ticks(machine.patient(), readings), "{address}");
+        let served = serving.join().unwrap().unwrap();
+        // A last one switches the torque off.
+        assert_eq!((served.ticks, served.held, served.refused), (601, 0, 0));
+    }
 }

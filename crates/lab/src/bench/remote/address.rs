@@ -5,13 +5,15 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Where a machine is reached: `udp:127.0.0.1:9750`, or `shm:axis` on the same computer.
+/// Where a machine is reached: `udp:127.0.0.1:9750`, `shm:axis` on the same computer, or `serial:/dev/ttyACM0`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// Datagrams.
     Udp(SocketAddr),
     /// Shared memory, by its name; a name with a slash is a file of the reader's own.
     Shm(String),
+    /// A serial port, by its file.
+    Serial(PathBuf),
 }
 
 impl Address {
@@ -33,7 +35,12 @@ impl FromStr for Address {
                 found.map(Address::Udp).ok_or_else(|| format!("{address} has no address"))
             }
             Some(("shm", name)) if !name.is_empty() => Ok(Address::Shm(name.into())),
-            _ => Err("write it as udp:ADDRESS:PORT or shm:NAME, for example udp:127.0.0.1:9750 or shm:axis".into()),
+            Some(("serial", path)) if !path.is_empty() => Ok(Address::Serial(path.into())),
+            _ => Err(
+                "write it as udp:ADDRESS:PORT, shm:NAME or serial:PORT, for example udp:127.0.0.1:9750, shm:axis or \
+                      serial:/dev/ttyACM0"
+                    .into(),
+            ),
         }
     }
 }
@@ -43,6 +50,7 @@ impl fmt::Display for Address {
         match self {
             Address::Udp(address) => write!(f, "udp:{address}"),
             Address::Shm(name) => write!(f, "shm:{name}"),
+            Address::Serial(path) => write!(f, "serial:{}", path.display()),
         }
     }
 }
@@ -57,7 +65,7 @@ mod tests {
         assert!(refusal("127.0.0.1:9").contains("write it as udp:"));
         assert!(refusal("shm:").contains("shm:NAME"));
         assert!(refusal("udp:127.0.0.1").contains("127.0.0.1"));
-        for text in ["udp:127.0.0.1:9750", "shm:axis", "shm:./axis"] {
+        for text in ["udp:127.0.0.1:9750", "shm:axis", "shm:./axis", "serial:/dev/ttyACM0"] {
             assert_eq!(text.parse::<Address>().unwrap().to_string(), text);
         }
     }

@@ -74,7 +74,7 @@ pub(crate) enum Reason {
     TickTime,
     /// Linings cannot be pressed on so far.
     Preload,
-    /// Another bench has the machine, or none has begun.
+    /// Another bench has the machine (1 was due), or none has begun (0).
     Stranger,
     /// A machine does not take this kind.
     Kind,
@@ -92,10 +92,17 @@ impl Reason {
     }
 }
 
+impl Refusal<f64> {
+    /// Its reason, where it is known here.
+    pub(crate) fn reason(&self) -> Option<Reason> {
+        Reason::ALL.get(self.reason as usize).copied()
+    }
+}
+
 impl fmt::Display for Refusal<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Refusal { reason, due, came } = self;
-        match Reason::ALL.get(*reason as usize) {
+        match self.reason() {
             Some(Reason::Garbled) => write!(f, "a frame reached it garbled"),
             Some(Reason::Sequence) => write!(
                 f,
@@ -106,6 +113,7 @@ impl fmt::Display for Refusal<f64> {
                 write!(f, "its tick is {due} s, this bench's {came} s. Give both the same preset and bench.tick_rate")
             }
             Some(Reason::Preload) => write!(f, "linings cannot be pressed on by {came}, 0 … 1 can be"),
+            Some(Reason::Stranger) if *due == 0.0 => write!(f, "no bench has begun with it"),
             Some(Reason::Stranger) => write!(f, "another bench has begun with it"),
             Some(Reason::Kind) => write!(f, "it does not take frames of kind {came}"),
             None => write!(f, "for a reason of number {reason}, which is unknown here"),
@@ -225,6 +233,20 @@ impl Message {
             Message::End => 8,
             Message::Clocked(_) => 9,
         }
+    }
+
+    /// Bytes of a frame of a kind; none where there is no such kind.
+    pub(crate) fn length(kind: u16) -> Option<usize> {
+        let numbers = match kind {
+            1 | 5 | 6 | 9 => 1,
+            2 => 7,
+            3 => 2,
+            4 => 6,
+            7 => 3,
+            8 => 0,
+            _ => return None,
+        };
+        Some(HEAD + 8 * numbers + TAIL)
     }
 
     /// The frame with this number.

@@ -1,4 +1,4 @@
-//! What carries the frames: datagrams or shared memory, waited for or looked at.
+//! What carries the frames: datagrams, shared memory or a serial port; waited for or looked at.
 //!
 //! Whole frames, each once, in order, or not at all; and without an allocation behind the start.
 
@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::Address;
 use super::frame::LONGEST;
+use super::serial::Serial;
 use super::shm::{Mailbox, Side};
 
 /// For so long whoever waits for a shared memory does not sleep: a tick of the machine takes microseconds.
@@ -23,6 +24,8 @@ pub(super) enum Line {
     Udp(UdpSocket, Option<Duration>),
     /// A shared memory.
     Shm(Mailbox),
+    /// A serial port.
+    Serial(Serial),
 }
 
 /// Whom an answer goes to; nobody in particular where there is but one.
@@ -39,6 +42,7 @@ impl Line {
                 Ok(Line::Udp(socket, None))
             }
             Address::Shm(name) => Mailbox::open(name, Side::Software).map(Line::Shm),
+            Address::Serial(path) => Serial::open(path).map(Line::Serial),
         }
     }
 
@@ -52,6 +56,7 @@ impl Line {
                 Ok((Line::Udp(socket, None), address))
             }
             Address::Shm(name) => Ok((Mailbox::open(name, Side::Machine).map(Line::Shm)?, address.clone())),
+            Address::Serial(path) => Ok((Serial::open(path).map(Line::Serial)?, address.clone())),
         }
     }
 
@@ -60,6 +65,7 @@ impl Line {
         match self {
             Line::Udp(socket, _) => to.map_or_else(|| socket.send(frame), |to| socket.send_to(frame, to)).map(drop),
             Line::Shm(mailbox) => mailbox.send(frame),
+            Line::Serial(serial) => serial.send(frame),
         }
     }
 
@@ -73,6 +79,7 @@ impl Line {
                 socket.recv_from(frame).map(|(length, from)| (length, Some(from)))
             }
             Line::Shm(mailbox) => mailbox.receive(frame).map(|length| (length, None)),
+            Line::Serial(serial) => serial.receive(frame).map(|length| (length, None)),
         }
     }
 

@@ -1,17 +1,20 @@
-//! A machine in another process, over datagrams or shared memory.
+//! A machine in another process, over datagrams, shared memory or a serial port.
 //!
 //! Each tick is one frame there and one back; nothing is sent twice. In lockstep ([`Remote`]) what is lost, doubled, late
-//! or garbled ends the run with its name. By the clock (`Paced`) it costs the bench ticks, which are counted, and too
+//! or garbled ends the run with its name. By the clock ([`Paced`]) it costs the bench ticks, which are counted, and too
 //! many of them stop it. A machine that is served with a seed gives the same bits as one in this process either way.
 
 mod address;
 pub(crate) mod frame;
 mod line;
 mod link_fault;
+mod paced;
+mod serial;
 mod serve;
 mod shm;
 #[cfg(test)]
 mod tests;
+mod traffic;
 
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -20,8 +23,10 @@ pub use address::Address;
 use frame::{Begin, LONGEST, Message, Preload};
 use line::Line;
 pub use link_fault::LinkFault;
+pub use paced::Paced;
 pub use serve::{PlantServer, Served};
 use stickslip_core::tick::Measurement;
+pub use traffic::{Counts, Traffic};
 
 use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
@@ -49,8 +54,7 @@ pub struct Remote {
 impl Remote {
     /// Begins with the machine there; its readings at rest.
     fn begin(address: &Address, tick_time: f64, wait: Duration) -> Result<(Self, Measurement<f64>), LinkFault> {
-        let line = Line::connect(address)
-            .map_err(|error| LinkFault::System { address: address.clone(), reason: error.to_string() })?;
+        let line = connected(address)?;
         let mut remote = Remote { line, address: address.clone(), wait, sequence: 0, preload: 0.0, failed: None };
         let begun = remote.ask(Message::Begin(Begin { tick_time }), |answer| match answer {
             Message::Begun(begun) => Some(begun),
@@ -74,17 +78,8 @@ impl Remote {
     }
 
     fn answer(&mut self, message: Message) -> Result<Message, LinkFault> {
-        let (address, due) = (&self.address, self.sequence);
-        let system = |error: std::io::Error| match error.kind() {
-            ErrorKind::WouldBlock => LinkFault::NoAnswer { sequence: due, address: address.clone() },
-            _ => LinkFault::System { address: address.clone(), reason: error.to_string() },
-        };
-        self.line.send(&message.datagram(due), None).map_err(system)?;
-        let mut bytes = [0; LONGEST];
-        let (length, _) = self.line.wait(&mut bytes, self.wait).map_err(system)?;
-        let garbled =
-            |reason: frame::Garbled| LinkFault::Garbled { address: address.clone(), reason: reason.to_string() };
-        let (sequence, answer) = Message::read(&bytes[..length]).map_err(garbled)?;
+        let due = self.sequence;
+        let (sequence, answer) = asked(&mut self.line, &self.address, message, due, self.wait)?;
         if let Message::Refusal(refusal) = answer {
             return Err(LinkFault::Refused { reason: refusal.to_string() });
         }
@@ -97,6 +92,30 @@ impl Remote {
         self.sequence += 1;
         Ok(answer)
     }
+}
+
+/// One frame there, the next one back, with its number.
+fn asked(
+    line: &mut Line,
+    address: &Address,
+    message: Message,
+    due: u64,
+    wait: Duration,
+) -> Result<(u64, Message), LinkFault> {
+    let system = |error: std::io::Error| match error.kind() {
+        ErrorKind::WouldBlock => LinkFault::NoAnswer { sequence: due, address: address.clone() },
+        _ => LinkFault::System { address: address.clone(), reason: error.to_string() },
+    };
+    line.send(&message.datagram(due), None).map_err(system)?;
+    let mut bytes = [0; LONGEST];
+    let (length, _) = line.wait(&mut bytes, wait).map_err(system)?;
+    let garbled = |reason: frame::Garbled| LinkFault::Garbled { address: address.clone(), reason: reason.to_string() };
+    Message::read(&bytes[..length]).map_err(garbled)
+}
+
+/// The software's end of a link.
+fn connected(address: &Address) -> Result<Line, LinkFault> {
+    Line::connect(address).map_err(|error| LinkFault::System { address: address.clone(), reason: error.to_string() })
 }
 
 impl Io for Remote {

@@ -129,8 +129,9 @@ impl PlantServer {
             served.sessions += 1;
             return Ok(Some(Message::Begun(Begun { preload, measurement })));
         }
+        let taken = f64::from(u8::from(session.is_some()));
         let Some(session) = session.as_mut().filter(|session| session.peer == peer) else {
-            return Ok(Some(Reason::Stranger.message(0.0, 0.0)));
+            return Ok(Some(Reason::Stranger.message(taken, 0.0)));
         };
         Ok(match message {
             // By the clock a number is a tick, and linings are pressed on between two of them.

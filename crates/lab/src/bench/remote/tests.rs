@@ -172,7 +172,7 @@ fn a_machine_refuses_what_is_garbled_lost_doubled_strange_or_of_another_tick() {
     let (address, server) = plant(LOCAL, 1);
     let (bench, stranger) = (Raw::new(&address), Raw::new(&address));
     let tick = |sequence: u64| Message::Voltages(Voltages::default()).datagram(sequence);
-    assert_eq!(bench.refusal(&tick(0)), "another bench has begun with it");
+    assert_eq!(bench.refusal(&tick(0)), "no bench has begun with it");
     let begin = |tick_time: f64| Message::Begin(Begin { tick_time }).datagram(0);
     let other_tick = bench.refusal(&begin(1e-3));
     assert!(other_tick.contains("its tick is 0.00025 s, this bench's 0.001 s"), "{other_tick}");

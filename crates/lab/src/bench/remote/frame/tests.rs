@@ -32,6 +32,7 @@ fn every_message_comes_back_to_its_bits() {
         assert_eq!((sequence, back.kind(), back), (u64::MAX - k as u64, k as u16 + 1, message));
         assert_eq!(back.datagram(sequence), datagram);
         assert!(datagram.len() <= LONGEST);
+        assert_eq!(Message::length(message.kind()), Some(datagram.len()));
     }
 }
 
