@@ -7,7 +7,8 @@
  *         -nostartfiles -T $F/link.ld $F/startup.c board.c -o board.elf -lm -lc -lrdimon
  *     qemu-system-arm -M mps2-an386 -nographic -monitor none -semihosting -serial pty -kernel board.elf
  *
- * QEMU says which port it takes, /dev/pts/N. Then: stickslip measure breakaway --io serial:/dev/pts/N
+ * QEMU says which port it takes, /dev/pts/N. Then: stickslip measure breakaway --io serial:/dev/pts/N. The emulator hands
+ * bytes over one by one, some milliseconds a tick: patience, and --set bench.tick_rate=1000.
  *
  * On a board of steel machine_tick writes the converters, waits until shortly before the tick's end by a timer, and
  * reads counter and converters; a watchdog takes the outputs to 0 V where no frame comes for some ticks. */

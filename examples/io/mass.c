@@ -7,6 +7,7 @@
 #define _DEFAULT_SOURCE
 #include <arpa/inet.h>
 #include <fcntl.h>
+#include <linux/futex.h>
 #include <netinet/in.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <time.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include "machine.h"
@@ -97,19 +98,14 @@ static struct memory *mapped(const char *name) {
 
 static void over_memory(const char *name) {
     struct memory *const m = mapped(name);
-    const struct timespec moment = { 0, 20000 };
-    int idle = 0;
     printf("shm:%s\n", name);
     fflush(stdout);
     for (;;) {
         const uint64_t taken = m->count[1].value, wrote = seen(&m->count[0].value);
-        if (taken == wrote) {
-            if (++idle > 1000) { /* awake for some microseconds, then asleep between two looks */
-                nanosleep(&moment, NULL);
-            }
+        if (taken == wrote) { /* asleep until the software has written, and wakes */
+            syscall(SYS_futex, &m->count[0].value, FUTEX_WAIT, (uint32_t)wrote, NULL, NULL, 0);
             continue;
         }
-        idle = 0;
         unsigned char in[IO_LONGEST], out[IO_LONGEST];
         const uint64_t told = m->from_software.slot[taken % SLOTS].length;
         const size_t length = told < IO_LONGEST ? (size_t)told : IO_LONGEST;
@@ -121,6 +117,7 @@ static void over_memory(const char *name) {
             m->from_machine.slot[mine % SLOTS].length = answer;
             memcpy(m->from_machine.slot[mine % SLOTS].bytes, out, answer);
             tell(&m->count[2].value, mine + 1);
+            syscall(SYS_futex, &m->count[2].value, FUTEX_WAKE, 1, NULL, NULL, 0);
         }
     }
 }

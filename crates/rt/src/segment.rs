@@ -8,8 +8,11 @@
 use std::fs::File;
 use std::io::{Error, ErrorKind};
 use std::sync::atomic::AtomicU64;
+use std::time::Duration;
 
 use memmap2::MmapRaw;
+
+use crate::system;
 
 /// A mapped file.
 #[derive(Debug)]
@@ -38,6 +41,17 @@ impl Segment {
         // the file takes the pages away and ends this process by a signal: its permissions say who can.
         unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast::<AtomicU64>(), self.words) }
     }
+
+    /// Sleeps until a process wakes whoever waits for a word, for so long at most, or not at all where the lower half of
+    /// the word is not that of `value` any more. It may wake early.
+    pub fn sleep(&self, word: usize, value: u64, within: Duration) {
+        system::wait_for_word(&self.words()[word], value as u32, within);
+    }
+
+    /// Wakes whoever waits for a word.
+    pub fn wake(&self, word: usize) {
+        system::wake_for_word(&self.words()[word]);
+    }
 }
 
 #[cfg(test)]
@@ -53,6 +67,27 @@ mod tests {
         one.words()[7].store(u64::MAX - 1, Ordering::Release);
         assert_eq!(other.words()[7].load(Ordering::Acquire), u64::MAX - 1);
         assert_eq!(other.words().len(), 8);
+    }
+
+    #[test]
+    fn who_waits_for_a_word_is_woken_and_does_not_wait_for_one_that_has_changed() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(64).expect("it grows");
+        let (one, other) = (Segment::map(&file, 8).expect("a mapping"), Segment::map(&file, 8).expect("another"));
+        // Far longer than a test may take.
+        let long = Duration::from_secs(3600);
+        let waiting = std::thread::spawn(move || {
+            while other.words()[3].load(Ordering::Acquire) == 7 {
+                other.sleep(3, 7, long);
+            }
+        });
+        one.words()[3].store(7, Ordering::Release);
+        std::thread::sleep(Duration::from_millis(20));
+        one.words()[3].store(8, Ordering::Release);
+        one.wake(3);
+        waiting.join().expect("it wakes");
+        one.sleep(3, 7, long);
+        one.sleep(3, 8, Duration::from_millis(1));
     }
 
     #[test]

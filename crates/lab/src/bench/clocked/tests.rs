@@ -1,5 +1,5 @@
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::supervise::Request;
+use stickslip_core::supervise::{MachineFault, Request};
 use stickslip_core::tick::Measurement;
 
 use super::*;
@@ -11,8 +11,9 @@ use crate::parameters::presets;
 
 fn preset() -> Preset<f64> {
     let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
-    // A slow tick, so that a busy machine keeps the clock.
+    // A slow tick, and many that may be missed, so that a busy machine keeps the clock.
     preset.bench.tick_rate = 1000.0;
+    preset.bench.safety.missed_ticks = 100.0;
     preset
 }
 
@@ -217,52 +218,13 @@ impl Io for Absent {
     }
 }
 
-/// Homing with a machine that is away for so many ticks, where 50 are borne: how it ended, and what is written.
-fn away(ticks: u64) -> (ClockedBench, Result<(), Error>, mpsc::Receiver<Voltages<f64>>) {
-    let mut preset = preset();
-    preset.bench.safety.missed_ticks = 50.0;
-    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
-    let (written, voltages) = mpsc::channel();
-    let machine = Absent { machine, answer: None, tick: 0, away: 500..500 + ticks, written };
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None).unwrap();
-    let ended = home(&mut bench, &Watch::silent());
-    (bench, ended, voltages)
-}
-
-#[test]
-fn what_was_written_is_held_where_answers_are_missing_and_homing_goes_on() {
-    let (_, ended, written) = away(50);
-    ended.unwrap();
-    let written: Vec<f64> = written.try_iter().map(|voltages| voltages.servo_voltage).collect();
-    let longest = written.chunk_by(|a, b| a == b && *a != 0.0).map(<[f64]>::len).max();
-    // Less than 50 where a busy machine let ticks pass meanwhile; what is computed differs from tick to tick.
-    assert!(longest > Some(20), "{longest:?}");
-}
-
-#[test]
-fn too_many_end_the_torque_and_the_bench_is_homed_again_once_the_machine_answers() {
-    let (mut bench, ended, written) = away(150);
-    let said = ended.unwrap_err().to_string();
-    assert!(said.contains("the machine has not answered for 51 ticks"), "{said}");
-    let off = |voltages: Voltages<f64>| voltages == Voltages::default();
-    assert!(written.iter().skip(500).take(300).any(off));
-    // It stays so while the machine is away.
-    while !matches!(bench.safety(), SafetyState::Off) {
-        bench.change(Change::Request(Request::Acknowledge)).unwrap();
-        thread::sleep(Duration::from_millis(150));
-        bench.refresh().unwrap();
-    }
-    assert_eq!(bench.zero(), None);
-    home(&mut bench, &Watch::silent()).unwrap();
-    assert!(bench.safety().allows_torque());
-}
-
-/// Homing's begin and an idle time behind it, tick after tick without a clock: what each cycle saw and computed.
-fn ticks(machine: impl Io + Send, readings: Measurement<f64>) -> Vec<Frame> {
+/// Homing's begin, some changes, and an idle time behind, tick after tick without a clock: what each cycle saw and
+/// computed.
+fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) -> Vec<Frame> {
     const TICKS: usize = 600;
     let preset = preset();
-    let (mut entries_in, entries) = RingBuffer::new(TICKS);
-    let (mut changes_in, changes) = RingBuffer::new(1);
+    let (mut entries_in, entries) = RingBuffer::new(2 * TICKS);
+    let (mut changes_in, changes) = RingBuffer::new(4);
     let (replies, _replies) = RingBuffer::new(2 * TICKS);
     let (_urgent, urgent, answers) = urgent(None);
     let (tap, mut stream) = crate::bench::tap::tap(TICKS);
@@ -274,6 +236,11 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>) -> Vec<Frame> {
         }
         let torque = 0.5 * f64::from(u8::from(k % 100 < 50));
         entries_in.push(Entry::Command(Command { added_torque: torque, ..Command::default() })).unwrap();
+    }
+    for change in later {
+        changes_in.push(*change).unwrap();
+        entries_in.push(Entry::Change).unwrap();
+        entries_in.push(Entry::Command(Command { added_torque: 0.4, ..Command::default() })).unwrap();
     }
     entries_in.push(Entry::Pause).unwrap();
     let parameters = design::parameters(&preset.model, &preset.bench).unwrap();
@@ -303,7 +270,7 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>) -> Vec<Frame> {
 fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 7).unwrap();
-    let here = ticks(machine, readings);
+    let here = ticks(machine, readings, &[]);
     assert!(here.len() == 600 && here[300].angle != here[0].angle, "it moves");
     let folder = tempfile::tempdir().unwrap();
     for address in ["udp:127.0.0.1:0".into(), format!("shm:{}", folder.path().join("axis").display())] {
@@ -311,9 +278,43 @@ fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
         let address = server.address().clone();
         let serving = thread::spawn(move || server.serve(true, &Watch::silent()));
         let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).unwrap();
-        assert_eq!(here, ticks(machine.patient(), readings), "{address}");
+        assert_eq!(here, ticks(machine.patient(), readings, &[]), "{address}");
         let served = serving.join().unwrap().unwrap();
         // A last one switches the torque off.
         assert_eq!((served.ticks, served.held, served.refused), (601, 0, 0));
     }
+}
+
+/// The same with a machine that is away for so many ticks, where 100 are borne: cycles, and what was written in each.
+fn away(ticks_away: u64) -> (Vec<Frame>, Vec<Voltages<f64>>) {
+    let (machine, readings) = InProcess::new(&preset(), 1).unwrap();
+    let (written, voltages) = mpsc::channel();
+    let machine = Absent { machine, answer: None, tick: 0, away: 120..120 + ticks_away, written };
+    let later = [Change::Request(Request::Acknowledge), Change::Request(Request::Home)];
+    (ticks(machine, readings, &later), voltages.try_iter().collect())
+}
+
+#[test]
+fn where_answers_are_missing_what_was_written_is_held_and_commands_wait() {
+    let (frames, written) = away(100);
+    assert_eq!(frames.len(), 500, "nothing was computed without readings");
+    let gap = frames.windows(2).find(|pair| pair[1].cycle != pair[0].cycle + 1).unwrap();
+    assert_eq!((gap[0].cycle, gap[1].cycle), (120, 221), "the number of a cycle is time");
+    assert!(gap.iter().all(|frame| frame.safety == SafetyState::Homing));
+    assert!(written[121] != Voltages::default() && written[121..=221].iter().all(|held| *held == written[121]));
+    assert!(written[222] != written[221]);
+}
+
+#[test]
+fn one_more_ends_the_torque_and_the_bench_goes_on_and_homes_when_the_machine_is_back() {
+    let (frames, written) = away(101);
+    let fault = SafetyState::Fault(Fault::Machine(MachineFault::Silent { ticks: 101 }));
+    let first = frames.iter().position(|frame| frame.safety == fault).unwrap();
+    assert_eq!((first, frames[first].cycle), (121, 221));
+    assert_eq!(written[222..400], [Voltages::default(); 178], "the tick of the fault takes them, and they stay so");
+    // Behind the commands of the experiment that it ended.
+    let homing = frames.iter().rposition(|frame| frame.safety == SafetyState::Homing).unwrap();
+    assert!(homing == frames.len() - 1 && frames[homing].cycle == 599);
+    let voltage = |frame: &&Frame| frame.signals.servo_voltage != 0.0;
+    assert_eq!(frames[first..].iter().filter(voltage).count(), 1, "one command had torque again");
 }

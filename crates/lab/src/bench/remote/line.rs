@@ -13,9 +13,9 @@ use super::serial::Serial;
 use super::shm::{Mailbox, Side};
 
 /// For so long whoever waits for a shared memory does not sleep: a tick of the machine takes microseconds.
-const AWAKE: Duration = Duration::from_micros(100);
-/// Shortest and longest sleep then.
-const SLEEP: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(1)];
+const AWAKE: Duration = Duration::from_micros(20);
+/// From look to look at a serial port.
+const LOOK: Duration = Duration::from_micros(50);
 
 /// An end of it.
 #[derive(Debug)]
@@ -103,9 +103,10 @@ impl Line {
             if !looked.as_ref().is_err_and(|error| error.kind() == ErrorKind::WouldBlock) || waited >= within {
                 return looked;
             }
-            match waited.checked_sub(AWAKE) {
-                None => thread::yield_now(),
-                Some(asleep) => thread::sleep((asleep / 16).clamp(SLEEP[0], SLEEP[1])),
+            match self {
+                _ if waited < AWAKE => std::hint::spin_loop(),
+                Line::Shm(mailbox) => mailbox.sleep(within - waited),
+                _ => thread::sleep(LOOK),
             }
         }
     }

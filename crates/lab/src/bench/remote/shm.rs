@@ -122,7 +122,17 @@ impl Mailbox {
             word.store(u64::from_le_bytes(eight), Ordering::Relaxed);
         }
         written.store(count.wrapping_add(1), Ordering::Release);
+        self.segment.wake(COUNTS[self.own][0]);
         Ok(())
+    }
+
+    /// Sleeps until a frame may have come, for so long at most.
+    pub(super) fn sleep(&self, within: Duration) {
+        let [written, taken] = self.counts(1 - self.own);
+        let seen = written.load(Ordering::Acquire);
+        if seen == taken.load(Ordering::Relaxed) {
+            self.segment.sleep(COUNTS[1 - self.own][0], seen, within);
+        }
     }
 
     /// Takes the next frame.
