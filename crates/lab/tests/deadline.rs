@@ -4,33 +4,46 @@
 #[allow(unreachable_pub, reason = "support of tests")]
 mod counting;
 
-use std::sync::atomic::Ordering;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use counting::{CALLS, WATCHED};
-use stickslip::bench::remote::LinkFault;
-use stickslip::bench::{Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes, tap};
+use stickslip::bench::remote::{Address, Counts, LinkFault, Paced, PlantServer};
+use stickslip::bench::{Arrival, Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes, tap};
 use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
 use stickslip::{Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::tick::Measurement;
 
+/// Ticks whose calls count.
+const WATCHED_TICKS: std::ops::Range<u64> = 1..1500;
+
 /// A machine that has its thread watched from its first tick until it is told to end.
-struct Watched {
-    machine: InProcess,
+struct Watched<M> {
+    machine: M,
     ticks: u64,
     allocates: bool,
 }
 
-impl Io for Watched {
+impl<M: Io> Io for Watched<M> {
     fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.machine.exchange(voltages)
+    }
+
+    fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
         self.ticks += 1;
-        WATCHED.set((1..1500).contains(&self.ticks));
+        WATCHED.set(WATCHED_TICKS.contains(&self.ticks));
         if self.allocates && self.ticks == 100 {
             drop(std::hint::black_box(Box::new(1.0)));
         }
-        self.machine.exchange(voltages)
+        self.machine.start(tick, voltages)
+    }
+
+    fn finish(&mut self) -> Arrival {
+        self.machine.finish()
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
@@ -44,11 +57,8 @@ impl Io for Watched {
 
 /// Calls of the allocator within the ticks of homing and of a sine under one law after another.
 fn calls(allocates: bool) -> Result<u64, Error> {
-    static ALONE: Mutex<()> = Mutex::new(());
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    CALLS.store(0, Ordering::Relaxed);
-    let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
-    preset.bench.tick_rate = 1000.0;
+    let _alone = alone();
+    let mut preset = preset()?;
     let (machine, readings) = InProcess::new(&preset, 1)?;
     let machine = Watched { machine, ticks: 0, allocates };
     // Somebody records, with too little room: both paths of a tap are gone.
@@ -69,6 +79,58 @@ fn calls(allocates: bool) -> Result<u64, Error> {
     bench.stop();
     drop(stream);
     Ok(CALLS.load(Ordering::Relaxed))
+}
+
+fn preset() -> Result<Preset<f64>, Error> {
+    let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+    preset.bench.tick_rate = 1000.0;
+    // However busy the computer is.
+    preset.bench.safety.missed_ticks = 1000.0;
+    Ok(preset)
+}
+
+/// One test at a time counts, from 0.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    CALLS.store(0, Ordering::Relaxed);
+    alone
+}
+
+/// The same within ticks over a link, whose machine answers until it is gone in the middle.
+fn calls_over(address: &Address) -> Result<u64, Error> {
+    let _alone = alone();
+    let preset = preset()?;
+    let mut server = PlantServer::bind(address, &preset, 1)?;
+    let address = server.address().clone();
+    let gone = Arc::new(AtomicBool::new(false));
+    let watch = Watch::new(gone.clone(), |_, _| {});
+    let serving = thread::spawn(move || server.serve(false, &watch).map(drop));
+    let fault = |fault: LinkFault| Error::BenchFault { cycle: 0, reason: fault.to_string() };
+    let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).map_err(fault)?;
+    let traffic = machine.traffic().expect("a link has some");
+    let machine = Watched { machine, ticks: 0, allocates: false };
+    let bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None)?;
+    let until = |enough: &dyn Fn(Counts) -> bool| {
+        while !enough(traffic.counts()) {
+            thread::sleep(Duration::from_millis(5));
+        }
+    };
+    until(&|counts| counts.answered > 200);
+    gone.store(true, Ordering::Relaxed);
+    serving.join().expect("the machine does not panic")?;
+    // Until nobody watches any more: what the thread frees at its end is no cycle's.
+    until(&|counts| counts.answered + counts.missing > WATCHED_TICKS.end);
+    bench.stop();
+    Ok(CALLS.load(Ordering::Relaxed))
+}
+
+#[test]
+fn a_link_allocates_and_frees_nothing_whether_its_machine_answers_or_is_gone() {
+    let folder = tempfile::tempdir().unwrap();
+    let memory = Address::Shm(folder.path().join("axis").display().to_string());
+    assert_eq!(calls_over(&memory).unwrap(), 0);
+    assert_eq!(calls_over(&"udp:127.0.0.1:0".parse().unwrap()).unwrap(), 0);
 }
 
 #[test]

@@ -65,6 +65,12 @@ enum Order {
         /// How far.
         preload: f64,
     },
+    /// Break something of the virtual machine on purpose, until the bench is started anew.
+    #[command(after_help = "Example: stickslip bench inject accelerometer-jump=0.01")]
+    Inject {
+        /// What, and how much: encoder-stuck, counts-lost=0.02, power-loss, … as the guide's page on safety lists them.
+        fault: String,
+    },
     /// Measure; ends when the results are there.
     #[command(after_help = "Example: stickslip bench measure friction --set speeds=4 --set slowest=5")]
     Measure {
@@ -125,6 +131,7 @@ impl BenchCommand {
                 other => Err(unexpected(&other)),
             },
             Order::Preload { preload } => follow(&client, &Call::Preload { preload }, out, &watch()),
+            Order::Inject { fault } => tell(&client, &Call::Inject { fault }, out),
             Order::Start => tell(&client, &Call::Start {}, out),
             Order::Arm => tell(&client, &Call::Arm {}, out),
             Order::Stop => tell(&client, &Call::Stop {}, out),

@@ -24,7 +24,7 @@ pub(crate) struct CalibrateCommand {
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
     /// Where the machine is served (`stickslip plant`); without, it is the virtual one of the preset.
-    #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
     io: Option<Address>,
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]

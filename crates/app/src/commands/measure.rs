@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use stickslip::bench::remote::Address;
-use stickslip::bench::{RemoteBench, Wishes};
+use stickslip::bench::{ClockedBench, RemoteBench, Wishes};
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
@@ -48,10 +48,10 @@ pub(crate) struct How {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Measure on a machine in another process, as `stickslip plant` serves one; the preset says what is believed of it.
-    #[arg(long, value_name = "udp:ADDRESS:PORT", conflicts_with = "seed")]
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
     io: Option<Address>,
     /// Run by the clock, as a bench of steel does, instead of as fast as it goes.
-    #[arg(long, conflicts_with = "io")]
+    #[arg(long)]
     real_time: bool,
     /// Record every cycle into run.mf4, which other tools read and `stickslip replay` replays.
     #[arg(long, conflicts_with = "io")]
@@ -138,9 +138,14 @@ impl How {
             (recorder, tap) = Some(Recorder::start(&folder.join("run.mf4"), &about)?).unzip();
         }
         let measured = match self.io {
-            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, address)?, preload, watch),
+            Some(address) if self.real_time => {
+                let bench = ClockedBench::connect(&preset, &address, Wishes::default(), tap)?;
+                measure_by_the_clock(plan, &preset, bench, preload, None, watch)
+            }
+            Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, &address)?, preload, watch),
             None if self.real_time => {
-                measure_by_the_clock(plan, &preset, preload, self.seed, Wishes::default(), tap, watch)
+                let bench = ClockedBench::virtual_machine(&preset, self.seed, Wishes::default(), tap)?;
+                measure_by_the_clock(plan, &preset, bench, preload, Some(self.seed), watch)
             }
             None => measure(plan, &preset, preload, self.seed, tap, watch),
         };

@@ -84,8 +84,9 @@ pub(crate) enum Command {
     /// Describe a machine in a file.
     #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
     Machine(machine::Machine),
-    /// Serve the virtual machine to a bench in another process, datagram by datagram.
-    #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7")]
+    /// Serve the virtual machine to a bench in another process, frame by frame.
+    #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7\n\
+                            Example: stickslip plant --io shm:axis")]
     Plant(plant::PlantCommand),
     /// Run the bench by the clock and serve it: to other terminals, to scripts, to browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\

@@ -14,7 +14,7 @@ use crate::source::{self, Setting};
 #[derive(Args)]
 pub(crate) struct PlantCommand {
     /// Where it is reached; port 0 takes a free one. Who can reach the address can run the machine.
-    #[arg(long, value_name = "udp:ADDRESS:PORT")]
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT")]
     io: Address,
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
@@ -36,11 +36,10 @@ impl PlantCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let preset = source::preset(&self.preset, settings)?;
-        let server = PlantServer::bind(self.io, &preset, self.seed)?;
+        let mut server = PlantServer::bind(&self.io, &preset, self.seed)?;
         self.shown.say(out, &server.address().to_string())?;
         let served = server.serve(self.once, watch)?;
-        let text =
-            format!("{} benches, {} ticks, {} datagrams refused.", served.sessions, served.ticks, served.refused);
+        let text = format!("{} benches, {} ticks, {} frames refused.", served.sessions, served.ticks, served.refused);
         self.shown.say(out, &text)
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::bench::Wishes;
+use stickslip::bench::remote::Address;
 use stickslip::live::{Live, Start};
 
 use super::xcp::XcpDoors;
@@ -32,6 +32,10 @@ pub(crate) struct ServeCommand {
     /// Change a value of the preset; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
+    /// Run a machine in another process or on a board, as `stickslip plant` serves one; the preset says what is believed
+    /// of it.
+    #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
+    io: Option<Address>,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -40,6 +44,9 @@ pub(crate) struct ServeCommand {
     record: Option<PathBuf>,
     #[command(flatten)]
     xcp: XcpDoors,
+    /// Stop what runs where the operator is silent for so long [s]; each call is a sign of life.
+    #[arg(long, value_name = "S")]
+    operator_time: Option<f64>,
     /// End after so many seconds instead of at Ctrl-C.
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -60,8 +67,9 @@ impl ServeCommand {
                 place.address
             )));
         }
-        let (project, record) = (self.project.clone(), self.record.clone());
-        let start = Start { source, seed: self.seed, wishes: Wishes::default(), project, record };
+        let (record, operator_time) = (self.record.clone(), self.operator_time);
+        let new = Start::new(source, &self.project);
+        let start = Start { seed: self.seed, io: self.io, record, operator_time, ..new };
         let live = Live::start(start)?;
         let refused = live.refused();
         let mut server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {

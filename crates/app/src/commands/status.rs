@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::bench::remote::Counts;
 use stickslip::live::protocol::{Doing, Status, XcpStatus};
 
 use crate::failure::Failure;
@@ -128,6 +129,11 @@ fn page(status: &Status) -> String {
         lines.push(("recording", recording.clone()));
     }
     lines.extend(status.xcp.iter().map(|door| ("xcp", tool(door))));
+    if let Some(link) = status.link {
+        let Counts { answered, missing, late, doubled, garbled, begun } = link;
+        let ticks = format!("{answered} ticks answered, {missing} not; {late} answers late, {doubled} doubled");
+        lines.push(("link", format!("{ticks}, {garbled} garbled; begun {begun} times")));
+    }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
     lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
@@ -155,10 +161,13 @@ mod tests {
             lost: 3,
         };
         status.xcp = vec![door("udp", Some("127.0.0.1:40000")), door("tcp", None)];
+        status.link = Some(Counts { missing: 3, begun: 2, ..Counts::default() });
         let page = page(&status);
         for part in [
             "udp 127.0.0.1:5555: 127.0.0.1:40000, measuring, 3 rows lost",
             "tcp 127.0.0.1:5555: nobody, 3 rows",
+            "0 ticks answered, 3 not",
+            "begun 2 times",
             "running: too fast",
             "sine: moving, 50 %",
             "home: no index",

@@ -18,7 +18,7 @@ fn served() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
+    let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
     let patience =
         Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };

@@ -7,13 +7,15 @@ use std::process::Command;
 use crate::expected::{compare, updated};
 use crate::markdown::{Page, source};
 
-/// Runs all `sh` blocks of a page in one folder, `data` of the repository beside, and compares what they print with the
+/// Runs all `sh` blocks of a page in one folder, `data` and `examples` of the repository beside, and compares what they print with the
 /// `text` block that follows at once. The folder, for those who look at the files.
 ///
 /// With `UPDATE_EXPECT` set new numbers are written into the page.
 pub(crate) fn run(name: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data"), &folder.path().join("data"));
+    for beside in ["data", "examples"] {
+        copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(beside), &folder.path().join(beside));
+    }
     let page = Page::read(name);
     let blocks = page.blocks();
     let mut text: Vec<String> = page.text.lines().map(String::from).collect();

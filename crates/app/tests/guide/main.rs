@@ -44,6 +44,11 @@ fn the_recipe_for_researchers_runs() {
 }
 
 #[test]
+fn the_recipe_for_hardware_runs() {
+    run("own-hardware.md");
+}
+
+#[test]
 fn introduction_and_reference_run() {
     for page in OTHERS {
         run(page);
@@ -57,7 +62,8 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
         .filter(|page| page.blocks().iter().any(|block| block.kind == "sh"))
         .map(|page| page.name)
         .collect();
-    let recipes = ["drive-engineer.md", "laboratory.md", "microcontroller.md", "researcher.md", "teacher.md"];
+    let recipes =
+        ["drive-engineer.md", "laboratory.md", "microcontroller.md", "own-hardware.md", "researcher.md", "teacher.md"];
     let run: BTreeSet<&str> = recipes.into_iter().chain(OTHERS).collect();
     assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");

@@ -15,7 +15,9 @@ use crate::Fields;
 use crate::block::Block as _;
 use crate::control::ControllerInput;
 use crate::control::reference::Setpoint;
-use crate::supervise::{Brake, Braking, HomingFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState};
+use crate::supervise::{
+    Brake, Braking, HomingFault, MachineFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState,
+};
 use crate::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
 /// What the software writes in a tick.
@@ -73,6 +75,8 @@ pub enum Change {
     Homed(f64),
     /// Homing found none.
     HomingFailed(HomingFault),
+    /// The machine behind a link is gone.
+    MachineFailed(MachineFault),
     /// Other parameters, all of them at once.
     Parameters(Parameters<f64>),
 }
@@ -194,7 +198,8 @@ impl Software {
         frame
     }
 
-    /// Instead of a tick that was missed while the machine went on: its number passes, what was written stays.
+    /// Instead of a tick that was missed, or whose readings were, while the machine went on: its number passes, what was
+    /// written stays.
     pub fn miss(&mut self) {
         self.cycle += 1;
         self.missed += 1;
@@ -220,6 +225,7 @@ impl Software {
             }
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
+            Change::MachineFailed(fault) => self.safety.machine_failed(fault),
             Change::Parameters(parameters) => self.enter(parameters),
         }
         // What is held counts from the screw's zero, which may have been found or forgotten.

@@ -196,3 +196,40 @@ fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
         assert_eq!(matches!(frame.safety.fault(), Some(Fault::EncoderJumped { .. })), trips, "{missed}");
     }
 }
+
+#[test]
+fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
+    let gone = |fault| Change::MachineFailed(fault);
+    for silent in [MachineFault::Silent { ticks: 9 }, MachineFault::Anew] {
+        let mut software = running(0.0);
+        let pushing = Command { added_torque: 0.5, added_load_torque: 0.2, ..Command::default() };
+        software.step(Measurement::default(), Some(pushing));
+        assert!(software.voltages().servo_voltage != 0.0);
+        software.change(&gone(silent)).unwrap();
+        let frame = software.step(Measurement::default(), Some(pushing));
+        assert_eq!(frame.safety, SafetyState::Fault(Fault::Machine(silent)), "no brake: nothing is left to brake by");
+        assert_eq!(software.voltages(), Voltages::default());
+        // The first fault is what there is to know; nothing re-arms, and the zero is not trusted any more.
+        software.change(&gone(MachineFault::Anew)).unwrap();
+        assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Machine(silent)));
+        software.change(&Change::Request(Request::Acknowledge)).unwrap();
+        assert!(software.change(&Change::Request(Request::Arm)).is_err());
+        software.change(&Change::Request(Request::Home)).unwrap();
+        // Switched off as well: who looks at the bench sees it.
+        software.change(&Change::Request(Request::Off)).unwrap();
+        software.change(&gone(silent)).unwrap();
+        assert!(matches!(software.safety().state(), SafetyState::Fault(_)));
+    }
+}
+
+#[test]
+fn a_fault_that_is_being_braked_for_is_told_though_the_machine_goes_meanwhile() {
+    let mut software = running(0.0);
+    software.step(Measurement::default(), Some(moving(0.0, 0.0)));
+    let turning =
+        Measurement { tacho_voltage: 100.0 * software.parameters().tick.scaling.tacho, ..Measurement::default() };
+    software.step(Measurement { accelerometer_voltage: f64::NAN, ..turning }, Some(moving(0.0, 0.0)));
+    let SafetyState::Stopping(Some(fault)) = software.safety().state() else { panic!("{:?}", software.safety()) };
+    software.change(&Change::MachineFailed(MachineFault::Anew)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Fault(fault));
+}

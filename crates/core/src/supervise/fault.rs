@@ -117,13 +117,28 @@ pub enum Fault {
     },
     /// The zero was not found.
     Homing(HomingFault),
+    /// The machine behind a link is not there any more.
+    Machine(MachineFault),
+}
+
+/// What is wrong with a machine behind a link. No sensor is left to brake by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MachineFault {
+    /// Its readings do not come.
+    Silent {
+        /// Ticks in a row.
+        ticks: u64,
+    },
+    /// It does not know this bench any more.
+    Anew,
 }
 
 impl Fault {
     /// Whether it puts the encoder in doubt, and with it the screw's zero.
     pub fn doubts_zero(&self) -> bool {
         use Fault::{
-            CountsLost, EncoderFrozen, EncoderJumped, Homing, IndexMissing, NotANumber, SensorsApart, TicksMissed,
+            CountsLost, EncoderFrozen, EncoderJumped, Homing, IndexMissing, Machine, NotANumber, SensorsApart,
+            TicksMissed,
         };
         matches!(
             self,
@@ -135,6 +150,7 @@ impl Fault {
                 | IndexMissing { .. }
                 | TicksMissed { .. }
                 | Homing(_)
+                | Machine(_)
         )
     }
 
@@ -224,6 +240,16 @@ impl fmt::Display for Fault {
                  the machine's emergency stop."
             ),
             Fault::Homing(fault) => fault.fmt(f),
+            Fault::Machine(MachineFault::Silent { ticks }) => write!(
+                f,
+                "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
+                 again by itself. Then acknowledge, and home."
+            ),
+            Fault::Machine(MachineFault::Anew) => write!(
+                f,
+                "the machine does not know this bench any more: it was started anew, or another bench has taken it. The \
+                 bench takes it up again where nobody else has it. Then acknowledge, and home."
+            ),
         }
     }
 }

@@ -13,7 +13,7 @@ mod tests;
 use core::fmt;
 
 use super::monitor::Monitor;
-use super::{Brake, Fault, HomingFault, SafetyLimits};
+use super::{Brake, Fault, HomingFault, MachineFault, SafetyLimits};
 
 /// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
 const LATE: f64 = 1.5;
@@ -240,6 +240,15 @@ impl Safety {
     pub fn homing_failed(&mut self, fault: HomingFault) {
         if self.state == SafetyState::Homing {
             self.fault(Fault::Homing(fault));
+        }
+    }
+
+    /// The machine behind a link is gone: no sensor is left to brake by. An earlier fault stays.
+    pub fn machine_failed(&mut self, fault: MachineFault) {
+        if !matches!(self.state, SafetyState::Fault(_)) {
+            let first = self.state.fault().unwrap_or(Fault::Machine(fault));
+            self.fault(Fault::Machine(fault));
+            self.state = SafetyState::Fault(first);
         }
     }
 

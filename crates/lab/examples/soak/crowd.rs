@@ -72,7 +72,7 @@ impl Crowd {
         for (path, value) in [("bench.tick_rate", &*rate.to_string()), ("bench.law.kind", "bristle")] {
             source.text = parameters::set::<Preset<f64>>(&source.text, preset, path, value)?;
         }
-        let live = Live::start(Start { source, seed: 1, wishes, project: project.into(), record: Some(file) })?;
+        let live = Live::start(Start { wishes, record: Some(file), ..Start::new(source, project) })?;
         let live = Arc::new(live);
         live.call(TUNER, Call::Home {})?;
         while status(&live)?.doing.is_some() {

@@ -1,10 +1,12 @@
 //! What lies between the software of the bench and its machine: voltages out, readings in.
 
+use std::sync::Arc;
+
 use stickslip_core::cycle::{Software, Voltages};
 use stickslip_core::tick::Measurement;
 
 use super::Injection;
-use super::remote::LinkFault;
+use super::remote::{LinkFault, Traffic};
 use crate::Error;
 
 /// A machine behind converters and counters: here, in another process, or of steel.
@@ -14,6 +16,25 @@ pub trait Io {
     /// # Errors
     /// What happened to the link; once it failed it stays so.
     fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault>;
+
+    /// By the clock: begins a tick under these voltages. The readings at its end where they are known at once; else
+    /// [`finish`](Io::finish) gives them when the tick has ended. Ticks have numbers; one that is left out has passed.
+    ///
+    /// # Errors
+    /// As [`exchange`](Io::exchange): it ends the bench.
+    fn start(&mut self, _tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
+        self.exchange(voltages).map(Some)
+    }
+
+    /// By the clock, at the begin of a tick: the readings at the end of the one that was started last.
+    fn finish(&mut self) -> Arrival {
+        Arrival::Missing
+    }
+
+    /// What happened on the link to it, where there is one.
+    fn traffic(&self) -> Option<Arc<Traffic>> {
+        None
+    }
 
     /// Whether the machine stands still where nobody exchanges with it: a virtual one does.
     fn waits(&self) -> bool {
@@ -40,6 +61,17 @@ pub trait Io {
 
     /// What befalls the software besides, behind an exchange: faults on purpose alone do it.
     fn disturb(&mut self, _: &mut Software) {}
+}
+
+/// What came of a tick by the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Arrival {
+    /// The readings at its end.
+    Readings(Measurement<f64>),
+    /// None came in time.
+    Missing,
+    /// The machine does not know this bench any more.
+    Anew,
 }
 
 /// Whether linings can be pressed on so far.

@@ -14,7 +14,7 @@ mod virtual_bench;
 
 pub use clocked::{Clocked, ClockedBench, Urgent, refusals};
 pub use faults::{Faulty, FaultyBench, Injection};
-pub use io::Io;
+pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
 pub use stickslip_core::cycle::Voltages;
@@ -26,6 +26,7 @@ use stickslip_core::control::PositionController;
 pub use stickslip_core::cycle::{Change, Command, Frame, Parameters};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::render::{Correction, Law};
+pub use stickslip_core::supervise::Request;
 use stickslip_core::supervise::SafetyState;
 
 use crate::preset::{Model, Settings};

@@ -12,7 +12,7 @@ use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
 use super::protocol::{Doing, Ended};
-use crate::bench::{Bench, Change, Clocked, ClockedBench, Command};
+use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::experiment::home;
 use crate::preset::{Model, Settings};
 use crate::workflow::measure::{Plan, measure_homed};
@@ -32,6 +32,8 @@ pub(super) enum Job {
     Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
     /// Press the linings on.
     Preload(f64),
+    /// Break something.
+    Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
     /// Run something to its end: results, if any, go into this folder.
@@ -101,6 +103,8 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 let pressed = bench.set_preload(preload);
                 shared.ended("preload", pressed.map(|()| None));
             }
+            // The loop has ended: who waits for the fault hears that.
+            Some(Job::Inject(injection)) => drop(bench.inject(injection)),
             Some(Job::Move { name, reference, render }) => {
                 shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
                 motion = Some(begin(&bench, shared, name, &reference, render));
@@ -163,9 +167,20 @@ fn go(bench: &mut ClockedBench, shared: &Shared, motion: &mut Motion) -> Result<
 }
 
 impl Shared {
+    /// Why something was stopped.
+    fn silence(&self) -> String {
+        let limit = self.operator_time.unwrap_or_default().as_secs_f64();
+        format!(
+            "The operator was silent for more than {limit} s, and the bench stopped. Whoever operates must be heard more \
+             often, or choose another `--operator-time`."
+        )
+    }
+
     /// Something has ended: where its results are, or why it failed.
     fn ended(&self, what: &str, ended: Result<Option<PathBuf>, Error>) {
+        let abandoned = self.abandoned.swap(false, Ordering::Relaxed);
         let (error, folder) = match ended {
+            Err(_) if abandoned => (Some(self.silence()), None),
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };

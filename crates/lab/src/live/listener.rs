@@ -63,6 +63,7 @@ pub(super) fn run(mut stream: Stream, writer: Option<RunWriter>, shared: &Arc<Sh
                 lost: known.lost + gaps.1,
             };
         }
+        shared.watch_operator();
         if last {
             if let Some(scribe) = scribe {
                 scribe.finish();

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use axis::Job;
 use captures::Captures;
@@ -30,8 +30,9 @@ use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
 use stickslip_rt::{Histograms, Quantiles, Wishes};
 
+use crate::bench::remote::{Address, Traffic};
 use crate::bench::tap::tap;
-use crate::bench::{Bench as _, Clocked, ClockedBench, Urgent, refusals};
+use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injection, Urgent, refusals};
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
 use crate::run::{About, RunWriter, channels};
@@ -47,14 +48,26 @@ const ROOM: f64 = 4.0;
 pub struct Start {
     /// Its parameters.
     pub source: Source,
-    /// Seed of the virtual machine's noise.
+    /// Where its machine is; in this process where it is `None`.
+    pub io: Option<Address>,
+    /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
     /// What is asked of the system.
     pub wishes: Wishes,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
-    /// File that the run is recorded into.
+    /// File that the run is recorded into; it must not be there yet.
     pub record: Option<PathBuf>,
+    /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
+    pub operator_time: Option<f64>,
+}
+
+impl Start {
+    /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
+    pub fn new(source: Source, project: &Path) -> Self {
+        let (wishes, project) = (Wishes::default(), project.to_owned());
+        Start { source, io: None, seed: 1, wishes, project, record: None, operator_time: None }
+    }
 }
 
 /// A bench that runs.
@@ -83,7 +96,13 @@ struct Shared {
     preload: Mutex<f64>,
     /// What runs shall end.
     halt: Arc<AtomicBool>,
+    /// How long an operator may be silent while something runs, and whether one was.
+    operator_time: Option<Duration>,
+    abandoned: AtomicBool,
+    /// Whether faults can be injected: into the virtual machine of this process.
+    faults: bool,
     histograms: Arc<Mutex<Histograms>>,
+    traffic: Option<Arc<Traffic>>,
     /// The file that is recorded into, or why not any more.
     recording: Mutex<Option<String>>,
     runs: AtomicU64,
@@ -102,19 +121,31 @@ impl Live {
     /// # Errors
     /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
     pub fn start(start: Start) -> Result<Self, Error> {
-        let Start { source, seed, wishes, project, record } = start;
+        let Start { source, seed, io, wishes, project, record, operator_time } = start;
+        let operator_time = operator_time.map(checked_time).transpose()?;
         let file = source.file.clone();
         let tuning = Tuning::new(source)?;
         let preset = *tuning.preset();
         let writer = match &record {
+            Some(path) if path.exists() => {
+                return Err(Error::file(path, "record into", std::io::ErrorKind::AlreadyExists.into()));
+            }
             Some(path) => {
-                let about = About { command: "stickslip serve".into(), preset, seed: Some(seed) };
+                let about = About { command: "stickslip serve".into(), preset, seed: io.is_none().then_some(seed) };
                 Some(RunWriter::create(path, &about)?)
             }
             None => None,
         };
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
-        let mut bench = ClockedBench::virtual_machine(&preset, seed, wishes, Some(tap))?;
+        let faults = io.is_none();
+        let mut bench = match io {
+            Some(address) => ClockedBench::connect(&preset, &address, wishes, Some(tap))?,
+            None => {
+                let (machine, readings) = InProcess::new(&preset, seed)?;
+                let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
+                ClockedBench::over(&preset, machine, readings, wishes, Some(tap))?
+            }
+        };
         let urgent = Mutex::new(bench.urgent().expect("nobody else has taken it"));
         let shared = Arc::new(Shared {
             preset: file,
@@ -130,7 +161,11 @@ impl Live {
             last: Mutex::default(),
             preload: Mutex::new(bench.preload()),
             halt: Arc::default(),
+            operator_time,
+            abandoned: AtomicBool::new(false),
+            faults,
             histograms: bench.histograms(),
+            traffic: bench.traffic(),
             recording: Mutex::new(record.map(|path| path.display().to_string())),
             runs: AtomicU64::new(1),
             xcp: Mutex::default(),
@@ -208,6 +243,7 @@ impl Live {
                 let job = Job::Move { name: reference.clone(), reference: Box::new(parsed), render };
                 self.begin(&reference, job)
             }
+            Call::Inject { fault } => self.inject(&fault),
             Call::Preload { preload } => {
                 crate::bench::io::check_preload(preload)?;
                 self.begin("preload", Job::Preload(preload))?;
@@ -275,9 +311,28 @@ impl Live {
             return Err(Error::Busy { what: doing.what.clone() });
         }
         self.shared.halt.store(false, Ordering::Relaxed);
+        self.shared.abandoned.store(false, Ordering::Relaxed);
         *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map_err(gone)?;
+        Ok(Answer::Done {})
+    }
+
+    /// Breaks something from now on.
+    fn inject(&self, fault: &str) -> Result<Answer, Error> {
+        // What lies in the past begins with the next tick.
+        let text = if fault.contains('@') { fault.to_owned() } else { format!("{fault}@0s") };
+        let injection: Injection = text.parse()?;
+        if !self.shared.faults {
+            let remedy = "Faults are injected into the virtual machine of `stickslip serve`, not behind --io.".into();
+            return Err(Error::Injection { fault: injection.to_string(), remedy });
+        }
+        let doing = lock(&self.shared.doing);
+        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != axis::MOVING) {
+            return Err(Error::Busy { what: doing.what.clone() });
+        }
+        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
+        self.jobs.send(Job::Inject(injection)).map_err(gone)?;
         Ok(Answer::Done {})
     }
 
@@ -373,6 +428,7 @@ impl Live {
                 held: newest.held,
                 lost: newest.lost,
             },
+            link: shared.traffic.as_ref().map(|traffic| traffic.counts()),
             recording: lock(&shared.recording).clone(),
             xcp: lock(&shared.xcp).clone(),
         }
@@ -382,6 +438,17 @@ impl Live {
 impl Shared {
     fn doing(&self, doing: Option<Doing>) {
         *lock(&self.doing) = doing;
+    }
+
+    /// Stops what runs where the operator is silent for too long.
+    fn watch_operator(&self) {
+        let Some(limit) = self.operator_time else { return };
+        let silent = lock(&self.operator).silent(Instant::now()).is_some_and(|silent| silent > limit);
+        if silent && lock(&self.doing).is_some() && !self.abandoned.swap(true, Ordering::Relaxed) {
+            self.halt.store(true, Ordering::Relaxed);
+            // Refused where it stops already; a loop that has ended needs no stop.
+            drop(lock(&self.urgent).change(Change::Request(Request::Stop)));
+        }
     }
 
     /// Where the set-point rests, or the axis is [rad].
@@ -397,6 +464,16 @@ impl Shared {
             shared.doing(Some(Doing { what: what.clone(), stage: stage.into(), fraction }));
         })
     }
+}
+
+/// A time that can be waited for.
+fn checked_time(seconds: f64) -> Result<Duration, Error> {
+    let [minimum, maximum] = [0.1, 3600.0];
+    if (minimum..=maximum).contains(&seconds) {
+        return Ok(Duration::from_secs_f64(seconds));
+    }
+    let remedy = "A client that polls is heard ten times a second.";
+    Err(Error::OutOfRange { name: "the operator's time", value: seconds, unit: "s", minimum, maximum, remedy })
 }
 
 /// Whether a run of this number exists.

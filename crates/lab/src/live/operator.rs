@@ -9,6 +9,8 @@ const LEASE: Duration = Duration::from_secs(10);
 #[derive(Clone, Debug, Default)]
 pub(super) struct Operator {
     now: Option<(String, Instant)>,
+    /// The last sign of life of one who has left.
+    before: Option<Instant>,
 }
 
 impl Operator {
@@ -41,7 +43,15 @@ impl Operator {
 
     /// Somebody has gone, and operates no more.
     pub(super) fn left(&mut self, client: &str) {
-        self.now.take_if(|(name, _)| name == client);
+        if let Some((_, seen)) = self.now.take_if(|(name, _)| name == client) {
+            self.before = Some(seen);
+        }
+    }
+
+    /// How long the one who operates, or did last, is silent; none where nobody ever did.
+    pub(super) fn silent(&self, now: Instant) -> Option<Duration> {
+        let seen = self.now.as_ref().map(|(_, seen)| *seen).or(self.before)?;
+        Some(now.saturating_duration_since(seen))
     }
 
     /// Somebody is the operator from now on.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::bench::remote::Counts;
 use crate::parameters::{Difference, Entry};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -38,6 +39,11 @@ pub enum Call {
         /// Whether the load motor renders the desired friction meanwhile.
         #[serde(default)]
         render: bool,
+    },
+    /// Break something of the virtual machine on purpose, until the bench is started anew.
+    Inject {
+        /// What, and how much: `encoder-stuck`, `counts-lost=0.02`.
+        fault: String,
     },
     /// Press the linings of the friction wheel on, 0 … 1; on hardware: they are pressed on so far.
     Preload {
@@ -252,6 +258,9 @@ pub struct Status {
     pub operator: Option<String>,
     /// How the clock is kept.
     pub clock: ClockStatus,
+    /// What happened on the link to the machine, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<Counts>,
     /// The file that the run is recorded into.
     pub recording: Option<String>,
     /// Where it is open to measurement and calibration tools.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{HomingFault, Request};
+use stickslip_core::supervise::{HomingFault, MachineFault, Request};
 
 use super::numbers::{from_numbers, numbers};
 use crate::bench::tap::What;
@@ -32,6 +32,10 @@ pub(super) fn line(what: &What) -> String {
             HomingFault::IndexLost { expected } => format!("index_lost {expected}"),
             HomingFault::IndexMoved { first, second } => format!("index_moved {first} {second}"),
             HomingFault::NotANumber => "index_not_a_number".into(),
+        },
+        What::Software(Change::MachineFailed(fault), _) => match *fault {
+            MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
+            MachineFault::Anew => "machine_anew".into(),
         },
         What::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
@@ -67,6 +71,8 @@ pub(super) fn parse(line: &str) -> Option<What> {
             Change::HomingFailed(HomingFault::IndexMoved { first: *first, second: *second })
         }
         ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
+        ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
+        ("machine_anew", []) => Change::MachineFailed(MachineFault::Anew),
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
         _ => return None,
     };
@@ -91,6 +97,8 @@ mod tests {
             Change::HomingFailed(HomingFault::IndexLost { expected: 1e-300 }),
             Change::HomingFailed(HomingFault::IndexMoved { first: 1.0, second: -2.0 }),
             Change::HomingFailed(HomingFault::NotANumber),
+            Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
+            Change::MachineFailed(MachineFault::Anew),
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));

@@ -53,7 +53,7 @@ pub fn calibrate_remote(
     address: Address,
     watch: &Watch,
 ) -> Result<CalibrationRun, Error> {
-    let mut bench = RemoteBench::connect(preset, address)?;
+    let mut bench = RemoteBench::connect(preset, &address)?;
     let calibration = calibrated(plan, &mut bench, watch)?;
     Ok(CalibrationRun { preset: *preset, seed: None, calibration })
 }

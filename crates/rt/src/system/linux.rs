@@ -5,7 +5,11 @@
 use std::fs::File;
 use std::io;
 use std::mem::MaybeUninit;
-use std::os::unix::fs::FileExt;
+use std::os::fd::AsRawFd as _;
+use std::os::unix::fs::{FileExt, OpenOptionsExt as _};
+use std::path::Path;
+use std::sync::atomic::AtomicU64;
+use std::time::Duration;
 
 use super::Counters;
 use crate::clock::Nanoseconds;
@@ -157,4 +161,38 @@ pub(crate) fn unlock_memory() {
 pub(crate) fn set_timer_slack(nanoseconds: u64) -> io::Result<()> {
     // SAFETY: this request takes a number.
     result(unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, nanoseconds as libc::c_ulong) })
+}
+
+/// A terminal without its habits: no echo, no lines, no control characters.
+pub(crate) fn open_serial(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    let port = options.read(true).write(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(path)?;
+    let mut settings = MaybeUninit::<libc::termios>::zeroed();
+    // SAFETY: the descriptor is open as long as `port`, and the pointer is valid for one `termios`.
+    result(unsafe { libc::tcgetattr(port.as_raw_fd(), settings.as_mut_ptr()) })?;
+    // SAFETY: `settings` is numbers, filled above, which the one call changes and the other reads.
+    result(unsafe {
+        libc::cfmakeraw(settings.as_mut_ptr());
+        libc::tcsetattr(port.as_raw_fd(), libc::TCSANOW, settings.as_ptr())
+    })?;
+    Ok(port)
+}
+
+/// The lower half of a word, on which a process can wait.
+fn lower(word: &AtomicU64) -> *mut u32 {
+    word.as_ptr().cast::<u32>().wrapping_add(usize::from(cfg!(target_endian = "big")))
+}
+
+/// Waits until somebody wakes, also from another process, unless the lower half of the word is another.
+pub(crate) fn wait_for_word(word: &AtomicU64, value: u32, within: Duration) {
+    let time = libc::timespec { tv_sec: within.as_secs() as _, tv_nsec: within.subsec_nanos() as _ };
+    // SAFETY: the kernel reads the half of a word that lives, and a `timespec`. What it says does not matter: whoever
+    // waits looks at the word again.
+    unsafe { libc::syscall(libc::SYS_futex, lower(word), libc::FUTEX_WAIT, value, &raw const time) };
+}
+
+/// Wakes whoever waits.
+pub(crate) fn wake_for_word(word: &AtomicU64) {
+    // SAFETY: the kernel takes the address alone.
+    unsafe { libc::syscall(libc::SYS_futex, lower(word), libc::FUTEX_WAKE, 1) };
 }

@@ -28,7 +28,7 @@ fn open() -> Bench {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { source, seed: 1, wishes: Wishes::PLAIN, project: project.path().into(), record: None };
+    let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
     let live = Arc::new(Live::start(start).unwrap());
     let anywhere = "127.0.0.1:0".parse().ok();
     let xcp = Xcp::open(&live, Doors { udp: anywhere, tcp: anywhere }, SHORT).unwrap();

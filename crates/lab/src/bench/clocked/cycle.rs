@@ -1,13 +1,16 @@
-//! What runs within the deadline: commands in, the software, the machine, frames out.
+//! What runs within the deadline: readings and commands in, voltages out, the software, frames out.
+//!
+//! What the software computed in the tick before is written at the begin of a tick, before it computes anew: the machine
+//! has a whole tick to answer.
 
 use rtrb::{Consumer, Producer};
 use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{Refusal, SafetyState};
+use stickslip_core::supervise::{MachineFault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
 use crate::bench::Injection;
-use crate::bench::io::Io;
+use crate::bench::io::{Arrival, Io};
 use crate::bench::remote::LinkFault;
 use crate::bench::tap::Samples;
 
@@ -41,7 +44,9 @@ pub(super) enum Reply {
     Done(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
-    /// The link to the machine failed.
+    /// The machine behind a link is gone, from this cycle on: the bench lives.
+    Failed { cycle: u64, fault: MachineFault },
+    /// The machine is no more: the bench ends.
     Link(LinkFault),
 }
 
@@ -60,8 +65,11 @@ const FRAMES: usize = 3;
 pub(super) struct BenchCycle<M> {
     pub(super) software: Software,
     pub(super) machine: M,
-    /// Readings at the begin of the tick.
+    /// Readings at the begin of the tick; of the next one, where they are known already.
     pub(super) readings: Measurement<f64>,
+    pub(super) ahead: Option<Measurement<f64>>,
+    /// Ticks in a row whose readings did not come.
+    pub(super) silent: u64,
     pub(super) entries: Consumer<Entry>,
     pub(super) changes: Consumer<Change>,
     pub(super) replies: Producer<Reply>,
@@ -134,12 +142,37 @@ impl<M: Io> BenchCycle<M> {
         let _ = self.replies.push(reply);
     }
 
-    /// What is written now acts from now on; the readings are those of the next tick's begin.
-    fn exchange(&mut self, acting: Voltages<f64>) -> Next {
-        match self.machine.exchange(acting) {
-            Ok(readings) => {
-                self.readings = readings;
-                self.machine.disturb(&mut self.software);
+    /// Takes the readings of this tick; whether it can be computed. Too many that do not come are a fault: then the
+    /// bench goes on without torque, on the last ones.
+    fn arrived(&mut self) -> bool {
+        let arrival = self.ahead.take().map_or_else(|| self.machine.finish(), Arrival::Readings);
+        self.silent += 1;
+        let fault = match arrival {
+            Arrival::Readings(readings) => {
+                (self.readings, self.silent) = (readings, 0);
+                return true;
+            }
+            Arrival::Anew => MachineFault::Anew,
+            Arrival::Missing => MachineFault::Silent { ticks: self.silent },
+        };
+        let bearable = self.silent as f64 <= self.software.parameters().safety.missed_ticks;
+        let faulted = matches!(self.software.safety().state(), SafetyState::Fault(_));
+        if bearable && fault != MachineFault::Anew && !faulted {
+            return false;
+        }
+        if !faulted {
+            // It cannot be refused.
+            let _ = self.software.change(&Change::MachineFailed(fault));
+            self.reply(Reply::Failed { cycle: self.software.cycle(), fault });
+        }
+        true
+    }
+
+    /// Writes what acts in this tick.
+    fn write(&mut self) -> Next {
+        match self.machine.start(self.software.cycle(), self.software.voltages()) {
+            Ok(ahead) => {
+                self.ahead = ahead;
                 Next::Continue
             }
             Err(fault) => {
@@ -156,13 +189,24 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     }
 
     fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
+        let computes = self.arrived();
+        lap.done(MACHINE);
+        if !computes {
+            // What was written stays, and commands wait: dropped, they would let the set-point jump.
+            let next = self.write();
+            lap.done(MACHINE);
+            self.software.miss();
+            self.samples.iter_mut().for_each(Samples::hold);
+            return next;
+        }
         let command = self.command(cycle);
         lap.done(COMMANDS);
-        let (acting, before) = (self.software.voltages(), self.software.safety().state());
-        let frame = self.software.step(self.readings, command);
-        lap.done(SOFTWARE);
-        let next = self.exchange(acting);
+        let before = self.software.safety().state();
+        let next = self.write();
         lap.done(MACHINE);
+        let frame = self.software.step(self.readings, command);
+        self.machine.disturb(&mut self.software);
+        lap.done(SOFTWARE);
         match command {
             Some(_) => self.reply(Reply::Frame(frame)),
             None if before != frame.safety => {
@@ -188,6 +232,6 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     }
 
     fn end(&mut self) {
-        let _ = self.machine.exchange(Voltages::default());
+        let _ = self.machine.start(self.software.cycle(), Voltages::default());
     }
 }

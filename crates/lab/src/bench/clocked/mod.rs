@@ -20,7 +20,7 @@ pub use kept::{Clocked, refusals};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::{Refusal, SafetyState};
+use stickslip_core::supervise::{Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Granted, Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
 pub use urgent::Urgent;
@@ -28,6 +28,7 @@ use urgent::urgent;
 
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
+use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
 use crate::preset::{Model, Settings};
@@ -77,6 +78,7 @@ pub struct ClockedBench {
     collector: Option<JoinHandle<()>>,
     histograms: Arc<Mutex<Histograms>>,
     urgent: Option<Urgent>,
+    traffic: Option<Arc<Traffic>>,
 }
 
 impl ClockedBench {
@@ -86,6 +88,16 @@ impl ClockedBench {
     /// What the design of the bench refuses; [`Error::RealTime`] where the system has no thread for it.
     pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
+        Self::over(preset, machine, readings, wishes, tap)
+    }
+
+    /// What a preset believes and sets, over the machine that is reached at an address.
+    ///
+    /// # Errors
+    /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] where the machine does not answer.
+    pub fn connect(preset: &Preset<f64>, address: &Address, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
+        let (machine, readings) = Paced::begin(address, preset.bench.tick_time())
+            .map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })?;
         Self::over(preset, machine, readings, wishes, tap)
     }
 
@@ -109,7 +121,7 @@ impl ClockedBench {
         let (changes, changes_out) = RingBuffer::new(CHANGES);
         // Each entry has one reply at most, and one more tells of a fault or of starving.
         let (replies_in, replies) = RingBuffer::new(2 * most);
-        let preload = machine.preload();
+        let (preload, traffic) = (machine.preload(), machine.traffic());
         // A virtual machine waits: only one that is too slow for its rate is to end.
         let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
         let parameters = design::parameters(model, settings)?;
@@ -118,6 +130,8 @@ impl ClockedBench {
             software: Software::new(parameters, settings.tick_time()),
             machine,
             readings,
+            ahead: Some(readings),
+            silent: 0,
             entries: entries_out,
             changes: changes_out,
             replies: replies_in,
@@ -166,7 +180,13 @@ impl ClockedBench {
             collector: Some(collector),
             histograms,
             urgent: Some(urgent),
+            traffic,
         })
+    }
+
+    /// What happened on the link to the machine, where there is one.
+    pub fn traffic(&self) -> Option<Arc<Traffic>> {
+        self.traffic.clone()
     }
 
     /// The way past the commands, for one who takes it.
@@ -291,6 +311,11 @@ impl ClockedBench {
                 Reply::Done(cycle) => self.answered(cycle),
                 Reply::State { safety, zero } => (self.safety, self.zero) = (safety, zero),
                 Reply::Starved(cycle) => return Err(self.fell_behind(cycle)),
+                Reply::Failed { cycle, fault } => {
+                    let first = self.safety.fault().unwrap_or(Fault::Machine(fault));
+                    (self.safety, self.zero) = (SafetyState::Fault(first), None);
+                    self.tell(cycle, What::Software(Change::MachineFailed(fault), None));
+                }
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }
@@ -299,13 +324,29 @@ impl ClockedBench {
 
     /// What was changed longest ago has come into force with this cycle.
     fn answered(&mut self, cycle: u64) {
-        if let (Some(mut what), Some(told)) = (self.changes_under_way.pop_front(), &self.told) {
+        if let Some(mut what) = self.changes_under_way.pop_front() {
             if let What::Software(_, refused) = &mut what {
                 *refused = self.refused;
             }
+            self.tell(cycle, what);
+        }
+    }
+
+    fn tell(&self, cycle: u64, what: What) {
+        if let Some(told) = &self.told {
             // Who does not listen any more misses nothing.
             let _ = told.send(Changed { cycle, what });
         }
+    }
+
+    /// The oldest frame. One of a fault ends what is under way: all behind it is of the same fault.
+    fn next_frame(&mut self) -> Result<Option<Frame>, Error> {
+        let frame = self.frames.pop_front().map(judged).transpose();
+        if frame.is_err() {
+            while self.pause().is_ok() && self.commands_under_way > 0 && self.wait().is_ok() {}
+            self.frames.clear();
+        }
+        frame
     }
 
     /// Begins anew: commands that were under way are lost.
@@ -361,7 +402,7 @@ impl Bench for ClockedBench {
         self.commands_under_way += 1;
         self.give(Entry::Command(command))?;
         self.take()?;
-        self.frames.pop_front().map(judged).transpose()
+        self.next_frame()
     }
 
     fn outstanding(&mut self) -> Result<Option<Frame>, Error> {
@@ -369,7 +410,7 @@ impl Bench for ClockedBench {
         while self.frames.is_empty() && self.commands_under_way > 0 {
             self.wait()?;
         }
-        self.frames.pop_front().map(judged).transpose()
+        self.next_frame()
     }
 
     fn come_to_rest(&mut self) -> Result<(), Error> {

@@ -1,17 +1,19 @@
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::supervise::Request;
+use stickslip_core::supervise::{MachineFault, Request};
 use stickslip_core::tick::Measurement;
 
 use super::*;
 use crate::Watch;
-use crate::bench::VirtualBench;
+use crate::bench::remote::{LinkFault, PlantServer};
+use crate::bench::{Arrival, VirtualBench, Voltages};
 use crate::experiment::{FrictionPlan, home, measure_friction};
 use crate::parameters::presets;
 
 fn preset() -> Preset<f64> {
     let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
-    // A slow tick, so that a busy machine keeps the clock.
+    // A slow tick, and many that may be missed, so that a busy machine keeps the clock.
     preset.bench.tick_rate = 1000.0;
+    preset.bench.safety.missed_ticks = 100.0;
     preset
 }
 
@@ -84,14 +86,11 @@ struct Breaking {
 }
 
 impl Io for Breaking {
-    fn exchange(
-        &mut self,
-        voltages: crate::bench::Voltages<f64>,
-    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
         self.ticks = self.ticks.saturating_sub(1);
         let readings = self.machine.exchange(voltages)?;
         match (self.ticks, self.link) {
-            (0, true) => Err(crate::bench::remote::LinkFault::Doubled { sequence: 1 }),
+            (0, true) => Err(LinkFault::Doubled { sequence: 1 }),
             (0, false) => Ok(Measurement { tacho_voltage: f64::NAN, ..readings }),
             _ => Ok(readings),
         }
@@ -124,10 +123,7 @@ fn a_sensor_or_a_link_that_breaks_ends_the_experiment_with_its_reason() {
 struct Slow(InProcess);
 
 impl Io for Slow {
-    fn exchange(
-        &mut self,
-        voltages: crate::bench::Voltages<f64>,
-    ) -> Result<Measurement<f64>, crate::bench::remote::LinkFault> {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
         thread::sleep(Duration::from_millis(3));
         self.0.exchange(voltages)
     }
@@ -185,4 +181,140 @@ fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
     // The loop is gone: so it is said, and not waited for.
     let gone = urgent.change(Change::Request(Request::Start)).unwrap_err();
     assert!(matches!(gone, Error::BenchFault { .. }), "{gone}");
+}
+
+/// A machine some of whose answers do not come.
+struct Absent {
+    machine: InProcess,
+    answer: Option<Measurement<f64>>,
+    tick: u64,
+    away: std::ops::Range<u64>,
+    written: mpsc::Sender<Voltages<f64>>,
+}
+
+impl Io for Absent {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.machine.exchange(voltages)
+    }
+
+    fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
+        let _ = self.written.send(voltages);
+        self.tick = tick;
+        self.answer = Some(self.machine.exchange(voltages)?);
+        Ok(None)
+    }
+
+    fn finish(&mut self) -> Arrival {
+        let away = self.away.contains(&self.tick);
+        self.answer.take().filter(|_| !away).map_or(Arrival::Missing, Arrival::Readings)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+/// Homing's begin, some changes, and an idle time behind, tick after tick without a clock: what each cycle saw and
+/// computed.
+fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) -> Vec<Frame> {
+    const TICKS: usize = 600;
+    let preset = preset();
+    let (mut entries_in, entries) = RingBuffer::new(2 * TICKS);
+    let (mut changes_in, changes) = RingBuffer::new(4);
+    let (replies, _replies) = RingBuffer::new(2 * TICKS);
+    let (_urgent, urgent, answers) = urgent(None);
+    let (tap, mut stream) = crate::bench::tap::tap(TICKS);
+    changes_in.push(Change::Request(Request::Home)).unwrap();
+    entries_in.push(Entry::Change).unwrap();
+    for k in 0..TICKS / 2 {
+        if k == 200 {
+            entries_in.push(Entry::Preload(0.5)).unwrap();
+        }
+        let torque = 0.5 * f64::from(u8::from(k % 100 < 50));
+        entries_in.push(Entry::Command(Command { added_torque: torque, ..Command::default() })).unwrap();
+    }
+    for change in later {
+        changes_in.push(*change).unwrap();
+        entries_in.push(Entry::Change).unwrap();
+        entries_in.push(Entry::Command(Command { added_torque: 0.4, ..Command::default() })).unwrap();
+    }
+    entries_in.push(Entry::Pause).unwrap();
+    let parameters = design::parameters(&preset.model, &preset.bench).unwrap();
+    let software = Software::new(parameters, preset.bench.tick_time());
+    let (samples, ahead, silent, flow) = (Some(tap.samples), Some(readings), 0, Flow::Paused);
+    let cycle = BenchCycle {
+        software,
+        machine,
+        readings,
+        ahead,
+        silent,
+        entries,
+        changes,
+        replies,
+        urgent,
+        answers,
+        flow,
+        samples,
+    };
+    let plan = Plan { warm_up: 0, cycles: Some(TICKS as u64), ..Plan::new(Duration::from_millis(1)) };
+    let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
+    assert_eq!(executive.run(&stickslip_rt::SimulatedClock::default()).cycles, TICKS as u64);
+    std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect()
+}
+
+#[test]
+fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 7).unwrap();
+    let here = ticks(machine, readings, &[]);
+    assert!(here.len() == 600 && here[300].angle != here[0].angle, "it moves");
+    let folder = tempfile::tempdir().unwrap();
+    for address in ["udp:127.0.0.1:0".into(), format!("shm:{}", folder.path().join("axis").display())] {
+        let mut server = PlantServer::bind(&address.parse().unwrap(), &preset, 7).unwrap();
+        let address = server.address().clone();
+        let serving = thread::spawn(move || server.serve(true, &Watch::silent()));
+        let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).unwrap();
+        assert_eq!(here, ticks(machine.patient(), readings, &[]), "{address}");
+        let served = serving.join().unwrap().unwrap();
+        // A last one switches the torque off.
+        assert_eq!((served.ticks, served.held, served.refused), (601, 0, 0));
+    }
+}
+
+/// The same with a machine that is away for so many ticks, where 100 are borne: cycles, and what was written in each.
+fn away(ticks_away: u64) -> (Vec<Frame>, Vec<Voltages<f64>>) {
+    let (machine, readings) = InProcess::new(&preset(), 1).unwrap();
+    let (written, voltages) = mpsc::channel();
+    let machine = Absent { machine, answer: None, tick: 0, away: 120..120 + ticks_away, written };
+    let later = [Change::Request(Request::Acknowledge), Change::Request(Request::Home)];
+    (ticks(machine, readings, &later), voltages.try_iter().collect())
+}
+
+#[test]
+fn where_answers_are_missing_what_was_written_is_held_and_commands_wait() {
+    let (frames, written) = away(10);
+    assert_eq!(frames.len(), 590, "nothing was computed without readings");
+    let gap = frames.windows(2).find(|pair| pair[1].cycle != pair[0].cycle + 1).unwrap();
+    assert_eq!((gap[0].cycle, gap[1].cycle), (120, 131), "the number of a cycle is time");
+    assert_eq!([gap[0].safety, gap[1].safety], [SafetyState::Homing; 2]);
+    assert!(written[121] != Voltages::default() && written[121..=131].iter().all(|held| *held == written[121]));
+    assert!(written[132] != written[131]);
+}
+
+#[test]
+fn one_more_ends_the_torque_and_the_bench_goes_on_and_homes_when_the_machine_is_back() {
+    let (frames, written) = away(101);
+    let fault = SafetyState::Fault(Fault::Machine(MachineFault::Silent { ticks: 101 }));
+    let first = frames.iter().position(|frame| frame.safety == fault).unwrap();
+    assert_eq!((first, frames[first].cycle), (121, 221));
+    assert_eq!(written[222..400], [Voltages::default(); 178], "the tick of the fault takes them, and they stay so");
+    // Behind the commands of the experiment that it ended.
+    let homing = frames.iter().rposition(|frame| frame.safety == SafetyState::Homing).unwrap();
+    assert!(homing == frames.len() - 1 && frames[homing].cycle == 599);
+    let voltage = |frame: &&Frame| frame.signals.servo_voltage != 0.0;
+    assert_eq!(frames[first..].iter().filter(voltage).count(), 1, "one command had torque again");
 }

@@ -1,4 +1,4 @@
-//! The datagrams between the software of a bench and a machine in another process.
+//! The frames between the software of a bench and a machine in another process.
 //!
 //! Little endian: mark `SSIO`, version (u16), kind (u16), sequence number (u64), the kind's numbers (f64 each, in the
 //! order of their struct), CRC-32 of all before. `docs/src/frame.md` has the tables.
@@ -12,7 +12,7 @@ use stickslip_core::tick::Measurement;
 
 use stickslip_core::cycle::Voltages;
 
-/// First bytes of every datagram.
+/// First bytes of every frame.
 pub(crate) const MARK: [u8; 4] = *b"SSIO";
 /// Version of the layout.
 pub(crate) const VERSION: u16 = 1;
@@ -20,8 +20,8 @@ pub(crate) const VERSION: u16 = 1;
 pub(crate) const HEAD: usize = 16;
 /// Bytes behind them.
 const TAIL: usize = 4;
-/// Longer than any datagram.
-pub(crate) const LONGEST: usize = 512;
+/// None is longer: what a slot of the shared memory holds.
+pub(crate) const LONGEST: usize = 120;
 
 /// What the software says at the begin.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -66,7 +66,7 @@ pub(crate) struct Refusal<T> {
 /// Why a machine refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
-    /// The datagram could not be read.
+    /// The frame could not be read.
     Garbled,
     /// The sequence number is not the next.
     Sequence,
@@ -74,7 +74,7 @@ pub(crate) enum Reason {
     TickTime,
     /// Linings cannot be pressed on so far.
     Preload,
-    /// Another bench has the machine, or none has begun.
+    /// Another bench has the machine (1 was due), or none has begun (0).
     Stranger,
     /// A machine does not take this kind.
     Kind,
@@ -92,28 +92,36 @@ impl Reason {
     }
 }
 
+impl Refusal<f64> {
+    /// Its reason, where it is known here.
+    pub(crate) fn reason(&self) -> Option<Reason> {
+        Reason::ALL.get(self.reason as usize).copied()
+    }
+}
+
 impl fmt::Display for Refusal<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Refusal { reason, due, came } = self;
-        match Reason::ALL.get(*reason as usize) {
-            Some(Reason::Garbled) => write!(f, "a datagram reached it garbled"),
+        match self.reason() {
+            Some(Reason::Garbled) => write!(f, "a frame reached it garbled"),
             Some(Reason::Sequence) => write!(
                 f,
-                "datagram {came} reached it where {due} was due: one was {}",
+                "frame {came} reached it where {due} was due: one was {}",
                 if came < due { "doubled or late" } else { "lost" }
             ),
             Some(Reason::TickTime) => {
                 write!(f, "its tick is {due} s, this bench's {came} s. Give both the same preset and bench.tick_rate")
             }
             Some(Reason::Preload) => write!(f, "linings cannot be pressed on by {came}, 0 … 1 can be"),
+            Some(Reason::Stranger) if *due == 0.0 => write!(f, "no bench has begun with it"),
             Some(Reason::Stranger) => write!(f, "another bench has begun with it"),
-            Some(Reason::Kind) => write!(f, "it does not take datagrams of kind {came}"),
+            Some(Reason::Kind) => write!(f, "it does not take frames of kind {came}"),
             None => write!(f, "for a reason of number {reason}, which is unknown here"),
         }
     }
 }
 
-/// What a datagram says.
+/// What a frame says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Message {
     /// To the machine: start afresh, at rest.
@@ -132,9 +140,11 @@ pub(crate) enum Message {
     Refusal(Refusal<f64>),
     /// To the machine: no more; it does not answer.
     End,
+    /// To the machine: start afresh, at rest, by the clock; the answer is that to `Begin`.
+    Clocked(Begin<f64>),
 }
 
-/// Why a datagram cannot be read.
+/// Why a frame cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Garbled {
     /// It does not begin with the mark.
@@ -161,14 +171,40 @@ impl fmt::Display for Garbled {
     }
 }
 
-/// The numbers of a struct, in the order of its fields.
-fn numbers<N: Numbers<f64>>(of: &N) -> Vec<f64> {
-    let mut numbers = Vec::new();
-    of.map(&mut |number: f64| {
-        numbers.push(number);
-        number
-    });
-    numbers
+/// The bytes of a frame, made without an allocation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Datagram {
+    bytes: [u8; LONGEST],
+    length: usize,
+}
+
+impl Datagram {
+    fn extend<const N: usize>(&mut self, bytes: [u8; N]) {
+        self.bytes[self.length..self.length + N].copy_from_slice(&bytes);
+        self.length += N;
+    }
+
+    /// The numbers of a struct, in the order of its fields.
+    fn numbers<N: Numbers<f64>>(&mut self, of: &N) {
+        of.map(&mut |number: f64| {
+            self.extend(number.to_le_bytes());
+            number
+        });
+    }
+}
+
+impl std::ops::Deref for Datagram {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
+impl std::ops::DerefMut for Datagram {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes[..self.length]
+    }
 }
 
 /// The struct of these numbers; `None` where there are more or fewer.
@@ -195,38 +231,48 @@ impl Message {
             Message::Pressed(_) => 6,
             Message::Refusal(_) => 7,
             Message::End => 8,
+            Message::Clocked(_) => 9,
         }
     }
 
-    fn numbers(&self) -> Vec<f64> {
+    /// Bytes of a frame of a kind; none where there is no such kind.
+    pub(crate) fn length(kind: u16) -> Option<usize> {
+        let numbers = match kind {
+            1 | 5 | 6 | 9 => 1,
+            2 => 7,
+            3 => 2,
+            4 => 6,
+            7 => 3,
+            8 => 0,
+            _ => return None,
+        };
+        Some(HEAD + 8 * numbers + TAIL)
+    }
+
+    /// The frame with this number.
+    pub(crate) fn datagram(&self, sequence: u64) -> Datagram {
+        let mut frame = Datagram { bytes: [0; LONGEST], length: 0 };
+        frame.extend(MARK);
+        frame.extend(VERSION.to_le_bytes());
+        frame.extend(self.kind().to_le_bytes());
+        frame.extend(sequence.to_le_bytes());
         match self {
-            Message::Begin(begin) => numbers(begin),
-            Message::Begun(begun) => numbers(begun),
-            Message::Voltages(voltages) => numbers(voltages),
-            Message::Readings(readings) => numbers(readings),
-            Message::Preload(preload) | Message::Pressed(preload) => numbers(preload),
-            Message::Refusal(refusal) => numbers(refusal),
-            Message::End => Vec::new(),
+            Message::Begin(begin) | Message::Clocked(begin) => frame.numbers(begin),
+            Message::Begun(begun) => frame.numbers(begun),
+            Message::Voltages(voltages) => frame.numbers(voltages),
+            Message::Readings(readings) => frame.numbers(readings),
+            Message::Preload(preload) | Message::Pressed(preload) => frame.numbers(preload),
+            Message::Refusal(refusal) => frame.numbers(refusal),
+            Message::End => {}
         }
+        frame.extend(checksum(&frame).to_le_bytes());
+        frame
     }
 
-    /// The datagram with this number.
-    pub(crate) fn datagram(&self, sequence: u64) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(LONGEST);
-        bytes.extend(MARK);
-        bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(self.kind().to_le_bytes());
-        bytes.extend(sequence.to_le_bytes());
-        bytes.extend(self.numbers().iter().flat_map(|number| number.to_le_bytes()));
-        let sum = checksum(&bytes);
-        bytes.extend(sum.to_le_bytes());
-        bytes
-    }
-
-    /// Number and content of a datagram.
-    pub(crate) fn read(datagram: &[u8]) -> Result<(u64, Message), Garbled> {
-        let length = Garbled::Length(datagram.len());
-        let (bytes, sum) = datagram.split_last_chunk::<TAIL>().ok_or(length)?;
+    /// Number and content of a frame.
+    pub(crate) fn read(frame: &[u8]) -> Result<(u64, Message), Garbled> {
+        let length = Garbled::Length(frame.len());
+        let (bytes, sum) = frame.split_last_chunk::<TAIL>().ok_or(length)?;
         let (head, payload) = bytes.split_first_chunk::<HEAD>().ok_or(length)?;
         let [a, b, c, d, version, version_high, kind, kind_high, sequence @ ..] = *head;
         if [a, b, c, d] != MARK {
@@ -254,6 +300,7 @@ impl Message {
             6 => made_of(numbers).map(Message::Pressed),
             7 => made_of(numbers).map(Message::Refusal),
             8 => (numbers.len() == 0).then_some(Message::End),
+            9 => made_of(numbers).map(Message::Clocked),
             _ => return Err(Garbled::Kind(kind)),
         };
         Ok((u64::from_le_bytes(sequence), message.ok_or(length)?))
@@ -268,102 +315,4 @@ fn checksum(bytes: &[u8]) -> u32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn readings() -> Measurement<f64> {
-        let mut next = 0.0;
-        made_of((0..6).map(|_| {
-            next += 0.1;
-            next
-        }))
-        .unwrap()
-    }
-
-    fn all() -> Vec<Message> {
-        let preload = Preload { preload: 0.3 };
-        vec![
-            Message::Begin(Begin { tick_time: 250e-6 }),
-            Message::Begun(Begun { preload: 1.0, measurement: readings() }),
-            Message::Voltages(Voltages { servo_voltage: 0.1 + 0.2, amplifier_voltage: -0.0 }),
-            Message::Readings(readings()),
-            Message::Preload(preload),
-            Message::Pressed(preload),
-            Reason::TickTime.message(1.0, 2.0),
-            Message::End,
-        ]
-    }
-
-    #[test]
-    fn every_message_comes_back_to_its_bits() {
-        for (k, message) in all().into_iter().enumerate() {
-            let datagram = message.datagram(u64::MAX - k as u64);
-            let (sequence, back) = Message::read(&datagram).unwrap();
-            assert_eq!((sequence, back.kind(), back), (u64::MAX - k as u64, k as u16 + 1, message));
-            assert_eq!(back.datagram(sequence), datagram);
-        }
-    }
-
-    #[test]
-    fn every_flipped_bit_and_every_other_length_is_found() {
-        for message in all() {
-            let datagram = message.datagram(7);
-            for bit in 0..8 * datagram.len() {
-                let mut flipped = datagram.clone();
-                flipped[bit / 8] ^= 1 << (bit % 8);
-                assert!(Message::read(&flipped).is_err(), "{message:?}: bit {bit}");
-            }
-            for length in 0..datagram.len() {
-                assert!(Message::read(&datagram[..length]).is_err(), "{message:?}: {length} bytes");
-            }
-        }
-    }
-
-    /// A datagram whose checksum is right and whose content is not.
-    fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), Garbled> {
-        let mut bytes = Message::Voltages(Voltages::default()).datagram(1);
-        bytes.truncate(bytes.len() - TAIL);
-        change(&mut bytes);
-        let sum = checksum(&bytes);
-        bytes.extend(sum.to_le_bytes());
-        Message::read(&bytes)
-    }
-
-    #[test]
-    fn what_is_sealed_but_none_of_ours_is_named() {
-        assert!(sealed(|_| ()).is_ok());
-        assert_eq!(sealed(|bytes| bytes[0] = b'X'), Err(Garbled::Mark));
-        assert_eq!(sealed(|bytes| bytes[4] = 2), Err(Garbled::Version(2)));
-        assert_eq!(sealed(|bytes| bytes[6] = 99), Err(Garbled::Kind(99)));
-        assert_eq!(sealed(|bytes| bytes.extend([0; 8])), Err(Garbled::Length(44)));
-        assert_eq!(sealed(|bytes| bytes.extend([0; 3])), Err(Garbled::Length(39)));
-        assert_eq!(sealed(|bytes| bytes.truncate(HEAD)), Err(Garbled::Length(20)));
-    }
-
-    #[test]
-    fn the_guide_has_the_layout() {
-        let page = include_str!("../../../../../docs/src/frame.md");
-        let names = |shape: stickslip_core::fields::Shape| match shape {
-            stickslip_core::fields::Shape::Group(fields) => fields.iter().map(|field| field.name).collect::<Vec<_>>(),
-            _ => Vec::new(),
-        };
-        let rows = |kind: u16, names: Vec<&str>| {
-            for (k, name) in names.into_iter().enumerate() {
-                let row = format!("| {kind} | {} | f64 | `{name}` |", HEAD + 8 * k);
-                assert!(page.contains(&row), "docs/src/frame.md lacks {row}");
-            }
-        };
-        rows(1, names(<Begin<f64> as Numbers<f64>>::SHAPE));
-        let measurement = || names(<Measurement<f64> as Numbers<f64>>::SHAPE);
-        rows(2, ["preload"].into_iter().chain(measurement()).collect());
-        rows(3, names(<Voltages<f64> as Numbers<f64>>::SHAPE));
-        rows(4, measurement());
-        rows(5, names(<Preload<f64> as Numbers<f64>>::SHAPE));
-        rows(7, names(<Refusal<f64> as Numbers<f64>>::SHAPE));
-        for message in all() {
-            let length = message.datagram(0).len();
-            let row = format!("| {} | {length} |", message.kind());
-            assert!(page.contains(&row), "docs/src/frame.md lacks {row}");
-        }
-    }
-}
+mod tests;

@@ -1,21 +1,32 @@
-//! A machine in another process, over datagrams in lockstep.
+//! A machine in another process, over datagrams, shared memory or a serial port.
 //!
-//! Each tick is one datagram there and one back; nothing is sent twice, and what is lost, doubled, late or garbled ends
-//! the run with its name. A machine that is served with a seed gives the same bits as one in this process.
+//! Each tick is one frame there and one back; nothing is sent twice. In lockstep ([`Remote`]) what is lost, doubled, late
+//! or garbled ends the run with its name. By the clock ([`Paced`]) it costs the bench ticks, which are counted, and too
+//! many of them stop it. A machine that is served with a seed gives the same bits as one in this process either way.
 
+mod address;
 pub(crate) mod frame;
+mod line;
+mod link_fault;
+mod paced;
+mod serial;
 mod serve;
+mod shm;
 #[cfg(test)]
 mod tests;
+mod traffic;
 
-use std::fmt;
-use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
-use std::str::FromStr;
+use std::io::ErrorKind;
 use std::time::Duration;
 
+pub use address::Address;
 use frame::{Begin, LONGEST, Message, Preload};
+use line::Line;
+pub use link_fault::LinkFault;
+pub use paced::Paced;
 pub use serve::{PlantServer, Served};
 use stickslip_core::tick::Measurement;
+pub use traffic::{Counts, Traffic};
 
 use super::io::{Io, check_preload};
 use super::lockstep::LockstepBench;
@@ -26,91 +37,14 @@ use stickslip_core::cycle::Voltages;
 /// How long an answer may take. A tick of the machine takes microseconds; a loaded computer may need much more.
 const WAIT: Duration = Duration::from_secs(2);
 
-/// Where a machine is reached: `udp:127.0.0.1:9750`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Address(pub SocketAddr);
-
-impl FromStr for Address {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            Some(("udp", address)) => {
-                let found = address.to_socket_addrs().map_err(|error| format!("{address}: {error}"))?.next();
-                found.map(Address).ok_or_else(|| format!("{address} has no address"))
-            }
-            Some(("shm", _)) => Err("shared memory is not there yet; use udp:127.0.0.1:PORT".into()),
-            _ => Err("write it as udp:ADDRESS:PORT, for example udp:127.0.0.1:9750".into()),
-        }
-    }
-}
-
-impl fmt::Display for Address {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "udp:{}", self.0)
-    }
-}
-
-/// What happened to the link between software and machine.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LinkFault {
-    /// A datagram or its answer was lost.
-    #[error(
-        "no answer to datagram {sequence} from {address} within {} s. Is `stickslip plant --io {address}` running there?",
-        WAIT.as_secs()
-    )]
-    NoAnswer {
-        /// Which.
-        sequence: u64,
-        /// The machine's.
-        address: Address,
-    },
-    /// An answer came a second time.
-    #[error(
-        "the answer to datagram {sequence} came twice. A link that doubles datagrams controls nothing; use another."
-    )]
-    Doubled {
-        /// Which.
-        sequence: u64,
-    },
-    /// An answer came for another datagram.
-    #[error("the answer to datagram {sequence} came where {due} was due: it is late, or one was lost.")]
-    OutOfOrder {
-        /// Whose answer.
-        sequence: u64,
-        /// Whose was due.
-        due: u64,
-    },
-    /// An answer cannot be read.
-    #[error("an answer from {address} is garbled: {reason}. Does something else talk there?")]
-    Garbled {
-        /// The machine's.
-        address: Address,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// The machine does not do it.
-    #[error("the machine refuses: {reason}.")]
-    Refused {
-        /// Why.
-        reason: String,
-    },
-    /// The operating system refuses.
-    #[error("{address}: {reason}. Is `stickslip plant --io {address}` running there?")]
-    System {
-        /// The machine's.
-        address: Address,
-        /// What it says.
-        reason: String,
-    },
-}
-
 /// The link to a machine in another process.
 #[derive(Debug)]
 pub struct Remote {
-    socket: UdpSocket,
+    line: Line,
     address: Address,
-    /// Number of the next datagram.
+    /// How long an answer may take.
+    wait: Duration,
+    /// Number of the next frame.
     sequence: u64,
     preload: f64,
     /// A link that failed stays so: what the machine does meanwhile is not known.
@@ -119,13 +53,9 @@ pub struct Remote {
 
 impl Remote {
     /// Begins with the machine there; its readings at rest.
-    fn begin(address: Address, tick_time: f64, wait: Duration) -> Result<(Self, Measurement<f64>), LinkFault> {
-        let system = |error: std::io::Error| LinkFault::System { address, reason: error.to_string() };
-        let here = if address.0.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
-        let socket = UdpSocket::bind(here).map_err(system)?;
-        socket.connect(address.0).map_err(system)?;
-        socket.set_read_timeout(Some(wait)).map_err(system)?;
-        let mut remote = Remote { socket, address, sequence: 0, preload: 0.0, failed: None };
+    fn begin(address: &Address, tick_time: f64, wait: Duration) -> Result<(Self, Measurement<f64>), LinkFault> {
+        let line = connected(address)?;
+        let mut remote = Remote { line, address: address.clone(), wait, sequence: 0, preload: 0.0, failed: None };
         let begun = remote.ask(Message::Begin(Begin { tick_time }), |answer| match answer {
             Message::Begun(begun) => Some(begun),
             _ => None,
@@ -134,31 +64,22 @@ impl Remote {
         Ok((remote, begun.measurement))
     }
 
-    /// One datagram there, and of its answer what `take` makes of the right kind.
+    /// One frame there, and of its answer what `take` makes of the right kind.
     fn ask<A>(&mut self, message: Message, take: impl Fn(Message) -> Option<A>) -> Result<A, LinkFault> {
         if let Some(fault) = &self.failed {
             return Err(fault.clone());
         }
         let answer = self.answer(message).and_then(|answer| {
             let reason = || format!("its kind is {}", answer.kind());
-            take(answer).ok_or_else(|| LinkFault::Garbled { address: self.address, reason: reason() })
+            take(answer).ok_or_else(|| LinkFault::Garbled { address: self.address.clone(), reason: reason() })
         });
         self.failed = answer.as_ref().err().cloned();
         answer
     }
 
     fn answer(&mut self, message: Message) -> Result<Message, LinkFault> {
-        use std::io::ErrorKind::{TimedOut, WouldBlock};
-        let (address, due) = (self.address, self.sequence);
-        let system = |error: std::io::Error| match error.kind() {
-            TimedOut | WouldBlock => LinkFault::NoAnswer { sequence: due, address },
-            _ => LinkFault::System { address, reason: error.to_string() },
-        };
-        self.socket.send(&message.datagram(due)).map_err(system)?;
-        let mut bytes = [0; LONGEST];
-        let length = self.socket.recv(&mut bytes).map_err(system)?;
-        let garbled = |reason: frame::Garbled| LinkFault::Garbled { address, reason: reason.to_string() };
-        let (sequence, answer) = Message::read(&bytes[..length]).map_err(garbled)?;
+        let due = self.sequence;
+        let (sequence, answer) = asked(&mut self.line, &self.address, message, due, self.wait)?;
         if let Message::Refusal(refusal) = answer {
             return Err(LinkFault::Refused { reason: refusal.to_string() });
         }
@@ -171,6 +92,30 @@ impl Remote {
         self.sequence += 1;
         Ok(answer)
     }
+}
+
+/// One frame there, the next one back, with its number.
+fn asked(
+    line: &mut Line,
+    address: &Address,
+    message: Message,
+    due: u64,
+    wait: Duration,
+) -> Result<(u64, Message), LinkFault> {
+    let system = |error: std::io::Error| match error.kind() {
+        ErrorKind::WouldBlock => LinkFault::NoAnswer { sequence: due, address: address.clone() },
+        _ => LinkFault::System { address: address.clone(), reason: error.to_string() },
+    };
+    line.send(&message.datagram(due), None).map_err(system)?;
+    let mut bytes = [0; LONGEST];
+    let (length, _) = line.wait(&mut bytes, wait).map_err(system)?;
+    let garbled = |reason: frame::Garbled| LinkFault::Garbled { address: address.clone(), reason: reason.to_string() };
+    Message::read(&bytes[..length]).map_err(garbled)
+}
+
+/// The software's end of a link.
+fn connected(address: &Address) -> Result<Line, LinkFault> {
+    Line::connect(address).map_err(|error| LinkFault::System { address: address.clone(), reason: error.to_string() })
 }
 
 impl Io for Remote {
@@ -200,7 +145,7 @@ impl Io for Remote {
 impl Drop for Remote {
     fn drop(&mut self) {
         // A machine that has gone needs no farewell.
-        let _ = self.socket.send(&Message::End.datagram(self.sequence));
+        let _ = self.line.send(&Message::End.datagram(self.sequence), None);
     }
 }
 
@@ -213,14 +158,14 @@ impl RemoteBench {
     /// # Errors
     /// [`Error::BenchFault`] where it cannot be reached or has another tick; whatever the design of observer and
     /// current control refuses.
-    pub fn connect(preset: &Preset<f64>, address: Address) -> Result<Self, Error> {
+    pub fn connect(preset: &Preset<f64>, address: &Address) -> Result<Self, Error> {
         Self::connect_within(&preset.model, &preset.bench, address, WAIT)
     }
 
     fn connect_within(
         model: &Model<f64>,
         settings: &Settings<f64>,
-        address: Address,
+        address: &Address,
         wait: Duration,
     ) -> Result<Self, Error> {
         let (remote, readings) = Remote::begin(address, settings.tick_time(), wait)

@@ -1,22 +1,27 @@
 //! The virtual machine for a bench in another process.
 
 use std::io::ErrorKind;
-use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
+use stickslip_core::cycle::Voltages;
+use stickslip_core::tick::Measurement;
+
 use super::Address;
-use super::frame::{Begun, LONGEST, Message, Preload, Reason};
+use super::frame::{Begin, Begun, LONGEST, Message, Preload, Reason};
+use super::line::{Line, Peer};
 use crate::bench::InProcess;
 use crate::bench::io::Io as _;
 use crate::{Error, Preset, Watch};
 
 /// How often a machine that waits looks whether it shall end.
 const LOOK: Duration = Duration::from_millis(100);
+/// Longest time that a machine goes on by itself when frames of a bench by the clock did not come [s].
+const ALONE: f64 = 1.0;
 
-/// The machine of a preset behind a socket.
+/// The machine of a preset behind a link.
 #[derive(Debug)]
 pub struct PlantServer {
-    socket: UdpSocket,
+    line: Line,
     address: Address,
     preset: Preset<f64>,
     seed: u64,
@@ -29,16 +34,22 @@ pub struct Served {
     pub sessions: u64,
     /// Ticks of all of them.
     pub ticks: u64,
-    /// Datagrams that were refused.
+    /// Frames that were refused.
     pub refused: u64,
+    /// Ticks that the machine went on without a frame, under the voltages that it had.
+    pub held: u64,
 }
 
 /// A bench that has begun.
 struct Session {
-    peer: SocketAddr,
+    peer: Peer,
     machine: InProcess,
-    /// Number of the next datagram.
+    /// Number of the next frame.
     due: u64,
+    /// Whether numbers are time: then those that are left out have passed.
+    clocked: bool,
+    /// What acts.
+    voltages: Voltages<f64>,
 }
 
 impl PlantServer {
@@ -46,21 +57,18 @@ impl PlantServer {
     ///
     /// # Errors
     /// [`Error::BenchFault`] where the system refuses the address; what the virtual machine's step refuses.
-    pub fn bind(address: Address, preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
+    pub fn bind(address: &Address, preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         InProcess::new(preset, seed)?;
-        let refused = |error: std::io::Error| Error::BenchFault {
+        let (line, address) = Line::bind(address).map_err(|error| Error::BenchFault {
             cycle: 0,
             reason: format!("{address}: {error}. Choose another address."),
-        };
-        let socket = UdpSocket::bind(address.0).map_err(refused)?;
-        socket.set_read_timeout(Some(LOOK)).map_err(refused)?;
-        let address = Address(socket.local_addr().map_err(refused)?);
-        Ok(PlantServer { socket, address, preset: *preset, seed })
+        })?;
+        Ok(PlantServer { line, address, preset: *preset, seed })
     }
 
     /// Where it is reached.
-    pub fn address(&self) -> Address {
-        self.address
+    pub fn address(&self) -> &Address {
+        &self.address
     }
 
     /// Serves one bench after another, each with a machine at rest and the noise of the seed from its begin; ends when
@@ -68,15 +76,15 @@ impl PlantServer {
     ///
     /// # Errors
     /// [`Error::BenchFault`] where the system refuses.
-    pub fn serve(&self, once: bool, watch: &Watch) -> Result<Served, Error> {
+    pub fn serve(&mut self, once: bool, watch: &Watch) -> Result<Served, Error> {
         let (mut served, mut session) = (Served::default(), None);
         let mut bytes = [0; LONGEST];
         while watch.check().is_ok() {
-            let (length, peer) = match self.socket.recv_from(&mut bytes) {
+            let (length, peer) = match self.line.wait(&mut bytes, LOOK) {
                 Ok(received) => received,
                 Err(error) => match error.kind() {
                     // Nobody asked, or somebody left before the answer.
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => continue,
+                    ErrorKind::WouldBlock | ErrorKind::Interrupted => continue,
                     ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset => continue,
                     _ => return Err(Error::BenchFault { cycle: served.ticks, reason: error.to_string() }),
                 },
@@ -90,11 +98,13 @@ impl PlantServer {
                     continue;
                 }
                 Ok((sequence, message)) => (sequence, self.answer(&mut session, &mut served, peer, sequence, message)?),
-                Err(_) => (0, Reason::Garbled.message(0.0, 0.0)),
+                Err(_) => (0, Some(Reason::Garbled.message(0.0, 0.0))),
             };
-            served.refused += u64::from(matches!(answer, Message::Refusal(_)));
-            // Whoever does not get it will ask no more.
-            let _ = self.socket.send_to(&answer.datagram(sequence), peer);
+            served.refused += u64::from(matches!(answer, Some(Message::Refusal(_))));
+            if let Some(answer) = answer {
+                // Whoever does not get it will ask no more.
+                let _ = self.line.send(&answer.datagram(sequence), peer);
+            }
         }
         Ok(served)
     }
@@ -103,41 +113,77 @@ impl PlantServer {
         &self,
         session: &mut Option<Session>,
         served: &mut Served,
-        peer: SocketAddr,
+        peer: Peer,
         sequence: u64,
         message: Message,
-    ) -> Result<Message, Error> {
-        if let Message::Begin(begin) = message {
+    ) -> Result<Option<Message>, Error> {
+        if let Message::Begin(Begin { tick_time }) | Message::Clocked(Begin { tick_time }) = message {
             let own = self.preset.bench.tick_time();
-            if (begin.tick_time - own).abs() > 1e-9 * own || begin.tick_time.is_nan() {
-                return Ok(Reason::TickTime.message(own, begin.tick_time));
+            if (tick_time - own).abs() > 1e-9 * own || tick_time.is_nan() {
+                return Ok(Some(Reason::TickTime.message(own, tick_time)));
             }
             let (machine, measurement) = InProcess::new(&self.preset, self.seed)?;
             let preload = machine.preload();
-            *session = Some(Session { peer, machine, due: sequence + 1 });
+            let clocked = matches!(message, Message::Clocked(_));
+            *session = Some(Session { peer, machine, due: sequence + 1, clocked, voltages: Voltages::default() });
             served.sessions += 1;
-            return Ok(Message::Begun(Begun { preload, measurement }));
+            return Ok(Some(Message::Begun(Begun { preload, measurement })));
         }
+        let taken = f64::from(u8::from(session.is_some()));
         let Some(session) = session.as_mut().filter(|session| session.peer == peer) else {
-            return Ok(Reason::Stranger.message(0.0, 0.0));
+            return Ok(Some(Reason::Stranger.message(taken, 0.0)));
         };
-        if sequence != session.due {
-            return Ok(Reason::Sequence.message(session.due as f64, sequence as f64));
-        }
-        session.due += 1;
         Ok(match message {
-            Message::Voltages(voltages) => match session.machine.exchange(voltages) {
-                Ok(measurement) => {
-                    served.ticks += 1;
-                    Message::Readings(measurement)
+            // By the clock a number is a tick, and linings are pressed on between two of them.
+            Message::Preload(Preload { preload }) if session.clocked => Some(session.press(preload)),
+            Message::Voltages(voltages) if session.clocked => {
+                let alone = sequence.checked_sub(session.due);
+                match alone {
+                    // Late or doubled: the tick has passed.
+                    None => None,
+                    Some(alone) if alone as f64 * self.preset.bench.tick_time() > ALONE => {
+                        Some(Reason::Sequence.message(session.due as f64, sequence as f64))
+                    }
+                    Some(alone) => {
+                        (served.held, session.due) = (served.held + alone, sequence + 1);
+                        Some(session.ticks(voltages, alone, served))
+                    }
                 }
-                Err(_) => Reason::Kind.message(0.0, f64::from(message.kind())),
-            },
-            Message::Preload(Preload { preload }) => match session.machine.set_preload(preload) {
-                Ok(()) => Message::Pressed(Preload { preload }),
-                Err(_) => Reason::Preload.message(1.0, preload),
-            },
-            other => Reason::Kind.message(0.0, f64::from(other.kind())),
+            }
+            _ if sequence != session.due => Some(Reason::Sequence.message(session.due as f64, sequence as f64)),
+            message => {
+                session.due += 1;
+                Some(match message {
+                    Message::Voltages(voltages) => session.ticks(voltages, 0, served),
+                    Message::Preload(Preload { preload }) => session.press(preload),
+                    other => Reason::Kind.message(0.0, f64::from(other.kind())),
+                })
+            }
         })
+    }
+}
+
+impl Session {
+    /// Ticks under the voltages that act, then one under others: the readings at its end.
+    fn ticks(&mut self, voltages: Voltages<f64>, alone: u64, served: &mut Served) -> Message {
+        let mut readings = Measurement::default();
+        let mut index = 0.0_f64;
+        for tick in 0..=alone {
+            self.voltages = if tick == alone { voltages } else { self.voltages };
+            readings = match self.machine.exchange(self.voltages) {
+                Ok(readings) => readings,
+                Err(_) => return Reason::Kind.message(0.0, 0.0),
+            };
+            index = index.max(readings.index);
+            served.ticks += 1;
+        }
+        Message::Readings(Measurement { index, ..readings })
+    }
+
+    fn press(&mut self, preload: f64) -> Message {
+        match self.machine.set_preload(preload) {
+            Ok(()) => Message::Pressed(Preload { preload }),
+            Err(_) => Reason::Preload.message(1.0, preload),
+        }
     }
 }

@@ -7,7 +7,6 @@ mod presliding;
 use std::path::Path;
 
 use stickslip_core::fields::Fields;
-use stickslip_rt::Wishes;
 
 use super::write_columns;
 use crate::bench::tap::Tap;
@@ -105,24 +104,21 @@ pub fn measure<P: Plan>(
     Ok(Measurement { seed: Some(seed), ..measured })
 }
 
-/// Switches a virtual bench on that runs by the clock, and measures as [`measure_on`]. Where deadlines are missed the
-/// same seed does not give the same numbers.
+/// Measures as [`measure_on`] on a bench that runs by the clock, and ends it. Where deadlines are missed the same seed, if
+/// there is one, does not give the same numbers.
 ///
 /// # Errors
-/// As [`measure`]; [`Error::RealTime`] where the system has no thread for it; [`Error::BenchFault`] where the clock
-/// cannot be kept.
+/// As [`measure`]; [`Error::BenchFault`] where the clock cannot be kept.
 pub fn measure_by_the_clock<P: Plan>(
     plan: P,
     preset: &Preset<f64>,
+    mut bench: ClockedBench,
     preload: Option<f64>,
-    seed: u64,
-    wishes: Wishes,
-    tap: Option<Tap>,
+    seed: Option<u64>,
     watch: &Watch,
 ) -> Result<Measurement<P>, Error> {
-    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
     let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
-    Ok(Measurement { seed: Some(seed), clocked: bench.stop(), ..measured })
+    Ok(Measurement { seed, clocked: bench.stop(), ..measured })
 }
 
 /// Homes a bench, presses the linings on as far as asked for, and runs a plan; `preset` is what the report keeps.

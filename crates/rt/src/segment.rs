@@ -1,0 +1,99 @@
+//! Memory that two processes share: a file, mapped, seen as 64-bit words that both sides touch by atomics alone.
+//!
+//! What the other side writes, when, or whether it was written for this purpose at all, is a value and nothing worse.
+//! Who may open the file, and who is the only one on a side, is up to whoever opens it.
+
+#![expect(unsafe_code, reason = "a mapping is raw memory; it is given out as atomic words")]
+
+use std::fs::File;
+use std::io::{Error, ErrorKind};
+use std::sync::atomic::AtomicU64;
+use std::time::Duration;
+
+use memmap2::MmapRaw;
+
+use crate::system;
+
+/// A mapped file.
+#[derive(Debug)]
+pub struct Segment {
+    map: MmapRaw,
+    words: usize,
+}
+
+impl Segment {
+    /// Maps the first words of a file that is open for reading and writing. The mapping outlives the handle.
+    ///
+    /// # Errors
+    /// A file that is shorter; what the system refuses.
+    pub fn map(file: &File, words: usize) -> Result<Self, Error> {
+        let bytes = words * size_of::<AtomicU64>();
+        if file.metadata()?.len() < bytes as u64 {
+            return Err(Error::new(ErrorKind::UnexpectedEof, format!("it has less than {bytes} bytes")));
+        }
+        Ok(Segment { map: MmapRaw::map_raw(file)?, words })
+    }
+
+    /// The words, in the order of the file.
+    pub fn words(&self) -> &[AtomicU64] {
+        // SAFETY: the mapping begins at a page, has so many words (checked when it was made) and lives as long as `self`;
+        // every bit pattern is a word, and within this process nothing reaches it but these atomics. Whoever shortens
+        // the file takes the pages away and ends this process by a signal: its permissions say who can.
+        unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast::<AtomicU64>(), self.words) }
+    }
+
+    /// Sleeps until a process wakes whoever waits for a word, for so long at most, or not at all where the lower half of
+    /// the word is not that of `value` any more. It may wake early.
+    pub fn sleep(&self, word: usize, value: u64, within: Duration) {
+        system::wait_for_word(&self.words()[word], value as u32, within);
+    }
+
+    /// Wakes whoever waits for a word.
+    pub fn wake(&self, word: usize) {
+        system::wake_for_word(&self.words()[word]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::Ordering;
+
+    #[test]
+    fn two_mappings_of_a_file_are_one_memory() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(64).expect("it grows");
+        let (one, other) = (Segment::map(&file, 8).expect("a mapping"), Segment::map(&file, 8).expect("another"));
+        one.words()[7].store(u64::MAX - 1, Ordering::Release);
+        assert_eq!(other.words()[7].load(Ordering::Acquire), u64::MAX - 1);
+        assert_eq!(other.words().len(), 8);
+    }
+
+    #[test]
+    fn who_waits_for_a_word_is_woken_and_does_not_wait_for_one_that_has_changed() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(64).expect("it grows");
+        let (one, other) = (Segment::map(&file, 8).expect("a mapping"), Segment::map(&file, 8).expect("another"));
+        // Far longer than a test may take.
+        let long = Duration::from_secs(3600);
+        let waiting = std::thread::spawn(move || {
+            while other.words()[3].load(Ordering::Acquire) == 7 {
+                other.sleep(3, 7, long);
+            }
+        });
+        one.words()[3].store(7, Ordering::Release);
+        std::thread::sleep(Duration::from_millis(20));
+        one.words()[3].store(8, Ordering::Release);
+        one.wake(3);
+        waiting.join().expect("it wakes");
+        one.sleep(3, 7, long);
+        one.sleep(3, 8, Duration::from_millis(1));
+    }
+
+    #[test]
+    fn a_file_that_is_too_short_is_refused() {
+        let file = tempfile::tempfile().expect("a file");
+        file.set_len(63).expect("it grows");
+        assert!(Segment::map(&file, 8).expect_err("a byte is missing").to_string().contains("less than 64 bytes"));
+    }
+}
