@@ -50,13 +50,13 @@ impl Serial {
 /// What has come.
 #[derive(Debug)]
 struct Found {
-    bytes: [u8; ROOM],
+    bytes: Box<[u8]>,
     length: usize,
 }
 
 impl Default for Found {
     fn default() -> Self {
-        Found { bytes: [0; ROOM], length: 0 }
+        Found { bytes: vec![0; ROOM].into(), length: 0 }
     }
 }
 
