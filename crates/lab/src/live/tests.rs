@@ -351,6 +351,9 @@ fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
     live.call(ANN, sine(0.5)).unwrap();
+    while status(&live).doing.is_none_or(|doing| doing.stage != "moving") {
+        thread::sleep(Duration::from_millis(5));
+    }
     let refused = |fault: &str| live.call(ANN, Call::Inject { fault: fault.into() }).unwrap_err().to_string();
     assert!(refused("encoder-stick").contains("encoder-stuck"));
     assert!(refused("counts-lost=7").contains("counts-lost"));

@@ -6,7 +6,7 @@
 
 use std::iter::Peekable;
 
-use stickslip_core::cycle::{Software, Voltages};
+use stickslip_core::cycle::{Change, Software, Voltages};
 use stickslip_core::tick::Measurement;
 
 use super::Record;
@@ -98,7 +98,12 @@ pub(super) fn replayed(
     // Of a machine elsewhere: what its faults did to the software.
     let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
     let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
-    let mut changes = record.changes.iter().peekable();
+    // Those who change something tell it each for himself: the order is that of the cycles. Within one the machine comes
+    // first.
+    let mut changes: Vec<&Changed> = record.changes.iter().collect();
+    changes
+        .sort_by_key(|changed| (changed.cycle, !matches!(changed.what, What::Software(Change::MachineFailed(_), _))));
+    let mut changes = changes.into_iter().peekable();
     let mut lost = record.lost.iter().peekable();
     for (k, cycle) in cycles.enumerate() {
         let (cycle, signals) = cycle?;
