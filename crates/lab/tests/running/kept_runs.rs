@@ -3,6 +3,7 @@
 //! Where it does not, what the software or the virtual machine computes has become another: then raise the version, so
 //! that records made before are refused with the version that can replay them, and bless the run anew
 //! (`cargo xtask bless`).
+#![expect(clippy::unwrap_used, reason = "tests")]
 
 use std::path::PathBuf;
 
@@ -15,7 +16,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::supervise::{Request, SafetyState};
 
 fn file() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/runs/everything.mf4")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/running/everything.mf4")
 }
 
 /// Homes, moves under one law after another, changes controller and linings, breaks, is acknowledged and armed again.

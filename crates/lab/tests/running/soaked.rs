@@ -1,14 +1,11 @@
 //! A minute with everything attached loses nothing, and the committed hour did not either.
 
-#[path = "../examples/soak/crowd.rs"]
-mod crowd;
-#[path = "../examples/soak/soak.rs"]
-mod soak;
-
 use std::path::Path;
 
-use crowd::{SIGNALS, VIEWERS};
 use stickslip::bench::Wishes;
+
+use crate::crowd::{SIGNALS, VIEWERS};
+use crate::soak;
 
 /// What memory may grow by from the tenth of the time to its end: what histories and histograms take [bytes].
 const GROWTH: u64 = 16 << 20;

@@ -206,7 +206,7 @@ fn every_fault_is_seen_braked_within_its_way_and_kept_until_it_is_acknowledged()
         );
     }
     assert!(too_far.is_empty(), "{too_far:?}");
-    expect_file!["../../../docs/studies/safety.md"].assert_eq(&table);
+    expect_file!["../../../../docs/studies/safety.md"].assert_eq(&table);
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn by_the_clock_a_fault_stops_the_bench_and_the_record_of_it_replays() {
     assert!(replayed.identical() && replayed.machine, "{replayed:?}");
 }
 
-#[path = "../examples/no_false_alarm/scenarios.rs"]
+#[path = "../../examples/no_false_alarm/scenarios.rs"]
 mod scenarios;
 
 #[test]
