@@ -66,7 +66,7 @@ impl Place {
             options.write(true).create_new(true).mode(0o600).open(&path)?.write_all(text.as_bytes())?;
         }
         #[cfg(not(unix))]
-        std::fs::write(&path, text)?;
+        std::fs::write(&path, &text)?;
         Ok(Left { path, text })
     }
 }
