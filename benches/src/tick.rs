@@ -2,10 +2,10 @@
 //! signal handed to somebody who captures it. And how many ticks a change of parameters takes.
 
 use std::error::Error;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, mpsc};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use stickslip::bench::remote::LinkFault;
 use stickslip::bench::tap::tap;
@@ -17,13 +17,18 @@ use stickslip::run::{Signals, channels};
 use stickslip::{LawChoice, Preset, Watch, parameters};
 use stickslip_core::control::reference::{Generator, Reference};
 use stickslip_core::tick::Measurement;
+use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Running};
 
 /// Ticks that are timed.
 const TICKS: u64 = 10_000_000;
-/// As long is the machine watched for its own holes.
-const WATCHED: Duration = Duration::from_secs(30);
-/// Longer ticks are counted as this long [ns].
-const LONGEST: usize = 200_000;
+/// As long is the machine watched for its own holes: what the ticks take, about.
+const WATCHED: Duration = Duration::from_secs(36);
+/// Ticks are told apart by so much [ns], and up to so many of it: 50 ms.
+const BIN: u64 = 10;
+const BINS: u64 = 5_000_000;
+/// Ticks run through most of each period, since the kernel stops a thread that takes more than 95 % of a second [ns].
+const PERIOD: Duration = Duration::from_millis(100);
+const TURN: u64 = 85_000_000;
 
 /// What ticks take [µs].
 pub(crate) struct Ticks {
@@ -39,6 +44,45 @@ fn preset(tick_rate: f64) -> Result<Preset<f64>, Box<dyn Error>> {
     preset.bench.tick_rate = tick_rate;
     preset.bench.law = LawChoice::Bristle;
     Ok(preset)
+}
+
+/// Ticks one after the other, with a rest in each period as the measurement of the floor has it.
+struct Ticking {
+    bench: VirtualBench,
+    generator: Generator<'static>,
+    counts: Vec<u64>,
+    left: u64,
+    result: mpsc::Sender<Result<Vec<u64>, stickslip::Error>>,
+}
+
+impl Cycle for Ticking {
+    fn blocks(&self) -> &[Block] {
+        &[]
+    }
+
+    fn run(&mut self, _: u64, _: &mut Lap) -> Next {
+        let clock = MonotonicClock::default();
+        let (begin, mut now) = (clock.now(), clock.now());
+        while self.left > 0 && now - begin < TURN {
+            let setpoint = self.generator.next();
+            let command = Command { setpoint, control: true, render: true, ..Command::default() };
+            let before = clock.now();
+            if let Err(error) = self.bench.step(command) {
+                let _ = self.result.send(Err(error));
+                return Next::Stop;
+            }
+            now = clock.now();
+            self.counts[((now - before) / BIN).min(BINS) as usize] += 1;
+            self.left -= 1;
+        }
+        if self.left > 0 { Next::Continue } else { Next::Stop }
+    }
+
+    fn hold(&mut self, _: u64) {}
+
+    fn end(&mut self) {
+        let _ = self.result.send(Ok(std::mem::take(&mut self.counts)));
+    }
 }
 
 /// Times ticks.
@@ -62,20 +106,26 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
             while let Some(sample) = stream.sample() {
                 let _ = rows.push(sample.frame.cycle, &Signals::of(&sample.frame).row());
             }
-            thread::yield_now();
+            thread::sleep(Duration::from_millis(1));
         }
         rows.remove(held).map_or(0, |capture| capture.segments().len())
     });
+    // As long before the ticks as behind them.
+    let before = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
     let reference = Reference::Sine(Default::default());
-    let mut generator = Generator::new(reference, preset.bench.tick_rate).with_origin(0.0);
-    let mut counts = vec![0_u64; LONGEST + 1];
-    for _ in 0..TICKS {
-        let command = Command { setpoint: generator.next(), control: true, render: true, ..Command::default() };
-        let begin = Instant::now();
-        bench.step(command)?;
-        counts[(begin.elapsed().as_nanos() as usize).min(LONGEST)] += 1;
+    let generator = Generator::new(reference, preset.bench.tick_rate).with_origin(0.0);
+    let (result, found) = mpsc::channel();
+    let ticking = Ticking { bench, generator, counts: vec![0; BINS as usize + 1], left: TICKS, result };
+    let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
+    let plan = stickslip_rt::Plan { warm_up: 0, overrun, ..stickslip_rt::Plan::new(PERIOD) };
+    let (running, mut timings) = Running::start(plan, Wishes::default(), MonotonicClock::default(), ticking)?;
+    while !running.has_ended() {
+        timings.by_ref().for_each(drop);
+        thread::sleep(Duration::from_millis(20));
     }
-    drop(bench);
+    running.join();
+    let counts = found.recv()??;
+    let behind = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
     if captures.join().map_err(|_| "who captures has panicked")? == 0 {
         return Err("nothing was captured".into());
     }
@@ -85,10 +135,10 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
             sum += count;
             sum as f64 >= part * TICKS as f64
         });
-        at.unwrap_or(LONGEST) as f64 * 1e-3
+        at.unwrap_or(BINS as usize) as f64 * BIN as f64 * 1e-3
     };
-    let floor = measure_floor(WATCHED, Wishes::PLAIN, &Watch::silent())?;
-    Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), worst: quantile(1.0), floor: 1e6 * floor.longest() })
+    let floor = 1e6 * before.longest().max(behind.longest());
+    Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), worst: quantile(1.0), floor })
 }
 
 /// A machine that tells in which cycle it is.

@@ -19,11 +19,11 @@ use stickslip::bench::Clocked;
 use stickslip::live::Live;
 use stickslip::live::protocol::{Answer, Call};
 use stickslip::xcp::a2l::Doors;
+use stickslip::xcp::ethernet::{PATIENCE, Xcp};
 use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::door::Door;
-use super::xcp::{PATIENCE, Xcp};
 use super::{Left, Place, socket};
 
 /// Largest call [bytes].

@@ -1,4 +1,4 @@
-//! The bench behind an address: HTTP for whoever has its token, XCP for tools.
+//! The bench behind an address, for whoever has its token.
 
 mod client;
 mod door;
@@ -6,7 +6,6 @@ mod http;
 mod socket;
 #[cfg(test)]
 mod tests;
-mod xcp;
 
 pub(crate) use client::{Client, unexpected};
 pub(crate) use http::{Patience, Server};

@@ -1,5 +1,8 @@
-//! A bench by the clock with everything attached: it is recorded, four viewers stream 64 signals, somebody captures,
-//! somebody tunes, and the axis follows a sine under the rendering law.
+//! A bench by the clock with everything attached: it is recorded, four viewers stream 64 signals, a master of XCP measures
+//! 20 in every cycle, somebody captures, somebody tunes, and the axis follows a sine under the rendering law.
+
+#[path = "master.rs"]
+mod master;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +16,11 @@ use stickslip::live::protocol::{Answer, Call, Status};
 use stickslip::live::{Live, Start};
 use stickslip::parameters::presets;
 use stickslip::run::channels;
+use stickslip::xcp::a2l::Doors;
+use stickslip::xcp::ethernet::{PATIENCE, Xcp};
 use stickslip::{Error, Preset, parameters};
+
+pub(crate) use master::Measured;
 
 /// Who streams, and how many signals each.
 pub(crate) const VIEWERS: usize = 4;
@@ -30,6 +37,8 @@ pub(crate) struct Crowd {
     leave: Arc<AtomicBool>,
     viewers: Vec<JoinHandle<Result<Seen, Error>>>,
     tuner: JoinHandle<Result<Tuned, Error>>,
+    xcp: Xcp,
+    master: JoinHandle<std::io::Result<Measured>>,
 }
 
 /// What a viewer saw.
@@ -56,6 +65,7 @@ pub(crate) struct Tuned {
 pub(crate) struct Left {
     pub(crate) seen: Vec<Seen>,
     pub(crate) tuned: Tuned,
+    pub(crate) measured: Measured,
     pub(crate) clocked: Clocked,
 }
 
@@ -88,7 +98,12 @@ impl Crowd {
         let viewers = viewers.collect();
         let (tuned, leaves) = (live.clone(), leave.clone());
         let tuner = thread::spawn(move || tune(&tuned, &leaves));
-        Ok(Crowd { live, leave, viewers, tuner })
+        let xcp = Xcp::open(&live, Doors { udp: Some(([127, 0, 0, 1], 0).into()), tcp: None }, PATIENCE)
+            .map_err(xcp_failed)?;
+        let door = xcp.doors.udp.expect("it was asked for");
+        let leaves = leave.clone();
+        let master = thread::spawn(move || master::Master::measure(door, rate)?.follow(&leaves));
+        Ok(Crowd { live, leave, viewers, tuner, xcp, master })
     }
 
     /// How the bench is.
@@ -102,10 +117,16 @@ impl Crowd {
         let seen = self.viewers.into_iter().map(|viewer| viewer.join().expect("a viewer does not panic"));
         let seen = seen.collect::<Result<_, _>>()?;
         let tuned = self.tuner.join().expect("who tunes does not panic")?;
+        let measured = self.master.join().expect("a master does not panic").map_err(xcp_failed)?;
+        self.xcp.stop();
         let live = Arc::into_inner(self.live).expect("all have left");
         let gone = || Error::BenchFault { cycle: 0, reason: "the real-time loop had ended by itself".into() };
-        Ok(Left { seen, tuned, clocked: live.stop().ok_or_else(gone)? })
+        Ok(Left { seen, tuned, measured, clocked: live.stop().ok_or_else(gone)? })
     }
+}
+
+fn xcp_failed(error: std::io::Error) -> Error {
+    Error::BenchFault { cycle: 0, reason: format!("XCP: {error}") }
 }
 
 const TUNER: &str = "tuner";

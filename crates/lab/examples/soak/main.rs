@@ -2,7 +2,7 @@
 //!
 //!     cargo xtask study soak
 //!
-//! runs one for an hour, 4 kHz, recorded, with four viewers of 64 signals, captures and changes of parameters, and
+//! runs one for an hour, 4 kHz, recorded, with four viewers of 64 signals, XCP, captures and changes of parameters, and
 //! replays the record. `-- FOLDER SECONDS RATE` takes another time and rate. Writes `docs/studies/soak.json` and
 //! `soak.md`.
 
@@ -42,6 +42,8 @@ fn main() -> Result<(), Error> {
         .result("soak.streamed", watched as f64, "1")
         .result("soak.missing", missing as f64, "1")
         .result("soak.identical", f64::from(u8::from(replayed.identical())), "1")
+        .result("soak.measured", left.measured.rows as f64, "1")
+        .result("soak.measured.lost", left.measured.frames as f64, "1")
         .result("soak.changes", left.tuned.changes as f64, "1")
         .result("soak.captures", left.tuned.captures as f64, "1")
         .result("soak.captures.lost", left.tuned.lost as f64, "1")
@@ -57,7 +59,7 @@ fn main() -> Result<(), Error> {
         "# Does it lose anything?\n\n\
          {seconds:.0} s of `clm-bench` by the clock at {rate} Hz: homed, then a sine under the rendering law with \
          bristles. Everything was attached: all {} signals of every cycle recorded, {VIEWERS} viewers with {SIGNALS} \
-         streamed signals each, captures around a trigger, a change of parameters each second. Made by `cargo xtask \
+         streamed signals each, a master of XCP that measures 20 signals in every cycle, captures around a trigger, a change of parameters each second. Made by `cargo xtask \
          study soak` on a virtual machine with two cores, compilers busy beside it; all numbers are in `soak.json`, a \
          run of a minute is a test.\n\n| | |\n|-|-|\n",
         channels().len()
@@ -71,6 +73,7 @@ fn main() -> Result<(), Error> {
         ("cycles missing between their points", missing.to_string()),
         ("parameter changes, captures", format!("{changes}, {captures}")),
         ("cycles missing in captures", left.tuned.lost.to_string()),
+        ("rows measured by XCP, frames lost", format!("{}, {}", left.measured.rows, left.measured.frames)),
         ("record replayed, software and virtual machine", identical(replayed.identical()).into()),
         ("size of the record", format!("{:.0} MB", megabytes(soaked.bytes))),
         ("deadlines missed", left.clocked.summary.missed.to_string()),

@@ -2,7 +2,7 @@
 //! ASAP2 1.61.
 //!
 //! [`Slave`] is the protocol alone: bytes in, bytes out, without socket, thread or clock; whoever has a connection
-//! drives it. Behind it is a [`Bench`]. Addresses are those of a [`Layout`], made from the tables of the parameters and
+//! drives it, as [`ethernet`] does by datagrams and connections. Behind it is a [`Bench`]. Addresses are those of a [`Layout`], made from the tables of the parameters and
 //! signals, which the description ([`a2l`](a2l::describe)) is printed from as well. No memory is touched: an address is
 //! looked up, or refused.
 //!
@@ -12,6 +12,7 @@
 
 pub mod a2l;
 mod ascii;
+pub mod ethernet;
 pub mod frame;
 mod layout;
 mod lists;

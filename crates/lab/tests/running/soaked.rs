@@ -28,6 +28,10 @@ fn a_minute_loses_no_cycle_and_memory_stays_flat() {
         assert_eq!((seen.missing, seen.cycles), (0, seen.to - seen.from + 1), "{seen:?}");
         assert!(seen.cycles > 50_000, "{seen:?}");
     }
+    // XCP: no frame is lost, and no cycle but those that did not run.
+    let measured = left.measured;
+    assert!(measured.frames == 0 && measured.missing <= left.clocked.summary.missed, "{measured:?}");
+    assert!(measured.rows > 50_000, "{measured:?}");
     assert!(left.tuned.changes >= 10 && left.tuned.captures >= 1, "{:?}", left.tuned);
     if let [_, tenth, .., last] = soaked.memory[..] {
         assert!(last < tenth + GROWTH, "{:?}", soaked.memory);

@@ -15,24 +15,24 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use stickslip::live::Live;
-use stickslip::live::protocol::XcpStatus;
-use stickslip::xcp::a2l::{self, Doors};
-use stickslip::xcp::{Layout, LiveBench, Slave};
+use crate::live::Live;
+use crate::live::protocol::XcpStatus;
+use crate::xcp::a2l::{self, Doors};
+use crate::xcp::{Layout, LiveBench, Slave};
 
 use session::Session;
 
 /// From look to look at what was measured: rows of this time share a datagram.
 const LOOK: Duration = Duration::from_millis(2);
 /// Without a command for so long, and without a measurement, a master's place is free for another.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+pub const PATIENCE: Duration = Duration::from_secs(10);
 /// From report to report.
 const REPORT: Duration = Duration::from_millis(100);
 
 /// The doors of a bench, open until this is stopped.
-pub(crate) struct Xcp {
+pub struct Xcp {
     /// Where.
-    pub(crate) doors: Doors,
+    pub doors: Doors,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -43,7 +43,7 @@ impl Xcp {
     ///
     /// # Errors
     /// The system refuses an address.
-    pub(crate) fn open(live: &Arc<Live>, wanted: Doors, patience: Duration) -> io::Result<Self> {
+    pub fn open(live: &Arc<Live>, wanted: Doors, patience: Duration) -> io::Result<Self> {
         let udp = wanted.udp.map(udp::bind).transpose()?;
         let tcp = wanted.tcp.map(TcpListener::bind).transpose()?;
         let doors = Doors {
@@ -81,7 +81,7 @@ impl Xcp {
     }
 
     /// Closes them.
-    pub(crate) fn stop(self) {
+    pub fn stop(self) {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads {
             // One that has panicked is closed as well.

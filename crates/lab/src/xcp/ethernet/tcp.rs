@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Instant;
 
-use stickslip::xcp::MAX_CTO;
-use stickslip::xcp::frame::{self, Next};
+use crate::xcp::MAX_CTO;
+use crate::xcp::frame::{self, Next};
 
 use super::session::Session;
 use super::{Door, LOOK, is_later};

@@ -3,12 +3,12 @@
 use std::io::{Read as _, Write as _};
 use std::net::{TcpStream, UdpSocket};
 
-use stickslip::bench::Wishes;
-use stickslip::live::Start;
-use stickslip::live::protocol::{Answer, Call, Status};
-use stickslip::parameters::presets;
-use stickslip::xcp::frame::{self, Next};
-use stickslip::xcp::{MAX_DTO, MEASUREMENTS};
+use crate::bench::Wishes;
+use crate::live::Start;
+use crate::live::protocol::{Answer, Call, Status};
+use crate::parameters::presets;
+use crate::xcp::frame::{self, Next};
+use crate::xcp::{MAX_DTO, MEASUREMENTS};
 
 use super::*;
 
@@ -25,8 +25,7 @@ struct Bench {
 /// A bench of few ticks, which a busy machine keeps up with, with both doors open.
 fn open() -> Bench {
     let mut source = presets::find("clm-bench").unwrap();
-    source.text =
-        stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
+    source.text = crate::parameters::set::<crate::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
     let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
     let live = Arc::new(Live::start(start).unwrap());
@@ -54,7 +53,7 @@ impl Bench {
         }
     }
 
-    fn stop(self) -> stickslip::bench::Clocked {
+    fn stop(self) -> crate::bench::Clocked {
         self.xcp.stop();
         Arc::into_inner(self.live).expect("no door holds it any more").stop().unwrap()
     }
@@ -165,7 +164,7 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let status = bench.until(|status| status.xcp.iter().any(|door| door.measuring));
     assert!(status.operator.unwrap().starts_with("XCP of 127.0.0.1:") && status.changed == 1);
     let refused = bench.live.call("ann", Call::Undo {}).unwrap_err();
-    assert!(matches!(refused, stickslip::Error::Operated { .. }), "{refused}");
+    assert!(matches!(refused, crate::Error::Operated { .. }), "{refused}");
     while master.measured.len() < 500 {
         master.hear(Duration::from_secs(20));
     }

@@ -3,8 +3,8 @@
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use stickslip::Error;
-use stickslip::xcp::{Bench as _, LiveBench, Slave};
+use crate::Error;
+use crate::xcp::{Bench as _, LiveBench, Slave};
 
 /// A master hears that its command takes longer that often: it may wait two seconds from one to the next.
 const PENDING: Duration = Duration::from_millis(500);

@@ -5,8 +5,8 @@ use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-use stickslip::xcp::frame::{self, Next};
-use stickslip::xcp::{MAX_CTO, MAX_DTO};
+use crate::xcp::frame::{self, Next};
+use crate::xcp::{MAX_CTO, MAX_DTO};
 
 use super::session::Session;
 use super::{Door, LOOK, is_later};
