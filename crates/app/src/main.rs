@@ -17,13 +17,14 @@ use clap::Parser;
 
 use crate::commands::Command;
 use crate::failure::Failure;
+use crate::shown::Shown;
 
 /// The friction bench: measure, fit, design, render, re-measure, rank, report.
 #[derive(Parser)]
 #[command(
     name = "stickslip",
     version,
-    after_help = "Without a command: demo.\n\n\
+    after_help = "Without a command: demo, and then serve.\n\n\
                   Exit code: 0 done; 1 failed, the message says why; 2 the command line was not understood; \
                   130 cancelled by Ctrl-C, with results so far kept where there are any.\n\n\
                   Example: stickslip demo --out results --seed 7"
@@ -52,7 +53,10 @@ fn main() -> ExitCode {
 /// Runs the command; all that it prints is out when this returns.
 fn run(cli: Cli) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
-    cli.command.unwrap_or_default().run(&mut out, progress::watch)?;
+    match cli.command {
+        Some(command) => command.run(&mut out, progress::watch)?,
+        None => commands::start(&mut out, &progress::watch(Shown::default()))?,
+    }
     Ok(out.flush()?)
 }
 

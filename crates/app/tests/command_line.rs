@@ -150,3 +150,25 @@ fn a_full_disk_behind_stdout_is_an_error() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).starts_with("error: standard output: cannot write it"), "{}", stderr(&output));
 }
+
+#[cfg(unix)]
+#[test]
+fn without_a_command_the_demo_runs_and_then_the_bench_is_served_until_ctrl_c() {
+    use std::io::{BufRead as _, BufReader};
+    // Whether this test holds it or another program: it is taken.
+    let _taken = std::net::TcpListener::bind("127.0.0.1:9740");
+    let folder = folder();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_stickslip"));
+    let mut served = program.current_dir(folder.path()).stdout(Stdio::piped()).spawn().expect("the program starts");
+    let mut lines = BufReader::new(served.stdout.take().expect("it is piped")).lines().map_while(Result::ok);
+    let report = lines.find(|line| line.starts_with("Report with figures")).expect("the demo ends with it");
+    assert!(report.ends_with("stickslip-out/demo/report.html"), "{report}");
+    let address = lines.find(|line| line.starts_with("http://127.0.0.1:")).expect("the bench has an address");
+    assert!(!address.contains(":9740/"), "{address}");
+    let status = stickslip(&["status", "--json"], folder.path());
+    assert!(stdout(&status).contains(r#""state":"off""#), "{}{}", stdout(&status), stderr(&status));
+    let kill = Command::new("kill").args(["-INT", &served.id().to_string()]).status().expect("kill is there");
+    assert!(kill.success());
+    assert!(lines.any(|line| line.contains("by the clock, µs")), "it says how the clock was kept");
+    assert_eq!(served.wait().expect("it runs").code(), Some(0));
+}

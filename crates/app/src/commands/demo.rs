@@ -24,23 +24,11 @@ pub(crate) struct DemoCommand {
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
-    /// For scripts: end when the results are written. There is nothing yet that goes on after it.
+    /// For scripts: end when the results are written, as it does.
     #[arg(long, hide = true)]
     no_serve: bool,
     #[command(flatten)]
     pub(crate) shown: Shown,
-}
-
-impl Default for DemoCommand {
-    fn default() -> Self {
-        DemoCommand {
-            out: "stickslip-out/demo".into(),
-            seed: 1,
-            preset: "clm-bench".into(),
-            no_serve: true,
-            shown: Shown::default(),
-        }
-    }
 }
 
 impl DemoCommand {

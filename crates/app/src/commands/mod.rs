@@ -26,7 +26,7 @@ mod xcp;
 
 use std::io::Write;
 
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 use stickslip::Watch;
 
 use crate::failure::Failure;
@@ -130,11 +130,17 @@ pub(crate) enum Command {
     Completions(completions::Completions),
 }
 
-impl Default for Command {
-    /// What the program does without arguments.
-    fn default() -> Self {
-        Command::Demo(demo::DemoCommand::default())
-    }
+/// What the program does without a command: the demo, and then the bench by the clock until Ctrl-C.
+pub(crate) fn start(out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+    alone::<demo::DemoCommand>().run(out, watch)?;
+    writeln!(out, "\nThe bench by the clock, to work on:")?;
+    alone::<serve::ServeCommand>().run(out, watch)
+}
+
+/// A command as without any argument.
+fn alone<C: Args>() -> C {
+    let matches = C::augment_args(clap::Command::new("stickslip")).get_matches_from(["stickslip"]);
+    C::from_arg_matches(&matches).expect("each argument has a default")
 }
 
 impl Command {

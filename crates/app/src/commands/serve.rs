@@ -1,7 +1,7 @@
 //! `stickslip serve`: the bench by the clock, for terminals, scripts and browsers at once.
 
 use std::io::Write;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
@@ -20,9 +20,10 @@ use crate::source::{self, Setting};
 /// Which bench, and where.
 #[derive(Args)]
 pub(crate) struct ServeCommand {
-    /// Where it listens; port 0 takes a free one. Who can reach the address and has the token can move the axis.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9740")]
-    listen: SocketAddr,
+    /// Where it listens; port 0 takes a free one. Who can reach the address and has the token can move the axis. Without
+    /// it: 127.0.0.1:9740, or a free port where that one is taken.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<SocketAddr>,
     /// Folder of runs and parameter sets; other terminals find the bench by it.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
     project: PathBuf,
@@ -72,11 +73,12 @@ impl ServeCommand {
         let start = Start { seed: self.seed, io: self.io, record, operator_time, ..new };
         let live = Live::start(start)?;
         let refused = live.refused();
-        let mut server = Server::start(live, self.listen, &self.project, Patience::default()).map_err(|error| {
+        let listen = self.listen.map_or(LISTEN.to_vec(), |address| vec![address]);
+        let mut server = Server::start(live, &listen, &self.project, Patience::default()).map_err(|error| {
             Failure::Served(format!(
                 "cannot listen at {} for {} ({error}). Another bench may be served there: name another address by \
                  --listen, port 0 takes a free one.",
-                self.listen,
+                listen[0],
                 self.project.display()
             ))
         })?;
@@ -123,5 +125,11 @@ impl ServeCommand {
     }
 }
 
+/// Where it listens unless it is told: the first that is free.
+const LISTEN: [SocketAddr; 2] = [address(9740), address(0)];
 /// From look to look at Ctrl-C.
 const LOOK: Duration = Duration::from_millis(50);
+
+const fn address(port: u16) -> SocketAddr {
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
+}

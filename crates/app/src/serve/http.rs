@@ -70,11 +70,17 @@ pub(super) struct Shared {
 }
 
 impl Server {
-    /// Serves a bench at an address; port 0 takes a free one. The place is left in the project's folder.
+    /// Serves a bench at the first of these addresses that is free; port 0 takes a free one. The place is left in the
+    /// project's folder.
     ///
     /// # Errors
     /// The system refuses the address, the folder or a thread.
-    pub(crate) fn start(live: Live, listen: SocketAddr, project: &Path, patience: Patience) -> std::io::Result<Self> {
+    pub(crate) fn start(
+        live: Live,
+        listen: &[SocketAddr],
+        project: &Path,
+        patience: Patience,
+    ) -> std::io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let listener = runtime.block_on(TcpListener::bind(listen))?;
         let mut secret = [0; 16];

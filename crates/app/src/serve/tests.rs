@@ -22,7 +22,7 @@ fn served() -> (Server, tempfile::TempDir) {
     let live = Live::start(start).unwrap();
     let patience =
         Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };
-    (Server::start(live, "127.0.0.1:0".parse().unwrap(), project.path(), patience).unwrap(), project)
+    (Server::start(live, &["127.0.0.1:0".parse().unwrap()], project.path(), patience).unwrap(), project)
 }
 
 /// What comes back for these bytes.
