@@ -25,6 +25,17 @@ pub const PARAMETERS: [(&str, &str, &str); 4] = [
     ("viscous_friction", "viscous friction b", "N m s/rad"),
 ];
 
+/// The numbers of a curve, in the order of [`PARAMETERS`].
+pub fn values(curve: &Stribeck<f64>) -> [f64; 4] {
+    [curve.breakaway_torque, curve.kinetic_torque, curve.stribeck_velocity, curve.viscous_friction]
+}
+
+/// A curve with these numbers, its drop as it falls.
+pub fn with_values(curve: &Stribeck<f64>, values: [f64; 4]) -> Stribeck<f64> {
+    let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = values;
+    Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, ..*curve }
+}
+
 /// One point of a friction curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvePoint {

@@ -11,7 +11,7 @@ use super::draw::{folded, friction, load, torque};
 
 use crate::design::{Band, Region, Verdict};
 use crate::figure::{Axis, Role, Series};
-use crate::fit::{PARAMETERS, Stop, minimise};
+use crate::fit::{PARAMETERS, Stop, minimise, values};
 use crate::parameters::{Entry, Value as Parameter, flatten};
 use crate::quantity::Estimate;
 use crate::report::{Cell, Provenance, Report, Table};
@@ -40,7 +40,21 @@ pub struct Design {
 /// # Errors
 /// [`Error::CurvePoint`] for a point that is none; [`Error::TooFew`] without one.
 pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stribeck<f64>, Error> {
-    for (index, &[speed, torque]) in points.iter().enumerate() {
+    let points: Vec<_> = points.iter().map(|&[speed, torque]| [speed, torque, 1.0]).collect();
+    through_weighted(&points, start, None)
+}
+
+/// As [`through_points`], each point with a weight > 0 behind speed and torque. One parameter, as
+/// [`PARAMETERS`] counts them, may be held as it is at `start`.
+///
+/// # Errors
+/// As [`through_points`].
+pub fn through_weighted(
+    points: &[[f64; 3]],
+    start: &Stribeck<f64>,
+    held: Option<usize>,
+) -> Result<Stribeck<f64>, Error> {
+    for (index, &[speed, torque, weight]) in points.iter().enumerate() {
         if !(speed.is_finite() && speed >= 0.0) {
             let remedy = "A reference point has a speed from 0 on: friction is the same in both directions.";
             return Err(Error::CurvePoint { index, field: "velocity", value: speed, remedy });
@@ -49,8 +63,12 @@ pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stri
             let remedy = "Friction brakes: give a torque above 0.";
             return Err(Error::CurvePoint { index, field: "torque", value: torque, remedy });
         }
+        if !(weight.is_finite() && weight > 0.0) {
+            let remedy = "A weight is above 0; leave out a point that shall not count.";
+            return Err(Error::CurvePoint { index, field: "weight", value: weight, remedy });
+        }
     }
-    let largest = points.iter().map(|[_, torque]| *torque).fold(0.0, f64::max);
+    let largest = points.iter().map(|[_, torque, _]| *torque).fold(0.0, f64::max);
     if points.is_empty() {
         let remedy = "Give one at least.";
         return Err(Error::TooFew { what: "reference points", found: 0, needed: 1, remedy });
@@ -59,13 +77,17 @@ pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stri
     const BOUNDS: [[f64; 2]; 4] = [[1e-6, 200.0], [1e-6, 200.0], [1e-4, 1e3], [1e-12, 50.0]];
     let stop = Stop { step: 1e-10, fall: 1e-14, evaluations: 400 };
     let mut best: Option<(f64, [f64; 4])> = None;
-    for factor in [0.1, 0.3, 1.0, 3.0] {
+    let factors = if held == Some(2) { &[1.0][..] } else { &[0.1, 0.3, 1.0, 3.0] };
+    for factor in factors {
         let mut from = old;
         from[2] = (from[2] * factor).clamp(BOUNDS[2][0], BOUNDS[2][1]);
         let found = minimise(from, BOUNDS, stop, |p: [Dual<4>; 4]| {
             let curve = exponential(p);
-            let off = points.iter().map(|&[speed, torque]| curve.magnitude(Dual::of(speed)) - Dual::of(torque));
-            let moved = (0..4).map(|i| (p[i] / Dual::of(old[i])).ln() * Dual::of(1e-3 * largest));
+            let off = points.iter().map(|&[speed, torque, weight]| {
+                (curve.magnitude(Dual::of(speed)) - Dual::of(torque)) * Dual::of(weight.sqrt())
+            });
+            let pull = |i: usize| if held == Some(i) { HELD } else { 1e-3 };
+            let moved = (0..4).map(|i| (p[i] / Dual::of(old[i])).ln() * Dual::of(pull(i) * largest));
             Ok::<_, Infallible>(off.chain(moved).collect())
         });
         let Ok(found) = found;
@@ -73,8 +95,15 @@ pub fn through_points(points: &[[f64; 2]], start: &Stribeck<f64>) -> Result<Stri
             best = Some((found.cost, found.parameters));
         }
     }
-    Ok(exponential(best.expect("four starts").1))
+    let mut found = best.expect("a start at least").1;
+    if let Some(held) = held {
+        found[held] = old[held];
+    }
+    Ok(exponential(found))
 }
+
+/// What a parameter that is held weighs: it moves less than is seen.
+const HELD: f64 = 1e2;
 
 /// The exponential form, equation (1).
 fn exponential<T: Scalar>(parameters: [T; 4]) -> Stribeck<T> {
@@ -135,6 +164,11 @@ impl Design {
 
     /// What a reader should know, in sentences.
     pub fn remarks(&self) -> Vec<String> {
+        self.remarks_on(&self.verdict())
+    }
+
+    /// As [`remarks`](Self::remarks), with a verdict that is known.
+    pub(crate) fn remarks_on(&self, verdict: &Verdict) -> Vec<String> {
         let speed = |value: f64| Estimate::new(value, "rad/s").to_string();
         let mut remarks = Vec::new();
         let [largest, at] = self.largest();
@@ -148,7 +182,6 @@ impl Design {
         for change in self.sign_changes() {
             remarks.push(format!("The difference torque changes its sign at {}.", speed(change)));
         }
-        let verdict = self.verdict();
         if let Some(remedy) = verdict.remedy() {
             remarks.push("The desired friction cannot be rendered.".into());
             remarks.extend(verdict.reasons());
@@ -257,11 +290,6 @@ impl Design {
         summary.file("desired.toml");
         self.report(command).write_all(summary, [], directory)
     }
-}
-
-/// The numbers of a curve, in the order of [`PARAMETERS`].
-fn values(curve: &Stribeck<f64>) -> [f64; 4] {
-    [curve.breakaway_torque, curve.kinetic_torque, curve.stribeck_velocity, curve.viscous_friction]
 }
 
 #[cfg(test)]

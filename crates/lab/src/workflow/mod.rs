@@ -11,6 +11,7 @@ pub(crate) mod draw;
 pub mod fit;
 pub mod measure;
 pub mod render;
+pub mod sketch;
 pub(crate) mod tell;
 
 use std::path::Path;

@@ -237,6 +237,11 @@ impl Region {
         Verdict::of(self, own, desired, fastest)
     }
 
+    /// As [`judge`](Self::judge), but for what would do instead: fast enough for a curve that is being dragged.
+    pub fn glance(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Verdict {
+        Verdict::without_remedy(self, own, desired, fastest)
+    }
+
     /// As [`judge`](Self::judge), for a bench that is about to render.
     ///
     /// # Errors

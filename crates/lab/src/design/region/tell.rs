@@ -82,7 +82,7 @@ impl Verdict {
                 ("unit", shortage.bound.limit.unit().into()),
             ]);
         }
-        for feasible in &self.feasible {
+        for feasible in self.feasible.iter().flatten() {
             let (name, _, unit) = PARAMETERS[feasible.parameter];
             summary.row([
                 ("kind", Value::from("feasible")),

@@ -5,7 +5,7 @@ use std::fmt;
 use stickslip_core::friction::Stribeck;
 
 use super::{Bound, Limit, Region};
-use crate::fit::PARAMETERS;
+use crate::fit::{PARAMETERS, values, with_values};
 use crate::quantity::{Estimate, number};
 
 /// A stretch of speeds in which a limit forbids the difference torque.
@@ -39,8 +39,8 @@ pub struct Verdict {
     pub nearest: (Bound, f64),
     /// Where it cannot be rendered.
     pub shortages: Vec<Shortage>,
-    /// What would do, each alone.
-    pub feasible: Vec<Feasible>,
+    /// What would do, each alone; `None` where nobody has looked for it.
+    pub feasible: Option<Vec<Feasible>>,
     /// Time [s] that the load motor takes to change its torque's sign behind a reversal, delay included.
     pub sign_change_time: f64,
     /// Speed that the drive has reached meanwhile [rad/s]: below, the sign is still the old one.
@@ -48,21 +48,16 @@ pub struct Verdict {
     region: Region,
 }
 
-/// The numbers of a curve, in the order of [`PARAMETERS`].
-fn values(curve: &Stribeck<f64>) -> [f64; 4] {
-    [curve.breakaway_torque, curve.kinetic_torque, curve.stribeck_velocity, curve.viscous_friction]
-}
-
 /// The curve with another value of one of them.
 fn with(curve: &Stribeck<f64>, parameter: usize, value: f64) -> Stribeck<f64> {
     let mut numbers = values(curve);
     numbers[parameter] = value;
-    let [breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction] = numbers;
-    Stribeck { breakaway_torque, kinetic_torque, stribeck_velocity, viscous_friction, ..*curve }
+    with_values(curve, numbers)
 }
 
 impl Verdict {
-    pub(super) fn of(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Self {
+    /// Without what would do, which takes a hundred times as long.
+    pub(super) fn without_remedy(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Self {
         let bounds = || walk(region, own, desired, fastest);
         let tightest = |a: &(Bound, f64), b: &(Bound, f64)| a.0.margin().total_cmp(&b.0.margin());
         let nearest = bounds().min_by(tightest).expect("there are speeds");
@@ -72,11 +67,17 @@ impl Verdict {
             margin,
             nearest,
             shortages: shortages(bounds()),
-            feasible: if margin < 1.0 { feasible(region, own, desired, fastest) } else { Vec::new() },
+            feasible: None,
             sign_change_time: delay,
             sign_change_speed: delay * region.passage.acceleration,
             region: *region,
         }
+    }
+
+    pub(super) fn of(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Self {
+        let verdict = Self::without_remedy(region, own, desired, fastest);
+        let feasible = if verdict.renderable() { Vec::new() } else { feasible(region, own, desired, fastest) };
+        Verdict { feasible: Some(feasible), ..verdict }
     }
 
     /// Whether the whole difference can be rendered.
@@ -123,11 +124,12 @@ impl Verdict {
             let (_, name, unit) = PARAMETERS[feasible.parameter];
             format!("{name} = {} {}", shortest(feasible.value), unit.replace(' ', "·"))
         };
-        let single: Vec<String> = self.feasible.iter().map(one).collect();
+        let single: Option<Vec<String>> = self.feasible.as_ref().map(|all| all.iter().map(one).collect());
         let share = format!("{} % of the difference torque", number((100.0 * self.margin).floor(), 0));
-        Some(match &single[..] {
-            [] => format!("Renderable is {share}; no single parameter mends it."),
-            single => format!("Renderable is {share}, or, alone, {}.", single.join(", or ")),
+        Some(match single.as_deref() {
+            None => format!("Renderable is {share}."),
+            Some([]) => format!("Renderable is {share}; no single parameter mends it."),
+            Some(single) => format!("Renderable is {share}, or, alone, {}.", single.join(", or ")),
         })
     }
 }
