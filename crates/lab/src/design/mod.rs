@@ -19,7 +19,9 @@ pub use discretise::zero_order_hold;
 pub use drive_observer::{Trust, drive_observer};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
-pub use margin::{CHATTER_LIMIT, LARGEST_DELAY, LARGEST_GAIN, Margin, STIFFNESSES, margin, stiffness_limit};
+pub use margin::{
+    CHATTER_LIMIT, LARGEST_DELAY, LARGEST_GAIN, Margin, STIFFNESSES, desired_stiffness, margin, stiffness_limit,
+};
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use riccati::{KalmanFilter, kalman_filter};

@@ -17,6 +17,6 @@ pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
 pub use statistics::{f_test, runs_test, student_t95};
 pub use stribeck::{
-    CurvePoint, HUBER, OUTLIER, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck, values,
-    with_values,
+    CurvePoint, HUBER, OUTLIER, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck,
+    values, with_values,
 };

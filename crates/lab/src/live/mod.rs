@@ -24,7 +24,7 @@ use axis::Job;
 use captures::Captures;
 use listener::Newest;
 use operator::Operator;
-use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status, XcpStatus};
+use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status, ToChatter, XcpStatus};
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
@@ -275,6 +275,16 @@ impl Live {
             Call::Differences {} => {
                 let differences = Changed::all(&lock(&self.shared.tuning).differences());
                 Ok(Answer::Differences { differences })
+            }
+            Call::Sketch(sketch) => {
+                let preset = *lock(&self.shared.tuning).preset();
+                Ok(Answer::Drawn(Box::new(sketch.draw(&preset)?)))
+            }
+            Call::Margin { values } => {
+                let tuning = lock(&self.shared.tuning).clone();
+                let changes: Vec<_> = values.into_iter().collect();
+                let (law, margin) = tuning.margin_with(&changes)?;
+                Ok(Answer::Margin(ToChatter::of(&law, margin)?))
             }
             Call::Signals {} => {
                 let signal = |entry: parameters::Entry| Signal {

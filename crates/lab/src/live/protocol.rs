@@ -5,8 +5,13 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use stickslip_core::render::Law;
+
+use crate::Error;
 use crate::bench::remote::Counts;
+use crate::design::{self, CHATTER_LIMIT, Margin};
 use crate::parameters::{Difference, Entry};
+use crate::workflow::sketch::{Drawn, Sketch};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
 /// "bristle"}}`.
@@ -85,6 +90,14 @@ pub enum Call {
     Parameters {},
     /// What is in force and not as it was when the run began.
     Differences {},
+    /// Draw a desired friction; nothing is put in force.
+    Sketch(Sketch),
+    /// How far the rendering law would be from chatter with these parameters; nothing is put in force.
+    Margin {
+        /// Value by path, as in `set`.
+        #[serde(default)]
+        values: BTreeMap<String, String>,
+    },
     /// Name, unit and meaning of each signal.
     Signals {},
     /// Capture signals around a trigger; the answer has its number.
@@ -140,6 +153,8 @@ impl Call {
                 | Call::Sets {}
                 | Call::Parameters {}
                 | Call::Differences {}
+                | Call::Sketch(_)
+                | Call::Margin { .. }
                 | Call::Signals {}
                 | Call::Capture { .. }
                 | Call::Fetch { .. }
@@ -188,6 +203,10 @@ pub enum Answer {
         /// Each value.
         differences: Vec<Changed>,
     },
+    /// A sketch, drawn.
+    Drawn(Box<Drawn>),
+    /// How far the rendering law is from chatter.
+    Margin(ToChatter),
     /// A text.
     Text {
         /// As it is.
@@ -217,6 +236,53 @@ pub enum Answer {
         /// Each.
         points: Vec<Point>,
     },
+}
+
+/// How far a rendering law is from chatter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ToChatter {
+    /// Whether the bench would take it.
+    pub stable: bool,
+    /// In a sentence: how far, or why not and what would do.
+    pub sentence: String,
+    /// Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is
+    /// not stable.
+    pub stiffness_limit: Option<f64>,
+    /// Stiffness of the desired bristles [N m/rad]; `null` where the law renders none.
+    pub stiffness: Option<f64>,
+    /// Factor of the law's torque up to which the loop is stable; `null`: any that was tried.
+    pub gain_margin: Option<f64>,
+    /// Additional delay up to which it is [s]; `null`: any that was tried.
+    pub delay_margin: Option<f64>,
+    /// Change of the load torque from millisecond to millisecond that is to be expected [N m RMS].
+    pub chatter: f64,
+    /// From which on it is chatter [N m RMS].
+    pub chatter_limit: f64,
+}
+
+impl ToChatter {
+    pub(super) fn of(law: &Law<f64>, margin: Result<Margin, Error>) -> Result<Self, Error> {
+        let stable = margin.is_ok();
+        let sentence = margin.as_ref().map_or_else(ToString::to_string, ToString::to_string);
+        let known = match margin {
+            Ok(margin) => margin,
+            // No limit is known where the loop grows by itself.
+            Err(Error::Chatters { predicted_chatter, cause, .. }) => {
+                Margin { stiffness_limit: None, gain_margin: None, delay_margin: None, predicted_chatter, cause }
+            }
+            Err(other) => return Err(other),
+        };
+        Ok(ToChatter {
+            stable,
+            sentence,
+            stiffness_limit: known.stiffness_limit,
+            stiffness: design::desired_stiffness(law),
+            gain_margin: known.gain_margin,
+            delay_margin: known.delay_margin,
+            chatter: known.predicted_chatter,
+            chatter_limit: CHATTER_LIMIT,
+        })
+    }
 }
 
 /// How the bench is.

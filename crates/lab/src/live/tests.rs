@@ -374,3 +374,25 @@ fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
     let again = Live::start(Start { record: Some(path), ..Start::new(source, project.path()) }).err().unwrap();
     assert!(again.to_string().contains("run.mf4"), "{again}");
 }
+
+#[test]
+fn a_sketch_and_a_margin_are_told_and_nothing_is_put_in_force() {
+    let (live, _folder) = live();
+    let sketch: Call = serde_json::from_str(
+        r#"{"call": "sketch", "speeds": [0, 1, 10], "desired": [0.3, 0.12, 0.01, 1e-4], "thorough": true}"#,
+    )
+    .unwrap();
+    let Answer::Drawn(drawn) = live.call("looks", sketch).unwrap() else { panic!("it is drawn") };
+    assert_eq!((drawn.curve.len(), drawn.renderable), (3, false));
+    let margin = |law: &str, stiffness: &str| {
+        let values = [("bench.law.kind", law), ("bench.desired_bristles.stiffness", stiffness)];
+        let values = values.map(|(path, value)| (path.to_owned(), value.to_owned())).into();
+        live.call("looks", Call::Margin { values })
+    };
+    let Answer::Margin(soft) = margin("bristle", "300").unwrap() else { panic!("it is a margin") };
+    assert!(soft.stable && soft.stiffness == Some(300.0) && soft.chatter < soft.chatter_limit, "{soft:?}");
+    assert!(matches!(margin("bristly", "300"), Err(Error::Parameters(_))));
+    let Answer::Status(status) = live.call("looks", Call::Status {}).unwrap() else { panic!("a status") };
+    assert_eq!((status.changed, status.operator), (0, None));
+    live.stop().unwrap();
+}

@@ -107,6 +107,18 @@ impl Tuning {
         admit(preset, law)
     }
 
+    /// What the rendering law would be with these values changed, and how far it would be from chatter.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set), but for the margin: that it has none is told beside the law.
+    pub fn margin_with(&self, changes: &[(String, String)]) -> Result<(Law<f64>, Result<Margin, Error>), Error> {
+        let Source { file, text } = &self.in_force().source;
+        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
+        let Preset { model, bench, .. } = parameters::read::<Preset<f64>>(&text, file)?;
+        let law = design::rendering_law(&model, &bench)?;
+        Ok((law, design::margin(&law, &model, &bench)))
+    }
+
     /// What is not as in the reference.
     pub fn differences(&self) -> Vec<Difference> {
         parameters::diff(&self.reference.preset, self.preset())

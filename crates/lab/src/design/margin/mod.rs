@@ -79,7 +79,7 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
     let now = chatter(&sampled);
     let (predicted_chatter, cause) = (now.rms(), now.cause());
     if now.grows {
-        let stiffness = bristle_stiffness(law);
+        let stiffness = desired_stiffness(law);
         let feasible = match stiffness {
             Some(stiffness) => feasible(law, stiffness, model, settings)?,
             None => None,
@@ -154,7 +154,7 @@ fn climb(first: f64, last: f64, mut well: impl FnMut(f64) -> bool) -> Option<f64
 }
 
 /// Stiffness of the bristles that a law renders [N m/rad]; `None` where it has none.
-fn bristle_stiffness(law: &Law<f64>) -> Option<f64> {
+pub fn desired_stiffness(law: &Law<f64>) -> Option<f64> {
     let desired = match law {
         Law::Bristle(law) => &law.desired,
         Law::Admittance(law) => &law.desired,

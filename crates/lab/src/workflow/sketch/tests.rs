@@ -24,7 +24,10 @@ fn what_is_in_force_is_drawn_unless_something_else_is_in_hand() {
     let preset = preset();
     let seen = drawn(&sketch());
     assert_eq!(seen.desired, values(&preset.bench.desired));
-    assert_eq!((seen.curve[0], seen.own[0]), (preset.bench.desired.breakaway_torque, preset.model.own.breakaway_torque));
+    assert_eq!(
+        (seen.curve[0], seen.own[0]),
+        (preset.bench.desired.breakaway_torque, preset.model.own.breakaway_torque)
+    );
     assert!(seen.renderable && seen.shortages.is_empty() && seen.margin.unwrap() > 1.0, "{seen:?}");
     assert!((0..400).all(|k| seen.least[k] < seen.curve[k] && seen.curve[k] < seen.largest[k]));
     assert_eq!(seen.distance, None);
