@@ -72,7 +72,7 @@ fn tool(door: &XcpStatus) -> String {
 pub(super) fn line(status: &Status) -> String {
     let doing = status.doing.as_ref().map_or(String::new(), |doing| format!("  {}", progress(doing)));
     format!(
-        "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N m  load {:7.3} N m  held {} lost {}{doing}",
+        "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N·m  load {:7.3} N·m  held {} lost {}{doing}",
         status.state,
         status.cycle as f64 / status.rate,
         status.angle,
@@ -98,7 +98,7 @@ fn page(status: &Status) -> String {
         (
             "torque",
             format!(
-                "drive {:.3} N m, load {:.3} N m{}",
+                "drive {:.3} N·m, load {:.3} N·m{}",
                 status.drive_torque,
                 status.load_torque,
                 if status.render { ", rendering" } else { "" }

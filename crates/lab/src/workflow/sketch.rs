@@ -7,8 +7,9 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use stickslip_core::block::Block as _;
 use stickslip_core::fields::{Field, Fields};
-use stickslip_core::friction::Stribeck;
+use stickslip_core::friction::{Bristles, Contact, Friction, FrictionElement, FrictionElementState, Stribeck};
 
 use super::design::{Design, FASTEST, through_weighted};
 use crate::design::{Passage, Region};
@@ -19,6 +20,11 @@ use crate::{Error, Preset};
 const SETTLED: f64 = 8.0;
 /// The lever of b lies at this share of the fastest speed.
 const LEVER: f64 = 0.9;
+/// A presliding loop goes so many times as far as bristles bend before they slide, in so many steps.
+const LOOP: f64 = 3.0;
+const STEPS: usize = 60;
+/// The time of a step [s]: so slow that damping does not count.
+const SLOWLY: f64 = 10.0;
 /// Speeds that are drawn, at most.
 const LARGEST_GRID: usize = 4000;
 /// Reference points, at most.
@@ -34,6 +40,9 @@ pub struct Sketch {
     /// force where there are none.
     #[serde(default)]
     pub desired: Option<[f64; 4]>,
+    /// Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; those in force where there are none.
+    #[serde(default)]
+    pub bristles: Option<[f64; 3]>,
     /// Reference points.
     #[serde(default)]
     pub points: Vec<Reference>,
@@ -118,6 +127,10 @@ pub struct Drawn {
     pub least: Vec<f64>,
     /// The largest [N m].
     pub largest: Vec<f64>,
+    /// The presliding loop of the desired friction.
+    pub desired_loop: Loop,
+    /// The presliding loop of the own friction, over the same way.
+    pub own_loop: Loop,
     /// Handles of the single parameters.
     pub grips: Vec<Grip>,
     /// Whether it can be rendered.
@@ -130,6 +143,15 @@ pub struct Drawn {
     pub remarks: Vec<String>,
     /// RMS distance from the reference points [N m]; `null` without any.
     pub distance: Option<f64>,
+}
+
+/// What slow motion back and forth feels, from rest on: the bristles alone, without their damping.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Loop {
+    /// Way from the begin [rad].
+    pub angle: Vec<f64>,
+    /// Friction torque there [N m].
+    pub torque: Vec<f64>,
 }
 
 /// A handle on the curve.
@@ -198,6 +220,17 @@ impl Sketch {
         if self.nearest {
             desired = nearest(&region, &model.own, &desired, fastest);
         }
+        let bristles = match self.bristles {
+            Some([stiffness, damping, elastic_fraction]) => {
+                let bristles = Bristles { stiffness, damping, elastic_fraction, ..bench.desired_bristles };
+                check_bristles(&bristles)?;
+                bristles
+            }
+            None => bench.desired_bristles,
+        };
+        let way = LOOP
+            * (desired.breakaway_torque / bristles.stiffness)
+                .max(model.own.breakaway_torque / model.own_bristles.stiffness);
         let points = self.points.iter().map(|point| [point.speed, point.torque]).collect();
         let design = Design { own: model.own, desired, points, region };
         let judge = if self.thorough { Region::judge } else { Region::glance };
@@ -217,6 +250,8 @@ impl Sketch {
             own: self.speeds.iter().map(|speed| design.own.magnitude(*speed)).collect(),
             least: able(0),
             largest: able(1),
+            desired_loop: presliding(&bristles.under(desired), way),
+            own_loop: presliding(&model.own_bristles.under(design.own), way),
             grips: grips(&desired, fastest),
             renderable: verdict.renderable(),
             margin: Some(verdict.margin).filter(|margin| margin.is_finite()),
@@ -243,15 +278,43 @@ fn field(parameter: usize) -> &'static Field {
 }
 
 fn check(curve: &Stribeck<f64>) -> Result<(), Error> {
-    for (parameter, value) in values(curve).into_iter().enumerate() {
-        let (name, unit) = (PARAMETERS[parameter].1, PARAMETERS[parameter].2);
-        let (minimum, maximum) = (field(parameter).minimum, field(parameter).maximum);
-        if !(minimum..=maximum).contains(&value) {
-            let remedy = "A desired friction that can be written into a parameter file keeps to it.";
-            return Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy });
-        }
+    let mut numbers = values(curve).into_iter().enumerate();
+    numbers.try_for_each(|(parameter, value)| in_range(field(parameter), PARAMETERS[parameter].1, value))
+}
+
+fn check_bristles(bristles: &Bristles<f64>) -> Result<(), Error> {
+    let numbers = [bristles.stiffness, bristles.damping, bristles.elastic_fraction];
+    let fields = <Bristles<f64> as Fields<f64>>::SHAPE.fields();
+    ["stiffness", "damping", "elastic_fraction"].into_iter().zip(numbers).try_for_each(|(name, value)| {
+        let field = fields.iter().find(|field| field.name == name).expect("bristles have their parameters");
+        in_range(field, name, value)
+    })
+}
+
+fn in_range(field: &Field, name: &'static str, value: f64) -> Result<(), Error> {
+    let Field { minimum, maximum, unit, .. } = *field;
+    if (minimum..=maximum).contains(&value) {
+        return Ok(());
     }
-    Ok(())
+    let remedy = "A desired friction that can be written into a parameter file keeps to it.";
+    Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy })
+}
+
+/// From rest to one end of the way [rad], to the other, and back.
+fn presliding(friction: &Friction<f64>, way: f64) -> Loop {
+    let element = FrictionElement { friction: *friction };
+    let mut state = FrictionElementState::default();
+    let step = way / STEPS as f64;
+    let turns = [(1.0, STEPS), (-1.0, 2 * STEPS), (1.0, 2 * STEPS)];
+    let mut angle = 0.0;
+    let mut seen = Loop { angle: vec![0.0], torque: vec![0.0] };
+    for direction in turns.into_iter().flat_map(|(direction, steps)| std::iter::repeat_n(direction, steps)) {
+        let contact = Contact { velocity: direction * step / SLOWLY, ..Contact::default() };
+        angle += direction * step;
+        seen.torque.push(element.step(&mut state, contact, SLOWLY).torque);
+        seen.angle.push(angle);
+    }
+    seen
 }
 
 /// The curve as the hand wants it, within the ranges of its parameters.

@@ -152,3 +152,21 @@ fn what_is_no_sketch_is_refused_with_the_reason() {
     let none = Reference { speed: 1.0, torque: 0.2, weight: 0.0 };
     assert!(refusal(Sketch { points: vec![none], fit: true, ..sketch() }).contains("weight"));
 }
+
+#[test]
+fn the_presliding_loop_has_the_slope_of_the_bristles_and_ends_at_breakaway() {
+    let bristles = Some([500.0, 0.5, 0.6]);
+    let seen = drawn(&Sketch { bristles, desired: Some([0.25, 0.15, 2.0, 1e-4]), ..sketch() });
+    let Loop { angle, torque } = &seen.desired_loop;
+    assert_eq!((angle.len(), torque.len(), &seen.own_loop.angle), (301, 301, angle));
+    // Below the elastic limit a step bends the bristles by its whole way; the torque is that of its middle.
+    let slope = (torque[4] - torque[3]) / (angle[4] - angle[3]);
+    assert!((slope / 500.0 - 1.0).abs() < 1e-6, "{slope}");
+    let largest = torque.iter().copied().fold(0.0, f64::max);
+    assert!((largest / 0.25 - 1.0).abs() < 0.01, "{largest}");
+    // Behind the first turn it repeats itself.
+    assert!((torque[60] - torque[300]).abs() < 1e-3, "{} {}", torque[60], torque[300]);
+    assert!(torque.iter().all(|torque| torque.abs() < 0.2501));
+    let refused = Sketch { bristles: Some([0.0, 0.0, 0.5]), ..sketch() }.draw(&preset()).unwrap_err();
+    assert!(refused.to_string().contains("stiffness"), "{refused}");
+}
