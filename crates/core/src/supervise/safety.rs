@@ -261,7 +261,8 @@ impl Safety {
         self.monitor.see(&input, &self.limits, dt);
         let trusted = self.monitor.trusted(&input, &self.limits);
         let stands = trusted.is_some_and(|(velocity, _)| velocity.abs() < self.limits.standstill_velocity);
-        self.quiet = if stands { self.quiet + dt } else { 0.0 };
+        // What happened in ticks that were missed nobody saw: a screw that is slow once has not stood all the time.
+        self.quiet = if stands { self.quiet + dt / (1.0 + input.missed as f64) } else { 0.0 };
         let watched = self.state.allows_torque() || self.state == SafetyState::Ready;
         if watched && let Err(fault) = self.check(&input, trusted.map_or(0.0, |(velocity, _)| velocity)) {
             self.fault(fault);

@@ -186,6 +186,7 @@ fn every_fault_is_seen_braked_within_its_way_and_kept_until_it_is_acknowledged()
         // Without a servo amplifier that obeys there is no brake, and a sensor that says nothing true leaves none.
         let obeys = !matches!(kind, Kind::PowerLoss | Kind::ServoFrozen | Kind::ServoSaturated);
         let by_drive = obeys && rows.iter().any(|(outcome, _)| outcome.braked);
+        assert!(!by_drive || rows.iter().all(|(outcome, _)| outcome.braked), "{}: not braked each time", kind.name());
         let stops = if by_drive { "the drive's brake" } else { "friction and short circuit" };
         let ends = match (rows.iter().any(|(o, _)| o.held), rows.iter().all(|(o, _)| o.rest || o.held)) {
             (_, false) => "**moves on**: emergency stop",

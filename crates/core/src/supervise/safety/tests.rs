@@ -399,3 +399,20 @@ fn where_no_sensor_is_left_or_the_brake_drives_the_torque_goes_at_once() {
     let (state, way, _) = stopped(30.0, 3.0, |_, _| {});
     assert!(matches!(state, SafetyState::Fault(Fault::FollowingError { .. })) && way < 1.0, "{state:?} {way}");
 }
+
+#[test]
+fn a_screw_that_is_slow_once_behind_missed_ticks_has_not_stood_and_is_braked() {
+    let mut safety = running();
+    for k in 0..400 {
+        safety.step(SafetyInput { measured_velocity: 8.0, ..calm(41.0 + 8.0 * DT * f64::from(k)) }, DT);
+    }
+    let missed = 100;
+    let slow = SafetyInput { measured_velocity: 0.2, missed, ..calm(41.8) };
+    let state = safety.step(slow, DT * (missed + 1) as f64);
+    assert!(matches!(state, SafetyState::Stopping(Some(Fault::TicksMissed { .. }))), "{state:?}");
+    assert!(safety.braking().is_some());
+    // Where it is slow for its time, it stands.
+    let stands = (0..200).find(|_| !matches!(safety.step(calm(41.8), DT), SafetyState::Stopping(_)));
+    let ticks = safety.limits().standstill_time / DT;
+    assert!(stands.is_some_and(|k| f64::from(k) > ticks - 3.0), "{stands:?} of {ticks}");
+}
