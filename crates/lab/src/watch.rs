@@ -9,9 +9,10 @@ use crate::Error;
 type Report = dyn Fn(&str, f64) + Send + Sync;
 
 /// The observer of one piece of work: hears about progress, and may cancel.
+#[derive(Clone)]
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
-    report: Box<Report>,
+    report: Arc<Report>,
 }
 
 impl Watch {
@@ -22,7 +23,7 @@ impl Watch {
 
     /// Calls `report` with the stage's name and the part that is done (0 … 1); stops the work once `cancelled` is true.
     pub fn new(cancelled: Arc<AtomicBool>, report: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
-        Watch { cancelled, report: Box::new(report) }
+        Watch { cancelled, report: Arc::new(report) }
     }
 
     /// The stage `name` has got as far as `fraction` (0 … 1).

@@ -138,9 +138,9 @@ pub(crate) enum Command {
 
 /// What the program does without a command: the demo, and then the bench by the clock until Ctrl-C.
 pub(crate) fn start(out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-    alone::<demo::DemoCommand>().run(out, watch)?;
+    Command::Demo(alone()).run(out, |_| watch.clone())?;
     writeln!(out, "\nThe bench by the clock, to work on:")?;
-    alone::<serve::ServeCommand>().run(out, watch)
+    Command::Serve(alone()).run(out, |_| watch.clone())
 }
 
 /// A command as without any argument.
