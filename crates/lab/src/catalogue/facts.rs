@@ -7,7 +7,7 @@ use stickslip_core::fields::Field;
 
 use crate::recording::mdf::Opened;
 use crate::report::Report;
-use crate::run::PRESET;
+use crate::run::{BEGIN, PRESET};
 use crate::{Preset, parameters};
 
 use super::row::{KeyNumber, Value};
@@ -160,7 +160,8 @@ impl Facts {
         let tick = property("tick_time").and_then(|time| time.parse::<f64>().ok());
         self.duration = tick.map(|tick| tick * opened.len() as f64);
         let start = contents.header.start.duration_since(std::time::UNIX_EPOCH);
-        self.begun = start.ok().map(|start| start.as_secs_f64());
+        let first = contents.events.iter().find(|(_, event)| event.name == BEGIN).map_or(0, |(_, event)| event.cycle);
+        self.begun = start.ok().map(|start| start.as_secs_f64() + first as f64 * tick.unwrap_or_default());
         let attached = contents.attachments.iter().find(|file| file.name == PRESET);
         if let Some(text) = attached.and_then(|file| std::str::from_utf8(&file.bytes).ok()) {
             let text = text.to_owned();

@@ -11,7 +11,7 @@ mod tests;
 
 pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
-pub(crate) use recorder::{PRESET, SCHEMA};
+pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{Signals, channels};
 

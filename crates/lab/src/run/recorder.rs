@@ -21,7 +21,7 @@ pub(crate) const PRESET: &str = "preset.toml";
 /// Name of the attached state of a run that does not begin with the first cycle.
 pub(super) const STATE: &str = "state.txt";
 /// Names of events that a replay reads.
-pub(super) const BEGIN: &str = "begin";
+pub(crate) const BEGIN: &str = "begin";
 pub(super) const LOST: &str = "lost";
 pub(super) const CHANGED: [&str; 2] = ["change", "refused"];
 
@@ -95,8 +95,11 @@ impl RunWriter {
             ("tick_time".to_owned(), bench.tick_time().to_string()),
         ];
         properties.extend(about.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
+        let cycle = keyframe.map_or(0, |keyframe| keyframe.cycle);
+        // A file tells the time of cycle 0.
+        let since = Duration::try_from_secs_f64(cycle as f64 * bench.tick_time()).unwrap_or_default();
         let header = Header {
-            start: SystemTime::now(),
+            start: SystemTime::now().checked_sub(since).unwrap_or(SystemTime::UNIX_EPOCH),
             program: "stickslip".into(),
             version: env!("CARGO_PKG_VERSION").into(),
             comment: about.command.clone(),
@@ -114,7 +117,6 @@ impl RunWriter {
             let text: Vec<String> = numbers.iter().map(f64::to_string).collect();
             writer.attach(STATE, "text/plain", text.join("\n").as_bytes())?;
         }
-        let cycle = keyframe.map_or(0, |keyframe| keyframe.cycle);
         let begin = line(&What::Software(Change::Parameters(parameters), None));
         writer.event(&Event { cycle, name: BEGIN.into(), comment: begin, cause: Cause::Tool })?;
         Ok(RunWriter { writer, parameters, faulty: false, lost: 0, flushed: Instant::now() })

