@@ -20,10 +20,11 @@ const SHELLS: [(&str, &str); 4] =
 /// Builds, packs, and starts what was packed in an empty folder that is its whole world.
 pub(crate) fn dist() -> Result<(), String> {
     let root = tree::root()?;
-    let target = if tools::target(MUSL) {
+    let target = if tools::target(MUSL) && tools::musl_compiler() {
         MUSL
     } else {
-        println!("skipped: {MUSL} cannot be had (`rustup target add {MUSL}`); {GLIBC} is linked statically instead");
+        let remedy = format!("`rustup target add {MUSL}`, and musl-gcc, on Debian of musl-tools");
+        println!("skipped: {MUSL} cannot be had ({remedy}); {GLIBC} is linked statically instead");
         GLIBC
     };
     let build = ["build", "--release", "--locked", "--package", "stickslip-cli", "--target", target];

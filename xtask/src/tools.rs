@@ -7,8 +7,10 @@ use std::process::{Command, Stdio};
 /// The bare-metal target that stands for "runs without an operating system": a Cortex-M4F or M7.
 pub(crate) const BARE_TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The target that stands for Windows. Its programs are checked, not linked: no linker is needed.
+/// The target that stands for Windows. Its programs are checked, not linked; the C in them is compiled.
 pub(crate) const WINDOWS_TARGET: &str = "x86_64-pc-windows-gnu";
+const WINDOWS_COMPILER: &str = "x86_64-w64-mingw32-gcc";
+const MUSL_COMPILER: &str = "musl-gcc";
 
 /// A program and the Debian packages that hold it and what it needs.
 struct Program {
@@ -20,7 +22,7 @@ struct Program {
     purpose: &'static str,
 }
 
-const PROGRAMS: [Program; 7] = [
+const PROGRAMS: [Program; 9] = [
     Program {
         command: "gcc",
         probe: "echo '#include <math.h>' | gcc -E -",
@@ -59,6 +61,18 @@ const PROGRAMS: [Program; 7] = [
         purpose: "looking at machine code",
     },
     Program {
+        command: WINDOWS_COMPILER,
+        probe: "echo '#include <windows.h>' | x86_64-w64-mingw32-gcc -E -",
+        packages: &["gcc-mingw-w64-x86-64"],
+        purpose: "compiling the C of SQLite for Windows",
+    },
+    Program {
+        command: MUSL_COMPILER,
+        probe: "echo '#include <math.h>' | musl-gcc -E -",
+        packages: &["musl-tools"],
+        purpose: "compiling the C of SQLite for a program that is linked statically",
+    },
+    Program {
         command: "python3",
         probe: "python3 --version",
         packages: &["python3"],
@@ -90,7 +104,7 @@ pub(crate) fn ensure() -> Tools {
     let rustfmt = component("rustfmt", "fmt");
     let clippy = component("clippy", "clippy");
     let bare_target = target(BARE_TARGET);
-    let windows_target = target(WINDOWS_TARGET);
+    let windows_target = target(WINDOWS_TARGET) && runs(WINDOWS_COMPILER, &["--version"]);
 
     let mut missing: Vec<String> = absent().into_iter().map(sentence).collect();
     if !rustfmt {
@@ -103,7 +117,8 @@ pub(crate) fn ensure() -> Tools {
         missing.push(format!("target {BARE_TARGET} is missing (`rustup target add {BARE_TARGET}`)"));
     }
     if !windows_target {
-        missing.push(format!("target {WINDOWS_TARGET} is missing (`rustup target add {WINDOWS_TARGET}`)"));
+        let both = format!("`rustup target add {WINDOWS_TARGET}`, and {WINDOWS_COMPILER}");
+        missing.push(format!("target {WINDOWS_TARGET} is missing ({both})"));
     }
     Tools { rustfmt, clippy, bare_target, windows_target, missing }
 }
@@ -141,6 +156,11 @@ fn install(packages: &[&&str]) {
     let known: Vec<&str> = known.collect();
     println!("installing {}", known.join(", "));
     apt(&[&["install", "-y", "--no-install-recommends"], &known[..]].concat());
+}
+
+/// Whether C can be compiled for a program that is linked with musl.
+pub(crate) fn musl_compiler() -> bool {
+    runs(MUSL_COMPILER, &["--version"])
 }
 
 /// Whether the standard library of a target is there, or can be fetched within two minutes.

@@ -12,7 +12,8 @@ use stickslip::live::protocol::{Answer, Call};
 #[test]
 fn the_page_has_the_types_of_the_protocol() {
     let mut definitions = BTreeMap::new();
-    let mut text = String::from("// Generated from the schema of the protocol; do not edit. See crates/app/tests/protocol.rs.\n");
+    let mut text =
+        String::from("// Generated from the schema of the protocol; do not edit. See crates/app/tests/protocol.rs.\n");
     for (name, schema) in [("Call", schemars::schema_for!(Call)), ("Answer", schemars::schema_for!(Answer))] {
         let schema = schema.as_value().as_object().unwrap().clone();
         if let Some(below) = schema.get("$defs").and_then(Value::as_object) {

@@ -439,6 +439,15 @@ pub enum Error {
         /// What runs.
         what: String,
     },
+    /// A record whose first state is not one of the bench of its preset.
+    #[error("the state that the record begins with does not fit its preset. Take the record as it was made.")]
+    RecordState,
+    /// Nothing of that kind runs.
+    #[error("there is no {what} to end.")]
+    NothingToEnd {
+        /// What was asked for.
+        what: &'static str,
+    },
     /// No step back, or none forward.
     #[error("there is nothing to {what}.")]
     NothingToUndo {
@@ -475,6 +484,40 @@ pub enum Error {
         bytes: u128,
         /// Allowed.
         limit: usize,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The catalogue of runs does not take or give something. The runs themselves are as they were.
+    #[error("{}: {fault}. {remedy}", path.display())]
+    Catalogue {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The catalogue knows no such run.
+    #[error("there is no run {number}. `stickslip runs` lists them.")]
+    NoRun {
+        /// The number asked for.
+        number: i64,
+    },
+    /// A run of the catalogue whose files are not where it says.
+    #[error("run {number}: {how}. {remedy}")]
+    RunGone {
+        /// Its number.
+        number: i64,
+        /// Why.
+        how: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// No name or tag of a run.
+    #[error("{text:?} will not do for a run. {remedy}")]
+    RunText {
+        /// What was given.
+        text: String,
         /// What to do.
         remedy: &'static str,
     },

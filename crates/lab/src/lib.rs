@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod calibrate;
 pub mod capture;
+pub mod catalogue;
 pub mod curve_file;
 pub mod demo;
 pub mod design;

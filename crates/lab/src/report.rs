@@ -149,6 +149,11 @@ impl Report {
         self
     }
 
+    /// Where its numbers come from; several where reports were put together.
+    pub fn provenance(&self) -> &[Provenance] {
+        &self.provenance
+    }
+
     /// The whole page.
     pub fn html(&self) -> String {
         html::page(self)

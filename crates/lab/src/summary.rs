@@ -15,6 +15,9 @@ use crate::parameters::number::rounded;
 use crate::quantity::Estimate;
 use crate::{Error, output};
 
+/// What a summary says that it is.
+pub(crate) const SCHEMA: &str = "stickslip.summary/1";
+
 /// The results of one run of a command.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -51,7 +54,7 @@ impl Summary {
     /// Of the command `stickslip COMMAND`, without results yet.
     pub fn new(command: &str) -> Self {
         Summary {
-            schema: "stickslip.summary/1",
+            schema: SCHEMA,
             command: command.into(),
             version: env!("CARGO_PKG_VERSION"),
             results: BTreeMap::new(),

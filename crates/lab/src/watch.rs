@@ -13,10 +13,11 @@ type Report = dyn Fn(&str, f64) + Send + Sync;
 type Plateaus = dyn Fn(&Plateau) + Send + Sync;
 
 /// The observer of one piece of work: hears about progress, and may cancel.
+#[derive(Clone)]
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
-    report: Box<Report>,
-    plateaus: Option<Box<Plateaus>>,
+    report: Arc<Report>,
+    plateaus: Option<Arc<Plateaus>>,
 }
 
 impl Watch {
@@ -27,12 +28,12 @@ impl Watch {
 
     /// Calls `report` with the stage's name and the part that is done (0 … 1); stops the work once `cancelled` is true.
     pub fn new(cancelled: Arc<AtomicBool>, report: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
-        Watch { cancelled, report: Box::new(report), plateaus: None }
+        Watch { cancelled, report: Arc::new(report), plateaus: None }
     }
 
     /// Hears each plateau of a friction measurement as well, as soon as it has ended.
     pub fn with_plateaus(self, plateaus: impl Fn(&Plateau) + Send + Sync + 'static) -> Self {
-        Watch { plateaus: Some(Box::new(plateaus)), ..self }
+        Watch { plateaus: Some(Arc::new(plateaus)), ..self }
     }
 
     /// A plateau has ended.

@@ -16,6 +16,7 @@ use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
 use stickslip::{Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
+use stickslip_core::kept::Keep;
 use stickslip_core::tick::Measurement;
 
 /// Ticks whose calls count.
@@ -46,6 +47,10 @@ impl<M: Io> Io for Watched<M> {
         self.machine.finish()
     }
 
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        self.machine.keep(keep);
+    }
+
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         self.machine.set_preload(preload)
     }
@@ -64,11 +69,14 @@ fn calls(allocates: bool) -> Result<u64, Error> {
     // Somebody records, with too little room: both paths of a tap are gone.
     let (tap, stream) = tap::tap(200);
     let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
+    let mut states = bench.keyframes().expect("nobody else has taken it");
     home(&mut bench, &Watch::silent())?;
     for &(_, law) in LAWS.iter().filter(|(name, _)| ["paper", "bristle", "admittance"].contains(name)) {
         preset.bench.law = law;
         let law = design::rendering_law(&preset.model, &preset.bench)?;
         bench.set_law(law)?;
+        // Somebody begins to record.
+        states.take()?;
         for tick in 0..300 {
             let time = f64::from(tick) * 1e-3;
             let setpoint = Setpoint { position: 0.2 * (5.0 * time).sin(), ..Setpoint::default() };

@@ -9,7 +9,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use stickslip::Watch;
 use stickslip::live::protocol::{Answer, Call, Quantity};
 
-use super::status::line;
+use super::status::{amount, line};
 use crate::failure::Failure;
 use crate::serve::{Client, unexpected};
 use crate::source::Setting;
@@ -80,6 +80,17 @@ enum Order {
         #[arg(long, value_name = "NAME=VALUE")]
         set: Vec<Setting>,
     },
+    /// Record every cycle from now on, into a run of its own, whatever the bench does; replayable from there.
+    #[command(after_help = "Example: stickslip bench record grease\n\
+                            Example: stickslip bench record --stop")]
+    Record {
+        /// What to call it: letters, digits, - and _.
+        #[arg(default_value = "recording", conflicts_with = "stop")]
+        name: String,
+        /// End the recording.
+        #[arg(long)]
+        stop: bool,
+    },
     /// List the signals that can be captured.
     #[command(after_help = "Example: stickslip bench signals")]
     Signals,
@@ -130,6 +141,18 @@ impl BenchCommand {
                 }
                 other => Err(unexpected(&other)),
             },
+            Order::Record { stop: true, .. } => {
+                let before = client.status()?;
+                done(&client, &Call::EndRecord {})?;
+                let file = before.recording.unwrap_or_default();
+                let much = before.recorded.map_or(String::new(), |recorded| format!(": {}", amount(&recorded)));
+                Ok(writeln!(out, "Recorded into {file}{much}")?)
+            }
+            Order::Record { name, .. } => {
+                done(&client, &Call::Record { name })?;
+                let file = client.status()?.recording.unwrap_or_default();
+                Ok(writeln!(out, "Recording into {file}; `stickslip bench record --stop` ends it.")?)
+            }
             Order::Preload { preload } => follow(&client, &Call::Preload { preload }, out, &watch()),
             Order::Inject { fault } => tell(&client, &Call::Inject { fault }, out),
             Order::Start => tell(&client, &Call::Start {}, out),

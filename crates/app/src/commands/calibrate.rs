@@ -19,7 +19,7 @@ use crate::source::{self, Setting};
 pub(crate) struct CalibrateCommand {
     /// Name of a preset, or a parameter file: what the bench believes before.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
-    preset: String,
+    pub(super) preset: String,
     /// Change a value of the bench (plant.servo.torque_per_volt=0.145); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
@@ -31,7 +31,7 @@ pub(crate) struct CalibrateCommand {
     seed: u64,
     /// Folder for the calibrated preset, figures, data, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/calibrate")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

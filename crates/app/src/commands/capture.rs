@@ -38,7 +38,7 @@ pub(crate) struct CaptureCommand {
     decimation: u64,
     /// Folder for data, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/capture")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

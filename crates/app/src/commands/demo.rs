@@ -17,13 +17,13 @@ use crate::shown::Shown;
 pub(crate) struct DemoCommand {
     /// Folder for figures, tables, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/demo")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Seed of the noise: the same seed gives the same bytes.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
-    preset: String,
+    pub(super) preset: String,
     /// For scripts: end when the results are written, as it does.
     #[arg(long, hide = true)]
     no_serve: bool,

@@ -23,7 +23,7 @@ pub(crate) struct DesignCommand {
     from: String,
     /// The bench whose load motor shall render it: a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
-    preset: String,
+    pub(super) preset: String,
     /// Reference point: speed in rad/s and torque in N m. The desired curve goes through all of them by least squares;
     /// what they leave open stays as it began.
     #[arg(long, value_name = "SPEED=TORQUE")]
@@ -36,7 +36,7 @@ pub(crate) struct DesignCommand {
     acceleration: f64,
     /// Folder for desired.toml, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/design")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

@@ -14,7 +14,7 @@ use crate::shown::Shown;
 /// What to export, and into what.
 #[derive(Args)]
 pub(crate) struct ExportCommand {
-    /// The run's file, or the folder with its run.mf4.
+    /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
     /// The file to write; its name ends with .csv, .parquet, .mat or .mcap.
     #[arg(long, value_name = "FILE")]
@@ -44,7 +44,7 @@ impl ExportCommand {
             until: self.until.unwrap_or(all.until),
             every: self.every,
         };
-        let exported = export(&file(&self.run), &self.out, &part, watch)?;
+        let exported = export(&file(&self.run)?, &self.out, &part, watch)?;
         let mut summary = Summary::new("export");
         summary
             .result("export.rows", exported.rows as f64, "1")
@@ -60,7 +60,7 @@ impl ExportCommand {
 /// Which file.
 #[derive(Args)]
 pub(crate) struct RecoverCommand {
-    /// The run's file, or the folder with its run.mf4.
+    /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
@@ -68,7 +68,7 @@ pub(crate) struct RecoverCommand {
 
 impl RecoverCommand {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
-        let recovered = mdf::recover(&file(&self.run))?;
+        let recovered = mdf::recover(&file(&self.run)?)?;
         let mut summary = Summary::new("recover");
         summary
             .result("recover.rows", recovered.rows as f64, "1")
@@ -80,7 +80,8 @@ impl RecoverCommand {
     }
 }
 
-/// A run's file, or the one in its folder.
-pub(super) fn file(run: &Path) -> PathBuf {
-    if run.is_dir() { run.join("run.mf4") } else { run.to_owned() }
+/// A run's file, or the one in its folder; by its number in the catalogue, too.
+pub(super) fn file(run: &Path) -> Result<PathBuf, Failure> {
+    let run = super::runs::named(run)?;
+    Ok(if run.is_dir() { run.join("run.mf4") } else { run })
 }

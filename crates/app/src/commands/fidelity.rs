@@ -43,7 +43,7 @@ pub(crate) struct Fidelity {
     threads: usize,
     /// Folder for figures, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/fidelity")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

@@ -14,7 +14,8 @@ use crate::source;
 /// What to fit.
 #[derive(Args)]
 pub(crate) struct Fit {
-    /// Friction curve (CSV, MAT, Parquet or MDF 4: a row a speed, with velocity and torque), or the folder of a measurement.
+    /// Friction curve (CSV, MAT, Parquet or MDF 4: a row a speed, with velocity and torque), or the folder of a measurement
+    /// or its number in the catalogue.
     curve: PathBuf,
     /// Both directions as one curve, or each as one of its own.
     #[arg(long, value_enum, default_value_t = Directions::Both)]
@@ -33,7 +34,7 @@ pub(crate) struct Fit {
     group: Option<String>,
     /// Folder for fit.toml, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/fit")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }
@@ -48,7 +49,7 @@ impl Fit {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let Fit { velocity, torque, standard_error, group, .. } = self;
         let columns = CurveColumns { velocity, torque, standard_error, group };
-        let fits = fit_file(&self.curve, &columns, self.side == Directions::Each)?;
+        let fits = fit_file(&super::runs::named(&self.curve)?, &columns, self.side == Directions::Each)?;
         let (summary, missing) = fits.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for fitted in &fits.fits {

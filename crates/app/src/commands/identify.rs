@@ -24,7 +24,7 @@ pub(crate) struct Identify {
     machine: PathBuf,
     /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/identify")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

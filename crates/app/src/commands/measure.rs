@@ -91,6 +91,16 @@ impl Measure {
         how.shown
     }
 
+    /// Where its results go, and the preset.
+    pub(super) fn leaves(&self) -> (PathBuf, String) {
+        let (how, kind) = match self {
+            Measure::Friction(how) => (how, FrictionPlan::<f64>::KIND),
+            Measure::Breakaway(how) => (how, BreakawayPlan::<f64>::KIND),
+            Measure::Presliding(how) => (how, PreslidingPlan::<f64>::KIND),
+        };
+        (how.folder(kind), how.preset.clone())
+    }
+
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         match self {
             Measure::Friction(how) => how.run::<FrictionPlan<f64>>(out, watch),
@@ -101,6 +111,10 @@ impl Measure {
 }
 
 impl How {
+    fn folder(&self, kind: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| format!("stickslip-out/measure-{kind}").into())
+    }
+
     /// The plan with its values changed.
     fn plan<P: Plan>(&self) -> Result<P, Failure> {
         let plan = match self.plan {
@@ -130,7 +144,7 @@ impl How {
         if self.dry_run {
             return Ok(());
         }
-        let folder = self.out.unwrap_or_else(|| format!("stickslip-out/measure-{}", P::KIND).into());
+        let folder = self.folder(P::KIND);
         let (mut recorder, mut tap) = (None, None);
         if self.record {
             stickslip::output::create_folder(&folder)?;

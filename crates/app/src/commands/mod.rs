@@ -19,6 +19,7 @@ mod plant;
 mod render;
 mod replay;
 mod report;
+mod runs;
 mod serve;
 mod status;
 mod validate;
@@ -122,6 +123,11 @@ pub(crate) enum Command {
     /// Look at, check, compare and change parameter files.
     #[command(after_help = "Example: stickslip params list\nExample: stickslip params diff clm-bench live")]
     Params(params::ParamsCommand),
+    /// The catalogue of runs: search it, name and tag what is in it, tidy it.
+    #[command(after_help = "Example: stickslip runs\n\
+                            Example: stickslip runs 'M_S>0.2 law:paper -tag:bad'\n\
+                            Example: stickslip runs --rebuild")]
+    Runs(runs::RunsCommand),
     /// The page of saved results again, or one page of several with their curves over each other.
     #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
     Report(report::ReportCommand),
@@ -132,9 +138,9 @@ pub(crate) enum Command {
 
 /// What the program does without a command: the demo, and then the bench by the clock until Ctrl-C.
 pub(crate) fn start(out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-    alone::<demo::DemoCommand>().run(out, watch)?;
+    Command::Demo(alone()).run(out, |_| watch.clone())?;
     writeln!(out, "\nThe bench by the clock, to work on:")?;
-    alone::<serve::ServeCommand>().run(out, watch)
+    Command::Serve(alone()).run(out, |_| watch.clone())
 }
 
 /// A command as without any argument.
@@ -147,6 +153,35 @@ impl Command {
     /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
     /// asks it to stop, and does not end the program.
     pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+        let leaving = self.leaves();
+        let ended = self.carry_out(out, watch);
+        // Also of a run that was cancelled there may be results.
+        leaving.into_iter().for_each(runs::Leaving::enter);
+        ended
+    }
+
+    /// The run that it leaves, for the catalogue.
+    fn leaves(&self) -> Option<runs::Leaving> {
+        let (folder, preset) = match self {
+            Command::Demo(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Measure(command) => {
+                let (folder, preset) = command.leaves();
+                (folder, Some(preset))
+            }
+            Command::Calibrate(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Design(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Fit(command) => (command.out.clone(), None),
+            Command::Fidelity(command) => (command.out.clone(), None),
+            Command::Identify(command) => (command.out.clone(), None),
+            Command::Validate(command) => (command.out.clone(), None),
+            Command::Capture(command) => (command.out.clone(), None),
+            _ => return None,
+        };
+        Some(runs::Leaving::into(folder, preset))
+    }
+
+    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
         match self {
             Command::Demo(command) => {
                 let watch = watch(command.shown);
@@ -209,6 +244,7 @@ impl Command {
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),
             Command::Report(command) => command.run(out),
+            Command::Runs(command) => command.run(out),
             Command::Completions(command) => command.run(out),
         }
     }

@@ -26,7 +26,7 @@ pub(crate) struct RenderCommand {
     desired: String,
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
-    preset: String,
+    pub(super) preset: String,
     /// Change a value of the bench (bench.fade_velocity=0.2); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
@@ -39,7 +39,7 @@ pub(crate) struct RenderCommand {
     seed: u64,
     /// Folder for figures, data, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/render")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

@@ -13,7 +13,7 @@ use crate::shown::Shown;
 /// Which run.
 #[derive(Args)]
 pub(crate) struct ReplayCommand {
-    /// The run's file, or the folder with its run.mf4.
+    /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
     /// Folder for summary.json; without, nothing is written.
     #[arg(long, value_name = "DIR")]
@@ -24,7 +24,7 @@ pub(crate) struct ReplayCommand {
 
 impl ReplayCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let path = super::export::file(&self.run);
+        let path = super::export::file(&self.run)?;
         let replayed = Stored::open(&path)?.replay(watch)?;
         let mut summary = Summary::new("replay");
         summary

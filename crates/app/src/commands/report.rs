@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// Which results.
 #[derive(Args)]
 pub(crate) struct ReportCommand {
-    /// Folders with a report.json, as other commands leave them. Several are put over each other.
+    /// Folders with a report.json, as other commands leave them, or numbers of runs in the catalogue. Several are put over each other.
     #[arg(required = true, value_name = "DIR")]
     results: Vec<PathBuf>,
     /// The page. By default report.html beside the data; stickslip-out/comparison.html of several.
@@ -24,7 +24,8 @@ impl ReportCommand {
     /// Reads, renders, writes. All folders that are no result are named at once.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let (mut reports, mut errors) = (Vec::new(), Vec::new());
-        for (path, name) in self.results.iter().zip(names(&self.results)) {
+        let results: Vec<PathBuf> = self.results.iter().map(|run| super::runs::named(run)).collect::<Result<_, _>>()?;
+        for (path, name) in results.iter().zip(names(&results)) {
             match Report::read(path) {
                 Ok(report) => reports.push((name, report)),
                 Err(error) => errors.push(error),
@@ -37,7 +38,7 @@ impl ReportCommand {
             true => path.join("report.html"),
             false => path.with_file_name("report.html"),
         };
-        let page = self.out.unwrap_or_else(|| match self.results.as_slice() {
+        let page = self.out.unwrap_or_else(|| match results.as_slice() {
             [one] => beside(one),
             _ => "stickslip-out/comparison.html".into(),
         });

@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Counts;
-use stickslip::live::protocol::{Doing, Status, XcpStatus};
+use stickslip::live::protocol::{Doing, Recorded, Status, XcpStatus};
 
 use crate::failure::Failure;
 use crate::serve::Client;
@@ -66,6 +66,12 @@ fn tool(door: &XcpStatus) -> String {
     let master = door.master.as_deref().unwrap_or("nobody");
     let measuring = if door.measuring { ", measuring" } else { "" };
     format!("{} {}: {master}{measuring}, {} rows lost", door.transport, door.address, door.lost)
+}
+
+/// How much was recorded.
+pub(super) fn amount(recorded: &Recorded) -> String {
+    let Recorded { length, bytes, lost, .. } = recorded;
+    format!("{length:.1} s, {:.1} MB, {lost} cycles lost", *bytes as f64 / 1e6)
 }
 
 /// In one line.
@@ -126,7 +132,11 @@ fn page(status: &Status) -> String {
     lines.push(("changed", format!("{} parameters since the begin{back}", status.changed)));
     lines.push(("operator", status.operator.clone().unwrap_or_else(|| "nobody".into())));
     if let Some(recording) = &status.recording {
-        lines.push(("recording", recording.clone()));
+        let much = status.recorded.map_or(String::new(), |recorded| format!(", {}", amount(&recorded)));
+        lines.push(("recording", format!("{recording}{much}")));
+    }
+    if let Some(why) = &status.not_entered {
+        lines.push(("catalogue", format!("the run that ended last is not in it: {why}")));
     }
     lines.extend(status.xcp.iter().map(|door| ("xcp", tool(door))));
     if let Some(link) = status.link {
@@ -162,8 +172,13 @@ mod tests {
         };
         status.xcp = vec![door("udp", Some("127.0.0.1:40000")), door("tcp", None)];
         status.link = Some(Counts { missing: 3, begun: 2, ..Counts::default() });
+        status.recording = Some("run.mf4".into());
+        status.recorded = Some(Recorded { from: 4000, length: 2.55, bytes: 1_234_567, lost: 3 });
+        status.not_entered = Some("the disk is full".into());
         let page = page(&status);
         for part in [
+            "run.mf4, 2.5 s, 1.2 MB, 3 cycles lost",
+            "is not in it: the disk is full",
             "udp 127.0.0.1:5555: 127.0.0.1:40000, measuring, 3 rows lost",
             "tcp 127.0.0.1:5555: nobody, 3 rows",
             "0 ticks answered, 3 not",

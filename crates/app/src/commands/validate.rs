@@ -25,7 +25,7 @@ pub(crate) struct Validate {
     machine: PathBuf,
     /// Folder for report.html, figures and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
 }

@@ -35,9 +35,8 @@ impl Door {
         let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
         let bearer = text(header::AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
         let name = self.cookie();
-        let cookie = text(header::COOKIE).and_then(|all| {
-            all.split(';').find_map(|one| one.trim().strip_prefix(&name)?.strip_prefix('='))
-        });
+        let cookie = text(header::COOKIE)
+            .and_then(|all| all.split(';').find_map(|one| one.trim().strip_prefix(&name)?.strip_prefix('=')));
         if !bearer.or(token).or(cookie).is_some_and(|given| same(given, &self.token)) {
             return Err((StatusCode::UNAUTHORIZED, "the token is missing or wrong: `stickslip serve` prints it"));
         }

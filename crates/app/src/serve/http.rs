@@ -200,8 +200,13 @@ pub(super) fn refused(status: StatusCode, error: String) -> Response {
 fn status(error: &Error) -> StatusCode {
     match error {
         Error::Operated { .. } => StatusCode::FORBIDDEN,
-        Error::Busy { .. } | Error::Refused(_) | Error::NothingToUndo { .. } => StatusCode::CONFLICT,
-        Error::BenchFault { .. } | Error::File { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+        Error::Busy { .. }
+        | Error::Refused(_)
+        | Error::NothingToUndo { .. }
+        | Error::NothingToEnd { .. }
+        | Error::RunGone { .. } => StatusCode::CONFLICT,
+        Error::NoRun { .. } => StatusCode::NOT_FOUND,
+        Error::BenchFault { .. } | Error::File { .. } | Error::Catalogue { .. } => StatusCode::INTERNAL_SERVER_ERROR,
         _ => StatusCode::UNPROCESSABLE_ENTITY,
     }
 }

@@ -86,7 +86,11 @@ fn sent(file: &stickslip_page::File, headers: &HeaderMap) -> Response {
         (None, file.plain)
     };
     let cache = if file.is_immutable() { "public, max-age=31536000, immutable" } else { "no-cache" };
-    let known = [(header::CONTENT_TYPE, file.content_type()), (header::CACHE_CONTROL, cache), (header::VARY, "Accept-Encoding")];
+    let known = [
+        (header::CONTENT_TYPE, file.content_type()),
+        (header::CACHE_CONTROL, cache),
+        (header::VARY, "Accept-Encoding"),
+    ];
     let mut response = (known, bytes).into_response();
     if let Some(encoding) = encoding {
         response.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));

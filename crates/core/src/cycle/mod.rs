@@ -8,6 +8,7 @@
 //! bench whose experiment has ended, hangs or was cancelled stands still under control. A stop takes the motors from
 //! commands, controller and law in its own tick: the brake of supervision writes the voltages until the screw stands.
 
+mod kept;
 #[cfg(test)]
 mod tests;
 

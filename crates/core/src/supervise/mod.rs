@@ -5,6 +5,7 @@
 mod brake;
 mod fault;
 mod homing;
+mod kept;
 mod limits;
 mod monitor;
 mod safety;

@@ -17,39 +17,39 @@ const CURRENT_LAG: f64 = 5e-3;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Monitor {
     /// Encoder angle of the cycle before [rad], and how long it has stood though the screw seems to move [s].
-    previous: Option<f64>,
-    standing: f64,
+    pub(super) previous: Option<f64>,
+    pub(super) standing: f64,
     /// Velocities, both with the same low-pass [rad/s].
-    encoder: f64,
-    tacho: f64,
+    pub(super) encoder: f64,
+    pub(super) tacho: f64,
     /// What the last cycle's counts say, not low-passed [rad/s].
-    counted: f64,
+    pub(super) counted: f64,
     /// Speed at which the encoder has jumped [rad/s]: since then it says nothing.
-    jumped: Option<f64>,
+    pub(super) jumped: Option<f64>,
     /// How long tacho and encoder have been apart [s].
-    sensors_apart: f64,
+    pub(super) sensors_apart: f64,
     /// Encoder angle of the last index pulse [rad]; how far it lay off whole revolutions from the one before [rad].
-    index: Option<f64>,
-    index_deviation: f64,
-    acceleration: Acceleration,
+    pub(super) index: Option<f64>,
+    pub(super) index_deviation: f64,
+    pub(super) acceleration: Acceleration,
     /// Asked less measured current of the load motor, low-passed [A]; how long it has been too much [s].
-    current: f64,
-    current_apart: f64,
+    pub(super) current: f64,
+    pub(super) current_apart: f64,
     /// Squares of the currents over the thermal time: drive, load [A²].
-    heat: [f64; 2],
+    pub(super) heat: [f64; 2],
 }
 
 /// Accelerometer against tacho.
 #[derive(Clone, Copy, Debug, Default)]
-struct Acceleration {
-    started: bool,
+pub(super) struct Acceleration {
+    pub(super) started: bool,
     /// Low-passed velocity of the tacho [rad/s], acceleration of the accelerometer and its offset [rad/s²].
-    velocity: f64,
-    measured: f64,
-    offset: f64,
+    pub(super) velocity: f64,
+    pub(super) measured: f64,
+    pub(super) offset: f64,
     /// What is left [rad/s²], and how long that has been too much [s].
-    difference: f64,
-    apart: f64,
+    pub(super) difference: f64,
+    pub(super) apart: f64,
 }
 
 impl Acceleration {

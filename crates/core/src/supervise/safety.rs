@@ -116,14 +116,14 @@ impl core::error::Error for Refusal {}
 
 /// A stop under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Stop {
+pub(super) struct Stop {
     /// Speed at its begin, and what it should have come down to [rad/s].
-    begin: f64,
-    ramp: f64,
+    pub(super) begin: f64,
+    pub(super) ramp: f64,
     /// Since its begin [s].
-    time: f64,
+    pub(super) time: f64,
     /// Torque against a load that pushes [N m].
-    held: f64,
+    pub(super) held: f64,
 }
 
 /// What a stop does to the motors.
@@ -138,16 +138,16 @@ pub struct Braking {
 /// The safety functions.
 #[derive(Clone, Copy, Debug)]
 pub struct Safety {
-    limits: SafetyLimits<f64>,
-    brake: Brake<f64>,
-    state: SafetyState,
+    pub(super) limits: SafetyLimits<f64>,
+    pub(super) brake: Brake<f64>,
+    pub(super) state: SafetyState,
     /// Encoder angle of the screw's zero [rad], where known.
-    zero: Option<f64>,
-    monitor: Monitor,
-    stop: Stop,
-    braking: Option<Braking>,
+    pub(super) zero: Option<f64>,
+    pub(super) monitor: Monitor,
+    pub(super) stop: Stop,
+    pub(super) braking: Option<Braking>,
     /// How long the screw has stood [s].
-    quiet: f64,
+    pub(super) quiet: f64,
 }
 
 impl Safety {

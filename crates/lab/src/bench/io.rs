@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use stickslip_core::cycle::{Software, Voltages};
+use stickslip_core::kept::Keep;
 use stickslip_core::tick::Measurement;
 
 use super::Injection;
@@ -58,6 +59,9 @@ pub trait Io {
         let remedy = "This bench has no faults on purpose: its machine is not wrapped for them.".into();
         Err(Error::Injection { fault: injection.to_string(), remedy })
     }
+
+    /// Walks what a virtual machine of this process remembers; one elsewhere remembers it itself.
+    fn keep(&mut self, _: &mut dyn Keep) {}
 
     /// What befalls the software besides, behind an exchange: faults on purpose alone do it.
     fn disturb(&mut self, _: &mut Software) {}

@@ -12,7 +12,8 @@ pub mod tap;
 mod traveller;
 mod virtual_bench;
 
-pub use clocked::{Clocked, ClockedBench, Urgent, refusals};
+pub(crate) use clocked::keyframe;
+pub use clocked::{Clocked, ClockedBench, Keyframe, Keyframes, Urgent, refusals};
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;

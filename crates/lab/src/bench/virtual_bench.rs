@@ -1,6 +1,7 @@
 //! The virtual machine in this process, faster than real time.
 
 use stickslip_core::block::Block as _;
+use stickslip_core::kept::{Keep, count, fields};
 use stickslip_core::plant::{Plant, PlantInput, PlantState, VirtualMachine};
 use stickslip_core::tick::Measurement;
 
@@ -56,6 +57,14 @@ impl Io for InProcess {
 
     fn waits(&self) -> bool {
         true
+    }
+
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        // Its parts and the seed are those of the preset and the run.
+        let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
+        keep.number(&mut machine.parts.plant.wheel.preload);
+        fields(keep, state);
+        count(keep, cycle);
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

@@ -128,7 +128,8 @@ pub fn measure_friction(
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
     let ticks = (plan.duration(start, dt) / dt).round();
-    let mut plateaus = Plateaus { plan, balance, watch, speeds: Vec::new(), mark: 0, frames: Vec::new(), ended: Vec::new() };
+    let mut plateaus =
+        Plateaus { plan, balance, watch, speeds: Vec::new(), mark: 0, frames: Vec::new(), ended: Vec::new() };
     let (mut commanded, mut done) = (Phase::Moving, 0.0);
     let ended = plan.walk(start, dt, &mut |setpoint, phase| {
         let mark = plateaus.mark(phase, commanded);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use stickslip_core::control::reference::{Generator, Reference};
 use stickslip_core::cycle::Parameters;
@@ -13,6 +13,7 @@ use stickslip_core::supervise::{Request, SafetyState};
 use super::Shared;
 use super::protocol::{Doing, Ended};
 use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
+use crate::catalogue::Made;
 use crate::experiment::{FrictionPlan, home};
 use crate::preset::{Model, Settings};
 use crate::workflow::measure::{Plan, measure_homed};
@@ -117,7 +118,12 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
             }
             Some(Job::Run { what, folder, curve, work }) => {
                 curve.into_iter().for_each(|number| shared.begin_curve(number));
+                let begun = SystemTime::now();
                 let ended = work(&mut bench, &shared.watch(&what));
+                // What was measured until a failure is kept as well. A clerk that has gone has told why.
+                if let Some(folder) = &folder {
+                    let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));
+                }
                 shared.end_curve();
                 shared.ended(&what, ended.map(|()| folder));
             }

@@ -232,19 +232,20 @@ impl FittedCurve {
             let at = |velocity: &f64| Some(value(*velocity)).filter(|value| value.is_finite());
             velocity.iter().map(at).collect::<Vec<_>>()
         };
-        let parameters = PARAMETERS.iter().zip(fit.lines()).enumerate().map(|(index, ((key, ..), (name, estimate)))| {
-            let written = estimate.written();
-            let (name, symbol) = name.rsplit_once(' ').unwrap_or((name, ""));
-            FittedParameter {
-                key: (*key).into(),
-                name: name.into(),
-                symbol: symbol.into(),
-                value: written.value,
-                half_width: written.half_width,
-                unit: written.unit,
-                known: fit.knows(index),
-            }
-        });
+        let parameters =
+            PARAMETERS.iter().zip(fit.lines()).enumerate().map(|(index, ((key, ..), (name, estimate)))| {
+                let written = estimate.written();
+                let (name, symbol) = name.rsplit_once(' ').unwrap_or((name, ""));
+                FittedParameter {
+                    key: (*key).into(),
+                    name: name.into(),
+                    symbol: symbol.into(),
+                    value: written.value,
+                    half_width: written.half_width,
+                    unit: written.unit,
+                    known: fit.knows(index),
+                }
+            });
         let all_known = (0..PARAMETERS.len()).all(|index| fit.knows(index));
         let own = PARAMETERS.iter().zip(fit.parameters).filter(|_| all_known);
         let breakaway = law.breakaway_torque;

@@ -126,11 +126,7 @@ impl PlanForm {
     }
 }
 
-fn form<P: Plan>(
-    thorough: bool,
-    values: &BTreeMap<String, String>,
-    preset: &Preset<f64>,
-) -> Result<PlanForm, Error> {
+fn form<P: Plan>(thorough: bool, values: &BTreeMap<String, String>, preset: &Preset<f64>) -> Result<PlanForm, Error> {
     let begin = if thorough { P::thorough() } else { P::default() };
     let plan = with_values(&begin, values)?;
     Ok(PlanForm { about: plan.about(), duration: plan.duration(preset), items: Item::all(&plan) })

@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use stickslip_core::supervise::SafetyState;
 
-use super::scribe::Scribe;
+use super::record::Recording;
 use super::{Shared, lock};
 use crate::bench::tap::Stream;
-use crate::run::{RunWriter, Signals};
+use crate::run::Signals;
 
 /// From look to look.
 const LOOK: Duration = Duration::from_millis(2);
@@ -26,31 +26,30 @@ pub(super) struct Newest {
 }
 
 /// Runs until the bench is gone.
-pub(super) fn run(mut stream: Stream, writer: Option<RunWriter>, shared: &Arc<Shared>) {
-    // Where the disk takes no more the bench goes on; what was recorded is kept.
-    let told = shared.clone();
-    let mut scribe =
-        writer.map(|writer| Scribe::start(writer, move |error| *lock(&told.recording) = Some(error.to_string())));
+pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
     loop {
         // Asked before the cycles are taken: those that came last are not left behind.
         let last = stream.is_closed();
         let mut newest = None;
         let mut gaps = (0, 0);
+        // Whoever begins or ends a recording holds it for a moment.
+        let mut recorder = lock(&shared.recorder);
         while let Some(sample) = stream.sample() {
             let signals = Signals::of(&sample.frame);
             gaps = (gaps.0 + sample.held, gaps.1 + sample.lost);
             // Cycles only go up, and all rows are alike.
             drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
             newest = Some((sample.frame, signals));
-            if let Some(scribe) = &mut scribe {
+            if let Some(Recording { scribe, .. }) = &mut *recorder {
                 gaps.1 += scribe.sample(&sample).min(1);
             }
         }
         while let Some(changed) = stream.change() {
-            if let Some(scribe) = &mut scribe {
+            if let Some(Recording { scribe, .. }) = &mut *recorder {
                 scribe.change(changed);
             }
         }
+        drop(recorder);
         if let Some((frame, signals)) = newest {
             let fault = frame.safety.fault().map(|fault| fault.to_string());
             let mut known = lock(&shared.newest);
@@ -65,8 +64,10 @@ pub(super) fn run(mut stream: Stream, writer: Option<RunWriter>, shared: &Arc<Sh
         }
         shared.watch_operator();
         if last {
-            if let Some(scribe) = scribe {
-                scribe.finish();
+            let recording = lock(&shared.recorder).take();
+            if let Some(recording) = recording {
+                // Told in the status.
+                let _ = recording.finish(shared);
             }
             lock(&shared.newest).state = "ended";
             return;

@@ -66,12 +66,8 @@ impl Machine {
     pub(super) fn of(preset: &Preset<f64>, preload: f64) -> Self {
         let model = &preset.model;
         let text = |value: f64, unit: &str| Estimate::new(value, unit).to_string();
-        let part = |kind, name: &str, about: String, group: &str| Part {
-            kind,
-            name: name.into(),
-            about,
-            group: group.into(),
-        };
+        let part =
+            |kind, name: &str, about: String, group: &str| Part { kind, name: name.into(), about, group: group.into() };
         let drive = &model.drive;
         let resonance =
             (drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia)).sqrt() / TAU;

@@ -12,6 +12,8 @@ mod listener;
 mod machine;
 mod operator;
 pub mod protocol;
+mod record;
+mod runs;
 mod scribe;
 mod seen;
 #[cfg(test)]
@@ -28,7 +30,13 @@ use captures::Captures;
 use curve::Measured;
 use listener::Newest;
 use operator::Operator;
-use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, PlanForm, Quantity, Signal, Status, ToChatter, XcpStatus};
+use protocol::{
+    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, PlanForm, Quantity, Signal, Status, ToChatter,
+    XcpStatus,
+};
+use record::Recording;
+use runs::Clerk;
+use scribe::Progress;
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
@@ -36,7 +44,8 @@ use stickslip_rt::{Histograms, Quantiles, Wishes};
 
 use crate::bench::remote::{Address, Traffic};
 use crate::bench::tap::tap;
-use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injection, Urgent, refusals};
+use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injection, Keyframes, Urgent, refusals};
+use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
 use crate::run::{About, RunWriter, channels};
@@ -80,6 +89,7 @@ pub struct Live {
     jobs: mpsc::Sender<Job>,
     axis: JoinHandle<Option<Clocked>>,
     listener: JoinHandle<()>,
+    clerk: Clerk,
     refused: Vec<String>,
 }
 
@@ -109,6 +119,17 @@ struct Shared {
     traffic: Option<Arc<Traffic>>,
     /// The file that is recorded into, or why not any more.
     recording: Mutex<Option<String>>,
+    /// Who writes it, and how much there is.
+    recorder: Mutex<Option<Recording>>,
+    progress: Mutex<Arc<Mutex<Progress>>>,
+    /// The way to the whole state of the loop.
+    keyframes: Mutex<Keyframes>,
+    /// Seed of the machine, where it is in this process.
+    seed: Option<u64>,
+    /// The catalogue of runs, who enters them, and why the last one could not be.
+    catalogue: Catalogue,
+    clerk: mpsc::Sender<runs::Entry>,
+    not_entered: Arc<Mutex<Option<String>>>,
     runs: AtomicU64,
     measured: Mutex<Measured>,
     /// Where measurement and calibration tools may come in, and who has.
@@ -141,6 +162,7 @@ impl Live {
             }
             None => None,
         };
+        let seed_here = io.is_none().then_some(seed);
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let faults = io.is_none();
         let mut bench = match io {
@@ -151,6 +173,11 @@ impl Live {
                 ClockedBench::over(&preset, machine, readings, wishes, Some(tap))?
             }
         };
+        let keyframes = Mutex::new(bench.keyframes().expect("nobody else has taken it"));
+        let catalogue = runs::catalogue(&project);
+        let not_entered = Arc::new(Mutex::new(None));
+        let told = not_entered.clone();
+        let clerk = Clerk::start(catalogue.clone(), move |fault| *lock(&told) = fault);
         let urgent = Mutex::new(bench.urgent().expect("nobody else has taken it"));
         let shared = Arc::new(Shared {
             preset: file,
@@ -171,19 +198,30 @@ impl Live {
             faults,
             histograms: bench.histograms(),
             traffic: bench.traffic(),
-            recording: Mutex::new(record.map(|path| path.display().to_string())),
+            recording: Mutex::default(),
+            recorder: Mutex::default(),
+            progress: Mutex::default(),
+            keyframes,
+            seed: seed_here,
+            catalogue,
+            clerk: clerk.to.clone(),
+            not_entered,
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
             xcp: Mutex::default(),
         });
+        if let (Some(writer), Some(path)) = (writer, &record) {
+            *lock(&shared.recorder) = Some(Recording::from_start(&shared, writer, path));
+        }
         let (jobs, jobs_out) = mpsc::channel();
         let (known, known_too) = (shared.clone(), shared.clone());
         let live = Live {
             refused: bench.granted().map(refusals).unwrap_or_default(),
             shared,
             jobs,
-            listener: thread::spawn(move || listener::run(stream, writer, &known)),
+            listener: thread::spawn(move || listener::run(stream, &known)),
             axis: thread::spawn(move || axis::run(bench, &known_too, &jobs_out)),
+            clerk,
         };
         // The rendering law that the parameters ask for is in force from the begin.
         let proposal = lock(&live.shared.tuning).reset()?;
@@ -203,6 +241,7 @@ impl Live {
         let _ = self.jobs.send(Job::End);
         let clocked = self.axis.join().ok().flatten();
         let _ = self.listener.join();
+        self.clerk.finish();
         clocked
     }
 
@@ -336,6 +375,15 @@ impl Live {
             }
             Call::Points { capture } => lock(&self.shared.captures).points(capture),
             Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
+            Call::Record { name } => self.record(&name),
+            Call::EndRecord {} => self.end_record(),
+            Call::Runs { query, limit } => self.runs(&query, limit),
+            Call::Run { number } => self.run(number),
+            Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
+            Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
+            Call::NoteRun { number, note } => self.edited(|catalogue| catalogue.note(number, &note)),
+            Call::DeleteRun { number } => self.edited(|catalogue| catalogue.delete(number)),
+            Call::RestoreRun { number } => self.edited(|catalogue| catalogue.restore(number).map(drop)),
         }
     }
 
@@ -382,17 +430,17 @@ impl Live {
     ) -> Result<Answer, Error> {
         let plan = form::with_values(&P::default(), values)?;
         let preset = *lock(&self.shared.tuning).preset();
-        let (number, folder) = self.folder(P::KIND)?;
+        let (number, folder) = self.folder(&format!("measure-{}", P::KIND))?;
         self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, number, folder))
     }
 
     /// Number and folder for results, which does not exist yet.
-    fn folder(&self, kind: &str) -> Result<(u64, PathBuf), Error> {
+    fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
         let runs = self.shared.project.join("runs");
         output::create_folder(&runs)?;
         loop {
             let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
-            let folder = runs.join(format!("{number:04}-measure-{kind}"));
+            let folder = runs.join(format!("{number:04}-{name}"));
             if !taken(&runs, number) {
                 return Ok((number, folder));
             }
@@ -445,6 +493,7 @@ impl Live {
             let (operator, now) = (lock(&shared.operator), Instant::now());
             (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
         };
+        let recorded = self.recorded(rate);
         let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
         Status {
             preset: shared.preset.clone(),
@@ -474,6 +523,8 @@ impl Live {
             },
             link: shared.traffic.as_ref().map(|traffic| traffic.counts()),
             recording: lock(&shared.recording).clone(),
+            recorded,
+            not_entered: lock(&shared.not_entered).clone(),
             xcp: lock(&shared.xcp).clone(),
         }
     }

@@ -12,6 +12,7 @@ pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::machine::{Factor, Machine, Part, PartKind};
 use crate::Error;
 use crate::bench::remote::Counts;
+use crate::catalogue::{Run, Value};
 use crate::design::{self, CHATTER_LIMIT, Margin};
 use crate::parameters::{Difference, Entry};
 use crate::workflow::sketch::{Drawn, Sketch};
@@ -176,6 +177,66 @@ pub enum Call {
         /// Whether it is given.
         grant: bool,
     },
+    /// Record every cycle from the next one on, under a name of its own in the project's runs.
+    Record {
+        /// Letters, digits, `-` and `_`.
+        name: String,
+    },
+    /// End the recording; what was recorded is a run of the catalogue.
+    EndRecord {},
+    /// The runs of the catalogue that a query finds, the newest first.
+    Runs {
+        /// Words, `law:bristle`, `M_S>0.2`, `-tag:bad`; empty for all.
+        #[serde(default)]
+        query: String,
+        /// At most so many.
+        #[serde(default = "fifty")]
+        limit: u64,
+    },
+    /// A run with its parameters and results.
+    Run {
+        /// Its number.
+        number: i64,
+    },
+    /// Give a run another name.
+    RenameRun {
+        /// Its number.
+        number: i64,
+        /// In words.
+        name: String,
+    },
+    /// Add tags to a run and take others away.
+    TagRun {
+        /// Its number.
+        number: i64,
+        /// Words.
+        #[serde(default)]
+        add: Vec<String>,
+        /// Words.
+        #[serde(default)]
+        remove: Vec<String>,
+    },
+    /// Write a note to a run.
+    NoteRun {
+        /// Its number.
+        number: i64,
+        /// Empty to take it away.
+        note: String,
+    },
+    /// Move a run into the bin, where it lies for 30 days.
+    DeleteRun {
+        /// Its number.
+        number: i64,
+    },
+    /// Bring a run back from the bin.
+    RestoreRun {
+        /// Its number.
+        number: i64,
+    },
+}
+
+fn fifty() -> u64 {
+    50
 }
 
 fn one() -> u64 {
@@ -206,6 +267,8 @@ impl Call {
                 | Call::Stream { .. }
                 | Call::Points { .. }
                 | Call::Drop { .. }
+                | Call::Runs { .. }
+                | Call::Run { .. }
                 // Whoever sees danger may stop.
                 | Call::Stop {}
                 | Call::Halt {}
@@ -296,6 +359,22 @@ pub enum Answer {
     Points {
         /// Each.
         points: Vec<Point>,
+    },
+    /// Runs of the catalogue.
+    Runs {
+        /// The newest first.
+        runs: Vec<Run>,
+        /// How many the query finds, these among them.
+        of: u64,
+        /// What of the query was not understood and left out.
+        hints: Vec<String>,
+    },
+    /// A run of the catalogue.
+    Run {
+        /// As in a list.
+        run: Box<Run>,
+        /// Its parameters and results.
+        values: Vec<Value>,
     },
 }
 
@@ -393,9 +472,28 @@ pub struct Status {
     pub link: Option<Counts>,
     /// The file that the run is recorded into.
     pub recording: Option<String>,
+    /// How much is in it, or was where it could not go on.
+    #[serde(default)]
+    pub recorded: Option<Recorded>,
+    /// Why the run that ended last is not in the catalogue.
+    #[serde(default)]
+    pub not_entered: Option<String>,
     /// Where it is open to measurement and calibration tools.
     #[serde(default)]
     pub xcp: Vec<XcpStatus>,
+}
+
+/// How much was recorded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Recorded {
+    /// The first cycle of it.
+    pub from: u64,
+    /// Length [s].
+    pub length: f64,
+    /// Size of the file [bytes].
+    pub bytes: u64,
+    /// Cycles that are not in it.
+    pub lost: u64,
 }
 
 /// An address at which the bench speaks XCP.

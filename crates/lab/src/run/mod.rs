@@ -11,12 +11,14 @@ mod tests;
 
 pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
+pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{Signals, channels};
 
 use stickslip_core::cycle::Parameters;
 
 use crate::Preset;
+use crate::bench::Keyframe;
 use crate::bench::tap::{Changed, Sample, Stream};
 
 /// A recorded run.
@@ -28,6 +30,8 @@ pub struct Record {
     pub seed: Option<u64>,
     /// What the software computed with at first.
     pub initial: Parameters<f64>,
+    /// All of its state at the begin, where that is not the first cycle of the bench.
+    pub state: Option<Vec<f64>>,
     /// The cycles, with their numbers.
     pub cycles: Vec<(u64, Signals<f64>)>,
     /// What changed, in its order.
@@ -39,7 +43,13 @@ pub struct Record {
 impl Record {
     /// Nothing yet.
     pub fn new(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>) -> Self {
-        Record { preset: *preset, seed, initial, cycles: Vec::new(), changes: Vec::new(), lost: Vec::new() }
+        let preset = *preset;
+        Record { preset, seed, initial, state: None, cycles: Vec::new(), changes: Vec::new(), lost: Vec::new() }
+    }
+
+    /// Nothing yet, of a bench that runs already.
+    pub fn from(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>, keyframe: &Keyframe) -> Self {
+        Record { state: Some(keyframe.numbers.clone()), ..Self::new(preset, seed, initial) }
     }
 
     /// Takes what is there.

@@ -1,74 +1,59 @@
 //! All numbers of a struct in a row, to the bit: for what no person writes.
 
-use stickslip_core::fields::{Field, Fields, Variant, Walk};
+use stickslip_core::fields::Fields;
+use stickslip_core::kept::{Keep, fields};
 
 /// The chosen variants, numbers and fixed counts in the order of declaration.
 pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
     let mut collect = Collect(Vec::new());
     let mut copy = *values;
-    copy.contents(&mut collect);
+    fields(&mut collect, &mut copy);
     collect.0
 }
 
 /// The struct that has these numbers; none if they are not as many as it takes, or name a variant that there is not.
 pub(super) fn from_numbers<P: Fields<f64> + Default>(numbers: &[f64]) -> Option<P> {
-    let mut restore = Restore { numbers: numbers.iter(), fits: true };
+    let mut restore = Restore::new(numbers);
     let mut values = P::default();
-    values.contents(&mut restore);
-    (restore.fits && restore.numbers.next().is_none()).then_some(values)
+    fields(&mut restore, &mut values);
+    restore.fits().then_some(values)
 }
 
 struct Collect(Vec<f64>);
 
-impl Walk<f64> for Collect {
-    fn number(&mut self, _: &'static Field, value: &mut f64) {
+impl Keep for Collect {
+    fn number(&mut self, value: &mut f64) {
         self.0.push(*value);
-    }
-
-    fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
-        self.0.push(current as f64);
-        current
-    }
-
-    fn fixed(&mut self, count: &mut usize) {
-        self.0.push(*count as f64);
     }
 }
 
-struct Restore<'a> {
+/// Gives numbers back.
+pub(super) struct Restore<'a> {
     numbers: std::slice::Iter<'a, f64>,
     fits: bool,
 }
 
-impl Restore<'_> {
-    fn next(&mut self) -> f64 {
-        self.numbers.next().copied().unwrap_or_else(|| {
-            self.fits = false;
-            0.0
-        })
+impl<'a> Restore<'a> {
+    pub(super) fn new(numbers: &'a [f64]) -> Self {
+        Restore { numbers: numbers.iter(), fits: true }
     }
 
-    /// A whole number below `limit`.
-    fn count(&mut self, limit: usize) -> usize {
-        let number = self.next();
-        let count = number as usize;
-        let valid = count as f64 == number && count < limit;
-        self.fits &= valid;
-        if valid { count } else { 0 }
+    /// Whether each had its place, and each place its number.
+    pub(super) fn fits(mut self) -> bool {
+        self.fits && self.numbers.next().is_none()
     }
 }
 
-impl Walk<f64> for Restore<'_> {
-    fn number(&mut self, _: &'static Field, value: &mut f64) {
-        *value = self.next();
+impl Keep for Restore<'_> {
+    fn number(&mut self, value: &mut f64) {
+        match self.numbers.next() {
+            Some(number) => *value = *number,
+            None => self.fits = false,
+        }
     }
 
-    fn choice(&mut self, _: &'static str, variants: &'static [Variant], _: usize) -> usize {
-        self.count(variants.len())
-    }
-
-    fn fixed(&mut self, count: &mut usize) {
-        *count = self.count(1 << 20);
+    fn misfit(&mut self) {
+        self.fits = false;
     }
 }
 

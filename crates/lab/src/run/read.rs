@@ -6,7 +6,7 @@ use stickslip_core::cycle::Change;
 
 use super::Record;
 use super::change::parse;
-use super::recorder::{BEGIN, CHANGED, LOST, PRESET, SCHEMA};
+use super::recorder::{BEGIN, CHANGED, LOST, PRESET, SCHEMA, STATE};
 use super::replay::{Replayed, replayed};
 use super::signals::{Signals, channels};
 use crate::bench::tap::{Changed, What};
@@ -32,6 +32,8 @@ pub struct Stored {
     /// The run without its cycles.
     record: Record,
     file: Opened,
+    /// Its first cycle.
+    begin: u64,
 }
 
 impl Stored {
@@ -58,6 +60,8 @@ impl Stored {
         let text = attached.and_then(|file| String::from_utf8(file.bytes.clone()).ok());
         let text = text.ok_or_else(|| no_record("its parameters are missing"))?;
         let preset = Source { file: format!("{}: {PRESET}", path.display()), text }.read()?;
+        let state = contents.attachments.iter().find(|file| file.name == STATE);
+        let state = state.map(|file| row(&file.bytes).ok_or_else(|| no_record("its first state is not understood")));
         let mut events = Events::default();
         for (_, event) in &contents.events {
             let line = event.comment.lines().next().unwrap_or_default();
@@ -65,6 +69,7 @@ impl Stored {
                 BEGIN => match parse(line) {
                     Some(What::Software(Change::Parameters(parameters), _)) => {
                         events.initial = Some(parameters);
+                        events.begin = event.cycle;
                         true
                     }
                     _ => false,
@@ -82,12 +87,13 @@ impl Stored {
         let record = Record {
             preset,
             seed: property("seed").and_then(|seed| seed.parse().ok()),
+            state: state.transpose()?,
             initial: events.initial.ok_or_else(|| no_record("its begin is missing"))?,
             cycles: Vec::new(),
             changes: events.changes,
             lost: events.lost,
         };
-        Ok(Stored { record, file })
+        Ok(Stored { record, file, begin: events.begin })
     }
 
     /// Replays it.
@@ -103,7 +109,7 @@ impl Stored {
         let channels = channels();
         let names: Vec<_> = ["cycle"].into_iter().chain(channels.iter().map(|entry| entry.path.as_str())).collect();
         let rows = self.file.rows(&names).ok_or_else(|| no_record(self.file.path(), OTHERS))?;
-        Ok(Cycles { path: self.file.path(), rows, next: 0 })
+        Ok(Cycles { path: self.file.path(), rows, next: self.begin })
     }
 }
 
@@ -139,8 +145,14 @@ impl Iterator for Cycles<'_> {
 #[derive(Default)]
 struct Events {
     initial: Option<stickslip_core::cycle::Parameters<f64>>,
+    begin: u64,
     changes: Vec<Changed>,
     lost: Vec<(u64, u64)>,
+}
+
+/// The numbers of a state.
+fn row(bytes: &[u8]) -> Option<Vec<f64>> {
+    std::str::from_utf8(bytes).ok()?.lines().map(|line| line.parse().ok()).collect()
 }
 
 /// Of cycles in a row that were held.

@@ -4,20 +4,24 @@ use std::path::Path;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
-use stickslip_core::cycle::{Change, Parameters};
+use stickslip_core::cycle::{Change, Parameters, Software};
 
 use super::change::line;
+use super::numbers::Restore;
 use super::signals::{Signals, channels};
+use crate::bench::Keyframe;
 use crate::bench::tap::{Changed, Sample, Stream, Tap, What, tap};
 use crate::recording::mdf::{Cause, Channel, Event, Header, Summary, Writer};
 use crate::{Error, Preset, design, parameters};
 
 /// What a record's properties say that it is.
-pub(super) const SCHEMA: &str = "stickslip.run/1";
+pub(crate) const SCHEMA: &str = "stickslip.run/1";
 /// Name of the attached parameter file.
-pub(super) const PRESET: &str = "preset.toml";
+pub(crate) const PRESET: &str = "preset.toml";
+/// Name of the attached state of a run that does not begin with the first cycle.
+pub(super) const STATE: &str = "state.txt";
 /// Names of events that a replay reads.
-pub(super) const BEGIN: &str = "begin";
+pub(crate) const BEGIN: &str = "begin";
 pub(super) const LOST: &str = "lost";
 pub(super) const CHANGED: [&str; 2] = ["change", "refused"];
 
@@ -66,15 +70,36 @@ impl RunWriter {
     /// [`Error::File`]; what the design of the bench refuses.
     pub fn create(path: &Path, about: &About) -> Result<Self, Error> {
         let Preset { model, bench, .. } = &about.preset;
-        let parameters = design::parameters(model, bench)?;
+        Self::begin(path, about, design::parameters(model, bench)?, None)
+    }
+
+    /// Into a new file, for a bench that runs already, from a state of it on.
+    ///
+    /// # Errors
+    /// [`Error::File`]; what the design of the bench refuses.
+    pub fn create_from(path: &Path, about: &About, keyframe: &Keyframe) -> Result<Self, Error> {
+        let parameters = *begin(about, keyframe)?.parameters();
+        Self::begin(path, about, parameters, Some(keyframe))
+    }
+
+    fn begin(
+        path: &Path,
+        about: &About,
+        parameters: Parameters<f64>,
+        keyframe: Option<&Keyframe>,
+    ) -> Result<Self, Error> {
+        let Preset { bench, .. } = &about.preset;
         let mut properties = vec![
             ("schema".to_owned(), SCHEMA.to_owned()),
             ("command".to_owned(), about.command.clone()),
             ("tick_time".to_owned(), bench.tick_time().to_string()),
         ];
         properties.extend(about.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
+        let cycle = keyframe.map_or(0, |keyframe| keyframe.cycle);
+        // A file tells the time of cycle 0.
+        let since = Duration::try_from_secs_f64(cycle as f64 * bench.tick_time()).unwrap_or_default();
         let header = Header {
-            start: SystemTime::now(),
+            start: SystemTime::now().checked_sub(since).unwrap_or(SystemTime::UNIX_EPOCH),
             program: "stickslip".into(),
             version: env!("CARGO_PKG_VERSION").into(),
             comment: about.command.clone(),
@@ -88,8 +113,12 @@ impl RunWriter {
         let channels: Vec<_> = channels().into_iter().map(channel).collect();
         let mut writer = Writer::create(path, &header, &channels, bench.tick_time())?;
         writer.attach(PRESET, "application/toml", parameters::write_commented(&about.preset).as_bytes())?;
+        if let Some(Keyframe { numbers, .. }) = keyframe {
+            let text: Vec<String> = numbers.iter().map(f64::to_string).collect();
+            writer.attach(STATE, "text/plain", text.join("\n").as_bytes())?;
+        }
         let begin = line(&What::Software(Change::Parameters(parameters), None));
-        writer.event(&Event { cycle: 0, name: BEGIN.into(), comment: begin, cause: Cause::Tool })?;
+        writer.event(&Event { cycle, name: BEGIN.into(), comment: begin, cause: Cause::Tool })?;
         Ok(RunWriter { writer, parameters, faulty: false, lost: 0, flushed: Instant::now() })
     }
 
@@ -110,7 +139,11 @@ impl RunWriter {
             self.writer.event(&Event { cycle, name: "fault".into(), comment, cause: Cause::Error })?;
         }
         self.faulty = fault.is_some();
-        self.writer.row(cycle, &Signals::of(&sample.frame).row())
+        self.row(cycle, &Signals::of(&sample.frame))
+    }
+
+    pub(super) fn row(&mut self, cycle: u64, signals: &Signals<f64>) -> Result<(), Error> {
+        self.writer.row(cycle, &signals.row())
     }
 
     /// A change. Its first line is for a replay, what follows for people.
@@ -145,6 +178,11 @@ impl RunWriter {
         self.writer.event(&Event { cycle: changed.cycle, name: name.into(), comment, cause: Cause::Tool })
     }
 
+    /// Length of the file [bytes], and the cycles that found no room.
+    pub fn written(&self) -> (u64, u64) {
+        (self.writer.bytes(), self.lost)
+    }
+
     /// Called often: brings what came to the disk in time.
     ///
     /// # Errors
@@ -164,6 +202,14 @@ impl RunWriter {
     pub fn finish(self) -> Result<Recorded, Error> {
         Ok(Recorded { file: self.writer.finish()?, lost: self.lost })
     }
+}
+
+/// The software in the state of a keyframe.
+fn begin(about: &About, keyframe: &Keyframe) -> Result<Software, Error> {
+    let Preset { model, bench, .. } = &about.preset;
+    let mut software = Software::new(design::parameters(model, bench)?, bench.tick_time());
+    software.keep(&mut Restore::new(&keyframe.numbers));
+    Ok(software)
 }
 
 /// A thread that records what comes through a tap.

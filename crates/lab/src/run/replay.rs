@@ -10,9 +10,11 @@ use stickslip_core::cycle::{Change, Software, Voltages};
 use stickslip_core::tick::Measurement;
 
 use super::Record;
+use super::numbers::Restore;
 use super::signals::{Signals, channels};
 use crate::bench::faults::Faults;
-use crate::bench::io::Io as _;
+use crate::bench::io::Io;
+use crate::bench::keyframe::keep;
 use crate::bench::tap::{Changed, What};
 use crate::bench::{Faulty, InProcess};
 use crate::{Error, Preset, Watch};
@@ -97,6 +99,10 @@ pub(super) fn replayed(
     };
     // Of a machine elsewhere: what its faults did to the software.
     let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
+    if let Some(state) = &record.state {
+        put_back(state, &mut software, &mut machine)?;
+        faults = machine.as_ref().map_or(faults, |(machine, _)| machine.faults().clone());
+    }
     let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
     // Those who change something tell it each for himself: the order is that of the cycles. Within one the machine comes
     // first.
@@ -163,6 +169,22 @@ fn apply<'a>(
         }
     }
     Ok(())
+}
+
+/// The state of a record that does not begin with the first cycle.
+fn put_back(
+    state: &[f64],
+    software: &mut Software,
+    machine: &mut Option<(Faulty<InProcess>, Measurement<f64>)>,
+) -> Result<(), Error> {
+    let mut restore = Restore::new(state);
+    let mut unread = Measurement::default();
+    let (machine, readings) = match machine {
+        Some((machine, readings)) => (Some(machine as &mut dyn Io), readings),
+        None => (None, &mut unread),
+    };
+    keep(&mut restore, software, readings, machine);
+    if restore.fits() { Ok(()) } else { Err(Error::RecordState) }
 }
 
 fn faulty(preset: &Preset<f64>, seed: u64) -> Result<(Faulty<InProcess>, Measurement<f64>), Error> {

@@ -6,7 +6,7 @@ use stickslip_core::control::reference::Setpoint;
 
 use super::*;
 use crate::bench::tap::{What, tap};
-use crate::bench::{Bench, Change, ClockedBench, Command, VirtualBench, Wishes};
+use crate::bench::{Bench, Change, ClockedBench, Command, Faulty, InProcess, VirtualBench, Wishes};
 use crate::experiment::home;
 use crate::preset::LawChoice;
 use crate::{Watch, design, parameters};
@@ -225,4 +225,118 @@ fn what_is_no_record_or_of_another_version_is_refused_with_the_one_that_can() {
     assert!(refused("other", env!("CARGO_PKG_VERSION")).contains("no record"));
     assert!(refused("stickslip.run/1", "0.0.7").contains("Replay it with stickslip 0.0.7"));
     assert!(refused("stickslip.run/1", env!("CARGO_PKG_VERSION")).contains("parameters are missing"));
+}
+
+/// All that was recorded from a state on.
+fn from(whole: &Record, keyframe: &Keyframe) -> Record {
+    let mut record = Record::from(&whole.preset, whole.seed, whole.initial, keyframe);
+    record.cycles = whole.cycles.iter().filter(|(cycle, _)| *cycle >= keyframe.cycle).copied().collect();
+    record.changes = whole.changes.iter().filter(|changed| changed.cycle >= keyframe.cycle).copied().collect();
+    record
+}
+
+/// A run by the clock under a law, with states taken while it moves, while a fault begins, and behind it.
+fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
+    let mut preset = preset();
+    preset.bench.law = law;
+    let (tap, mut stream) = tap(1 << 16);
+    let (machine, readings) = InProcess::new(&preset, 7).unwrap();
+    let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut record = Record::new(&preset, Some(7), *bench.parameters());
+    let mut states = bench.keyframes().unwrap();
+    assert!(bench.keyframes().is_none());
+    home(&mut bench, &Watch::silent()).unwrap();
+    bench.set_law(design::rendering_law(&preset.model, &preset.bench).unwrap()).unwrap();
+    let mut kept = Vec::new();
+    let start = bench.step(Command::default()).unwrap().angle;
+    let dt = preset.bench.tick_time();
+    for k in 0..1600_u32 {
+        match k {
+            400 | 900 => kept.push(states.take().unwrap()),
+            500 => bench.set_preload(0.5).unwrap(),
+            600 => {
+                let controller = bench.settings().controller;
+                bench.set_controller(controller, 2).unwrap();
+            }
+            // Long before it stops the bench: its begin is part of the state.
+            700 => bench.inject("accelerometer-jump=0.001@0s".parse().unwrap()).unwrap(),
+            1000 => bench.inject("tacho-nan@0s".parse().unwrap()).unwrap(),
+            _ => {}
+        }
+        let time = f64::from(k) * dt;
+        let setpoint = Setpoint { position: start + 4.0 * time * time, velocity: 8.0 * time, acceleration: 8.0 };
+        // Where a busy machine falls behind, the set-point rests for a moment; behind the fault nobody follows.
+        let _ = bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() });
+    }
+    while bench.safety().fault().is_none() {
+        let _ = bench.outstanding();
+        let _ = bench.refresh();
+        thread::sleep(std::time::Duration::from_millis(1));
+    }
+    kept.push(states.take().unwrap());
+    thread::sleep(std::time::Duration::from_millis(30));
+    // Refused where it has not come to rest yet: that is recorded as well.
+    let _ = bench.change(Change::Request(stickslip_core::supervise::Request::Acknowledge));
+    thread::sleep(std::time::Duration::from_millis(20));
+    bench.stop();
+    assert!(states.take().is_err(), "the loop has ended");
+    record.take(&mut stream);
+    (record, kept)
+}
+
+#[test]
+fn a_record_that_begins_in_the_middle_replays_to_the_bit_under_every_law() {
+    let laws = [
+        LawChoice::Paper,
+        LawChoice::Smooth,
+        LawChoice::Karnopp,
+        LawChoice::Bristle,
+        LawChoice::Residual(crate::Residual { missing_torque: 0.03 }),
+        LawChoice::Admittance(crate::Tracking { bandwidth: 350.0, missing_torque: 0.1 }),
+    ];
+    for law in laws {
+        let (whole, kept) = kept_under(law);
+        assert!(replay(&whole, &Watch::silent()).unwrap().identical(), "{law:?}");
+        assert_eq!(kept.len(), 3);
+        for keyframe in kept {
+            assert!(keyframe.cycle > 1000 && keyframe.numbers.len() > 200, "{}", keyframe.numbers.len());
+            let record = from(&whole, &keyframe);
+            let replayed = replay(&record, &Watch::silent()).unwrap();
+            assert!(replayed.identical() && replayed.machine && replayed.of > 50, "{law:?}: {replayed:?}");
+            // A bit of the state that is another is found.
+            let mut other = record.clone();
+            let state = other.state.as_mut().unwrap();
+            *state.last_mut().unwrap() += 1e-3;
+            state.rotate_left(1);
+            assert!(!replay(&other, &Watch::silent()).is_ok_and(|replayed| replayed.identical()));
+        }
+    }
+}
+
+#[test]
+fn a_file_that_begins_in_the_middle_is_read_and_replayed_and_a_state_that_does_not_fit_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mf4");
+    let (whole, kept) = kept_under(LawChoice::Bristle);
+    let record = from(&whole, &kept[1]);
+    let about = About { command: "test".into(), preset: whole.preset, seed: Some(7) };
+    let mut writer = RunWriter::create_from(&path, &about, &kept[1]).unwrap();
+    for (cycle, signals) in &record.cycles {
+        writer.row(*cycle, signals).unwrap();
+    }
+    record.changes.iter().for_each(|changed| writer.change(changed).unwrap());
+    writer.finish().unwrap();
+    let read = Record::read(&path).unwrap();
+    // What the tacho gave in the end equals nothing: the replay compares the cycles.
+    assert_eq!((&read.state, read.cycles.len()), (&record.state, record.cycles.len()));
+    assert!(Stored::open(&path).unwrap().replay(&Watch::silent()).unwrap().identical());
+    // The time of a file is that of cycle 0.
+    let start = crate::recording::mdf::read(&path).unwrap().header.start;
+    let since = std::time::SystemTime::now().duration_since(start).unwrap().as_secs_f64();
+    assert!(since >= kept[1].cycle as f64 * record.tick_time());
+    let mut short = read;
+    short.state.as_mut().unwrap().pop();
+    let refused = replay(&short, &Watch::silent()).unwrap_err().to_string();
+    assert!(refused.contains("does not fit its preset"), "{refused}");
 }

@@ -9,6 +9,7 @@ use stickslip_core::supervise::{MachineFault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
+use super::keyframe::Asked;
 use crate::bench::Injection;
 use crate::bench::io::{Arrival, Io};
 use crate::bench::remote::LinkFault;
@@ -79,6 +80,8 @@ pub(super) struct BenchCycle<M> {
     pub(super) flow: Flow,
     /// Who records or watches.
     pub(super) samples: Option<Samples>,
+    /// Who asks for its state.
+    pub(super) asked: Asked,
 }
 
 /// Whether commands are due.
@@ -199,6 +202,7 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
             self.samples.iter_mut().for_each(Samples::hold);
             return next;
         }
+        self.asked.answer(&mut self.software, &mut self.readings, &mut self.machine);
         let command = self.command(cycle);
         lap.done(COMMANDS);
         let before = self.software.safety().state();

@@ -6,6 +6,7 @@
 
 mod cycle;
 mod kept;
+pub(crate) mod keyframe;
 #[cfg(test)]
 mod tests;
 mod urgent;
@@ -17,6 +18,8 @@ use std::time::Duration;
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
 pub use kept::{Clocked, refusals};
+use keyframe::keyframes;
+pub use keyframe::{Keyframe, Keyframes};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
@@ -78,6 +81,7 @@ pub struct ClockedBench {
     collector: Option<JoinHandle<()>>,
     histograms: Arc<Mutex<Histograms>>,
     urgent: Option<Urgent>,
+    keyframes: Option<Keyframes>,
     traffic: Option<Arc<Traffic>>,
 }
 
@@ -126,6 +130,7 @@ impl ClockedBench {
         let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
         let parameters = design::parameters(model, settings)?;
         let (urgent, urgent_out, answers) = urgent(told.clone());
+        let (keyframes, asked) = keyframes();
         let cycle = BenchCycle {
             software: Software::new(parameters, settings.tick_time()),
             machine,
@@ -139,6 +144,7 @@ impl ClockedBench {
             answers,
             flow: Flow::Paused,
             samples,
+            asked,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
         let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
@@ -180,6 +186,7 @@ impl ClockedBench {
             collector: Some(collector),
             histograms,
             urgent: Some(urgent),
+            keyframes: Some(keyframes),
             traffic,
         })
     }
@@ -192,6 +199,11 @@ impl ClockedBench {
     /// The way past the commands, for one who takes it.
     pub fn urgent(&mut self) -> Option<Urgent> {
         self.urgent.take()
+    }
+
+    /// The way to its whole state, for one who takes it.
+    pub fn keyframes(&mut self) -> Option<Keyframes> {
+        self.keyframes.take()
     }
 
     /// Injects a fault behind the commands that were handed over, where the machine is [`Faulty`](super::Faulty); else

@@ -259,6 +259,7 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
         answers,
         flow,
         samples,
+        asked: keyframe::keyframes().1,
     };
     let plan = Plan { warm_up: 0, cycles: Some(TICKS as u64), ..Plan::new(Duration::from_millis(1)) };
     let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();

@@ -1,6 +1,7 @@
 //! A machine whose readings, amplifiers and clock do what a fault makes of them.
 
 use stickslip_core::cycle::{Software, Voltages};
+use stickslip_core::kept::{Keep, count, fields, flag, which};
 use stickslip_core::tick::{Decoder, Measurement};
 
 use super::{Injection, Kind};
@@ -34,6 +35,22 @@ struct Injected {
     /// Counts of the healthy counter since then, over all wraps; the last ones that it gave.
     counts: f64,
     last: f64,
+}
+
+impl Injected {
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        let Injected { injection: Injection { kind, value, at }, begun, counts, last } = self;
+        let place = Kind::all().position(|known| known == *kind).unwrap_or(0);
+        let place = which(keep, place, Kind::all().count());
+        *kind = Kind::all().nth(place).unwrap_or(*kind);
+        let mut has_begun = begun.is_some();
+        let (mut voltages, mut before) = begun.unwrap_or_default();
+        flag(keep, &mut has_begun);
+        fields(keep, &mut voltages);
+        fields(keep, &mut before);
+        *begun = has_begun.then_some((voltages, before));
+        [value, at, counts, last].into_iter().for_each(|number| keep.number(number));
+    }
 }
 
 impl Faults {
@@ -118,6 +135,19 @@ impl Faults {
         readings
     }
 
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        let Faults { injected, decoder, tick_time: _, tick, missed, spoilt } = self;
+        let many = which(keep, injected.len(), ROOM + 1);
+        let nothing = Injected { injection: Injection::new(Kind::PowerLoss, 0.0), begun: None, counts: 0.0, last: 0.0 };
+        // There is room: nothing is allocated.
+        injected.resize(many, nothing);
+        injected.iter_mut().for_each(|fault| fault.keep(keep));
+        fields(keep, decoder);
+        count(keep, tick);
+        count(keep, missed);
+        flag(keep, spoilt);
+    }
+
     /// What befalls the software besides, behind a tick.
     pub(crate) fn disturb(&mut self, software: &mut Software) {
         (0..std::mem::take(&mut self.missed)).for_each(|_| software.miss());
@@ -142,6 +172,11 @@ impl<M: Io> Faulty<M> {
         Faulty { machine, faults: Faults::new(decoder, tick_time), readings }
     }
 
+    /// What is wrong with it.
+    pub(crate) fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
     /// What the machine gave last, before the faults.
     pub fn undisturbed(&self) -> &Measurement<f64> {
         &self.readings
@@ -162,6 +197,13 @@ impl<M: Io> Io for Faulty<M> {
 
     fn waits(&self) -> bool {
         self.machine.waits()
+    }
+
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        let Faulty { machine, faults, readings } = self;
+        machine.keep(keep);
+        faults.keep(keep);
+        fields(keep, readings);
     }
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {

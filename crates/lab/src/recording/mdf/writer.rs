@@ -220,6 +220,11 @@ impl Writer {
         Ok(())
     }
 
+    /// Length of the file [bytes], without the rows that are not written yet.
+    pub fn bytes(&self) -> u64 {
+        self.end
+    }
+
     /// Writes what is left, marks the file as complete and brings it to the disk.
     ///
     /// # Errors
