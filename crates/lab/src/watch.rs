@@ -4,15 +4,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::Error;
+use crate::experiment::Plateau;
 
 /// Takes a stage's name and the part of it that is done (0 … 1).
 type Report = dyn Fn(&str, f64) + Send + Sync;
+
+/// Takes a plateau of a friction measurement.
+type Plateaus = dyn Fn(&Plateau) + Send + Sync;
 
 /// The observer of one piece of work: hears about progress, and may cancel.
 #[derive(Clone)]
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
     report: Arc<Report>,
+    plateaus: Option<Arc<Plateaus>>,
 }
 
 impl Watch {
@@ -23,7 +28,17 @@ impl Watch {
 
     /// Calls `report` with the stage's name and the part that is done (0 … 1); stops the work once `cancelled` is true.
     pub fn new(cancelled: Arc<AtomicBool>, report: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
-        Watch { cancelled, report: Arc::new(report) }
+        Watch { cancelled, report: Arc::new(report), plateaus: None }
+    }
+
+    /// Hears each plateau of a friction measurement as well, as soon as it has ended.
+    pub fn with_plateaus(self, plateaus: impl Fn(&Plateau) + Send + Sync + 'static) -> Self {
+        Watch { plateaus: Some(Arc::new(plateaus)), ..self }
+    }
+
+    /// A plateau has ended.
+    pub(crate) fn plateau(&self, plateau: &Plateau) {
+        self.plateaus.iter().for_each(|hears| hears(plateau));
     }
 
     /// The stage `name` has got as far as `fraction` (0 … 1).

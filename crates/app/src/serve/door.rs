@@ -31,6 +31,28 @@ impl Door {
 
     /// Whether a request may come in; `token` is one given elsewhere than in the header.
     pub(super) fn admit(&self, headers: &HeaderMap, token: Option<&str>) -> Result<(), Refusal> {
+        self.admit_host(headers)?;
+        let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+        let bearer = text(header::AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
+        let name = self.cookie();
+        let cookie = text(header::COOKIE)
+            .and_then(|all| all.split(';').find_map(|one| one.trim().strip_prefix(&name)?.strip_prefix('=')));
+        if !bearer.or(token).or(cookie).is_some_and(|given| same(given, &self.token)) {
+            return Err((StatusCode::UNAUTHORIZED, "the token is missing or wrong: `stickslip serve` prints it"));
+        }
+        if !self.has_room_now() {
+            return Err((StatusCode::TOO_MANY_REQUESTS, FLOOD));
+        }
+        Ok(())
+    }
+
+    /// Name of the cookie that has the token: cookies do not tell ports apart, so that it does.
+    pub(super) fn cookie(&self) -> String {
+        format!("stickslip-{}", self.address.port())
+    }
+
+    /// Whether this host was meant, by no page of another origin.
+    pub(super) fn admit_host(&self, headers: &HeaderMap) -> Result<(), Refusal> {
         let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
         // A name that leads here by somebody else's design is not meant (DNS rebinding).
         if !text(header::HOST).is_some_and(|host| self.is_here(host)) {
@@ -40,13 +62,6 @@ impl Door {
             && !origin.strip_prefix("http://").is_some_and(|host| self.is_here(host))
         {
             return Err((StatusCode::FORBIDDEN, "a page of another origin may not use the bench"));
-        }
-        let bearer = text(header::AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
-        if !bearer.or(token).is_some_and(|given| same(given, &self.token)) {
-            return Err((StatusCode::UNAUTHORIZED, "the token is missing or wrong: `stickslip serve` prints it"));
-        }
-        if !self.has_room_now() {
-            return Err((StatusCode::TOO_MANY_REQUESTS, FLOOD));
         }
         Ok(())
     }
@@ -128,6 +143,24 @@ mod tests {
             (here, here, None, Some("secret"), Err(401)),
         ] {
             assert_eq!(judged(listens, host, origin, bearer), expected, "{listens} {host} {origin:?} {bearer:?}");
+        }
+    }
+
+    #[test]
+    fn a_cookie_of_this_port_has_the_token_too() {
+        let door = Door::new("127.0.0.1:9740".parse().unwrap(), "secret".into());
+        for (cookie, admitted) in [
+            ("stickslip-9740=secret", true),
+            ("a=b; stickslip-9740=secret; c=d", true),
+            ("stickslip-9740=secre", false),
+            ("stickslip-9741=secret", false),
+            ("stickslip-97400=secret", false),
+            ("secret", false),
+        ] {
+            let mut headers = HeaderMap::new();
+            headers.insert(header::HOST, HeaderValue::from_static("127.0.0.1:9740"));
+            headers.insert(header::COOKIE, HeaderValue::from_str(cookie).unwrap());
+            assert_eq!(door.admit(&headers, None).is_ok(), admitted, "{cookie}");
         }
     }
 

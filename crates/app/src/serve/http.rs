@@ -24,7 +24,7 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 
 use super::door::Door;
-use super::{Left, Place, socket};
+use super::{Left, Place, page, socket};
 
 /// Largest call [bytes].
 pub(super) const LARGEST: usize = 256 << 10;
@@ -83,11 +83,8 @@ impl Server {
     ) -> std::io::Result<Self> {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let listener = runtime.block_on(TcpListener::bind(listen))?;
-        let mut secret = [0; 16];
-        getrandom::fill(&mut secret).map_err(std::io::Error::other)?;
-        let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
-        let place = Place { address: listener.local_addr()?, token };
         std::fs::create_dir_all(project)?;
+        let place = Place { address: listener.local_addr()?, token: super::token(project)? };
         let left = place.leave(project)?;
         let live = Arc::new(live);
         let shared = Arc::new(Shared {
@@ -97,10 +94,10 @@ impl Server {
             sockets: Arc::new(Semaphore::new(SOCKETS)),
         });
         let router = Router::new()
-            .route("/", get(about))
             .route("/api", post(call))
             .route("/api/live", get(socket::open))
             .route("/api/schema", get(schema))
+            .fallback_service(get(page::get).with_state(shared.clone()))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);
         let (stop, stopped) = watch::channel(false);
@@ -150,13 +147,6 @@ async fn accept(listener: TcpListener, router: Router, patience: Patience, mut s
             drop(permit);
         });
     }
-}
-
-/// A page until there is one.
-async fn about() -> &'static str {
-    "This is a stickslip bench. It is worked with from a terminal (stickslip bench --help) or by calls:\n\
-     POST /api with the header Authorization: Bearer TOKEN and a JSON body, as /api/schema describes it,\n\
-     or the same over a WebSocket, /api/live?token=TOKEN, where streams come by themselves.\n"
 }
 
 /// The schema of calls and answers, for whoever writes a client.

@@ -3,6 +3,7 @@
 mod client;
 mod door;
 mod http;
+mod page;
 mod socket;
 #[cfg(test)]
 mod tests;
@@ -55,19 +56,40 @@ impl Place {
     fn leave(&self, project: &Path) -> std::io::Result<Left> {
         let path = Self::file(project);
         let text = serde_json::to_string(self)?;
-        #[cfg(unix)]
-        {
-            use std::io::Write as _;
-            use std::os::unix::fs::OpenOptionsExt as _;
-            // A file that others can read is not written over: its mode would stay.
-            let _ = std::fs::remove_file(&path);
-            let mut options = std::fs::OpenOptions::new();
-            options.write(true).create_new(true).mode(0o600).open(&path)?.write_all(text.as_bytes())?;
-        }
-        #[cfg(not(unix))]
-        std::fs::write(&path, &text)?;
+        write_for_user(&path, &text)?;
         Ok(Left { path, text })
     }
+}
+
+/// The token of a project: that of the last time, so that an open page finds its bench again, or a new one.
+fn token(project: &Path) -> std::io::Result<String> {
+    let path = project.join("serve-token");
+    if let Ok(token) = std::fs::read_to_string(&path)
+        && token.len() == 32
+        && token.bytes().all(|byte| byte.is_ascii_hexdigit())
+    {
+        return Ok(token);
+    }
+    let mut secret = [0; 16];
+    getrandom::fill(&mut secret).map_err(std::io::Error::other)?;
+    let token: String = secret.iter().map(|byte| format!("{byte:02x}")).collect();
+    write_for_user(&path, &token)?;
+    Ok(token)
+}
+
+/// Writes a file that its user alone can read.
+fn write_for_user(path: &Path, text: &str) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::io::Write as _;
+        use std::os::unix::fs::OpenOptionsExt as _;
+        // A file that others can read is not written over: its mode would stay.
+        let _ = std::fs::remove_file(path);
+        let mut options = std::fs::OpenOptions::new();
+        options.write(true).create_new(true).mode(0o600).open(path)?.write_all(text.as_bytes())
+    }
+    #[cfg(not(unix))]
+    std::fs::write(path, text)
 }
 
 /// Takes the file away again, unless it is another bench's by now.

@@ -128,7 +128,8 @@ pub fn measure_friction(
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
     let ticks = (plan.duration(start, dt) / dt).round();
-    let mut plateaus = Plateaus { plan, balance, speeds: Vec::new(), mark: 0, frames: Vec::new(), ended: Vec::new() };
+    let mut plateaus =
+        Plateaus { plan, balance, watch, speeds: Vec::new(), mark: 0, frames: Vec::new(), ended: Vec::new() };
     let (mut commanded, mut done) = (Phase::Moving, 0.0);
     let ended = plan.walk(start, dt, &mut |setpoint, phase| {
         let mark = plateaus.mark(phase, commanded);
@@ -156,6 +157,8 @@ pub fn measure_friction(
 struct Plateaus<'a> {
     plan: &'a FrictionPlan<f64>,
     balance: Balance<'a>,
+    /// Hears of each.
+    watch: &'a Watch,
     /// Their velocities [rad/s], by marks from 1 on.
     speeds: Vec<f64>,
     /// Of the frame that came last.
@@ -189,7 +192,9 @@ impl Plateaus<'_> {
         if self.mark > 0 {
             let velocity = self.speeds[self.mark as usize - 1];
             let whole_turns = velocity.abs() >= self.plan.whole_turns_from;
-            self.ended.push(self.balance.evaluate(velocity, &self.frames, whole_turns));
+            let plateau = self.balance.evaluate(velocity, &self.frames, whole_turns);
+            self.watch.plateau(&plateau);
+            self.ended.push(plateau);
             self.frames.clear();
         }
         self.mark = 0;

@@ -14,7 +14,7 @@ use super::Shared;
 use super::protocol::{Doing, Ended};
 use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::catalogue::Made;
-use crate::experiment::home;
+use crate::experiment::{FrictionPlan, home};
 use crate::preset::{Model, Settings};
 use crate::workflow::measure::{Plan, measure_homed};
 use crate::{Error, Watch};
@@ -37,8 +37,8 @@ pub(super) enum Job {
     Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
-    /// Run something to its end: results, if any, go into this folder.
-    Run { what: String, folder: Option<PathBuf>, work: Box<Work> },
+    /// Run something to its end: results, if any, go into this folder; it may be a friction curve of this number.
+    Run { what: String, folder: Option<PathBuf>, curve: Option<u64>, work: Box<Work> },
     /// End.
     End,
 }
@@ -48,18 +48,24 @@ type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
     pub(super) fn home() -> Self {
-        Job::Run { what: "home".into(), folder: None, work: Box::new(|bench, watch| home(bench, watch)) }
+        Job::Run { what: "home".into(), folder: None, curve: None, work: Box::new(|bench, watch| home(bench, watch)) }
     }
 
     /// Homes if need be, measures, writes results into a folder.
-    pub(super) fn measure<P: Plan + Send + 'static>(plan: P, preset: crate::Preset<f64>, folder: PathBuf) -> Self {
+    pub(super) fn measure<P: Plan + Send + 'static>(
+        plan: P,
+        preset: crate::Preset<f64>,
+        number: u64,
+        folder: PathBuf,
+    ) -> Self {
         let to = folder.clone();
         let work = move |bench: &mut ClockedBench, watch: &Watch| {
             make_ready(bench, watch)?;
             let measured = measure_homed(plan, &preset, bench, watch)?;
             measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
         };
-        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), work: Box::new(work) }
+        let curve = (P::KIND == <FrictionPlan<f64> as Plan>::KIND).then_some(number);
+        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), curve, work: Box::new(work) }
     }
 }
 
@@ -110,9 +116,11 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
                 motion = Some(begin(&bench, shared, name, &reference, render));
             }
-            Some(Job::Run { what, folder, work }) => {
+            Some(Job::Run { what, folder, curve, work }) => {
+                curve.into_iter().for_each(|number| shared.begin_curve(number));
                 let begun = SystemTime::now();
                 let ended = work(&mut bench, &shared.watch(&what));
+                shared.end_curve();
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
                     let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));

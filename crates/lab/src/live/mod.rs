@@ -6,7 +6,10 @@
 
 mod axis;
 mod captures;
+mod curve;
+mod form;
 mod listener;
+mod machine;
 mod operator;
 pub mod protocol;
 mod record;
@@ -24,9 +27,13 @@ use std::time::{Duration, Instant};
 
 use axis::Job;
 use captures::Captures;
+use curve::Measured;
 use listener::Newest;
 use operator::Operator;
-use protocol::{Answer, Call, Changed, ClockStatus, Doing, Ended, Quantity, Signal, Status, ToChatter, XcpStatus};
+use protocol::{
+    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, PlanForm, Quantity, Signal, Status, ToChatter,
+    XcpStatus,
+};
 use record::Recording;
 use runs::Clerk;
 use scribe::Progress;
@@ -124,6 +131,7 @@ struct Shared {
     clerk: mpsc::Sender<runs::Entry>,
     not_entered: Arc<Mutex<Option<String>>>,
     runs: AtomicU64,
+    measured: Mutex<Measured>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -199,6 +207,7 @@ impl Live {
             clerk: clerk.to.clone(),
             not_entered,
             runs: AtomicU64::new(1),
+            measured: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -312,6 +321,30 @@ impl Live {
                 let differences = Changed::all(&lock(&self.shared.tuning).differences());
                 Ok(Answer::Differences { differences })
             }
+            Call::Items {} => Ok(Answer::Items { items: Item::all(lock(&self.shared.tuning).preset()) }),
+            Call::Preview { values } => {
+                let tuning = lock(&self.shared.tuning).clone();
+                let changes: Vec<_> = values.into_iter().collect();
+                Ok(Answer::Differences { differences: Changed::all(&tuning.preview(&changes)?) })
+            }
+            Call::Machine {} => {
+                let preset = *lock(&self.shared.tuning).preset();
+                Ok(Answer::Machine(Box::new(Machine::of(&preset, *lock(&self.shared.preload)))))
+            }
+            Call::Plan { what, thorough, plan } => {
+                let preset = *lock(&self.shared.tuning).preset();
+                Ok(Answer::Plan(Box::new(PlanForm::of(what, thorough, &plan, &preset)?)))
+            }
+            Call::Curve { run } => Ok(Answer::Curve(Box::new(self.curve(run)?))),
+            Call::Curves {} => Ok(Answer::Curves { curves: self.curves() }),
+            Call::Ask {} => {
+                lock(&self.shared.operator).ask(client, now);
+                Ok(Answer::Done {})
+            }
+            Call::HandOver { grant } => {
+                lock(&self.shared.operator).hand_over(grant, now);
+                Ok(Answer::Done {})
+            }
             Call::Sketch(sketch) => {
                 let preset = *lock(&self.shared.tuning).preset();
                 Ok(Answer::Drawn(Box::new(sketch.draw(&preset)?)))
@@ -395,26 +428,21 @@ impl Live {
         &self,
         values: &std::collections::BTreeMap<String, String>,
     ) -> Result<Answer, Error> {
-        let text = parameters::write_commented(&P::default());
-        let values: Vec<_> = values.iter().collect();
-        let text = parameters::set_all::<P>(&text, "the plan", &values)?;
-        let plan: P = parameters::read(&text, "the plan")?;
+        let plan = form::with_values(&P::default(), values)?;
         let preset = *lock(&self.shared.tuning).preset();
-        self.begin(
-            &format!("measure {}", P::KIND),
-            Job::measure(plan, preset, self.folder(&format!("measure-{}", P::KIND))?),
-        )
+        let (number, folder) = self.folder(&format!("measure-{}", P::KIND))?;
+        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, number, folder))
     }
 
-    /// A folder for results that does not exist yet.
-    fn folder(&self, name: &str) -> Result<PathBuf, Error> {
+    /// Number and folder for results, which does not exist yet.
+    fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
         let runs = self.shared.project.join("runs");
         output::create_folder(&runs)?;
         loop {
             let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
             let folder = runs.join(format!("{number:04}-{name}"));
             if !taken(&runs, number) {
-                return Ok(folder);
+                return Ok((number, folder));
             }
         }
     }
@@ -481,9 +509,11 @@ impl Live {
             undo,
             redo,
             operator: lock(&shared.operator).name(Instant::now()).map(str::to_owned),
+            asks: lock(&shared.operator).asks(Instant::now()).map(str::to_owned),
             clock: ClockStatus {
                 lateness: seconds(lateness),
                 cycle: seconds(cycle),
+                load: seconds(cycle)[0] * rate,
                 held: newest.held,
                 lost: newest.lost,
             },
@@ -521,9 +551,11 @@ impl Shared {
     /// Hears how far something is, and cancels it.
     fn watch(self: &Arc<Self>, what: &str) -> Watch {
         let (shared, what) = (self.clone(), what.to_owned());
+        let hears = self.clone();
         Watch::new(self.halt.clone(), move |stage, fraction| {
             shared.doing(Some(Doing { what: what.clone(), stage: stage.into(), fraction }));
         })
+        .with_plateaus(move |plateau| hears.plateau(plateau))
     }
 }
 

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use stickslip_core::render::Law;
 
+pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
+pub use super::form::{Choice, Item, ItemKind, PlanForm};
+pub use super::machine::{Factor, Machine, Part, PartKind};
 use crate::Error;
 use crate::bench::remote::Counts;
 use crate::catalogue::{Run, Value};
@@ -91,6 +94,34 @@ pub enum Call {
     Parameters {},
     /// What is in force and not as it was when the run began.
     Differences {},
+    /// Each parameter in force, with what is known of it.
+    Items {},
+    /// What would be another with these values; nothing is put in force.
+    Preview {
+        /// Value by path, as in `set`.
+        values: BTreeMap<String, String>,
+    },
+    /// The machine, for a picture of it.
+    Machine {},
+    /// A plan of a measurement, and how long it takes; nothing is begun.
+    Plan {
+        /// What would be measured.
+        what: Quantity,
+        /// The thorough plan instead of the default.
+        #[serde(default)]
+        thorough: bool,
+        /// Values that are not as there.
+        #[serde(default)]
+        plan: BTreeMap<String, String>,
+    },
+    /// A friction curve with its fit.
+    Curve {
+        /// Number of its run; `null`: the one that is being measured, or was last.
+        #[serde(default)]
+        run: Option<u64>,
+    },
+    /// The runs that have a friction curve.
+    Curves {},
     /// Draw a desired friction; nothing is put in force.
     Sketch(Sketch),
     /// How far the rendering law would be from chatter with these parameters; nothing is put in force.
@@ -195,6 +226,13 @@ pub enum Call {
         /// Its number.
         number: i64,
     },
+    /// Ask whoever operates for the operator's place.
+    Ask {},
+    /// Give it to whoever asked, or not now.
+    HandOver {
+        /// Whether it is given.
+        grant: bool,
+    },
 }
 
 fn fifty() -> u64 {
@@ -214,6 +252,13 @@ impl Call {
                 | Call::Sets {}
                 | Call::Parameters {}
                 | Call::Differences {}
+                | Call::Items {}
+                | Call::Preview { .. }
+                | Call::Machine {}
+                | Call::Plan { .. }
+                | Call::Curve { .. }
+                | Call::Curves {}
+                | Call::Ask {}
                 | Call::Sketch(_)
                 | Call::Margin { .. }
                 | Call::Signals {}
@@ -265,6 +310,22 @@ pub enum Answer {
     Differences {
         /// Each value.
         differences: Vec<Changed>,
+    },
+    /// Parameters with what is known of them.
+    Items {
+        /// In the order of declaration.
+        items: Vec<Item>,
+    },
+    /// The machine.
+    Machine(Box<Machine>),
+    /// A plan.
+    Plan(Box<PlanForm>),
+    /// A friction curve.
+    Curve(Box<MeasuredCurve>),
+    /// Runs that have one.
+    Curves {
+        /// The newest first.
+        curves: Vec<CurveName>,
     },
     /// A sketch, drawn.
     Drawn(Box<Drawn>),
@@ -401,6 +462,9 @@ pub struct Status {
     pub redo: bool,
     /// Who may change something.
     pub operator: Option<String>,
+    /// Who asks the operator for his place.
+    #[serde(default)]
+    pub asks: Option<String>,
     /// How the clock is kept.
     pub clock: ClockStatus,
     /// What happened on the link to the machine, where there is one.
@@ -476,6 +540,9 @@ pub struct ClockStatus {
     pub lateness: [f64; 4],
     /// A whole cycle, likewise.
     pub cycle: [f64; 4],
+    /// Share of a tick that a cycle takes: median.
+    #[serde(default)]
+    pub load: f64,
     /// Cycles whose deadline was missed.
     pub held: u64,
     /// Cycles that found no room on their way to recorders and viewers.

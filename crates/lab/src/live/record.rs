@@ -70,7 +70,7 @@ impl Live {
             });
         }
         let shared = &self.shared;
-        let folder = self.folder(name)?;
+        let (_, folder) = self.folder(name)?;
         let file = folder.join(FILE);
         let (opened, heard) = mpsc::channel();
         {

@@ -119,6 +119,16 @@ impl Tuning {
         Ok((law, design::margin(&law, &model, &bench)))
     }
 
+    /// What would be another with these values.
+    ///
+    /// # Errors
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`].
+    pub fn preview(&self, changes: &[(String, String)]) -> Result<Vec<Difference>, Error> {
+        let Source { file, text } = &self.in_force().source;
+        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
+        Ok(parameters::diff(self.preset(), &parameters::read::<Preset<f64>>(&text, file)?))
+    }
+
     /// What is not as in the reference.
     pub fn differences(&self) -> Vec<Difference> {
         parameters::diff(&self.reference.preset, self.preset())

@@ -1,0 +1,118 @@
+//! The page: its files, and the way in. The printed address has the token; it becomes a cookie that no script sees.
+
+use std::sync::Arc;
+
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+
+use super::http::Shared;
+
+/// A year [s]: the token lives as long as its project.
+const COOKIE_AGE: u32 = 31_536_000;
+
+/// What the page may do: its own files, its own bench, nothing inline, in nobody's frame.
+const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; \
+                      form-action 'none'; frame-ancestors 'none'";
+
+/// What stands in the printed address.
+#[derive(Deserialize)]
+pub(super) struct Printed {
+    token: Option<String>,
+}
+
+/// A window of the page or one of its files.
+pub(super) async fn get(
+    State(shared): State<Arc<Shared>>,
+    Query(printed): Query<Printed>,
+    uri: Uri,
+    headers: HeaderMap,
+) -> Response {
+    let mut response = answer(&shared, &printed, uri.path(), &headers);
+    let all = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ] {
+        all.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+fn answer(shared: &Shared, printed: &Printed, path: &str, headers: &HeaderMap) -> Response {
+    let text = |status: StatusCode, text: String| (status, text).into_response();
+    if let Err((status, why)) = shared.door.admit_host(headers) {
+        return text(status, format!("{why}\n"));
+    }
+    let file = stickslip_page::file(path);
+    // Its files are the same for everybody, and say nothing of this bench.
+    if let Some(file) = file.filter(|file| file.path != "index.html") {
+        return sent(file, headers);
+    }
+    if let Some(token) = &printed.token {
+        return match shared.door.admit(headers, Some(token)) {
+            Ok(()) => {
+                let (name, age) = (shared.door.cookie(), COOKIE_AGE);
+                let cookie = format!("{name}={token}; HttpOnly; SameSite=Strict; Path=/; Max-Age={age}");
+                let place = [(header::SET_COOKIE, cookie), (header::LOCATION, path.to_owned())];
+                (StatusCode::SEE_OTHER, place, "").into_response()
+            }
+            Err((status, why)) => text(status, stranger(why)),
+        };
+    }
+    if let Err((status, why)) = shared.door.admit(headers, None) {
+        return text(status, stranger(why));
+    }
+    match (file, stickslip_page::missing()) {
+        (Some(file), _) => sent(file, headers),
+        (None, Some(why)) => text(StatusCode::OK, headless(why)),
+        (None, None) => text(StatusCode::NOT_FOUND, "there is no such file\n".into()),
+    }
+}
+
+/// A file as the browser likes it best.
+fn sent(file: &stickslip_page::File, headers: &HeaderMap) -> Response {
+    let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let accepts = |name: &str| accepted.split(',').any(|one| one.split(';').next().is_some_and(|n| n.trim() == name));
+    let (encoding, bytes) = if accepts("br") {
+        (Some("br"), file.brotli)
+    } else if accepts("gzip") {
+        (Some("gzip"), file.gzip)
+    } else {
+        (None, file.plain)
+    };
+    let cache = if file.is_immutable() { "public, max-age=31536000, immutable" } else { "no-cache" };
+    let known = [
+        (header::CONTENT_TYPE, file.content_type()),
+        (header::CACHE_CONTROL, cache),
+        (header::VARY, "Accept-Encoding"),
+    ];
+    let mut response = (known, bytes).into_response();
+    if let Some(encoding) = encoding {
+        response.headers_mut().insert(header::CONTENT_ENCODING, HeaderValue::from_static(encoding));
+    }
+    response
+}
+
+/// For who has no token.
+fn stranger(why: &str) -> String {
+    format!(
+        "This is a stickslip bench, and it does not know you yet: {why}.\n\n\
+         Open the address that the program printed when it was started, http://…/?token=…\n\
+         This browser is then known to it, also after a restart.\n"
+    )
+}
+
+/// For a program without a page.
+fn headless(why: &str) -> String {
+    format!(
+        "This stickslip was built without its page: {why}.\n\n\
+         The bench works all the same, from a terminal (stickslip bench --help) or by calls:\n\
+         POST /api with the header Authorization: Bearer TOKEN and a JSON body, as /api/schema describes it,\n\
+         or the same over a WebSocket, /api/live?token=TOKEN, where streams come by themselves.\n"
+    )
+}

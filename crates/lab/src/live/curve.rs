@@ -1,0 +1,263 @@
+//! Friction curves for a picture: as they are being measured, and those of earlier runs, each with its fit.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Live, Shared, lock};
+use crate::curve_file::CurveColumns;
+use crate::experiment::{FrictionCurve, Plateau};
+use crate::fit::{CurvePoint, PARAMETERS, StribeckFit};
+use crate::quantity::NORMAL95;
+use crate::workflow::draw::grid;
+use crate::workflow::fit::fit_file;
+use crate::{Error, workflow};
+
+/// A friction curve, measured or being measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeasuredCurve {
+    /// Number of the run; `null` while it is measured, and where there is none.
+    pub run: Option<u64>,
+    /// Whether it is being measured.
+    pub measuring: bool,
+    /// The points that count.
+    pub points: Vec<MeasuredPoint>,
+    /// The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run.
+    pub course: Vec<[f64; 2]>,
+    /// The Stribeck curve through the points.
+    pub fit: Option<FittedCurve>,
+    /// Why there is no fit, and what does not count, each with a remedy.
+    pub notes: Vec<String>,
+}
+
+/// A point of a friction curve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct MeasuredPoint {
+    /// Velocity [rad/s].
+    pub velocity: f64,
+    /// Torque, of the velocity's sign [N m].
+    pub torque: f64,
+    /// Half of its 95 % interval [N m].
+    pub half_width: f64,
+    /// Measured less fitted [N m]; `null` without a fit.
+    pub residual: Option<f64>,
+}
+
+/// A Stribeck curve through measured points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FittedCurve {
+    /// Velocities of the line, rising; `null` is the gap at standstill [rad/s].
+    pub velocity: Vec<Option<f64>>,
+    /// Its torques [N m].
+    pub torque: Vec<Option<f64>>,
+    /// Half the width of its 95 % band [N m].
+    pub band: Vec<Option<f64>>,
+    /// Its parameters.
+    pub parameters: Vec<FittedParameter>,
+    /// RMS of what it leaves [N m].
+    pub rms: f64,
+    /// The same as a share of the breakaway torque; `null` where that is 0.
+    pub misfit: Option<f64>,
+    /// What the data leave open, and which measurement would tell.
+    pub findings: Vec<String>,
+    /// The values that make it the own friction, by path, as for `set`; empty where a parameter is not known.
+    pub own: BTreeMap<String, String>,
+}
+
+/// A parameter of a fit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FittedParameter {
+    /// As in files.
+    pub key: String,
+    /// What it is.
+    pub name: String,
+    /// As in an equation.
+    pub symbol: String,
+    /// The value as printed; `unknown` where the data do not tell.
+    pub value: String,
+    /// Half of its 95 % interval as printed, without the sign.
+    pub half_width: String,
+    /// The unit of both, with its prefix.
+    pub unit: String,
+    /// Whether the data tell it.
+    pub known: bool,
+}
+
+/// A run that has a friction curve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CurveName {
+    /// Its number.
+    pub run: u64,
+    /// Name of its folder.
+    pub name: String,
+}
+
+/// What is being measured, or was measured last.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Measured {
+    /// Number of its folder.
+    pub(super) run: u64,
+    /// Whether it goes on.
+    pub(super) measuring: bool,
+    plateaus: Vec<Plateau>,
+}
+
+impl Shared {
+    /// A measurement of friction begins.
+    pub(super) fn begin_curve(&self, run: u64) {
+        *lock(&self.measured) = Measured { run, measuring: true, plateaus: Vec::new() };
+    }
+
+    /// It has ended.
+    pub(super) fn end_curve(&self) {
+        lock(&self.measured).measuring = false;
+    }
+
+    /// A plateau of it has ended.
+    pub(super) fn plateau(&self, plateau: &Plateau) {
+        lock(&self.measured).plateaus.push(plateau.clone());
+    }
+}
+
+impl Live {
+    /// The runs that have a friction curve, the newest first.
+    pub(super) fn curves(&self) -> Vec<CurveName> {
+        let mut names: Vec<_> = std::fs::read_dir(self.shared.project.join("runs"))
+            .into_iter()
+            .flatten()
+            .flatten()
+            .filter(|entry| entry.path().join("curve.csv").exists())
+            .filter_map(|entry| {
+                let name = entry.file_name().into_string().ok()?;
+                Some(CurveName { run: number(&name)?, name })
+            })
+            .collect();
+        names.sort_by_key(|name| std::cmp::Reverse(name.run));
+        names
+    }
+
+    /// The curve of a run, or the one that is being measured or was last.
+    pub(super) fn curve(&self, run: Option<u64>) -> Result<MeasuredCurve, Error> {
+        let known = lock(&self.shared.measured).clone();
+        if run.is_none() && known.measuring {
+            return Ok(being_measured(known.plateaus));
+        }
+        let names = self.curves();
+        let name = match run {
+            None => match names.first() {
+                Some(name) => name,
+                None => return Ok(MeasuredCurve::default()),
+            },
+            Some(run) => names.iter().find(|name| name.run == run).ok_or_else(|| Error::Unknown {
+                what: "run with a friction curve",
+                name: run.to_string(),
+                remedy: "The call `curves` lists them.".into(),
+            })?,
+        };
+        let mut curve = of_folder(&self.shared.project.join("runs").join(&name.name))?;
+        curve.run = Some(name.run);
+        if known.run == name.run {
+            let measured = of(known.plateaus);
+            curve.course = course(&measured);
+            curve.notes.extend(workflow::measure::Outcome::warnings(&measured));
+        }
+        Ok(curve)
+    }
+}
+
+/// The number that a folder's name begins with.
+fn number(name: &str) -> Option<u64> {
+    name.split_once('-')?.0.parse().ok()
+}
+
+fn of(plateaus: Vec<Plateau>) -> FrictionCurve {
+    FrictionCurve { plateaus, ripple: 0.0, duration: 0.0, complete: false }
+}
+
+fn course(curve: &FrictionCurve) -> Vec<[f64; 2]> {
+    workflow::draw::points(curve).map(|(velocity, torque)| [velocity, torque]).collect()
+}
+
+fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
+    let curve = of(plateaus);
+    let (points, course) = (curve.points(), course(&curve));
+    let fit = curve.fit().ok();
+    let notes = workflow::measure::Outcome::warnings(&curve);
+    MeasuredCurve {
+        run: None,
+        measuring: true,
+        points: shown_points(&points, fit.as_ref()),
+        course,
+        fit: fit.map(|fit| FittedCurve::of(&fit, Vec::new())),
+        notes,
+    }
+}
+
+/// The curve that a run has left, and what `stickslip fit` says to it.
+fn of_folder(folder: &Path) -> Result<MeasuredCurve, Error> {
+    let fits = match fit_file(folder, &CurveColumns::default(), false) {
+        Ok(fits) => fits,
+        // Too few points for a fit are told, not hidden.
+        Err(error @ Error::TooFew { .. }) => {
+            return Ok(MeasuredCurve { notes: vec![error.to_string()], ..MeasuredCurve::default() });
+        }
+        Err(error) => return Err(error),
+    };
+    let Some(one) = fits.fits.first() else { return Ok(MeasuredCurve::default()) };
+    Ok(MeasuredCurve {
+        points: shown_points(&one.points, Some(&one.fit)),
+        fit: Some(FittedCurve::of(&one.fit, fits.advice(one))),
+        ..MeasuredCurve::default()
+    })
+}
+
+fn shown_points(points: &[CurvePoint], fit: Option<&StribeckFit>) -> Vec<MeasuredPoint> {
+    let curve = fit.map(StribeckFit::curve);
+    let shown = |point: &CurvePoint| MeasuredPoint {
+        velocity: point.velocity,
+        torque: point.torque,
+        half_width: NORMAL95 * point.standard_error,
+        residual: curve.as_ref().map(|curve| point.torque - curve.torque(point.velocity)),
+    };
+    points.iter().map(shown).collect()
+}
+
+impl FittedCurve {
+    fn of(fit: &StribeckFit, findings: Vec<String>) -> Self {
+        let law = fit.curve();
+        let velocity: Vec<f64> = grid(fit.speeds[1]).collect();
+        let column = |value: &dyn Fn(f64) -> f64| {
+            let at = |velocity: &f64| Some(value(*velocity)).filter(|value| value.is_finite());
+            velocity.iter().map(at).collect::<Vec<_>>()
+        };
+        let parameters =
+            PARAMETERS.iter().zip(fit.lines()).enumerate().map(|(index, ((key, ..), (name, estimate)))| {
+                let written = estimate.written();
+                let (name, symbol) = name.rsplit_once(' ').unwrap_or((name, ""));
+                FittedParameter {
+                    key: (*key).into(),
+                    name: name.into(),
+                    symbol: symbol.into(),
+                    value: written.value,
+                    half_width: written.half_width,
+                    unit: written.unit,
+                    known: fit.knows(index),
+                }
+            });
+        let all_known = (0..PARAMETERS.len()).all(|index| fit.knows(index));
+        let own = PARAMETERS.iter().zip(fit.parameters).filter(|_| all_known);
+        let breakaway = law.breakaway_torque;
+        FittedCurve {
+            torque: column(&|velocity| law.torque(velocity)),
+            band: column(&|velocity| fit.band95(velocity.abs())),
+            velocity: column(&|velocity| velocity),
+            parameters: parameters.collect(),
+            rms: fit.rms,
+            misfit: (breakaway > 0.0).then(|| fit.rms / breakaway),
+            findings,
+            own: own.map(|((key, ..), value)| (format!("model.own.{key}"), format!("{value:?}"))).collect(),
+        }
+    }
+}

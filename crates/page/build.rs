@@ -1,0 +1,136 @@
+//! Builds `web/` with npm and lists what came out; without Node there is no page, and the reason is embedded instead.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What the page is made of, below `web/`.
+const SOURCES: [&str; 8] = [
+    "src",
+    "index.html",
+    "package.json",
+    "package-lock.json",
+    "vite.config.ts",
+    "svelte.config.js",
+    "tsconfig.json",
+    "compress.mjs",
+];
+/// The oldest Node that it builds with.
+const NODE: u32 = 20;
+
+fn main() {
+    let web = Path::new(&env("CARGO_MANIFEST_DIR")).join("../../web");
+    let out = PathBuf::from(env("OUT_DIR"));
+    println!("cargo:rerun-if-env-changed=STICKSLIP_PAGE");
+    for source in SOURCES {
+        println!("cargo:rerun-if-changed={}", web.join(source).display());
+    }
+    let list = match build(&web, &out.join("page")) {
+        Ok(built) => listed(&built),
+        Err(Missing(why)) => {
+            if std::env::var("STICKSLIP_PAGE").is_err() {
+                println!("cargo:warning=the program is built without its page: {why}");
+            }
+            format!("pub(super) const FILES: &[File] = &[];\npub(super) const MISSING: Option<&str> = Some({why:?});\n")
+        }
+    };
+    fs::write(out.join("files.rs"), list).expect("Cargo's own folder can be written");
+}
+
+/// Why there is no page, and what to do.
+struct Missing(String);
+
+fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
+    let missing = |why: String| Missing(why);
+    if std::env::var("STICKSLIP_PAGE").is_ok_and(|wish| wish == "none") {
+        return Err(missing("it was built with STICKSLIP_PAGE=none; build it without that".into()));
+    }
+    let node = format!("install Node {NODE} or later (https://nodejs.org) and build again");
+    let version = output("node", web, &["--version"])
+        .map_err(|error| missing(format!("Node was not found when it was built ({error}): {node}")))?;
+    let major = version.trim().trim_start_matches('v').split('.').next().and_then(|number| number.parse::<u32>().ok());
+    if major.is_none_or(|major| major < NODE) {
+        return Err(missing(format!("Node {} is too old: {node}", version.trim())));
+    }
+    if !web.join("package-lock.json").exists() {
+        return Err(missing("the folder web/ is missing beside crates/".into()));
+    }
+    // Two builds at once, of cargo and of an editor, take turns.
+    let lock = File::create(web.join(".building")).and_then(|file| file.lock().map(|()| file));
+    let _lock = lock.map_err(|error| missing(format!("{} cannot be written ({error})", web.display())))?;
+    install(web).map_err(|error| missing(format!("its libraries could not be fetched: {error}")))?;
+    let _ = fs::remove_dir_all(built);
+    // What is wrong with the page itself is an error of the build.
+    let ran = npm().args(["run", "build"]).current_dir(web).env("STICKSLIP_PAGE_OUT", built).output();
+    match ran {
+        Ok(ran) if ran.status.success() => Ok(built.to_owned()),
+        Ok(ran) => {
+            let told = [ran.stdout, ran.stderr].concat();
+            panic!("`npm run build` failed in {}:\n{}", web.display(), String::from_utf8_lossy(&told))
+        }
+        Err(error) => Err(missing(format!("npm does not start ({error}): {node}"))),
+    }
+}
+
+/// Fetches the libraries, unless those of this lock file are there.
+fn install(web: &Path) -> Result<(), String> {
+    let lock = fs::read(web.join("package-lock.json")).map_err(|error| error.to_string())?;
+    let stamp = web.join("node_modules/.of-lock");
+    if fs::read(&stamp).is_ok_and(|known| known == lock) {
+        return Ok(());
+    }
+    let mut command = npm();
+    command.args(["ci", "--no-audit", "--no-fund"]).current_dir(web);
+    let ran = command.output().map_err(|error| format!("npm does not start ({error})"))?;
+    if !ran.status.success() {
+        return Err(format!("`npm ci` says {}", String::from_utf8_lossy(&ran.stderr).trim()));
+    }
+    fs::write(stamp, lock).map_err(|error| error.to_string())
+}
+
+fn npm() -> Command {
+    Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" })
+}
+
+fn output(program: &str, folder: &Path, arguments: &[&str]) -> io::Result<String> {
+    let ran = Command::new(program).args(arguments).current_dir(folder).output()?;
+    Ok(String::from_utf8_lossy(&ran.stdout).into_owned())
+}
+
+/// The files as a table.
+fn listed(built: &Path) -> String {
+    let mut names = Vec::new();
+    collect(built, built, &mut names).expect("what was built can be listed");
+    names.sort();
+    let mut text = String::from("pub(super) const FILES: &[File] = &[\n");
+    for name in names.iter().filter(|name| !name.ends_with(".br") && !name.ends_with(".gz")) {
+        let path = |ending: &str| format!("{}{ending}", built.join(name).display());
+        writeln!(
+            text,
+            "    File {{ path: {name:?}, brotli: include_bytes!({:?}), gzip: include_bytes!({:?}), plain: include_bytes!({:?}) }},",
+            path(".br"),
+            path(".gz"),
+            path("")
+        )
+        .expect("a string takes all");
+    }
+    text + "];\npub(super) const MISSING: Option<&str> = None;\n"
+}
+
+fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            collect(root, &path, names)?;
+        } else if let Ok(name) = path.strip_prefix(root) {
+            names.push(name.to_string_lossy().replace('\\', "/"));
+        }
+    }
+    Ok(())
+}
+
+fn env(name: &str) -> String {
+    std::env::var(name).expect("Cargo sets it")
+}

@@ -1,0 +1,74 @@
+//! The page of a served bench: the files that `web/` becomes, compressed once, when the program is built.
+#![forbid(unsafe_code)]
+
+mod files {
+    use super::File;
+    include!(concat!(env!("OUT_DIR"), "/files.rs"));
+}
+
+/// A file of the page.
+#[derive(Clone, Copy, Debug)]
+pub struct File {
+    /// Its path below the page's address.
+    pub path: &'static str,
+    /// Compressed by Brotli.
+    pub brotli: &'static [u8],
+    /// Compressed by gzip.
+    pub gzip: &'static [u8],
+    /// As it is.
+    pub plain: &'static [u8],
+}
+
+impl File {
+    /// What it is, for a browser.
+    pub fn content_type(&self) -> &'static str {
+        match self.path.rsplit_once('.').map(|(_, ending)| ending) {
+            Some("html") => "text/html; charset=utf-8",
+            Some("js") => "text/javascript; charset=utf-8",
+            Some("css") => "text/css; charset=utf-8",
+            Some("svg") => "image/svg+xml",
+            Some("woff2") => "font/woff2",
+            Some("json") => "application/json",
+            _ => "application/octet-stream",
+        }
+    }
+
+    /// Whether its name has a hash of what it contains: it never changes under that name.
+    pub fn is_immutable(&self) -> bool {
+        self.path.starts_with("assets/")
+    }
+}
+
+/// The file of a path; the page itself for every window's address.
+pub fn file(path: &str) -> Option<&'static File> {
+    let path = path.trim_start_matches('/');
+    let find = |path: &str| files::FILES.iter().find(|file| file.path == path);
+    if path.rsplit('/').next().is_some_and(|name| name.contains('.')) { find(path) } else { find("index.html") }
+}
+
+/// Why there is no page, and what to do; none where there is one.
+pub fn missing() -> Option<&'static str> {
+    files::MISSING
+}
+
+/// What a browser downloads [bytes], compressed by gzip, as it is from another machine.
+pub fn size() -> usize {
+    files::FILES.iter().map(|file| file.gzip.len()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_has_an_index_for_each_window_and_stays_small() {
+        if missing().is_some() {
+            assert!(file("/").is_none());
+            return;
+        }
+        assert_eq!(file("/").map(|file| file.path), file("/friction").map(|file| file.path));
+        assert!(file("/assets/none.js").is_none());
+        // A phone on a workshop's network: a second or two.
+        assert!(size() <= 400_000, "{} bytes", size());
+    }
+}

@@ -1,0 +1,39 @@
+// All commands and their keys, once: palette, tooltips, the table of keys and the keyboard read this.
+
+import { bench } from './bench.svelte'
+import { go, view } from './view.svelte'
+
+export type Command = { name: string; key: string; run: () => void; off?: () => string | null }
+
+/** What the window that is shown can do besides. */
+export const local: { commands: Command[] } = { commands: [] }
+
+export const WINDOWS = [
+  { path: '/', name: 'Home', key: '1' },
+  { path: '/friction', name: 'Friction Measurement', key: '2' },
+] as const
+
+const common: Command[] = [
+  ...WINDOWS.map(({ path, name, key }) => ({ name, key, run: () => go(path) })),
+  { name: 'Home axis', key: '', run: () => void bench.order({ call: 'home' }), off: () => bench.busy },
+  { name: 'Arm', key: '', run: () => void bench.order({ call: 'arm' }), off: () => bench.busy },
+  { name: 'Torque on', key: '', run: () => void bench.order({ call: 'start' }), off: () => bench.busy },
+  { name: 'Switch off', key: '', run: () => void bench.order({ call: 'off' }), off: () => bench.barred },
+  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.barred },
+  { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
+  { name: 'Keys', key: '?', run: () => (view.keys = true) },
+  { name: 'Unit of speed', key: 'U', run: () => bench.nextSpeed() },
+  { name: 'Theme', key: 'Shift D', run: () => bench.nextTheme() },
+  { name: 'Operate', key: '', run: () => void bench.order({ call: 'operate' }) },
+]
+
+export function commands(): Command[] {
+  return [...local.commands, ...common]
+}
+
+/** How a key that was pressed is called in the table. */
+export function named(event: KeyboardEvent): string {
+  const key = event.key.length === 1 ? event.key.toUpperCase() : event.key
+  const shifted = event.shiftKey && /^[A-Z]$/.test(key)
+  return `${event.ctrlKey || event.metaKey ? 'Ctrl ' : ''}${shifted ? 'Shift ' : ''}${key}`
+}

@@ -1,0 +1,54 @@
+// Numbers as people read them: a true minus, thin spaces from five digits on, a fixed width, "unknown" for what is not known.
+
+const THIN = '\u202f'
+export const UNKNOWN = 'unknown'
+
+/** A number with so many decimals. */
+export function fixed(value: number | null | undefined, decimals: number): string {
+  if (value == null || !Number.isFinite(value)) return UNKNOWN
+  const text = Math.abs(value).toFixed(decimals)
+  const [whole = '0', rest] = text.split('.')
+  const grouped = whole.length > 4 ? whole.replace(/\B(?=(\d{3})+$)/g, THIN) : whole
+  const zero = !/[1-9]/.test(text)
+  return `${value < 0 && !zero ? '\u2212' : ''}${grouped}${rest ? `.${rest}` : ''}`
+}
+
+/** A number with so many significant digits, for a field. */
+export function significant(value: number | null | undefined, digits = 4): string {
+  if (value == null || !Number.isFinite(value)) return UNKNOWN
+  if (value === 0) return '0'
+  const exponent = Math.floor(Math.log10(Math.abs(value)))
+  if (exponent < -3 || exponent > 6) return plain(value).replace(/-/g, '\u2212')
+  return fixed(Number(value.toPrecision(digits)), Math.max(0, digits - 1 - exponent)).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '')
+}
+
+/** A number as it is typed and copied: plain ASCII. */
+export function plain(value: number): string {
+  return String(Number(value.toPrecision(12)))
+}
+
+/** mm:ss. */
+export function clock(seconds: number): string {
+  const all = Math.max(0, Math.round(seconds))
+  return `${Math.floor(all / 60)}:${String(all % 60).padStart(2, '0')}`
+}
+
+/** "12 s", "3 min". */
+export function age(milliseconds: number): string {
+  const seconds = Math.max(0, Math.round(milliseconds / 1000))
+  return seconds < 120 ? `${seconds}${THIN}s` : `${Math.round(seconds / 60)}${THIN}min`
+}
+
+/** What was typed: a decimal number, with a prefix of the SI perhaps and anything that is its unit behind. */
+export function typed(text: string): number | null {
+  const match = /^\s*([+\-\u2212]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([mkµu]?)(?![a-zA-Z0-9])/.exec(text.replaceAll(THIN, ''))
+  if (!match) return null
+  const prefix: Record<string, number> = { '': 1, m: 1e-3, k: 1e3, µ: 1e-6, u: 1e-6 }
+  return Number(match[1]!.replace('\u2212', '-')) * prefix[match[2]!]!
+}
+
+/** A symbol with its index apart: `M_S` is M with the index S. */
+export function symbolParts(symbol: string): [string, string] {
+  const [body = '', index = ''] = symbol.split('_')
+  return [body, index]
+}

@@ -1,0 +1,18 @@
+// The guided experiment: what is done, what comes next.
+
+import { bench } from './bench.svelte'
+import { measurement } from './measurement.svelte'
+import { view } from './view.svelte'
+
+export type Step = { name: string; done: boolean; off: string | null; run: () => void }
+
+export function steps(): Step[] {
+  const fitted = measurement.curve?.fit != null && !measurement.curve.measuring
+  const measured = (measurement.curve?.points.length ?? 0) > 0 && !measurement.curve?.measuring
+  return [
+    { name: 'Home axis', done: bench.homed, off: bench.busy, run: () => void bench.order({ call: 'home' }) },
+    { name: 'Measure', done: measured, off: null, run: () => view.go('/friction') },
+    { name: 'Fit', done: fitted, off: null, run: () => view.go('/friction') },
+    { name: 'Download', done: fitted && measurement.downloaded, off: fitted ? null : 'A fit comes first', run: () => (view.go('/friction'), measurement.offer()) },
+  ]
+}

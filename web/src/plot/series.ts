@@ -1,0 +1,114 @@
+// What a plot shows, in the words of roles, not of colours; and how it is drawn on a canvas or written as SVG.
+
+export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference'
+type Numbers = readonly (number | null)[]
+
+export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
+  | { mark: 'line'; provisional?: boolean }
+  | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean }
+  | { mark: 'band'; half: Numbers }
+)
+
+/** Where a value lies [px]. */
+export type Place = { x: (value: number) => number; y: (value: number) => number }
+
+/** What draws: a canvas or the text of an SVG. */
+export type Pen = {
+  line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void
+  area: (path: [number, number][], colour: string, opacity: number) => void
+  dot: (x: number, y: number, radius: number, colour: string, opacity: number) => void
+}
+
+const LINES: Record<Role, { width: number; dash: number[] }> = {
+  measured: { width: 1, dash: [] },
+  fitted: { width: 2, dash: [] },
+  desired: { width: 2.6, dash: [] },
+  own: { width: 1.8, dash: [9, 4, 2, 4] },
+  rendered: { width: 2, dash: [] },
+  reference: { width: 1.3, dash: [4, 4] },
+}
+
+/** Draws a series. */
+export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role) => string) {
+  const ink = colour(series.role)
+  const { x, y } = series
+  if (series.mark === 'points') {
+    for (let i = 0; i < x.length; i++) {
+      const [px, py, half] = [x[i], y[i], series.half?.[i]]
+      if (px == null || py == null) continue
+      const at = place.x(px)
+      if (half) pen.line([[[at, place.y(py - half)], [at, place.y(py + half)]]], ink, 1, [])
+      pen.dot(at, place.y(py), series.size, ink, series.size < 2 ? 0.7 : 1)
+    }
+    return
+  }
+  const parts: { from: number; to: number }[] = []
+  let from = -1
+  for (let i = 0; i <= x.length; i++) {
+    const gap = i === x.length || x[i] == null || y[i] == null
+    if (gap && from >= 0) parts.push({ from, to: i })
+    from = gap ? -1 : from < 0 ? i : from
+  }
+  if (series.mark === 'band') {
+    for (const { from, to } of parts) {
+      const edge: [number, number][] = []
+      for (let i = from; i < to; i++) edge.push([place.x(x[i]!), place.y(y[i]! + (series.half[i] ?? 0))])
+      for (let i = to - 1; i >= from; i--) edge.push([place.x(x[i]!), place.y(y[i]! - (series.half[i] ?? 0))])
+      pen.area(edge, ink, 0.2)
+    }
+    return
+  }
+  const { width, dash } = LINES[series.role]
+  const path = parts.map(({ from, to }) => {
+    const part: [number, number][] = []
+    for (let i = from; i < to; i++) part.push([place.x(x[i]!), place.y(y[i]!)])
+    return part
+  })
+  pen.line(path, ink, width, dash)
+}
+
+/** Draws on a canvas, `scale` of whose pixels make one. */
+export function canvasPen(context: CanvasRenderingContext2D, scale: number): Pen {
+  return {
+    line(path, colour, width, dash) {
+      context.strokeStyle = colour
+      context.lineWidth = width * scale
+      context.lineJoin = 'round'
+      context.setLineDash(dash.map((length) => length * scale))
+      context.beginPath()
+      for (const part of path) part.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)))
+      context.stroke()
+      context.setLineDash([])
+    },
+    area(path, colour, opacity) {
+      context.fillStyle = colour
+      context.globalAlpha = opacity
+      context.beginPath()
+      path.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)))
+      context.fill()
+      context.globalAlpha = 1
+    },
+    dot(x, y, radius, colour, opacity) {
+      context.fillStyle = colour
+      context.globalAlpha = opacity
+      context.beginPath()
+      context.arc(x, y, radius * scale, 0, 2 * Math.PI)
+      context.fill()
+      context.globalAlpha = 1
+    },
+  }
+}
+
+/** The range of all values, with air; `null` where there is none. */
+export function extent(all: Series[], axis: 'x' | 'y'): [number, number] | null {
+  let [low, high] = [Infinity, -Infinity]
+  for (const series of all) {
+    const half = series.mark === 'points' && axis === 'y' ? series.half : undefined
+    series[axis].forEach((value, index) => {
+      if (value == null || !Number.isFinite(value)) return
+      low = Math.min(low, value - (half?.[index] ?? 0))
+      high = Math.max(high, value + (half?.[index] ?? 0))
+    })
+  }
+  return low <= high ? [low, high] : null
+}

@@ -1,0 +1,26 @@
+// Where the lines of an axis are.
+
+const STRETCHED = [0, 1, 2, 5, 10, 20, 50, 100, 150, 200, 500, 1000, 2000, 5000, 10_000]
+
+/** Steps of 1, 2, 5: 4 to 9 of them. */
+export function linear(low: number, high: number): number[] {
+  const rough = (high - low) / 6
+  if (!(rough > 0)) return [low]
+  const power = 10 ** Math.floor(Math.log10(rough))
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= rough) ?? rough
+  const ticks = []
+  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) ticks.push(Number((k * step).toPrecision(12)))
+  return ticks
+}
+
+/** Around standstill, where things happen, linear; logarithmic beyond. */
+export function stretched(low: number, high: number): number[] {
+  const both = [...STRETCHED.slice(1).map((tick) => -tick).reverse(), ...STRETCHED]
+  return both.filter((tick) => tick >= low && tick <= high)
+}
+
+/** Decimals that tell the ticks apart. */
+export function decimals(ticks: number[]): number {
+  const step = ticks.length > 1 ? Math.min(...ticks.slice(1).map((tick, i) => tick - ticks[i]!)) : 1
+  return Math.max(0, -Math.floor(Math.log10(step) + 1e-9))
+}

@@ -1,0 +1,23 @@
+// Earlier runs. The one place that asks for them.
+
+import { bench } from './bench.svelte'
+import { Refused } from './connection'
+import type { CurveName, MeasuredCurve } from './protocol'
+
+export async function curves(): Promise<CurveName[]> {
+  try {
+    return (await bench.connection.call({ call: 'curves' }, 'curves')).curves
+  } catch (error) {
+    if (error instanceof Refused) return []
+    throw error
+  }
+}
+
+export async function curve(run: number | null): Promise<MeasuredCurve | null> {
+  try {
+    return await bench.connection.call({ call: 'curve', run }, 'curve')
+  } catch (error) {
+    if (error instanceof Refused) return null
+    throw error
+  }
+}
