@@ -39,13 +39,19 @@ export function age(milliseconds: number): string {
   return seconds < 120 ? `${seconds}${THIN}s` : `${Math.round(seconds / 60)}${THIN}min`
 }
 
-/** What was typed: a decimal number, with a prefix of the SI perhaps and anything that is its unit behind. */
-export function typed(text: string): number | null {
-  const match = /^\s*([+\-\u2212]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([mkµu]?)(?![a-zA-Z0-9])/.exec(text.replaceAll(THIN, ''))
+/** What was typed: a decimal number, with a prefix of the SI and its unit behind, if at all. Of a number in another unit than `unit` nobody knows what is meant. */
+export function typed(text: string, unit?: string): number | null {
+  const match = /^([+\-\u2212]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.,])(.*)$/.exec(bare(text))
   if (!match) return null
-  const prefix: Record<string, number> = { '': 1, m: 1e-3, k: 1e3, µ: 1e-6, u: 1e-6 }
-  return Number(match[1]!.replace('\u2212', '-')) * prefix[match[2]!]!
+  const [number, behind] = [Number(match[1]!.replace('\u2212', '-')), match[2]!]
+  const fits = (rest: string) => rest === '' || rest === bare(unit ?? rest)
+  if (fits(behind) && !(unit === undefined && behind in PREFIXES)) return number
+  const prefix = PREFIXES[behind[0]!]
+  return prefix !== undefined && fits(behind.slice(1)) ? number * prefix : null
 }
+
+const PREFIXES: Record<string, number> = { m: 1e-3, k: 1e3, µ: 1e-6, u: 1e-6 }
+const bare = (text: string) => text.replace(/[\s\u202f·]/g, '')
 
 /** A symbol with its index apart: `M_S` is M with the index S. */
 export function symbolParts(symbol: string): [string, string] {

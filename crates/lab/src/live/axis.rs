@@ -120,11 +120,11 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 curve.into_iter().for_each(|number| shared.begin_curve(number));
                 let begun = SystemTime::now();
                 let ended = work(&mut bench, &shared.watch(&what));
+                shared.end_curve();
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
                     let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));
                 }
-                shared.end_curve();
                 shared.ended(&what, ended.map(|()| folder));
             }
             None => {}

@@ -170,13 +170,6 @@ pub enum Call {
     },
     /// Be the operator, whoever is now.
     Operate {},
-    /// Ask whoever operates for the operator's place.
-    Ask {},
-    /// Give it to whoever asked, or not now.
-    HandOver {
-        /// Whether it is given.
-        grant: bool,
-    },
     /// Record every cycle from the next one on, under a name of its own in the project's runs.
     Record {
         /// Letters, digits, `-` and `_`.
@@ -232,6 +225,13 @@ pub enum Call {
     RestoreRun {
         /// Its number.
         number: i64,
+    },
+    /// Ask whoever operates for the operator's place.
+    Ask {},
+    /// Give it to whoever asked, or not now.
+    HandOver {
+        /// Whether it is given.
+        grant: bool,
     },
 }
 
