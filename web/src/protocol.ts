@@ -178,14 +178,6 @@ export type Call = {
   call: "operate"
 }
   | {
-  call: "ask"
-}
-  | {
-  call: "hand_over"
-  /** Whether it is given. */
-  grant: boolean
-}
-  | {
   call: "record"
   /** Letters, digits, `-` and `_`. */
   name: string
@@ -238,6 +230,14 @@ export type Call = {
   /** Its number. */
   number: number
 }
+  | {
+  call: "ask"
+}
+  | {
+  call: "hand_over"
+  /** Whether it is given. */
+  grant: boolean
+}
 /** An answer. In JSON an object with the key `answer`. */
 export type Answer = {
   answer: "done"
@@ -252,7 +252,7 @@ export type Answer = {
   /** What became another. */
   differences: Changed[]
   /** How far the rendering law is from chatter, in words, where it became another. */
-  margin?: string | null
+  margin: string | null
 }
   | {
   answer: "differences"
@@ -350,9 +350,9 @@ export type Captured = {
 /** A value that is not the same. */
 export type Changed = {
   /** After, with its unit. */
-  after?: string | null
+  after: string | null
   /** Before, with its unit. */
-  before?: string | null
+  before: string | null
   /** Its dotted path. */
   path: string
 }
@@ -372,7 +372,7 @@ export type ClockStatus = {
   /** From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest. */
   lateness: [number, number, number, number]
   /** Share of a tick that a cycle takes: median. */
-  load?: number
+  load: number
   /** Cycles that found no room on their way to recorders and viewers. */
   lost: number
 }
@@ -427,7 +427,7 @@ export type Drawn = {
   /** The presliding loop of the desired friction. */
   desired_loop: Loop
   /** RMS distance from the reference points [N m]; `null` without any. */
-  distance?: number | null
+  distance: number | null
   /** Handles of the single parameters. */
   grips: Grip[]
   /** The largest [N m]. */
@@ -435,7 +435,7 @@ export type Drawn = {
   /** The least friction that could be rendered steadily at each speed [N m]. */
   least: number[]
   /** By what the difference torque may be multiplied until a limit is hit; `null`: by anything. */
-  margin?: number | null
+  margin: number | null
   /** Own friction at each speed [N m]. */
   own: number[]
   /** The presliding loop of the own friction, over the same way. */
@@ -450,9 +450,9 @@ export type Drawn = {
 /** How something ended. */
 export type Ended = {
   /** Why, where it failed or was cancelled. */
-  error?: string | null
+  error: string | null
   /** Where its results are. */
-  folder?: string | null
+  folder: string | null
   /** What it was. */
   what: string
 }
@@ -470,7 +470,7 @@ export type FittedCurve = {
   /** What the data leave open, and which measurement would tell. */
   findings: string[]
   /** The same as a share of the breakaway torque; `null` where that is 0. */
-  misfit?: number | null
+  misfit: number | null
   /** The values that make it the own friction, by path, as for `set`; empty where a parameter is not known. */
   own: Record<string, string>
   /** Its parameters. */
@@ -525,17 +525,17 @@ export type Handle = "breakaway_torque"
 /** One value of a parameter set, with what is known of it. */
 export type Item = {
   /** What was chosen; `null` for a number. */
-  choice?: string | null
+  choice: string | null
   /** Value unless given. */
-  default?: number | null
+  default: number | null
   /** What it is. */
   help: string
   /** What kind of value it is. */
   kind: ItemKind
   /** Largest value; `null`: any. */
-  maximum?: number | null
+  maximum: number | null
   /** Smallest value; `null`: any. */
-  minimum?: number | null
+  minimum: number | null
   /** What there is to choose from. */
   options: Choice[]
   /** Its dotted path. */
@@ -545,7 +545,7 @@ export type Item = {
   /** SI unit as printed; empty for a pure number and for a choice. */
   unit: string
   /** The number; `null` for a choice. A flag is 0 or 1. */
-  value?: number | null
+  value: number | null
 }
 /** Which values make sense besides the range. */
 export type ItemKind = "real"
@@ -584,7 +584,7 @@ export type MeasuredCurve = {
   /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
   course: [number, number][]
   /** The Stribeck curve through the points. */
-  fit?: FittedCurve
+  fit: FittedCurve
     | null
   /** Whether it is being measured. */
   measuring: boolean
@@ -593,14 +593,14 @@ export type MeasuredCurve = {
   /** The points that count. */
   points: MeasuredPoint[]
   /** Number of the run; `null` while it is measured, and where there is none. */
-  run?: number | null
+  run: number | null
 }
 /** A point of a friction curve. */
 export type MeasuredPoint = {
   /** Half of its 95 % interval [N m]. */
   half_width: number
   /** Measured less fitted [N m]; `null` without a fit. */
-  residual?: number | null
+  residual: number | null
   /** Torque, of the velocity's sign [N m]. */
   torque: number
   /** Velocity [rad/s]. */
@@ -685,13 +685,13 @@ export type Run = {
   /** Its friction curve in a few points: velocity [rad/s], torque [N m]. */
   curve: [number, number][]
   /** Time on the bench, or on the clock where there was no bench [s]. */
-  duration?: number | null
+  duration: number | null
   /** Its files. */
   files: string[]
   /** Where it lies, from the project's folder on. */
   folder: string
   /** The number that one looks for first. */
-  key?: KeyNumber
+  key: KeyNumber
     | null
   /** The command that made it: `demo`, `measure friction`; `recording`. */
   kind: string
@@ -706,7 +706,7 @@ export type Run = {
   /** The preset, where its command names one. */
   preset: string
   /** The one of them that can be replayed. */
-  record?: string | null
+  record: string | null
   /** Whether its files are there. */
   state: State
   /** Tags, sorted. */
@@ -735,7 +735,7 @@ export type Status = {
   /** Screw angle [rad]. */
   angle: number
   /** Who asks the operator for his place. */
-  asks?: string | null
+  asks: string | null
   /** Parameters that are not as they were when the run began. */
   changed: number
   /** How the clock is kept. */
@@ -743,12 +743,12 @@ export type Status = {
   /** Number of the newest cycle. */
   cycle: number
   /** What runs: nothing, a motion, a measurement. */
-  doing?: Doing
+  doing: Doing
     | null
   /** Torque of the drive motor [N m]. */
   drive_torque: number
   /** How what ran last has ended. */
-  last?: Ended
+  last: Ended
     | null
   /** What happened on the link to the machine, where there is one. */
   link?: Counts
@@ -756,9 +756,9 @@ export type Status = {
   /** Torque of the load motor, against positive motion [N m]. */
   load_torque: number
   /** Why the run that ended last is not in the catalogue. */
-  not_entered?: string | null
+  not_entered: string | null
   /** Who may change something. */
-  operator?: string | null
+  operator: string | null
   /** How far the linings are pressed on, 0 … 1. */
   preload: number
   /** The preset it runs with. */
@@ -766,12 +766,12 @@ export type Status = {
   /** Ticks in a second [Hz]. */
   rate: number
   /** Why, where it is a fault or has ended. */
-  reason?: string | null
+  reason: string | null
   /** How much is in it, or was where it could not go on. */
-  recorded?: Recorded
+  recorded: Recorded
     | null
   /** The file that the run is recorded into. */
-  recording?: string | null
+  recording: string | null
   /** Whether there is something to redo. */
   redo: boolean
   /** Whether the load motor renders. */
@@ -783,7 +783,7 @@ export type Status = {
   /** Estimated velocity [rad/s]. */
   velocity: number
   /** Where it is open to measurement and calibration tools. */
-  xcp?: XcpStatus[]
+  xcp: XcpStatus[]
 }
 /** A stretch of speeds in which a limit forbids. */
 export type Stretch = {
@@ -803,22 +803,22 @@ export type ToChatter = {
   /** From which on it is chatter [N m RMS]. */
   chatter_limit: number
   /** Additional delay up to which it is [s]; `null`: any that was tried. */
-  delay_margin?: number | null
+  delay_margin: number | null
   /** Factor of the law's torque up to which the loop is stable; `null`: any that was tried. */
-  gain_margin?: number | null
+  gain_margin: number | null
   /** In a sentence: how far, or why not and what would do. */
   sentence: string
   /** Whether the bench would take it. */
   stable: boolean
   /** Stiffness of the desired bristles [N m/rad]; `null` where the law renders none. */
-  stiffness?: number | null
+  stiffness: number | null
   /** Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is not stable. */
-  stiffness_limit?: number | null
+  stiffness_limit: number | null
 }
 /** A parameter or a result. */
 export type Value = {
   /** Where it is one. */
-  number?: number | null
+  number: number | null
   /** Dotted. */
   path: string
   /** Whether it is a result; else a parameter. */
@@ -837,7 +837,7 @@ export type XcpStatus = {
   /** Rows that its measurements have lost since the start. */
   lost: number
   /** The address of the master that is connected. */
-  master?: string | null
+  master: string | null
   /** Whether it measures. */
   measuring: boolean
   /** `udp` or `tcp`. */
