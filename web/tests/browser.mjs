@@ -250,6 +250,11 @@ try {
   assert.deepEqual(barriers, [], 'axe finds nothing')
   console.log(`${done} passed`)
 } catch (error) {
+  for (const context of browser.contexts())
+    for (const page of context.pages()) {
+      console.error((await page.locator('header, [role=alert], ol[aria-label=Messages]').allInnerTexts()).join(' | ').replace(/\s+/g, ' '))
+      if (shots) await page.screenshot({ path: join(shots, 'failed.png') })
+    }
   if (complaints.length) console.error(complaints.join('\n'))
   if (barriers.length) console.error([...new Set(barriers)].join('\n'))
   throw error
