@@ -1,0 +1,845 @@
+// Generated from the schema of the protocol; do not edit. See crates/app/tests/protocol.rs.
+/** A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind": "bristle"}}`. */
+export type Call = {
+  call: "status"
+}
+  | {
+  call: "home"
+}
+  | {
+  call: "start"
+}
+  | {
+  call: "arm"
+}
+  | {
+  call: "stop"
+}
+  | {
+  call: "off"
+}
+  | {
+  call: "acknowledge"
+}
+  | {
+  call: "halt"
+}
+  | {
+  call: "move"
+  /** What to follow: `sine`, `steps`, `point-to-point`, … */
+  reference: string
+  /** Whether the load motor renders the desired friction meanwhile. */
+  render?: boolean
+  /** Its values by name, SI units; those that are not given have their defaults. */
+  values?: Record<string, number>
+}
+  | {
+  call: "inject"
+  /** What, and how much: `encoder-stuck`, `counts-lost=0.02`. */
+  fault: string
+}
+  | {
+  call: "preload"
+  /** How far. */
+  preload: number
+}
+  | {
+  call: "measure"
+  /** Values of its plan, as in a file. */
+  plan?: Record<string, string>
+  /** What to measure. */
+  what: Quantity
+}
+  | {
+  call: "set"
+  /** Value by path. */
+  values: Record<string, string>
+}
+  | {
+  call: "undo"
+}
+  | {
+  call: "redo"
+}
+  | {
+  call: "reset"
+}
+  | {
+  call: "save"
+  /** Letters, digits, `-` and `_`. */
+  name: string
+}
+  | {
+  call: "load"
+  /** As it was saved. */
+  name: string
+}
+  | {
+  call: "sets"
+}
+  | {
+  call: "parameters"
+}
+  | {
+  call: "differences"
+}
+  | {
+  call: "items"
+}
+  | {
+  call: "preview"
+  /** Value by path, as in `set`. */
+  values: Record<string, string>
+}
+  | {
+  call: "machine"
+}
+  | {
+  call: "plan"
+  /** Values that are not as there. */
+  plan?: Record<string, string>
+  /** The thorough plan instead of the default. */
+  thorough?: boolean
+  /** What would be measured. */
+  what: Quantity
+}
+  | {
+  call: "curve"
+  /** Number of its run; `null`: the one that is being measured, or was last. */
+  run?: number | null
+}
+  | {
+  call: "curves"
+}
+  | {
+  /** Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; those in force where there are none. */
+  bristles?: [number, number, number] | null
+  call: "sketch"
+  /** Breakaway torque [N m], kinetic torque [N m], Stribeck velocity [rad/s], viscous friction [N m s/rad]; those in force where there are none. */
+  desired?: [number, number, number, number] | null
+  /** What the hand drags. */
+  drag?: Drag
+    | null
+  /** Whether the curve shall be laid through the points. */
+  fit?: boolean
+  /** Whether the curve shall be moved to the nearest that can be rendered. */
+  nearest?: boolean
+  /** Reference points. */
+  points?: Reference[]
+  /** Speeds at which the curve is to be seen, from 0 on [rad/s]. */
+  speeds: number[]
+  /** Whether to say what would do instead, where it cannot be rendered: a hundred times the time. */
+  thorough?: boolean
+}
+  | {
+  call: "margin"
+  /** Value by path, as in `set`. */
+  values?: Record<string, string>
+}
+  | {
+  call: "signals"
+}
+  | {
+  /** Time after it [s]. */
+  after: number
+  /** Time before the trigger [s]. */
+  before: number
+  call: "capture"
+  /** Of so many ticks one is kept, at least 1. */
+  decimation?: number
+  /** Names of the signals. */
+  signals: string[]
+  /** When: `immediate`, `setpoint.velocity rises through 0.1`, … */
+  trigger: string
+}
+  | {
+  call: "fetch"
+  /** Its number. */
+  capture: number
+}
+  | {
+  call: "stream"
+  /** From point to point [s], a tick at least. */
+  every: number
+  /** Names of the signals. */
+  signals: string[]
+}
+  | {
+  call: "points"
+  /** The stream's number. */
+  capture: number
+}
+  | {
+  call: "drop"
+  /** Its number. */
+  capture: number
+}
+  | {
+  call: "operate"
+}
+  | {
+  call: "record"
+  /** Letters, digits, `-` and `_`. */
+  name: string
+}
+  | {
+  call: "end_record"
+}
+  | {
+  call: "runs"
+  /** At most so many. */
+  limit?: number
+  /** Words, `law:bristle`, `M_S>0.2`, `-tag:bad`; empty for all. */
+  query?: string
+}
+  | {
+  call: "run"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "rename_run"
+  /** In words. */
+  name: string
+  /** Its number. */
+  number: number
+}
+  | {
+  /** Words. */
+  add?: string[]
+  call: "tag_run"
+  /** Its number. */
+  number: number
+  /** Words. */
+  remove?: string[]
+}
+  | {
+  call: "note_run"
+  /** Empty to take it away. */
+  note: string
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "delete_run"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "restore_run"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "ask"
+}
+  | {
+  call: "hand_over"
+  /** Whether it is given. */
+  grant: boolean
+}
+/** An answer. In JSON an object with the key `answer`. */
+export type Answer = {
+  answer: "done"
+}
+  | Status & {
+  answer: "status"
+}
+  | {
+  answer: "entered"
+  /** With this cycle. */
+  cycle: number
+  /** What became another. */
+  differences: Changed[]
+  /** How far the rendering law is from chatter, in words, where it became another. */
+  margin: string | null
+}
+  | {
+  answer: "differences"
+  /** Each value. */
+  differences: Changed[]
+}
+  | {
+  answer: "items"
+  /** In the order of declaration. */
+  items: Item[]
+}
+  | Machine & {
+  answer: "machine"
+}
+  | PlanForm & {
+  answer: "plan"
+}
+  | MeasuredCurve & {
+  answer: "curve"
+}
+  | {
+  answer: "curves"
+  /** The newest first. */
+  curves: CurveName[]
+}
+  | Drawn & {
+  answer: "drawn"
+}
+  | ToChatter & {
+  answer: "margin"
+}
+  | {
+  answer: "text"
+  /** As it is. */
+  text: string
+}
+  | {
+  answer: "names"
+  /** Sorted. */
+  names: string[]
+}
+  | {
+  answer: "signals"
+  /** In the order of a row. */
+  signals: Signal[]
+}
+  | {
+  answer: "capture"
+  /** Its number. */
+  capture: number
+  /** `filling`, `armed`, `delayed`, `triggered`; of a stream `streaming`. */
+  stage: string
+}
+  | Captured & {
+  answer: "captured"
+}
+  | {
+  answer: "points"
+  /** Each. */
+  points: Point[]
+}
+  | {
+  answer: "runs"
+  /** What of the query was not understood and left out. */
+  hints: string[]
+  /** How many the query finds, these among them. */
+  of: number
+  /** The newest first. */
+  runs: Run[]
+}
+  | {
+  answer: "run"
+  /** As in a list. */
+  run: Run
+  /** Its parameters and results. */
+  values: Value[]
+}
+/** What was captured. */
+export type Captured = {
+  /** Of each signal its value in each row; `null` where it is no number. */
+  columns: ((number | null)[])[]
+  /** Number of the cycle of each row. */
+  cycles: number[]
+  /** Cycles that are lost. */
+  lost: number
+  /** Ticks of history that were asked for but not there yet. */
+  missing: number
+  /** Names of the columns. */
+  signals: string[]
+  /** Its time, 0 at the trigger [s]. */
+  times: number[]
+  /** Index of the trigger's row. */
+  trigger: number
+}
+/** A value that is not the same. */
+export type Changed = {
+  /** After, with its unit. */
+  after: string | null
+  /** Before, with its unit. */
+  before: string | null
+  /** Its dotted path. */
+  path: string
+}
+/** Something to choose. */
+export type Choice = {
+  /** What it is. */
+  help: string
+  /** As in files. */
+  name: string
+}
+/** How the clock is kept. Times in seconds. */
+export type ClockStatus = {
+  /** A whole cycle, likewise. */
+  cycle: [number, number, number, number]
+  /** Cycles whose deadline was missed. */
+  held: number
+  /** From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest. */
+  lateness: [number, number, number, number]
+  /** Share of a tick that a cycle takes: median. */
+  load: number
+  /** Cycles that found no room on their way to recorders and viewers. */
+  lost: number
+}
+/** What they say. */
+export type Counts = {
+  /** Ticks whose readings came in time. */
+  answered: number
+  /** How often the machine was taken up. */
+  begun: number
+  /** Answers that came a second time. */
+  doubled: number
+  /** Frames that could not be read, on either side. */
+  garbled: number
+  /** Answers that came behind their tick. */
+  late: number
+  /** Ticks whose readings did not. */
+  missing: number
+}
+/** A run that has a friction curve. */
+export type CurveName = {
+  /** Name of its folder. */
+  name: string
+  /** Its number. */
+  run: number
+}
+/** What runs. */
+export type Doing = {
+  /** The part of the stage that is done, 0 … 1. */
+  fraction: number
+  /** How far it is, in words. */
+  stage: string
+  /** What it is: `sine`, `measure friction`. */
+  what: string
+}
+/** A hand on a handle. */
+export type Drag = {
+  /** Which. */
+  handle: Handle
+  /** Whether the other parameters follow the reference points. */
+  refit?: boolean
+  /** Where the hand is [rad/s]. */
+  speed: number
+  /** Where the hand is [N m]. */
+  torque: number
+}
+/** What is to be seen of a sketch. */
+export type Drawn = {
+  /** Desired friction at each speed [N m]. */
+  curve: number[]
+  /** As [`Sketch::desired`]. */
+  desired: [number, number, number, number]
+  /** The presliding loop of the desired friction. */
+  desired_loop: Loop
+  /** RMS distance from the reference points [N m]; `null` without any. */
+  distance: number | null
+  /** Handles of the single parameters. */
+  grips: Grip[]
+  /** The largest [N m]. */
+  largest: number[]
+  /** The least friction that could be rendered steadily at each speed [N m]. */
+  least: number[]
+  /** By what the difference torque may be multiplied until a limit is hit; `null`: by anything. */
+  margin: number | null
+  /** Own friction at each speed [N m]. */
+  own: number[]
+  /** The presliding loop of the own friction, over the same way. */
+  own_loop: Loop
+  /** What a reader should know, in sentences. */
+  remarks: string[]
+  /** Whether it can be rendered. */
+  renderable: boolean
+  /** Where it cannot be rendered. */
+  shortages: Stretch[]
+}
+/** How something ended. */
+export type Ended = {
+  /** Why, where it failed or was cancelled. */
+  error: string | null
+  /** Where its results are. */
+  folder: string | null
+  /** What it was. */
+  what: string
+}
+/** A unit that a quantity may be shown in. */
+export type Factor = {
+  /** What a value in SI units is multiplied by. */
+  factor: number
+  /** As printed. */
+  unit: string
+}
+/** A Stribeck curve through measured points. */
+export type FittedCurve = {
+  /** Half the width of its 95 % band [N m]. */
+  band: (number | null)[]
+  /** What the data leave open, and which measurement would tell. */
+  findings: string[]
+  /** The same as a share of the breakaway torque; `null` where that is 0. */
+  misfit: number | null
+  /** The values that make it the own friction, by path, as for `set`; empty where a parameter is not known. */
+  own: Record<string, string>
+  /** Its parameters. */
+  parameters: FittedParameter[]
+  /** RMS of what it leaves [N m]. */
+  rms: number
+  /** Its torques [N m]. */
+  torque: (number | null)[]
+  /** Velocities of the line, rising; `null` is the gap at standstill [rad/s]. */
+  velocity: (number | null)[]
+}
+/** A parameter of a fit. */
+export type FittedParameter = {
+  /** Half of its 95 % interval as printed, without the sign. */
+  half_width: string
+  /** As in files. */
+  key: string
+  /** Whether the data tell it. */
+  known: boolean
+  /** What it is. */
+  name: string
+  /** As in an equation. */
+  symbol: string
+  /** The unit of both, with its prefix. */
+  unit: string
+  /** The value as printed; `unknown` where the data do not tell. */
+  value: string
+}
+/** A handle on the curve. */
+export type Grip = {
+  /** Which. */
+  handle: Handle
+  /** Least and largest value. */
+  range: [number, number]
+  /** Where it lies [rad/s]. */
+  speed: number
+  /** As in an equation. */
+  symbol: string
+  /** Where it lies [N m]. */
+  torque: number
+  /** In this SI unit. */
+  unit: string
+  /** Its value. */
+  value: number
+}
+/** What a curve is held by. */
+export type Handle = "breakaway_torque"
+  | "kinetic_torque"
+  | "stribeck_velocity"
+  | "viscous_friction"
+  | "line"
+/** One value of a parameter set, with what is known of it. */
+export type Item = {
+  /** What was chosen; `null` for a number. */
+  choice: string | null
+  /** Value unless given. */
+  default: number | null
+  /** What it is. */
+  help: string
+  /** What kind of value it is. */
+  kind: ItemKind
+  /** Largest value; `null`: any. */
+  maximum: number | null
+  /** Smallest value; `null`: any. */
+  minimum: number | null
+  /** What there is to choose from. */
+  options: Choice[]
+  /** Its dotted path. */
+  path: string
+  /** As in an equation; may be empty. */
+  symbol: string
+  /** SI unit as printed; empty for a pure number and for a choice. */
+  unit: string
+  /** The number; `null` for a choice. A flag is 0 or 1. */
+  value: number | null
+}
+/** Which values make sense besides the range. */
+export type ItemKind = "real"
+  | "whole"
+  | "flag"
+  | "choice"
+/** A number with its name. */
+export type KeyNumber = {
+  /** As in the summary. */
+  name: string
+  /** Its unit; `1` for a pure number. */
+  unit: string
+  /** SI. */
+  value: number
+}
+/** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
+export type Loop = {
+  /** Way from the begin [rad]. */
+  angle: number[]
+  /** Friction torque there [N m]. */
+  torque: number[]
+}
+/** What is believed of the machine, for a picture of it. */
+export type Machine = {
+  /** Units of the angle, with what an angle in rad is multiplied by. */
+  angles: Factor[]
+  /** Ends of the travel by the screw's angle [rad]. */
+  ends: [number, number]
+  /** The parts, from the drive motor on. */
+  parts: Part[]
+  /** Units of the velocity, with what a velocity in rad/s is multiplied by. */
+  speeds: Factor[]
+}
+/** A friction curve, measured or being measured. */
+export type MeasuredCurve = {
+  /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
+  course: [number, number][]
+  /** The Stribeck curve through the points. */
+  fit: FittedCurve
+    | null
+  /** Whether it is being measured. */
+  measuring: boolean
+  /** Why there is no fit, and what does not count, each with a remedy. */
+  notes: string[]
+  /** The points that count. */
+  points: MeasuredPoint[]
+  /** Number of the run; `null` while it is measured, and where there is none. */
+  run: number | null
+}
+/** A point of a friction curve. */
+export type MeasuredPoint = {
+  /** Half of its 95 % interval [N m]. */
+  half_width: number
+  /** Measured less fitted [N m]; `null` without a fit. */
+  residual: number | null
+  /** Torque, of the velocity's sign [N m]. */
+  torque: number
+  /** Velocity [rad/s]. */
+  velocity: number
+}
+/** A part of the machine. */
+export type Part = {
+  /** What is most to be known of it. */
+  about: string
+  /** Where its parameters are. */
+  group: string
+  /** Which. */
+  kind: PartKind
+  /** Its name. */
+  name: string
+}
+/** Which part of a machine something is. */
+export type PartKind = "drive_motor"
+  | "coupling"
+  | "screw"
+  | "wheel"
+  | "load_motor"
+  | "encoder"
+/** A plan of a measurement. */
+export type PlanForm = {
+  /** What it will do, in a few words. */
+  about: string
+  /** Bench time that it takes [s], homing not counted. */
+  duration: number
+  /** Its values. */
+  items: Item[]
+}
+/** A window of a stream: all its samples lie between the least and the largest. */
+export type Point = {
+  /** Its first cycle. */
+  from: number
+  /** Of each signal the last. */
+  last: (number | null)[]
+  /** Of each signal the largest. */
+  max: (number | null)[]
+  /** Of each signal the least value; `null` where there is no number. */
+  min: (number | null)[]
+  /** Cycles that are in no point, since the point before: lost, or in points that nobody took in time. */
+  missing: number
+  /** Of each signal whether there is among them what is no number. */
+  nan: boolean[]
+  /** Its last cycle. */
+  to: number
+}
+/** What can be measured. */
+export type Quantity = "friction"
+  | "breakaway"
+  | "presliding"
+/** How much was recorded. */
+export type Recorded = {
+  /** Size of the file [bytes]. */
+  bytes: number
+  /** The first cycle of it. */
+  from: number
+  /** Length [s]. */
+  length: number
+  /** Cycles that are not in it. */
+  lost: number
+}
+/** A reference point. */
+export type Reference = {
+  /** From 0 on [rad/s]. */
+  speed: number
+  /** Above 0 [N m]. */
+  torque: number
+  /** How much it counts beside others. */
+  weight?: number
+}
+/** A run. */
+export type Run = {
+  /** When it began, RFC 3339, UTC. */
+  begun: string
+  /** The command line. */
+  command: string
+  /** The position controller under test. */
+  controller: string
+  /** Its friction curve in a few points: velocity [rad/s], torque [N m]. */
+  curve: [number, number][]
+  /** Time on the bench, or on the clock where there was no bench [s]. */
+  duration: number | null
+  /** Its files. */
+  files: string[]
+  /** Where it lies, from the project's folder on. */
+  folder: string
+  /** The number that one looks for first. */
+  key: KeyNumber
+    | null
+  /** The command that made it: `demo`, `measure friction`; `recording`. */
+  kind: string
+  /** The rendering law. */
+  law: string
+  /** In words. */
+  name: string
+  /** What a person wrote. */
+  note: string
+  /** Counted through the project; no other run ever gets it. */
+  number: number
+  /** The preset, where its command names one. */
+  preset: string
+  /** The one of them that can be replayed. */
+  record: string | null
+  /** Whether its files are there. */
+  state: State
+  /** Tags, sorted. */
+  tags: string[]
+  /** Version of the program. */
+  version: string
+}
+/** A signal. */
+export type Signal = {
+  /** What it is. */
+  help: string
+  /** Its name. */
+  name: string
+  /** As in an equation; may be empty. */
+  symbol: string
+  /** SI unit. */
+  unit: string
+}
+/** Whether a run's files are there. */
+export type State = "here"
+  | "missing"
+  | "replaced"
+  | "deleted"
+/** How the bench is. */
+export type Status = {
+  /** Screw angle [rad]. */
+  angle: number
+  /** Who asks the operator for his place. */
+  asks: string | null
+  /** Parameters that are not as they were when the run began. */
+  changed: number
+  /** How the clock is kept. */
+  clock: ClockStatus
+  /** Number of the newest cycle. */
+  cycle: number
+  /** What runs: nothing, a motion, a measurement. */
+  doing: Doing
+    | null
+  /** Torque of the drive motor [N m]. */
+  drive_torque: number
+  /** How what ran last has ended. */
+  last: Ended
+    | null
+  /** What happened on the link to the machine, where there is one. */
+  link?: Counts
+    | null
+  /** Torque of the load motor, against positive motion [N m]. */
+  load_torque: number
+  /** Why the run that ended last is not in the catalogue. */
+  not_entered: string | null
+  /** Who may change something. */
+  operator: string | null
+  /** How far the linings are pressed on, 0 … 1. */
+  preload: number
+  /** The preset it runs with. */
+  preset: string
+  /** Ticks in a second [Hz]. */
+  rate: number
+  /** Why, where it is a fault or has ended. */
+  reason: string | null
+  /** How much is in it, or was where it could not go on. */
+  recorded: Recorded
+    | null
+  /** The file that the run is recorded into. */
+  recording: string | null
+  /** Whether there is something to redo. */
+  redo: boolean
+  /** Whether the load motor renders. */
+  render: boolean
+  /** `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` once the loop does not run any more. */
+  state: string
+  /** Whether there is something to undo. */
+  undo: boolean
+  /** Estimated velocity [rad/s]. */
+  velocity: number
+  /** Where it is open to measurement and calibration tools. */
+  xcp: XcpStatus[]
+}
+/** A stretch of speeds in which a limit forbids. */
+export type Stretch = {
+  /** From [rad/s]. */
+  from: number
+  /** `current`, `voltage`, `slope`, `response`, `speed`. */
+  limit: string
+  /** Why, in a sentence. */
+  reason: string
+  /** To [rad/s]. */
+  to: number
+}
+/** How far a rendering law is from chatter. */
+export type ToChatter = {
+  /** Change of the load torque from millisecond to millisecond that is to be expected [N m RMS]. */
+  chatter: number
+  /** From which on it is chatter [N m RMS]. */
+  chatter_limit: number
+  /** Additional delay up to which it is [s]; `null`: any that was tried. */
+  delay_margin: number | null
+  /** Factor of the law's torque up to which the loop is stable; `null`: any that was tried. */
+  gain_margin: number | null
+  /** In a sentence: how far, or why not and what would do. */
+  sentence: string
+  /** Whether the bench would take it. */
+  stable: boolean
+  /** Stiffness of the desired bristles [N m/rad]; `null` where the law renders none. */
+  stiffness: number | null
+  /** Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is not stable. */
+  stiffness_limit: number | null
+}
+/** A parameter or a result. */
+export type Value = {
+  /** Where it is one. */
+  number: number | null
+  /** Dotted. */
+  path: string
+  /** Whether it is a result; else a parameter. */
+  result: boolean
+  /** As in an equation; may be empty. */
+  symbol: string
+  /** As text. */
+  text: string
+  /** SI unit. */
+  unit: string
+}
+/** An address at which the bench speaks XCP. */
+export type XcpStatus = {
+  /** Its address. */
+  address: string
+  /** Rows that its measurements have lost since the start. */
+  lost: number
+  /** The address of the master that is connected. */
+  master: string | null
+  /** Whether it measures. */
+  measuring: boolean
+  /** `udp` or `tcp`. */
+  transport: string
+}
