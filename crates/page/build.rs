@@ -2,13 +2,15 @@
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the page is made of, below `web/`.
-const SOURCES: [&str; 8] = [
+const SOURCES: [&str; 9] = [
     "src",
+    "public",
     "index.html",
     "package.json",
     "package-lock.json",
@@ -58,8 +60,7 @@ fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
         return Err(missing("the folder web/ is missing beside crates/".into()));
     }
     // Two builds at once, of cargo and of an editor, take turns.
-    let lock = File::create(web.join(".building")).and_then(|file| file.lock().map(|()| file));
-    let _lock = lock.map_err(|error| missing(format!("{} cannot be written ({error})", web.display())))?;
+    let _lock = lock(web).map_err(|error| missing(format!("its lock cannot be taken ({error})")))?;
     install(web).map_err(|error| missing(format!("its libraries could not be fetched: {error}")))?;
     let _ = fs::remove_dir_all(built);
     // What is wrong with the page itself is an error of the build.
@@ -72,6 +73,15 @@ fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
         }
         Err(error) => Err(missing(format!("npm does not start ({error}): {node}"))),
     }
+}
+
+/// One build of a folder at a time. The lock lies elsewhere, so that nothing is left beside the sources.
+fn lock(web: &Path) -> io::Result<File> {
+    let mut hasher = DefaultHasher::new();
+    web.canonicalize()?.hash(&mut hasher);
+    let file = File::create(std::env::temp_dir().join(format!("stickslip-page-{:016x}.lock", hasher.finish())))?;
+    file.lock()?;
+    Ok(file)
 }
 
 /// Fetches the libraries, unless those of this lock file are there.

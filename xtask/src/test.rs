@@ -74,6 +74,24 @@ pub(crate) fn test() -> Result<(), String> {
         run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
         Ok(Outcome::Passed)
     });
+    suite.stage("page", seconds(180), |_| {
+        let web = copy.join("web");
+        if !tools::works("node") || !tools::works("npm") {
+            return Ok(Outcome::Skipped("npm is missing".into()));
+        }
+        if !web.join("node_modules").exists() {
+            run(npm(&web).args(["ci", "--no-audit", "--no-fund", "--silent"]))?;
+        }
+        run(npm(&web).args(["run", "--silent", "check"]))?;
+        run(npm(&web).args(["run", "--silent", "unit"]))?;
+        let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "chromium".into());
+        if !tools::works(&chromium) {
+            return Ok(Outcome::Skipped("checked without a browser: chromium is missing".into()));
+        }
+        run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"]))?;
+        run(npm(&web).args(["run", "--silent", "browser"]).env("STICKSLIP", target.join("debug/stickslip")))?;
+        Ok(Outcome::Passed)
+    });
     suite.stage("documentation", seconds(60), |_| {
         // Libraries alone: the program and the library of one name would write the same pages.
         let output = cargo(&["doc", "--workspace", "--lib", "--no-deps", "--locked"]).output();
@@ -95,6 +113,13 @@ pub(crate) fn test() -> Result<(), String> {
 
     println!("\n{}", suite.summary());
     if suite.passed() { Ok(()) } else { Err("not ready: see `failed:` above".into()) }
+}
+
+/// npm in a folder.
+fn npm(folder: &Path) -> Command {
+    let mut command = Command::new("npm");
+    command.current_dir(folder);
+    command
 }
 
 const fn seconds(number: u64) -> Duration {

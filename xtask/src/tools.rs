@@ -22,7 +22,7 @@ struct Program {
     purpose: &'static str,
 }
 
-const PROGRAMS: [Program; 9] = [
+const PROGRAMS: [Program; 11] = [
     Program {
         command: "gcc",
         probe: "echo '#include <math.h>' | gcc -E -",
@@ -78,6 +78,18 @@ const PROGRAMS: [Program; 9] = [
         packages: &["python3"],
         purpose: "running the scripts of reference numbers",
     },
+    Program {
+        command: "node",
+        probe: "node -e 'process.exit(Number(process.versions.node.split(`.`)[0]) >= 20 ? 0 : 1)' && npm --version",
+        packages: &["nodejs", "npm"],
+        purpose: "building the page",
+    },
+    Program {
+        command: "chromium",
+        probe: "${CHROMIUM:-chromium} --version",
+        packages: &["chromium"],
+        purpose: "working with the page in a browser",
+    },
 ];
 
 /// Which parts of the tool chain there are.
@@ -129,6 +141,11 @@ fn sentence(program: &Program) -> String {
 }
 
 /// Whether a command exists and succeeds.
+/// Whether a program is there.
+pub(crate) fn works(command: &str) -> bool {
+    runs(command, &["--version"])
+}
+
 fn runs(command: &str, arguments: &[&str]) -> bool {
     Command::new(command)
         .args(arguments)

@@ -200,7 +200,11 @@ fn when(begun: &str) -> String {
 
 fn key(run: &Run) -> String {
     let Some(key) = &run.key else { return String::new() };
-    let name = key.name.rsplit('.').next().unwrap_or_default().replace('_', " ");
+    // A result has a path; what is none is in words already.
+    let name = match key.name.contains(' ') {
+        true => key.name.clone(),
+        false => key.name.rsplit('.').next().unwrap_or_default().replace('_', " "),
+    };
     format!("{name} {}", Estimate::new(key.value, key.unit.as_str()))
 }
 

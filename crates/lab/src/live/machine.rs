@@ -80,7 +80,7 @@ impl Machine {
             parts: vec![
                 part(PartKind::DriveMotor, "Drive motor", format!("±{}", text(drive_torque, "N m")), "model.motor"),
                 part(PartKind::Coupling, "Coupling", text(resonance, "Hz"), "model.drive"),
-                part(PartKind::Screw, "Ball screw", format!("{} a turn", text(drive.screw_lead, "m")), "model.own"),
+                part(PartKind::Screw, "Ball screw", format!("{} mm a turn", 1e3 * drive.screw_lead), "model.own"),
                 part(
                     PartKind::Wheel,
                     "Friction wheel",

@@ -489,6 +489,10 @@ impl Live {
             let histograms = lock(&shared.histograms);
             (histograms.lateness(), histograms.total())
         };
+        let (operator, asks) = {
+            let (operator, now) = (lock(&shared.operator), Instant::now());
+            (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
+        };
         let recorded = self.recorded(rate);
         let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
         Status {
@@ -508,8 +512,8 @@ impl Live {
             changed,
             undo,
             redo,
-            operator: lock(&shared.operator).name(Instant::now()).map(str::to_owned),
-            asks: lock(&shared.operator).asks(Instant::now()).map(str::to_owned),
+            operator,
+            asks,
             clock: ClockStatus {
                 lateness: seconds(lateness),
                 cycle: seconds(cycle),
