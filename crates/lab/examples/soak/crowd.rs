@@ -83,7 +83,7 @@ impl Crowd {
         let values = [
             ("bench.tick_rate", &*rate.to_string()),
             ("bench.law.kind", "bristle"),
-            ("bench.desired.kinetic_torque", "0.15"),
+            ("bench.desired.kinetic_torque", "0.16"),
         ];
         for (path, value) in values {
             source.text = parameters::set::<Preset<f64>>(&source.text, preset, path, value)?;
