@@ -8,6 +8,7 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 
 use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected, rms};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
+use super::measure::{Outcome as _, with_preload};
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
@@ -437,6 +438,9 @@ impl RenderRun {
             summary.file(name);
         }
         write_columns(&mut summary, RENDERED, &columns(&self.rendering().curve), directory)?;
+        // As a measurement of friction leaves it, so that `fit` and comparisons read it.
+        let curve = with_preload(self.rendering().curve.columns(), self.preset.plant.wheel.preload);
+        write_columns(&mut summary, FrictionCurve::DATA, &curve, directory)?;
         if let Some(correction) = self.correction() {
             write_columns(&mut summary, "correction", &correction, directory)?;
         }
