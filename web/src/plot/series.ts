@@ -4,7 +4,7 @@ export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'ref
 type Numbers = readonly (number | null)[]
 
 export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
-  | { mark: 'line'; provisional?: boolean }
+  | { mark: 'line'; provisional?: boolean; dash?: number[] }
   | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean }
   | { mark: 'band'; half: Numbers }
 )
@@ -61,7 +61,8 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
     }
     return
   }
-  const { width, dash } = LINES[series.role]
+  const { width } = LINES[series.role]
+  const dash = series.dash ?? LINES[series.role].dash
   const path = parts.map(({ from, to }) => {
     const part: [number, number][] = []
     for (let i = from; i < to; i++) part.push([place.x(x[i]!), place.y(y[i]!)])

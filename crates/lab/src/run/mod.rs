@@ -6,6 +6,7 @@ mod read;
 mod recorder;
 mod replay;
 mod signals;
+mod story;
 #[cfg(test)]
 mod tests;
 
@@ -14,6 +15,7 @@ pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{Signals, channels};
+pub use story::{Happened, story};
 
 use stickslip_core::cycle::Parameters;
 
