@@ -14,6 +14,7 @@ mod machine;
 mod operator;
 pub mod protocol;
 mod record;
+mod rendered;
 mod runs;
 mod scribe;
 mod seen;
@@ -300,7 +301,12 @@ impl Live {
                 *lock(&self.shared.preload) = preload;
                 Ok(Answer::Done {})
             }
-            Call::Measure { what, plan } => match what {
+            Call::Measure { what: Quantity::Friction, plan, render: true } => self.measure_rendered(&plan),
+            Call::Measure { what, render: true, .. } => {
+                let remedy = "Only the friction curve is measured while the load motor renders.".into();
+                Err(Error::Unknown { what: "measurement under the law", name: format!("{what:?}"), remedy })
+            }
+            Call::Measure { what, plan, .. } => match what {
                 Quantity::Friction => self.measure::<FrictionPlan<f64>>(&plan),
                 Quantity::Breakaway => self.measure::<BreakawayPlan<f64>>(&plan),
                 Quantity::Presliding => self.measure::<PreslidingPlan<f64>>(&plan),
@@ -342,6 +348,8 @@ impl Live {
             }
             Call::Curve { run } => Ok(Answer::Curve(Box::new(self.curve(run)?))),
             Call::Curves {} => Ok(Answer::Curves { curves: self.curves() }),
+            Call::Rendered { run } => Ok(Answer::Rendered(Box::new(self.rendered(run)?))),
+            Call::SaveReport {} => self.save_report(),
             Call::Ask {} => {
                 lock(&self.shared.operator).ask(client, now);
                 Ok(Answer::Done {})
