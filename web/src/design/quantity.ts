@@ -1,0 +1,33 @@
+// Values at handles: with unit, in a fixed number of digits, with a prefix where it is small.
+
+import { fixed, plain, typed } from '../format'
+import type { Reference } from '../protocol'
+
+/** A value and its unit apart. */
+export function quantity(value: number, unit: string): [string, string] {
+  const small = /^N/.test(unit) && Math.abs(value) < 0.05
+  const shown = small ? value * 1e3 : value
+  const decimals = Math.abs(shown) >= 100 ? 0 : Math.abs(shown) >= 10 ? 1 : Math.abs(shown) >= 1 ? 2 : 3
+  const printed = unit.replaceAll(' ', '·')
+  return [fixed(shown, decimals), small ? `m${printed}` : printed]
+}
+
+/** In words, for ears. */
+export function spoken(unit: string): string {
+  return unit.replace('mN', 'millinewton').replace('N', 'newton').replaceAll('·', ' ').replace(/\bm\b/, 'metre').replace(/\bs\b/, 'second').replace('rad', 'radian').replace('/', ' per ')
+}
+
+/** Points from columns of a spreadsheet: speed, torque, perhaps weight; rows that are no numbers are left out. */
+export function columns(text: string, factor: number): Reference[] {
+  return text.split(/\r?\n/).flatMap((row) => {
+    const cells = row.trim().split(/\t|;|\s+|,(?=\s)/).filter(Boolean)
+    const [speed, torque, weight] = cells.map((cell) => typed(cell.replace(',', '.')))
+    if (speed == null || torque == null) return []
+    return [{ speed: Math.abs(speed) / factor, torque: Math.abs(torque), weight: weight ?? 1 }]
+  })
+}
+
+/** The same as a text that can be pasted. */
+export function tabbed(points: Reference[], factor: number): string {
+  return points.map((point) => [point.speed * factor, point.torque, point.weight ?? 1].map(plain).join('\t')).join('\n')
+}
