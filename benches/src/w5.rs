@@ -57,6 +57,10 @@ fn wishes(cpu: usize) -> Wishes {
 /// A bench in the middle of its crowd.
 fn attached(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
     let folder = std::env::temp_dir().join(format!("stickslip-w5-{}", std::process::id()));
+    if folder.exists() {
+        // Of a round that failed.
+        std::fs::remove_dir_all(&folder)?;
+    }
     std::fs::create_dir_all(&folder)?;
     let file = folder.join("run.mf4");
     let crowd = Crowd::gather("clm-bench", rate, wishes(cpu), &folder.join("project"), file)?;

@@ -12,7 +12,7 @@ const STALE = 1500
 export type Message = { id: number; text: string; kind: 'done' | 'warning'; action?: { name: string; run: () => void } }
 type Theme = 'system' | 'light' | 'dark'
 
-function stored(key: string, otherwise: string): string {
+export function stored(key: string, otherwise: string): string {
   try {
     return localStorage.getItem(key) ?? otherwise
   } catch {
@@ -20,7 +20,7 @@ function stored(key: string, otherwise: string): string {
   }
 }
 
-function store(key: string, value: string) {
+export function store(key: string, value: string) {
   try {
     localStorage.setItem(key, value)
   } catch {

@@ -11,6 +11,7 @@ export const local: { commands: Command[] } = { commands: [] }
 export const WINDOWS = [
   { path: '/', name: 'Home', key: '1' },
   { path: '/friction', name: 'Friction Measurement', key: '2' },
+  { path: '/design', name: 'Friction Design', key: '3' },
 ] as const
 
 const common: Command[] = [

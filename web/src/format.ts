@@ -18,7 +18,7 @@ export function significant(value: number | null | undefined, digits = 4): strin
   if (value == null || !Number.isFinite(value)) return UNKNOWN
   if (value === 0) return '0'
   const exponent = Math.floor(Math.log10(Math.abs(value)))
-  if (exponent < -3 || exponent > 6) return plain(value).replace(/-/g, '\u2212')
+  if (exponent < -6 || exponent > 6) return String(Number(value.toPrecision(digits))).replace(/-/g, '\u2212')
   return fixed(Number(value.toPrecision(digits)), Math.max(0, digits - 1 - exponent)).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '')
 }
 

@@ -1,6 +1,7 @@
 // The guided experiment: what is done, what comes next.
 
 import { bench } from './bench.svelte'
+import { design } from './design/design.svelte'
 import { measurement } from './measurement.svelte'
 import { view } from './view.svelte'
 
@@ -14,5 +15,7 @@ export function steps(): Step[] {
     { name: 'Measure', done: measured, off: null, run: () => view.go('/friction') },
     { name: 'Fit', done: fitted, off: null, run: () => view.go('/friction') },
     { name: 'Download', done: fitted && measurement.downloaded, off: fitted ? null : 'A fit comes first', run: () => (view.go('/friction'), measurement.offer()) },
+    { name: 'Design', done: design.changes > 0 || design.downloaded, off: null, run: () => view.go('/design') },
+    { name: 'Download desired', done: design.downloaded && design.changes === 0, off: design.changes || design.downloaded ? null : 'A design comes first', run: () => (view.go('/design'), void design.offer()) },
   ]
 }

@@ -1,6 +1,6 @@
 // The friction measurement: its plan, its course while it runs, its curve and fit behind.
 
-import { bench } from './bench.svelte'
+import { bench, store, stored } from './bench.svelte'
 import { Refused } from './connection'
 import { plain } from './format'
 import type { Changed, CurveName, MeasuredCurve, PlanForm, ToChatter } from './protocol'
@@ -15,12 +15,17 @@ const COURSE = ['software.estimated_velocity', 'software.commanded_torque']
 
 export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ToChatter | null; refused: string | null }
 
+/** The plan as it was chosen last, also before a reload. */
+const kept: { thorough: boolean; values: Record<string, string> } = JSON.parse(
+  stored('stickslip.friction', '{"thorough":false,"values":{}}'),
+)
+
 class Measurement {
   curve = $state.raw<MeasuredCurve | null>(null)
   names = $state.raw<CurveName[]>([])
   others = $state.raw<{ run: number; curve: MeasuredCurve }[]>([])
-  thorough = $state(false)
-  values = $state.raw<Record<string, string>>({})
+  thorough = $state(kept.thorough)
+  values = $state.raw<Record<string, string>>(kept.values)
   plan = $state.raw<PlanForm | null>(null)
   wrong = $state('')
   offered = $state.raw<Offer | null>(null)
@@ -44,6 +49,7 @@ class Measurement {
 
   /** The plan with what was changed in it, and how long it takes. */
   async ask() {
+    store('stickslip.friction', JSON.stringify({ thorough: this.thorough, values: this.values }))
     try {
       const call = { call: 'plan', what: 'friction', thorough: this.thorough, plan: this.values } as const
       this.plan = await bench.connection.call(call, 'plan')
@@ -115,11 +121,14 @@ class Measurement {
     // While it runs, once behind it, and where nothing is known yet.
     if (!runs && !this.#was && this.curve && !this.curve.measuring) return
     this.#asking = true
-    const found = await curve(null)
-    if (found) this.curve = found
-    if (!runs || !this.names.length) this.names = await curves()
-    this.#was = runs
-    this.#asking = false
+    try {
+      const found = await curve(null)
+      if (found) this.curve = found
+      if (!runs || !this.names.length) this.names = await curves()
+      this.#was = runs
+    } finally {
+      this.#asking = false
+    }
   }
 
   /** A stream of the course while something is measured. */

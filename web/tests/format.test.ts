@@ -37,7 +37,7 @@ test('times are read at a glance', () => {
 })
 
 test('ticks are 1, 2, 5 and tell each other apart', () => {
-  expect(linear(0, 0.33)).toEqual([0, 0.1, 0.2, 0.3])
+  expect(linear(-0.33, 0.33)).toEqual([-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3])
   expect(decimals([0, 0.1, 0.2])).toBe(1)
   expect(decimals([0, 20, 40])).toBe(0)
   expect(stretched(-5, 20)).toEqual([-5, -2, -1, 0, 1, 2, 5, 10, 20])

@@ -44,7 +44,10 @@ fn all_files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
         for entry in fs::read_dir(&path).map_err(|error| failure("list", &path, &error))? {
             let entry = entry.map_err(|error| failure("list", &path, &error))?;
             let name = folder.join(entry.file_name());
-            if [".git", "target", "stickslip-out", "web/dist", "web/node_modules"].iter().any(|output| name == Path::new(output)) {
+            if [".git", "target", "stickslip-out", "web/dist", "web/node_modules"]
+                .iter()
+                .any(|output| name == Path::new(output))
+            {
                 continue;
             }
             if entry.path().is_dir() {

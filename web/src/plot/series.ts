@@ -12,6 +12,9 @@ export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
 /** Where a value lies [px]. */
 export type Place = { x: (value: number) => number; y: (value: number) => number }
 
+/** Where a plot's values lie on the screen, and the way back [px]. */
+export type Frame = { key: string; left: number; top: number; width: number; height: number } & Place & { xAt: (place: number) => number; yAt: (place: number) => number }
+
 /** What draws: a canvas or the text of an SVG. */
 export type Pen = {
   line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void

@@ -4,7 +4,7 @@ const STRETCHED = [0, 1, 2, 5, 10, 20, 50, 100, 150, 200, 500, 1000, 2000, 5000,
 
 /** Steps of 1, 2, 5: 4 to 9 of them. */
 export function linear(low: number, high: number): number[] {
-  const rough = (high - low) / 6
+  const rough = (high - low) / 8
   if (!(rough > 0)) return [low]
   const power = 10 ** Math.floor(Math.log10(rough))
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= rough) ?? rough

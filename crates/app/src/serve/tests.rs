@@ -248,3 +248,47 @@ fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
     let status = Client::of(project.path()).unwrap().status().unwrap();
     assert!(status.clock.lost == 0, "{status:?}");
 }
+
+/// Status and text of a page.
+fn fetched(server: &Server, path: &str, headers: &str) -> (String, String) {
+    let head = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n", server.place.address);
+    let mut stream = TcpStream::connect(server.place.address).unwrap();
+    stream.write_all(format!("{head}{headers}\r\n").as_bytes()).unwrap();
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).unwrap();
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    (text.split(' ').nth(1).unwrap_or_default().to_owned(), text)
+}
+
+#[test]
+fn the_printed_address_makes_the_browser_known_and_a_stranger_is_told_what_to_do() {
+    let (server, _project) = served();
+    let (status, text) = fetched(&server, "/", "");
+    assert!(status == "401" && text.contains("Open the address that the program printed"), "{text}");
+    let (status, _) = fetched(&server, "/?token=0", "");
+    assert_eq!(status, "401");
+    let (status, text) = fetched(&server, &format!("/?token={}", server.place.token), "");
+    let port = server.place.address.port();
+    let cookie = format!("stickslip-{port}={}", server.place.token);
+    assert!(status == "303" && text.contains("location: /\r\n"), "{text}");
+    assert!(text.contains(&format!("set-cookie: {cookie}; HttpOnly; SameSite=Strict")), "{text}");
+    let (status, text) = fetched(&server, "/friction", &format!("Cookie: {cookie}\r\n"));
+    assert_eq!(status, "200");
+    for header in ["content-security-policy: default-src 'self'", "nosniff", "no-referrer", "frame-ancestors 'none'"] {
+        assert!(text.contains(header), "{header}: {text}");
+    }
+    // Without Node the program says what it takes.
+    assert_eq!(text.contains("built without its page"), stickslip_page::missing().is_some());
+    let (status, _) = fetched(&server, "/none.js", &format!("Cookie: {cookie}\r\n"));
+    assert!(status == "404" || stickslip_page::missing().is_some());
+}
+
+#[test]
+fn the_token_outlives_a_restart_and_a_broken_one_does_not() {
+    let project = tempfile::tempdir().unwrap();
+    let first = super::token(project.path()).unwrap();
+    assert_eq!(super::token(project.path()).unwrap(), first);
+    std::fs::write(project.path().join("serve-token"), "short").unwrap();
+    let second = super::token(project.path()).unwrap();
+    assert!(second != first && second.len() == 32, "{second}");
+}

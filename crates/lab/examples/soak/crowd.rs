@@ -79,7 +79,13 @@ impl Crowd {
         file: PathBuf,
     ) -> Result<Self, Error> {
         let mut source = presets::find(preset)?;
-        for (path, value) in [("bench.tick_rate", &*rate.to_string()), ("bench.law.kind", "bristle")] {
+        // A desired friction that can be rendered at each rate, 1 kHz as well.
+        let values = [
+            ("bench.tick_rate", &*rate.to_string()),
+            ("bench.law.kind", "bristle"),
+            ("bench.desired.kinetic_torque", "0.16"),
+        ];
+        for (path, value) in values {
             source.text = parameters::set::<Preset<f64>>(&source.text, preset, path, value)?;
         }
         let live = Live::start(Start { wishes, record: Some(file), ..Start::new(source, project) })?;

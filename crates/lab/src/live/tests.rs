@@ -502,3 +502,48 @@ fn a_recording_that_cannot_begin_says_why_and_the_bench_goes_on() {
     live.call(ANN, Call::EndRecord {}).unwrap();
     live.stop().unwrap();
 }
+
+#[test]
+fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
+    let (live, project) = live();
+    let plan: BTreeMap<String, String> = [("slowest", "5"), ("fastest", "40"), ("speeds", "3")]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .into();
+    let curve = |run| match live.call("looks", Call::Curve { run }).unwrap() {
+        Answer::Curve(curve) => *curve,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(curve(None), protocol::MeasuredCurve::default());
+    let asked = Call::Plan { what: Quantity::Friction, thorough: false, plan: plan.clone() };
+    let Answer::Plan(form) = live.call("looks", asked).unwrap() else { panic!("no plan") };
+    assert!(form.duration > 0.0 && form.items.iter().any(|item| item.path == "speeds" && item.value == Some(3.0)));
+    live.call(ANN, Call::Measure { what: Quantity::Friction, plan }).unwrap();
+    let growing = loop {
+        let growing = curve(None);
+        if growing.points.len() >= 2 {
+            break growing;
+        }
+        thread::sleep(Duration::from_millis(5));
+    };
+    assert!(growing.measuring && growing.run.is_none() && !growing.course.is_empty(), "{growing:?}");
+    assert_eq!(ended(&live).error, None);
+    let measured = curve(None);
+    assert_eq!((measured.run, measured.measuring, measured.points.len()), (Some(1), false, 6));
+    let fit = measured.fit.as_ref().unwrap();
+    // The numbers are those of `stickslip fit` on the same folder.
+    let folder = project.path().join("runs/0001-measure-friction");
+    let fits = crate::workflow::fit::fit_file(&folder, &Default::default(), false).unwrap();
+    assert_eq!(fit.rms, fits.fits[0].fit.rms);
+    for (shown, (_, estimate)) in fit.parameters.iter().zip(fits.fits[0].fit.lines()) {
+        assert_eq!(shown.value, estimate.written().value);
+    }
+    assert_eq!(fit.velocity.len(), fit.band.len());
+    assert_eq!(curve(Some(1)), measured);
+    assert!(live.call("looks", Call::Curve { run: Some(7) }).unwrap_err().to_string().contains("curves"));
+    // What a download would change, and nothing of it is in force.
+    let values = BTreeMap::from([("model.own.kinetic_torque".to_owned(), "0.17".to_owned())]);
+    let Answer::Differences { differences } = live.call("looks", Call::Preview { values }).unwrap() else { panic!() };
+    assert_eq!((differences.len(), status(&live).changed), (1, 0));
+    let Answer::Machine(machine) = live.call("looks", Call::Machine {}).unwrap() else { panic!("no machine") };
+    assert_eq!(machine.speeds[1].factor, 60.0 / std::f64::consts::TAU);
+}

@@ -29,6 +29,8 @@ const SLOWLY: f64 = 10.0;
 const LARGEST_GRID: usize = 4000;
 /// Reference points, at most.
 const MOST_POINTS: usize = 1000;
+/// What the nearest curve has in hand: whoever looks at other speeds finds it renderable as well.
+const AIR: f64 = 1.02;
 /// Steps of the search for the nearest curve that can be rendered.
 const BISECTIONS: usize = 16;
 
@@ -376,7 +378,7 @@ fn grips(curve: &Stribeck<f64>, fastest: f64) -> Vec<Grip> {
 
 /// On the way from the desired to the own friction the first curve that can be rendered; the desired one where none can.
 fn nearest(region: &Region, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Stribeck<f64> {
-    let does = |curve: &Stribeck<f64>| region.glance(own, curve, fastest).renderable();
+    let does = |curve: &Stribeck<f64>| region.glance(own, curve, fastest).margin >= AIR;
     let (from, to) = (values(desired), values(own));
     let between = |share: f64| {
         let mut numbers = [0.0; 4];

@@ -1,0 +1,135 @@
+// The real program, a real browser, and what each test of the page wants: STICKSLIP is the program (target/debug/stickslip),
+// CHROMIUM the browser, SHOTS a folder for pictures.
+
+import assert from 'node:assert/strict'
+import { spawn } from 'node:child_process'
+import { mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs'
+import { createRequire } from 'node:module'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { createInterface } from 'node:readline'
+import { chromium } from 'playwright-core'
+
+const program = process.env.STICKSLIP ?? join(import.meta.dirname, '../../target/debug/stickslip')
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8')
+const shots = process.env.SHOTS
+// A slow clock: what is tested is the page, on two cores that a browser needs as well.
+const SLOW = ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500']
+
+/** The word for what the bench does. */
+export const state = (page) => page.locator('header [role=status] b')
+
+class Scene {
+  project = mkdtempSync(join(tmpdir(), 'stickslip-page-'))
+  complaints = []
+  barriers = []
+  done = 0
+  #expected = 0
+
+  constructor(values) {
+    this.values = values
+  }
+
+  /** Serves the project; told are its address and how to end it. */
+  async serve(listen = '127.0.0.1:0') {
+    const told = ['serve', '--listen', listen, '--project', this.project, ...this.values.flatMap((value) => ['--set', value])]
+    const child = spawn(program, told, { stdio: ['ignore', 'pipe', 'inherit'] })
+    const lines = createInterface({ input: child.stdout })
+    const address = await new Promise((resolve, reject) => {
+      lines.once('line', resolve)
+      child.once('exit', (code) => reject(new Error(`the program ended with ${code}`)))
+    })
+    const ended = new Promise((resolve) => child.once('exit', resolve))
+    this.bench = { address: new URL(address), stop: () => (child.kill('SIGINT'), ended) }
+  }
+
+  async page(name, { width = 1440, height = 900, ...more } = {}) {
+    const context = await this.browser.newContext({ viewport: { width, height }, colorScheme: 'light', reducedMotion: 'reduce', ...more })
+    await context.addInitScript((name) => localStorage.getItem('stickslip.name') ?? localStorage.setItem('stickslip.name', name), name)
+    const page = await context.newPage()
+    page.on('console', (message) => message.type() === 'error' && !this.#expected && this.complaints.push(message.text()))
+    page.on('pageerror', (error) => this.complaints.push(String(error)))
+    page.setDefaultTimeout(60_000)
+    return page
+  }
+
+  /** What the browser complains of meanwhile is no fault. */
+  async unreachable(work) {
+    this.#expected += 1
+    await work()
+    this.#expected -= 1
+  }
+
+  async accessible(page, where) {
+    // Injected past the policy that keeps foreign scripts out of the page.
+    const session = await page.context().newCDPSession(page)
+    await session.send('Runtime.evaluate', { expression: axe })
+    const answer = await session.send('Runtime.evaluate', { expression: 'axe.run(document).then((r) => JSON.stringify(r.violations))', awaitPromise: true, returnByValue: true })
+    const violations = JSON.parse(answer.result.value)
+    const told = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target} ${node.any[0]?.message ?? ''}`).join('; ')}`)
+    this.barriers.push(...told.map((one) => `${where}: ${one}`))
+  }
+
+  /** Both themes, looked at by axe and, where asked, kept as pictures. */
+  async seen(page, what) {
+    for (const scheme of ['light', 'dark']) {
+      await page.emulateMedia({ colorScheme: scheme })
+      await page.waitForTimeout(150)
+      await this.accessible(page, `${what}, ${scheme}`)
+      if (shots)
+        for (const [width, height] of [[1440, 900], [1280, 800]]) {
+          await page.setViewportSize({ width, height })
+          await page.waitForTimeout(150)
+          await page.screenshot({ path: join(shots, `${what}-${scheme}-${width}.png`) })
+        }
+    }
+    await page.emulateMedia({ colorScheme: 'light' })
+  }
+
+  async step(what, work) {
+    const begun = Date.now()
+    try {
+      await work()
+    } catch (error) {
+      error.message = `${what}: ${error.message}`
+      throw error
+    }
+    this.done += 1
+    console.log(`ok ${what} (${((Date.now() - begun) / 1000).toFixed(1)} s)`)
+  }
+
+  /** What is to be seen where something failed. */
+  async tell() {
+    for (const context of this.browser.contexts())
+      for (const page of context.pages()) {
+        console.error((await page.locator('header, [role=alert], ol[aria-label=Messages]').allInnerTexts()).join(' | ').replace(/\s+/g, ' '))
+        if (shots) await page.screenshot({ path: join(shots, 'failed.png') })
+      }
+    if (this.complaints.length) console.error(this.complaints.join('\n'))
+    if (this.barriers.length) console.error([...new Set(this.barriers)].join('\n'))
+  }
+}
+
+/** A project of its own, served, and a browser. */
+export async function play(work, values = SLOW) {
+  if (shots) mkdirSync(shots, { recursive: true })
+  const scene = new Scene(values)
+  await scene.serve()
+  scene.browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+  })
+  try {
+    await work(scene)
+    assert.deepEqual(scene.complaints, [], 'the console says nothing')
+    assert.deepEqual(scene.barriers, [], 'axe finds nothing')
+    console.log(`${scene.done} passed`)
+  } catch (error) {
+    await scene.tell()
+    throw error
+  } finally {
+    await scene.browser.close()
+    await scene.bench.stop()
+    rmSync(scene.project, { recursive: true, force: true })
+  }
+}
