@@ -13,6 +13,7 @@ pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
+pub(crate) use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
 
 use stickslip_core::cycle::Parameters;
