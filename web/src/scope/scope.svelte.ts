@@ -214,12 +214,16 @@ class Scope {
 
   back() {
     const past = this.#past.pop()
-    if (past) (this.#future.push(this.#state()), this.#restoreView(past))
+    if (!past) return
+    this.#future.push(this.#state())
+    this.#restoreView(past)
   }
 
   forth() {
     const past = this.#future.pop()
-    if (past) (this.#past.push(this.#state()), this.#restoreView(past))
+    if (!past) return
+    this.#past.push(this.#state())
+    this.#restoreView(past)
   }
 
   #restoreView({ view, follow, ranges }: Past) {
