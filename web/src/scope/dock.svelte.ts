@@ -15,7 +15,7 @@ const MOST = 0.6
 const ROOM = 860
 
 class Dock {
-  height = $state(250)
+  height = $state(280)
   #open = $state<Record<string, boolean>>({})
   side = $state<'signals' | 'readout' | ''>('signals')
   panel = $state<'' | 'trigger' | 'export'>('')

@@ -65,9 +65,9 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
     context.lineTo(Math.round(x2) + 0.5, Math.round(y2) + 0.5)
     context.stroke()
   }
-  const all = values.length ? values.map((_, i) => i) : linear(low, high)
-  const fits = Math.max(1, Math.floor((bottom - top) / 18))
-  const ticks = all.filter((_, i) => i % Math.ceil(all.length / fits) === 0).filter((tick) => tick >= low && tick <= high)
+  const fits = Math.min(8, Math.max(1.2, (bottom - top) / 22))
+  const all = values.length ? values.map((_, i) => i) : linear(low, high, fits)
+  const ticks = all.filter((tick) => tick >= low && tick <= high)
   context.textAlign = 'right'
   context.textBaseline = 'middle'
   for (const tick of ticks) {
@@ -77,23 +77,18 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
   }
   if (!time) line(left, bottom, right, bottom, colours.grid)
   context.textAlign = 'center'
-  const seconds = [time ?? null, box.from, box.to] as const
-  if (seconds[0]) {
-    const at = seconds[0].at
-    const [first, last] = [at(box.from), at(box.to)]
-    const all = linear(first, last)
-    const room = Math.max(1, Math.floor((right - left) / 70))
-    const every = Math.ceil(all.length / room)
-    const each = all.filter((_, i) => i % every === 0)
+  if (time) {
+    const [first, last] = [time.at(box.from), time.at(box.to)]
+    const all = linear(first, last, room(box))
     line(left, bottom, right, bottom, colours.axis)
     context.fillStyle = colours.quiet
     context.textBaseline = 'top'
-    for (const tick of each) {
+    for (const tick of all) {
       const x = left + ((tick - first) / (last - first)) * (right - left)
       context.fillText(fixed(tick, decimals(all)), x, bottom + 5)
     }
     context.fillStyle = colours.text
-    context.fillText(time!.label, (left + right) / 2, bottom + 19)
+    context.fillText(time.label, (left + right) / 2, bottom + 19)
   }
   if (unit && bottom - top > 40) {
     context.save()
@@ -106,13 +101,16 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
   }
 }
 
+/** Ticks that an axis has room for. */
+const room = (box: Box) => Math.min(8, Math.max(1.2, (box.right - box.left) / 90))
+
 /** Vertical lines of the time axis, behind the traces. */
 export function grid(context: CanvasRenderingContext2D, box: Box, colours: Colours, at: (cycle: number) => number) {
   const [first, last] = [at(box.from), at(box.to)]
   context.strokeStyle = colours.grid
   context.lineWidth = 1
   context.beginPath()
-  for (const tick of linear(first, last)) {
+  for (const tick of linear(first, last, room(box))) {
     const x = Math.round(box.left + ((tick - first) / (last - first)) * (box.right - box.left)) + 0.5
     context.moveTo(x, box.top)
     context.lineTo(x, box.bottom)

@@ -13,7 +13,7 @@ export function live(signal: Signal, value: number): string {
 
 /** A value between cursors: as many digits as there are. */
 export function exact(value: number): string {
-  return Number.isNaN(value) ? '–' : significant(value, 5)
+  return Number.isNaN(value) ? '–' : significant(value, 4)
 }
 
 /** A time, with the unit that it is read well in. */
