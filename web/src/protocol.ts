@@ -206,6 +206,19 @@ export type Call = {
   number: number
 }
   | {
+  call: "replay"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "end_replay"
+}
+  | {
+  call: "story"
+  /** Its number. */
+  number: number
+}
+  | {
   call: "rename_run"
   /** In words. */
   name: string
@@ -349,6 +362,27 @@ export type Answer = {
   run: Run
   /** Its parameters and results. */
   values: Value[]
+}
+  | Again & {
+  answer: "again"
+}
+  | {
+  answer: "story"
+  /** In its order. */
+  happened: Happened[]
+}
+/** How far the replay of a run is, or what it found. */
+export type Again = {
+  /** Whether it has ended. */
+  ended: boolean
+  /** The part that is done, 0 … 1. */
+  fraction: number
+  /** Whether the whole run was replayed and every bit is the same; `null` until then. */
+  identical: boolean | null
+  /** Number of the run. */
+  run: number
+  /** What was found, or why it ended. */
+  sentence: string | null
 }
 /** What was captured. */
 export type Captured = {
@@ -542,6 +576,19 @@ export type Handle = "breakaway_torque"
   | "stribeck_velocity"
   | "viscous_friction"
   | "line"
+/** Something that happened in a run. */
+export type Happened = {
+  /** With this cycle. */
+  cycle: number
+  /** More of it: what became another, why it was refused. */
+  details: string[]
+  /** Time of the cycle [s]. */
+  time: number
+  /** Whether it is a fault, a refusal or a loss. */
+  trouble: boolean
+  /** In a few words. */
+  what: string
+}
 /** One value of a parameter set, with what is known of it. */
 export type Item = {
   /** What was chosen; `null` for a number. */

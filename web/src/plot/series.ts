@@ -64,13 +64,14 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
     }
     return
   }
-  const { width, dash } = LINES[series.role]
+  const { width } = LINES[series.role]
+  const dash = series.dash ?? LINES[series.role].dash
   const path = parts.map(({ from, to }) => {
     const part: [number, number][] = []
     for (let i = from; i < to; i++) part.push([place.x(x[i]!), place.y(y[i]!)])
     return part
   })
-  pen.line(path, ink, width, series.dash ?? dash)
+  pen.line(path, ink, width, dash)
 }
 
 /** Draws on a canvas, `scale` of whose pixels make one. */

@@ -4,6 +4,7 @@
 //! loop knows nothing of this, one thread commands the axis, one takes what every cycle leaves behind, and whoever calls
 //! does the rest, design of parameters included, on its own thread.
 
+mod again;
 mod axis;
 mod captures;
 mod curve;
@@ -136,6 +137,8 @@ struct Shared {
     not_entered: Arc<Mutex<Option<String>>>,
     runs: AtomicU64,
     measured: Mutex<Measured>,
+    /// The replay that was asked for last.
+    again: Mutex<again::Current>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -213,6 +216,7 @@ impl Live {
             not_entered,
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
+            again: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -242,6 +246,7 @@ impl Live {
     /// Ends it: what runs comes to rest; how the clock was kept.
     pub fn stop(self) -> Option<Clocked> {
         self.shared.halt.store(true, Ordering::Relaxed);
+        lock(&self.shared.again).cancel();
         // Where the axis has ended already there is nobody to tell.
         let _ = self.jobs.send(Job::End);
         let clocked = self.axis.join().ok().flatten();
@@ -381,6 +386,9 @@ impl Live {
             Call::EndRecord {} => self.end_record(),
             Call::Runs { query, limit } => self.runs(&query, limit),
             Call::Run { number } => self.run(number),
+            Call::Replay { number } => self.again(number),
+            Call::EndReplay {} => Ok(self.end_again()),
+            Call::Story { number } => self.story(number),
             Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
             Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
             Call::NoteRun { number, note } => self.edited(|catalogue| catalogue.note(number, &note)),

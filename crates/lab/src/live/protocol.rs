@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use stickslip_core::render::Law;
 
+pub use super::again::Again;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::machine::{Factor, Machine, Part, PartKind};
@@ -15,6 +16,7 @@ use crate::bench::remote::Counts;
 use crate::catalogue::{Run, Value};
 use crate::design::{self, CHATTER_LIMIT, Margin};
 use crate::parameters::{Difference, Entry};
+pub use crate::run::Happened;
 use crate::workflow::sketch::{Drawn, Sketch};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -198,6 +200,18 @@ pub enum Call {
         /// Its number.
         number: i64,
     },
+    /// Replay a recorded run beside what the bench does; how far that is, or what it found.
+    Replay {
+        /// Its number.
+        number: i64,
+    },
+    /// End the replay that is under way.
+    EndReplay {},
+    /// What happened in a recorded run: changes, faults, losses.
+    Story {
+        /// Its number.
+        number: i64,
+    },
     /// Give a run another name.
     RenameRun {
         /// Its number.
@@ -278,6 +292,9 @@ impl Call {
                 | Call::Drop { .. }
                 | Call::Runs { .. }
                 | Call::Run { .. }
+                | Call::Replay { .. }
+                | Call::EndReplay {}
+                | Call::Story { .. }
                 // Whoever sees danger may stop.
                 | Call::Stop {}
                 | Call::Halt {}
@@ -396,6 +413,13 @@ pub enum Answer {
         run: Box<Run>,
         /// Its parameters and results.
         values: Vec<Value>,
+    },
+    /// A replay.
+    Again(Again),
+    /// What happened in a run.
+    Story {
+        /// In its order.
+        happened: Vec<Happened>,
     },
 }
 

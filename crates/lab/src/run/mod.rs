@@ -6,6 +6,7 @@ mod read;
 mod recorder;
 mod replay;
 mod signals;
+mod story;
 #[cfg(test)]
 mod tests;
 
@@ -15,6 +16,7 @@ pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub(crate) use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
+pub use story::{Happened, story};
 
 use stickslip_core::cycle::Parameters;
 
