@@ -16,6 +16,8 @@ const ROOM = 860
 
 class Dock {
   height = $state(280)
+  /** Whether there was room for it at first. */
+  #roomy = innerHeight >= ROOM
   #open = $state<Record<string, boolean>>({})
   side = $state<'signals' | 'readout' | ''>('signals')
   panel = $state<'' | 'trigger' | 'export'>('')
@@ -40,7 +42,7 @@ class Dock {
   }
 
   get open(): boolean {
-    return this.#open[view.path] ?? (view.path === '/' && innerHeight >= ROOM)
+    return this.#open[view.path] ?? (view.path === '/' && this.#roomy)
   }
 
   toggle() {

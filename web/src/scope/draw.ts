@@ -65,7 +65,7 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
     context.lineTo(Math.round(x2) + 0.5, Math.round(y2) + 0.5)
     context.stroke()
   }
-  const fits = Math.min(8, Math.max(1.2, (bottom - top) / 22))
+  const fits = Math.min(8, Math.max(2, (bottom - top) / 22))
   const all = values.length ? values.map((_, i) => i) : linear(low, high, fits)
   const ticks = all.filter((tick) => tick >= low && tick <= high)
   context.textAlign = 'right'
