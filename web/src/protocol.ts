@@ -170,6 +170,14 @@ export type Call = {
   capture: number
 }
   | {
+  call: "samples"
+  /** Names of the signals, each once. */
+  signals: string[]
+}
+  | {
+  call: "marks"
+}
+  | {
   call: "drop"
   /** Its number. */
   capture: number
@@ -309,6 +317,8 @@ export type Answer = {
 }
   | {
   answer: "signals"
+  /** Names of those that are looked at first, together with which. */
+  panes: string[][]
   /** In the order of a row. */
   signals: Signal[]
 }
@@ -326,6 +336,16 @@ export type Answer = {
   answer: "points"
   /** Each. */
   points: Point[]
+}
+  | {
+  answer: "samples"
+  /** Its number. */
+  capture: number
+}
+  | {
+  answer: "marks"
+  /** The newest last. */
+  marks: Mark[]
 }
   | {
   answer: "runs"
@@ -626,6 +646,20 @@ export type Machine = {
   /** Units of the velocity, with what a velocity in rad/s is multiplied by. */
   speeds: Factor[]
 }
+/** Something that happened in a cycle. */
+export type Mark = {
+  /** In which; where it is no cycle's own doing, in the newest at that time. */
+  cycle: number
+  /** What kind of thing. */
+  kind: MarkKind
+  /** In words. */
+  text: string
+}
+/** What kind of thing happened. */
+export type MarkKind = "fault"
+  | "change"
+  | "begin"
+  | "end"
 /** A friction curve, measured or being measured. */
 export type MeasuredCurve = {
   /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
@@ -765,12 +799,18 @@ export type Run = {
 export type Signal = {
   /** What it is. */
   help: string
+  /** The same for people. */
+  label: string
   /** Its name. */
   name: string
+  /** The same as printed; empty for a pure number. */
+  printed_unit: string
   /** As in an equation; may be empty. */
   symbol: string
   /** SI unit. */
   unit: string
+  /** What each of its values is called, from 0 on; empty for what is measured. */
+  values: string[]
 }
 /** Whether a run's files are there. */
 export type State = "here"
@@ -802,6 +842,8 @@ export type Status = {
     | null
   /** Torque of the load motor, against positive motion [N m]. */
   load_torque: number
+  /** How many marks there have been since the start. */
+  marks: number
   /** Why the run that ended last is not in the catalogue. */
   not_entered: string | null
   /** Who may change something. */

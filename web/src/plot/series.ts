@@ -1,6 +1,6 @@
 // What a plot shows, in the words of roles, not of colours; and how it is drawn on a canvas or written as SVG.
 
-export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference'
+export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference' | 'trace-1' | 'trace-2' | 'trace-3'
 type Numbers = readonly (number | null)[]
 
 export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
@@ -29,6 +29,9 @@ const LINES: Record<Role, { width: number; dash: number[] }> = {
   own: { width: 1.8, dash: [9, 4, 2, 4] },
   rendered: { width: 2, dash: [] },
   reference: { width: 1.3, dash: [4, 4] },
+  'trace-1': { width: 1.4, dash: [] },
+  'trace-2': { width: 1.4, dash: [] },
+  'trace-3': { width: 1.4, dash: [] },
 }
 
 /** Draws a series. */

@@ -11,6 +11,7 @@ mod curve;
 mod form;
 mod listener;
 mod machine;
+mod marks;
 mod operator;
 pub mod protocol;
 mod record;
@@ -18,6 +19,7 @@ mod rendered;
 mod runs;
 mod scribe;
 mod seen;
+mod signals;
 #[cfg(test)]
 mod tests;
 
@@ -31,9 +33,10 @@ use axis::Job;
 use captures::Captures;
 use curve::Measured;
 use listener::Newest;
+use marks::Marks;
 use operator::Operator;
 use protocol::{
-    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, PlanForm, Quantity, Signal, Status, ToChatter,
+    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, MarkKind, PlanForm, Quantity, Status, ToChatter,
     XcpStatus,
 };
 use record::Recording;
@@ -50,7 +53,7 @@ use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injecti
 use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
-use crate::run::{About, RunWriter, channels};
+use crate::run::{About, RunWriter};
 use crate::tuning::{Proposal, Sets, Tuning};
 use crate::workflow::measure::Plan;
 use crate::{Error, Watch, output, parameters};
@@ -107,6 +110,7 @@ struct Shared {
     operator: Mutex<Operator>,
     captures: Mutex<Captures>,
     newest: Mutex<Newest>,
+    marks: Mutex<Marks>,
     doing: Mutex<Option<Doing>>,
     last: Mutex<Option<Ended>>,
     preload: Mutex<f64>,
@@ -193,6 +197,7 @@ impl Live {
             operator: Mutex::default(),
             captures: Mutex::new(Captures::new()),
             newest: Mutex::new(Newest { state: "off", ..Newest::default() }),
+            marks: Mutex::default(),
             doing: Mutex::default(),
             last: Mutex::default(),
             preload: Mutex::new(bench.preload()),
@@ -368,15 +373,7 @@ impl Live {
                 let (law, margin) = tuning.margin_with(&changes)?;
                 Ok(Answer::Margin(ToChatter::of(&law, margin)?))
             }
-            Call::Signals {} => {
-                let signal = |entry: parameters::Entry| Signal {
-                    name: entry.path,
-                    symbol: entry.field.symbol.into(),
-                    unit: entry.field.unit.into(),
-                    help: entry.field.help.into(),
-                };
-                Ok(Answer::Signals { signals: channels().into_iter().map(signal).collect() })
-            }
+            Call::Signals {} => Ok(signals::all()),
             Call::Capture { signals, trigger, before, after, decimation } => {
                 let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
                 lock(&self.shared.captures).begin(signals, &trigger, [before, after], decimation, rate)
@@ -387,6 +384,11 @@ impl Live {
                 lock(&self.shared.captures).watch(&signals, every, rate)
             }
             Call::Points { capture } => lock(&self.shared.captures).points(capture),
+            Call::Samples { signals } => {
+                let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+                lock(&self.shared.captures).sample(&signals, rate)
+            }
+            Call::Marks {} => Ok(Answer::Marks { marks: lock(&self.shared.marks).all() }),
             Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
             Call::Record { name } => self.record(&name),
             Call::EndRecord {} => self.end_record(),
@@ -417,6 +419,7 @@ impl Live {
         self.shared.halt.store(false, Ordering::Relaxed);
         self.shared.abandoned.store(false, Ordering::Relaxed);
         *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
+        self.shared.mark_now(MarkKind::Begin, what.into());
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map_err(gone)?;
         Ok(Answer::Done {})
@@ -475,6 +478,8 @@ impl Live {
         }
         let cycle = self.enter(&proposal)?;
         drop(doing);
+        let changed: Vec<_> = proposal.differences.iter().map(|difference| &*difference.path).collect();
+        self.shared.mark(cycle, MarkKind::Change, changed.join(", "));
         let answer = Answer::Entered {
             cycle,
             differences: Changed::all(&proposal.differences),
@@ -542,6 +547,7 @@ impl Live {
             recorded,
             not_entered: lock(&shared.not_entered).clone(),
             xcp: lock(&shared.xcp).clone(),
+            marks: lock(&shared.marks).count(),
         }
     }
 }

@@ -177,6 +177,13 @@ pub enum Call {
         /// The stream's number.
         capture: u64,
     },
+    /// Stream every cycle of up to 64 signals; only over the WebSocket, whose binary messages have them.
+    Samples {
+        /// Names of the signals, each once.
+        signals: Vec<String>,
+    },
+    /// What happened lately: faults, changes of parameters, what began and ended.
+    Marks {},
     /// End a capture or a stream.
     Drop {
         /// Its number.
@@ -293,6 +300,8 @@ impl Call {
                 | Call::Fetch { .. }
                 | Call::Stream { .. }
                 | Call::Points { .. }
+                | Call::Samples { .. }
+                | Call::Marks {}
                 | Call::Drop { .. }
                 | Call::Runs { .. }
                 | Call::Run { .. }
@@ -384,6 +393,8 @@ pub enum Answer {
     Signals {
         /// In the order of a row.
         signals: Vec<Signal>,
+        /// Names of those that are looked at first, together with which.
+        panes: Vec<Vec<String>>,
     },
     /// A capture, not complete yet, or a stream.
     Capture {
@@ -398,6 +409,16 @@ pub enum Answer {
     Points {
         /// Each.
         points: Vec<Point>,
+    },
+    /// A stream of every cycle has begun.
+    Samples {
+        /// Its number.
+        capture: u64,
+    },
+    /// What happened lately.
+    Marks {
+        /// The newest last.
+        marks: Vec<Mark>,
     },
     /// Runs of the catalogue.
     Runs {
@@ -527,6 +548,34 @@ pub struct Status {
     /// Where it is open to measurement and calibration tools.
     #[serde(default)]
     pub xcp: Vec<XcpStatus>,
+    /// How many marks there have been since the start.
+    #[serde(default)]
+    pub marks: u64,
+}
+
+/// Something that happened in a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Mark {
+    /// In which; where it is no cycle's own doing, in the newest at that time.
+    pub cycle: u64,
+    /// What kind of thing.
+    pub kind: MarkKind,
+    /// In words.
+    pub text: String,
+}
+
+/// What kind of thing happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MarkKind {
+    /// A fault.
+    Fault,
+    /// Parameters came into force.
+    Change,
+    /// A motion or a measurement began.
+    Begin,
+    /// It ended.
+    End,
 }
 
 /// How much was recorded.
@@ -615,16 +664,22 @@ impl Changed {
 }
 
 /// A signal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Signal {
     /// Its name.
     pub name: String,
+    /// The same for people.
+    pub label: String,
     /// As in an equation; may be empty.
     pub symbol: String,
     /// SI unit.
     pub unit: String,
+    /// The same as printed; empty for a pure number.
+    pub printed_unit: String,
     /// What it is.
     pub help: String,
+    /// What each of its values is called, from 0 on; empty for what is measured.
+    pub values: Vec<String>,
 }
 
 /// A window of a stream: all its samples lie between the least and the largest.

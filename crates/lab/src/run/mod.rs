@@ -14,6 +14,7 @@ pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
+pub(crate) use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
 pub use story::{Happened, story};
 
