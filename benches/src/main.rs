@@ -20,7 +20,7 @@ use stickslip::{Preset, Watch, parameters};
 /// Rounds of each contestant: enough that one of them meets a quiet machine.
 const ROUNDS: usize = 15;
 /// Turns of an executive and of cyclictest, seconds each.
-const WAKE_UPS: usize = 5;
+const WAKE_UPS: usize = 9;
 
 /// What of a rate is beside cyclictest: the bench with everything attached, the executive alone asleep and spinning.
 const WAKE_UP: [&str; 6] = [

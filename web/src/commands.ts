@@ -8,10 +8,15 @@ export type Command = { name: string; key: string; run: () => void; off?: () => 
 /** What the window that is shown can do besides. */
 export const local: { commands: Command[] } = { commands: [] }
 
+/** What the scope below it can do, and whether its keys come first now. */
+export const dock: { commands: () => Command[]; first: () => boolean } = { commands: () => [], first: () => false }
+
 export const WINDOWS = [
   { path: '/', name: 'Home', key: '1' },
   { path: '/friction', name: 'Friction Measurement', key: '2' },
   { path: '/design', name: 'Friction Design', key: '3' },
+  { path: '/runs', name: 'Runs', key: '7' },
+  { path: '/help', name: 'Help', key: '8' },
 ] as const
 
 const common: Command[] = [
@@ -29,12 +34,15 @@ const common: Command[] = [
 ]
 
 export function commands(): Command[] {
-  return [...local.commands, ...common]
+  const below = dock.commands()
+  return dock.first() ? [...below, ...local.commands, ...common] : [...local.commands, ...common, ...below]
 }
+
+const NAMES: Record<string, string> = { ' ': 'Space' }
 
 /** How a key that was pressed is called in the table. */
 export function named(event: KeyboardEvent): string {
-  const key = event.key.length === 1 ? event.key.toUpperCase() : event.key
+  const key = NAMES[event.key] ?? (event.key.length === 1 ? event.key.toUpperCase() : event.key)
   const shifted = event.shiftKey && /^[A-Z]$/.test(key)
   return `${event.ctrlKey || event.metaKey ? 'Ctrl ' : ''}${shifted ? 'Shift ' : ''}${key}`
 }

@@ -13,6 +13,8 @@ export class Connection {
   onchange: (online: boolean) => void = () => {}
   /** Hears the points of the streams that were begun here. */
   onpoints: (stream: number, points: Point[]) => void = () => {}
+  /** Hears every cycle of the streams that want it, as bytes. */
+  onsamples: (buffer: ArrayBuffer) => void = () => {}
   #name: () => string
   #socket: WebSocket | null = null
   #waiting = new Map<number, Waiting>()
@@ -30,12 +32,13 @@ export class Connection {
   connect() {
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws'
     const socket = new WebSocket(`${scheme}://${location.host}/api/live?client=${encodeURIComponent(this.#name())}`)
+    socket.binaryType = 'arraybuffer'
     this.#socket = socket
     socket.onopen = () => {
       this.#pause = 250
       this.onchange(true)
     }
-    socket.onmessage = (event) => this.#hear(String(event.data))
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => (typeof event.data === 'string' ? this.#hear(event.data) : this.onsamples(event.data))
     socket.onclose = () => {
       for (const one of this.#waiting.values()) one.reject(new Refused('The bench is not connected.'))
       this.#waiting.clear()

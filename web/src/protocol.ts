@@ -180,6 +180,14 @@ export type Call = {
   capture: number
 }
   | {
+  call: "samples"
+  /** Names of the signals, each once. */
+  signals: string[]
+}
+  | {
+  call: "marks"
+}
+  | {
   call: "drop"
   /** Its number. */
   capture: number
@@ -204,6 +212,19 @@ export type Call = {
 }
   | {
   call: "run"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "replay"
+  /** Its number. */
+  number: number
+}
+  | {
+  call: "end_replay"
+}
+  | {
+  call: "story"
   /** Its number. */
   number: number
 }
@@ -316,6 +337,8 @@ export type Answer = {
 }
   | {
   answer: "signals"
+  /** Names of those that are looked at first, together with which. */
+  panes: string[][]
   /** In the order of a row. */
   signals: Signal[]
 }
@@ -335,6 +358,16 @@ export type Answer = {
   points: Point[]
 }
   | {
+  answer: "samples"
+  /** Its number. */
+  capture: number
+}
+  | {
+  answer: "marks"
+  /** The newest last. */
+  marks: Mark[]
+}
+  | {
   answer: "runs"
   /** What of the query was not understood and left out. */
   hints: string[]
@@ -349,6 +382,27 @@ export type Answer = {
   run: Run
   /** Its parameters and results. */
   values: Value[]
+}
+  | Again & {
+  answer: "again"
+}
+  | {
+  answer: "story"
+  /** In its order. */
+  happened: Happened[]
+}
+/** How far the replay of a run is, or what it found. */
+export type Again = {
+  /** Whether it has ended. */
+  ended: boolean
+  /** The part that is done, 0 … 1. */
+  fraction: number
+  /** Whether the whole run was replayed and every bit is the same; `null` until then. */
+  identical: boolean | null
+  /** Number of the run. */
+  run: number
+  /** What was found, or why it ended. */
+  sentence: string | null
 }
 /** What an axis shows and how. */
 export type Axis = {
@@ -478,6 +532,8 @@ export type Drawn = {
   desired_loop: Loop
   /** RMS distance from the reference points [N m]; `null` without any. */
   distance: number | null
+  /** What bounds the least and the largest friction. */
+  edges: Edge[]
   /** Handles of the single parameters. */
   grips: Grip[]
   /** The largest [N m]. */
@@ -496,6 +552,17 @@ export type Drawn = {
   renderable: boolean
   /** Where it cannot be rendered. */
   shortages: Stretch[]
+}
+/** A part of an edge of what can be rendered. */
+export type Edge = {
+  /** From [rad/s]. */
+  from: number
+  /** Of the largest friction; else of the least. */
+  largest: boolean
+  /** `current`, `voltage`. */
+  limit: string
+  /** To [rad/s]. */
+  to: number
 }
 /** How something ended. */
 export type Ended = {
@@ -585,6 +652,19 @@ export type Handle = "breakaway_torque"
   | "stribeck_velocity"
   | "viscous_friction"
   | "line"
+/** Something that happened in a run. */
+export type Happened = {
+  /** With this cycle. */
+  cycle: number
+  /** More of it: what became another, why it was refused. */
+  details: string[]
+  /** Time of the cycle [s]. */
+  time: number
+  /** Whether it is a fault, a refusal or a loss. */
+  trouble: boolean
+  /** In a few words. */
+  what: string
+}
 /** A part of the horizontal axis with a name. */
 export type Interval = {
   /** Its begin. */
@@ -662,6 +742,20 @@ export type Machine = {
   /** Units of the velocity, with what a velocity in rad/s is multiplied by. */
   speeds: Factor[]
 }
+/** Something that happened in a cycle. */
+export type Mark = {
+  /** In which; where it is no cycle's own doing, in the newest at that time. */
+  cycle: number
+  /** What kind of thing. */
+  kind: MarkKind
+  /** In words. */
+  text: string
+}
+/** What kind of thing happened. */
+export type MarkKind = "fault"
+  | "change"
+  | "begin"
+  | "end"
 /** A friction curve, measured or being measured. */
 export type MeasuredCurve = {
   /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
@@ -846,12 +940,18 @@ export type Series = {
 export type Signal = {
   /** What it is. */
   help: string
+  /** The same for people. */
+  label: string
   /** Its name. */
   name: string
+  /** The same as printed; empty for a pure number. */
+  printed_unit: string
   /** As in an equation; may be empty. */
   symbol: string
   /** SI unit. */
   unit: string
+  /** What each of its values is called, from 0 on; empty for what is measured. */
+  values: string[]
 }
 /** Whether a run's files are there. */
 export type State = "here"
@@ -883,6 +983,8 @@ export type Status = {
     | null
   /** Torque of the load motor, against positive motion [N m]. */
   load_torque: number
+  /** How many marks there have been since the start. */
+  marks: number
   /** Why the run that ended last is not in the catalogue. */
   not_entered: string | null
   /** Who may change something. */
@@ -926,6 +1028,8 @@ export type Stretch = {
 }
 /** How far a rendering law is from chatter. */
 export type ToChatter = {
+  /** Below this share caution is due. */
+  caution: number
   /** Change of the load torque from millisecond to millisecond that is to be expected [N m RMS]. */
   chatter: number
   /** From which on it is chatter [N m RMS]. */
@@ -934,6 +1038,10 @@ export type ToChatter = {
   delay_margin: number | null
   /** Factor of the law's torque up to which the loop is stable; `null`: any that was tried. */
   gain_margin: number | null
+  /** What of the way to the nearest limit is left, 0 … 1; `null` where it is not known. */
+  left: number | null
+  /** The nearest limit: `chatter`, `stiffness`. */
+  nearest: string
   /** In a sentence: how far, or why not and what would do. */
   sentence: string
   /** Whether the bench would take it. */

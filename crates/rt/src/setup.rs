@@ -36,6 +36,15 @@ pub enum Cpu {
     Number(usize),
 }
 
+/// Keeps the calling thread, and all that it starts from now on, off a CPU: it is left to an executive that runs on it
+/// alone ([`Cpu::Number`]), which goes there all the same. What else runs on the machine is not kept off.
+///
+/// # Errors
+/// There is no other CPU; the system cannot do it.
+pub fn keep_off(cpu: usize) -> io::Result<()> {
+    system::keep_off(cpu)
+}
+
 /// One of the wishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -267,6 +276,32 @@ mod tests {
         let text = held.granted.to_string();
         assert!(text.contains("CPU 100000 alone: refused"), "{text}");
         assert!(text.contains("real-time priority 0: refused") && text.contains("Mend: sudo setcap cap_sys_nice"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_thread_that_keeps_off_a_cpu_hands_that_on_and_never_the_last_one() {
+        let allowed = || {
+            let status = fs::read_to_string("/proc/thread-self/status").unwrap();
+            let line =
+                status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim().to_owned();
+            line
+        };
+        let left = std::thread::spawn(move || {
+            let mut left = Vec::new();
+            while let Some(cpu) = last_of(&allowed()) {
+                if keep_off(cpu).is_err() {
+                    break;
+                }
+                left.push(cpu);
+                let inherited = std::thread::spawn(allowed).join().unwrap();
+                assert!(last_of(&inherited).unwrap() < cpu, "{inherited} after {cpu}");
+            }
+            assert!(last_of(&allowed()).is_some(), "one is left");
+            left
+        });
+        let left = left.join().unwrap();
+        assert!(left.windows(2).all(|pair| pair[1] < pair[0]), "{left:?}");
     }
 
     #[cfg(target_os = "linux")]

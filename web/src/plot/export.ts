@@ -9,7 +9,8 @@ export type Figure = {
   series: Series[]
 }
 
-const [WIDTH, HEIGHT] = [900, 520]
+const WIDTH = 900
+const HEIGHT = 520
 const BOX = { left: 76, right: 20, top: 56, bottom: 52 }
 
 function light(): (name: string) => string {
@@ -17,7 +18,7 @@ function light(): (name: string) => string {
   probe.dataset.theme = 'light'
   document.body.append(probe)
   const style = getComputedStyle(probe)
-  const names = ['ink', 'text-2', 'grid', 'axis', 'measured', 'fitted', 'desired', 'own', 'rendered', 'reference']
+  const names = ['ink', 'text-2', 'grid', 'axis', 'measured', 'fitted', 'desired', 'own', 'rendered', 'reference', 'trace-1', 'trace-2', 'trace-3']
   const values = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]))
   probe.remove()
   return (name) => values[name] ?? '#000'
@@ -25,10 +26,17 @@ function light(): (name: string) => string {
 
 const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;')
 
-export function svg(figure: Figure): string {
+/** Figures one below the other, over the same axis. */
+export function stacked(figures: Figure[]): string {
+  const height = figures.length > 1 ? 320 : HEIGHT
+  const part = (figure: Figure, i: number) => svg(figure, height).replace('<svg ', `<svg y="${i * height}" `)
+  return `<svg xmlns="http://www.w3.org/2000/svg" width="${WIDTH}" height="${height * figures.length}">${figures.map(part).join('')}</svg>`
+}
+
+export function svg(figure: Figure, height = HEIGHT): string {
   const colour = light()
   const { x, y } = figure
-  const [right, bottom] = [WIDTH - BOX.right, HEIGHT - BOX.bottom]
+  const [right, bottom] = [WIDTH - BOX.right, height - BOX.bottom]
   const [low, high] = x.range.map(x.warp) as [number, number]
   const px = (value: number) => BOX.left + ((x.warp(value) - low) / (high - low)) * (right - BOX.left)
   const py = (value: number) => bottom - ((value - y.range[0]) / (y.range[1] - y.range[0])) * (bottom - BOX.top)
@@ -69,14 +77,14 @@ export function svg(figure: Figure): string {
       return entry + words
     })
   return [
-    `<svg xmlns="http://www.w3.org/2000/svg" width="${WIDTH}" height="${HEIGHT}" viewBox="0 0 ${WIDTH} ${HEIGHT}" font-family="Inter, system-ui, sans-serif" font-size="12">`,
-    `<rect width="${WIDTH}" height="${HEIGHT}" fill="#fff"/>`,
+    `<svg xmlns="http://www.w3.org/2000/svg" width="${WIDTH}" height="${height}" viewBox="0 0 ${WIDTH} ${height}" font-family="Inter, system-ui, sans-serif" font-size="12">`,
+    `<rect width="${WIDTH}" height="${height}" fill="#fff"/>`,
     text(BOX.left, 32, figure.title, 'start', 'font-weight="600" font-size="14"'),
     ...grid,
     `<clipPath id="box"><rect x="${BOX.left}" y="${BOX.top}" width="${right - BOX.left}" height="${bottom - BOX.top}"/></clipPath>`,
     `<g clip-path="url(#box)">${parts.join('')}</g>`,
     ...legend,
-    text((BOX.left + right) / 2, HEIGHT - 12, x.label, 'middle'),
+    text((BOX.left + right) / 2, height - 12, x.label, 'middle'),
     text(0, 0, y.label, 'middle', `transform="translate(18 ${(BOX.top + bottom) / 2}) rotate(-90)"`),
     '</svg>',
   ].join('')
@@ -102,14 +110,19 @@ export function save(name: string, kind: string, content: BlobPart) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000)
 }
 
-export async function png(figure: Figure): Promise<Blob> {
-  const url = URL.createObjectURL(new Blob([svg(figure)], { type: 'image/svg+xml' }))
+export function png(figure: Figure): Promise<Blob> {
+  return raster(svg(figure), WIDTH, HEIGHT)
+}
+
+/** A picture of an SVG, twice as fine. */
+export async function raster(text: string, width: number, height: number): Promise<Blob> {
+  const url = URL.createObjectURL(new Blob([text], { type: 'image/svg+xml' }))
   const image = new Image()
   image.src = url
   await image.decode()
   URL.revokeObjectURL(url)
   const canvas = document.createElement('canvas')
-  ;[canvas.width, canvas.height] = [2 * WIDTH, 2 * HEIGHT]
-  canvas.getContext('2d')?.drawImage(image, 0, 0, 2 * WIDTH, 2 * HEIGHT)
+  ;[canvas.width, canvas.height] = [2 * width, 2 * height]
+  canvas.getContext('2d')?.drawImage(image, 0, 0, 2 * width, 2 * height)
   return new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('no picture'))), 'image/png'))
 }

@@ -1,11 +1,11 @@
 // What a plot shows, in the words of roles, not of colours; and how it is drawn on a canvas or written as SVG.
 
-export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference'
+export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference' | 'trace-1' | 'trace-2' | 'trace-3'
 type Numbers = readonly (number | null)[]
 
 export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
   /** `dash`: instead of the role's. `end`: its name stands at its end. */
-  | { mark: 'line'; dash?: number[]; end?: boolean }
+  | { mark: 'line'; provisional?: boolean; dash?: number[]; end?: boolean }
   | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean }
   | { mark: 'band'; half: Numbers }
 )
@@ -32,6 +32,9 @@ const LINES: Record<Role, { width: number; dash: number[] }> = {
   own: { width: 1.8, dash: [9, 4, 2, 4] },
   rendered: { width: 2, dash: [] },
   reference: { width: 1.3, dash: [4, 4] },
+  'trace-1': { width: 1.4, dash: [] },
+  'trace-2': { width: 1.4, dash: [] },
+  'trace-3': { width: 1.4, dash: [] },
 }
 
 /** Draws a series. */
@@ -64,13 +67,14 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
     }
     return
   }
-  const { width, dash } = LINES[series.role]
+  const { width } = LINES[series.role]
+  const dash = series.dash ?? LINES[series.role].dash
   const path = parts.map(({ from, to }) => {
     const part: [number, number][] = []
     for (let i = from; i < to; i++) part.push([place.x(x[i]!), place.y(y[i]!)])
     return part
   })
-  pen.line(path, ink, width, series.dash ?? dash)
+  pen.line(path, ink, width, dash)
   const last = path.at(-1)?.at(-1)
   if (series.end && last) pen.text(...last, series.name, ink)
 }

@@ -2,9 +2,9 @@
 
 const STRETCHED = [0, 1, 2, 5, 10, 20, 50, 100, 150, 200, 500, 1000, 2000, 5000, 10_000]
 
-/** Steps of 1, 2, 5: 4 to 9 of them. */
-export function linear(low: number, high: number): number[] {
-  const rough = (high - low) / 8
+/** Steps of 1, 2, 5: 4 to 9 of them; fewer where there is less room. */
+export function linear(low: number, high: number, most = 8): number[] {
+  const rough = (high - low) / most
   if (!(rough > 0)) return [low]
   const power = 10 ** Math.floor(Math.log10(rough))
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((one) => one >= rough) ?? rough

@@ -139,7 +139,7 @@ impl BenchCommand {
                 tell(&client, &Call::Move { reference, values, render }, out)
             }
             Order::Signals => match client.call(&Call::Signals {})? {
-                Answer::Signals { signals } => {
+                Answer::Signals { signals, .. } => {
                     for signal in signals {
                         let head = format!("{} [{}]", signal.name, signal.unit);
                         writeln!(out, "{head:45} {:8} {}", signal.symbol, signal.help)?;

@@ -46,7 +46,7 @@ pub(crate) struct CaptureCommand {
 impl CaptureCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let client = Client::of(&self.project)?;
-        let Answer::Signals { signals: known } = client.call(&Call::Signals {})? else {
+        let Answer::Signals { signals: known, .. } = client.call(&Call::Signals {})? else {
             return Err(Failure::Served("the bench does not tell its signals".into()));
         };
         let call = Call::Capture {

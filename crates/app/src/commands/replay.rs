@@ -46,19 +46,7 @@ impl ReplayCommand {
             stickslip::output::create_folder(folder)?;
             summary.write(folder)?;
         }
-        let whom = if replayed.machine { "software and machine" } else { "software" };
-        let text = match &replayed.first {
-            Some(first) => format!(
-                "The first difference is in cycle {}, of the {}: {} was {:e}, now it is {:e}.",
-                first.cycle, first.block, first.signal, first.recorded, first.replayed
-            ),
-            None if replayed.lost > 0 => format!(
-                "{} of {} cycles replayed, {whom} to the bit; then {} cycles are not in the record.",
-                replayed.cycles, replayed.of, replayed.lost
-            ),
-            None => format!("{} cycles replayed, {whom}: every bit is the same.", replayed.cycles),
-        };
-        self.shown.show(out, &summary, |out| Ok(writeln!(out, "{text}")?))?;
+        self.shown.show(out, &summary, |out| Ok(writeln!(out, "{replayed}")?))?;
         if replayed.identical() { Ok(()) } else { Err(Failure::Served("the run does not replay to the bit".into())) }
     }
 }

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Address;
+use stickslip::bench::{Cpu, keep_off};
 use stickslip::live::{Live, Start};
 
 use super::xcp::XcpDoors;
@@ -40,6 +41,9 @@ pub(crate) struct ServeCommand {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Run the loop on this CPU alone, and everything else of the program on the others.
+    #[arg(long, value_name = "N")]
+    cpu: Option<usize>,
     /// Record every cycle into this file (MDF 4), which other tools read and `stickslip replay` replays.
     #[arg(long, value_name = "FILE.mf4")]
     record: Option<PathBuf>,
@@ -70,7 +74,14 @@ impl ServeCommand {
         }
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
-        let start = Start { seed: self.seed, io: self.io, record, operator_time, ..new };
+        let mut start = Start { seed: self.seed, io: self.io, record, operator_time, ..new };
+        if let Some(cpu) = self.cpu {
+            // Each thread that is started from here on inherits it.
+            keep_off(cpu).map_err(|error| {
+                Failure::Served(format!("cannot leave CPU {cpu} to the loop ({error}). Leave --cpu out."))
+            })?;
+            start.wishes.cpu = Cpu::Number(cpu);
+        }
         let live = Live::start(start)?;
         let refused = live.refused();
         let listen = self.listen.map_or(LISTEN.to_vec(), |address| vec![address]);

@@ -180,6 +180,10 @@ async fn call(
             return refused(StatusCode::BAD_REQUEST, why);
         }
     };
+    if matches!(call, Call::Samples { .. }) {
+        let why = "every cycle comes in binary messages: call it over the WebSocket, ws://…/api/live";
+        return refused(StatusCode::UNPROCESSABLE_ENTITY, why.into());
+    }
     let client = headers.get("stickslip-client").and_then(|value| value.to_str().ok());
     let client: String = client.unwrap_or("somebody").chars().take(64).collect();
     // Parameters may be designed for seconds: not on a thread that serves others.

@@ -3,6 +3,8 @@
 //! A message is a call with a number, `{"id": 7, "call": "stream", "signals": ["angle"], "every": 0.01}`; its answer or
 //! error has that number. Behind it points come as `{"stream": 1, "points": […]}`, all that there are, 30 times a second.
 //! Whoever does not take them in time is not waited for: what he missed is counted in his next point.
+//!
+//! A stream of every cycle comes as binary messages, at the same times and by the same rule ([`packed`]).
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,6 +15,7 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use stickslip::capture::Batch;
 use stickslip::live::protocol::{Answer, Call};
 use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
@@ -57,6 +60,7 @@ struct Conversation {
     shared: Arc<Shared>,
     client: String,
     streams: Vec<u64>,
+    samples: Vec<u64>,
     patience: Patience,
     _room: OwnedSemaphorePermit,
 }
@@ -64,13 +68,13 @@ struct Conversation {
 impl Conversation {
     fn new(shared: Arc<Shared>, client: String, room: OwnedSemaphorePermit) -> Self {
         let patience = shared.patience;
-        Conversation { shared, client, streams: Vec::new(), patience, _room: room }
+        Conversation { shared, client, streams: Vec::new(), samples: Vec::new(), patience, _room: room }
     }
 
     async fn hold(mut self, mut socket: WebSocket) {
         self.talk(&mut socket).await;
         // What nobody takes any more ends.
-        for stream in std::mem::take(&mut self.streams) {
+        for stream in self.streams.drain(..).chain(self.samples.drain(..)) {
             let _ = self.shared.live.call(&self.client, Call::Drop { capture: stream });
         }
     }
@@ -91,13 +95,13 @@ impl Conversation {
                     let Message::Text(text) = message else { continue };
                     match self.ask(&text, &answers) {
                         Ok(()) => under_way += 1,
-                        Err(error) => if self.send(socket, error).await.is_err() { return },
+                        Err(error) => if self.send(socket, text_of(&error)).await.is_err() { return },
                     }
                     continue;
                 }
                 Some((id, answer)) = answered.recv() => {
                     under_way -= 1;
-                    vec![self.told(id, answer)]
+                    vec![text_of(&self.told(id, answer))]
                 }
                 _ = push.tick() => {
                     if heard.elapsed() > self.patience.silence {
@@ -110,7 +114,9 @@ impl Conversation {
                             return;
                         }
                     }
-                    self.points()
+                    let mut messages = self.points();
+                    messages.extend(self.batches());
+                    messages
                 }
             };
             for message in messages {
@@ -122,8 +128,8 @@ impl Conversation {
     }
 
     /// Sends, unless it is not taken in time.
-    async fn send(&self, socket: &mut WebSocket, message: Value) -> Result<(), ()> {
-        let sent = socket.send(Message::Text(message.to_string().into()));
+    async fn send(&self, socket: &mut WebSocket, message: Message) -> Result<(), ()> {
+        let sent = socket.send(message);
         if matches!(timeout(self.patience.head, sent).await, Ok(Ok(()))) { Ok(()) } else { Err(()) }
     }
 
@@ -158,6 +164,9 @@ impl Conversation {
                 {
                     self.streams.push(*capture);
                 }
+                if let Answer::Samples { capture } = &answer {
+                    self.samples.push(*capture);
+                }
                 serde_json::to_value(answer).unwrap_or_default()
             }
             Err(error) => json!({ "error": error }),
@@ -169,13 +178,13 @@ impl Conversation {
     }
 
     /// What has come for the streams since the last time.
-    fn points(&mut self) -> Vec<Value> {
+    fn points(&mut self) -> Vec<Message> {
         let mut messages = Vec::new();
         let Conversation { shared, client, streams, .. } = self;
         streams.retain(|stream| match shared.live.call(client, Call::Points { capture: *stream }) {
             Ok(Answer::Points { points }) => {
                 if !points.is_empty() {
-                    messages.push(json!({ "stream": stream, "points": points }));
+                    messages.push(text_of(&json!({ "stream": stream, "points": points })));
                 }
                 true
             }
@@ -184,4 +193,44 @@ impl Conversation {
         });
         messages
     }
+
+    /// Every cycle since the last time, of the streams that want it.
+    fn batches(&mut self) -> Vec<Message> {
+        let mut messages = Vec::new();
+        let Conversation { shared, samples, .. } = self;
+        samples.retain(|stream| {
+            loop {
+                match shared.live.batch(*stream) {
+                    Ok(Some(batch)) => messages.push(Message::Binary(packed(*stream, &batch).into())),
+                    Ok(None) => return true,
+                    // Dropped by a call.
+                    Err(_) => return false,
+                }
+            }
+        });
+        messages
+    }
+}
+
+fn text_of(message: &Value) -> Message {
+    Message::Text(message.to_string().into())
+}
+
+/// Bytes before the columns.
+const HEAD: usize = 32;
+
+/// A batch as bytes, little-endian: number of the stream, first cycle, cycles missing before it (u64 each), cycles and
+/// signals (u32 each), then signal after signal its values (f64).
+fn packed(stream: u64, batch: &Batch) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(HEAD + batch.rows() * batch.signals() * size_of::<f64>());
+    for word in [stream, batch.from, batch.missing] {
+        bytes.extend(word.to_le_bytes());
+    }
+    for word in [batch.rows() as u32, batch.signals() as u32] {
+        bytes.extend(word.to_le_bytes());
+    }
+    for signal in 0..batch.signals() {
+        bytes.extend(batch.column(signal).flat_map(f64::to_le_bytes));
+    }
+    bytes
 }

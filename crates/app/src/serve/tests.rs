@@ -209,6 +209,120 @@ fn streams_come_by_themselves_without_a_gap_and_end_with_their_reader() {
     assert!(ended, "a stream that nobody takes ends");
 }
 
+/// What a binary message says: stream, first cycle, missing before, rows, columns.
+struct Frame {
+    words: [u64; 3],
+    rows: u64,
+    columns: Vec<Vec<f64>>,
+}
+
+fn frame(bytes: &[u8]) -> Frame {
+    let word = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    let half = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let values: Vec<f64> = bytes[32..].chunks_exact(8).map(|v| f64::from_le_bytes(v.try_into().unwrap())).collect();
+    let (rows, signals) = (half(24), half(28) as usize);
+    assert_eq!(values.len(), rows as usize * signals);
+    Frame {
+        words: [word(0), word(8), word(16)],
+        rows: rows.into(),
+        columns: values.chunks_exact(rows as usize).map(<[f64]>::to_vec).collect(),
+    }
+}
+
+/// The next binary message.
+fn next_frame(socket: &mut Socket) -> Frame {
+    loop {
+        if let tungstenite::Message::Binary(bytes) = socket.read().unwrap() {
+            return frame(&bytes);
+        }
+    }
+}
+
+#[test]
+fn every_cycle_of_a_stream_is_delivered_or_told_to_be_missing() {
+    let (server, project) = served();
+    let client = Client::of(project.path()).unwrap();
+    let mut socket = open(&server, "scope");
+    let signals = ["setpoint.velocity", "angle", "state"];
+    let begun = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
+    assert_eq!(begun["answer"], "samples", "{begun}");
+    let (mut first, mut next, mut delivered, mut missing) = (None, 0, 0, 0);
+    let mut account = |frame: Frame| {
+        let [stream, from, before] = frame.words;
+        assert_eq!((stream, frame.columns.len()), (begun["capture"].as_u64().unwrap(), 3));
+        assert_eq!(from - before, *first.get_or_insert(from - before).max(&mut next), "no cycle twice, none left out");
+        assert!(frame.columns[2].iter().all(|state| *state == 0.0), "switched off");
+        next = from + frame.rows;
+        delivered += frame.rows;
+        missing += before;
+        (next - first.unwrap(), delivered, missing)
+    };
+    for _ in 0..30 {
+        account(next_frame(&mut socket));
+    }
+    // One who does not look for a while delays nobody.
+    std::thread::sleep(Duration::from_millis(400));
+    assert_eq!(client.status().unwrap().clock.lost, 0);
+    let until = client.status().unwrap().cycle;
+    let (mut produced, mut got, mut lacking) = account(next_frame(&mut socket));
+    while got < until - 5 {
+        (produced, got, lacking) = account(next_frame(&mut socket));
+    }
+    assert_eq!(produced, got + lacking);
+    // It ends by a call, and the connection goes on.
+    let number = begun["capture"].as_u64().unwrap();
+    let dropped = asked(&mut socket, json!({"id": 2, "call": "drop", "capture": number}));
+    assert_eq!(dropped["answer"], "done", "{dropped}");
+    assert_eq!(asked(&mut socket, json!({"id": 3, "call": "status"}))["answer"], "status");
+}
+
+#[test]
+fn who_never_reads_is_cut_off_and_costs_nobody_anything() {
+    let (server, project) = served();
+    let client = Client::of(project.path()).unwrap();
+    let Answer::Signals { signals, .. } = client.call(&Call::Signals {}).unwrap() else { panic!("no signals") };
+    let names: Vec<_> = signals.iter().map(|signal| &signal.name).collect();
+    let mut deaf = open(&server, "deaf");
+    // As many streams as there may be, so that the system's own buffers fill soon.
+    for id in 0..16 {
+        deaf.send(json!({"id": id, "call": "samples", "signals": names}).to_string().into()).unwrap();
+    }
+    let free = || {
+        (0..400).any(|_| {
+            std::thread::sleep(Duration::from_millis(50));
+            let status = client.status().unwrap();
+            assert_eq!(status.clock.lost, 0, "{status:?}");
+            let mut socket = open(&server, "other");
+            let begun = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": ["angle"]}));
+            begun["answer"] == "samples"
+        })
+    };
+    assert!(free(), "the streams of one who was cut off have ended");
+    drop(deaf);
+}
+
+#[test]
+fn a_stream_of_every_cycle_that_cannot_be_is_refused_with_what_can() {
+    let (server, _project) = served();
+    let mut socket = open(&server, "scope");
+    let many: Vec<_> = (0..65).map(|n| format!("s{n}")).collect();
+    for (signals, said) in [
+        (json!(["angel"]), "Did you mean angle?"),
+        (json!(many), "At most 64"),
+        (json!(["angle", "state", "angle"]), "angle twice"),
+        (json!([]), "Choose one at least"),
+        (json!("angle"), "no call"),
+        (json!([1]), "no call"),
+    ] {
+        let refused = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
+        assert!(refused["error"].as_str().is_some_and(|error| error.contains(said)), "{signals} {refused}");
+    }
+    let points = asked(&mut socket, json!({"id": 2, "call": "points", "capture": 1}));
+    assert!(points["error"].is_string(), "{points}");
+    let elsewhere = posted(&server, &allowed(&server), r#"{"call":"samples","signals":["angle"]}"#);
+    assert!(elsewhere.starts_with("HTTP/1.1 422") && elsewhere.contains("WebSocket"), "{elsewhere}");
+}
+
 #[test]
 fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
     let (server, project) = served();

@@ -19,7 +19,7 @@ pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
 pub use stickslip_core::cycle::Voltages;
-pub use stickslip_rt::Wishes;
+pub use stickslip_rt::{Cpu, Wishes, keep_off};
 pub use traveller::Traveller;
 pub use virtual_bench::{InProcess, VirtualBench};
 

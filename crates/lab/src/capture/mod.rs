@@ -3,7 +3,7 @@
 //!
 //! One [`Stream`] takes the rows, one a tick: the cycle's number and all signals. It hands them to any number of sinks,
 //! which come and go while it runs: a [`Capture`] keeps what happened around a [`Trigger`], an [`Envelope`] thins a live
-//! stream out to minimum, maximum and last of so many ticks, a [`Pyramid`] answers for any span of its history with no
+//! stream out to minimum, maximum and last of so many ticks, [`Batches`] hand out every row, a [`Pyramid`] answers for any span of its history with no
 //! more points than a screen has. All are plain data: no thread, no clock, the same rows give the same result. They
 //! belong on an ordinary thread, behind the ring that leaves the real-time loop.
 //!
@@ -28,6 +28,7 @@
 //! # Ok::<(), stickslip::Error>(())
 //! ```
 
+mod batches;
 mod detector;
 mod envelope;
 mod extremes;
@@ -42,6 +43,7 @@ mod triggered;
 #[cfg(test)]
 mod tests;
 
+pub use batches::{Batch, Batches};
 pub use envelope::{Envelope, Point};
 pub use extremes::Extremes;
 pub use plan::{Keep, Plan};

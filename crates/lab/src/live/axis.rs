@@ -11,7 +11,7 @@ use stickslip_core::cycle::Parameters;
 use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
-use super::protocol::{Doing, Ended};
+use super::protocol::{Doing, Ended, MarkKind};
 use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::catalogue::Made;
 use crate::experiment::{FrictionPlan, home};
@@ -223,6 +223,7 @@ impl Shared {
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };
+        self.mark_now(MarkKind::End, what.into());
         *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
         self.doing(None);
     }

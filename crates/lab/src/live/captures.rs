@@ -1,11 +1,11 @@
 //! The captures and streams of all clients, by number.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use super::protocol::{Answer, Captured, Point};
 use crate::Error;
-use crate::capture::{Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger};
+use crate::capture::{Batch, Batches, Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger};
 use crate::parameters::schema::nearest;
 use crate::run::channels;
 
@@ -13,6 +13,9 @@ use crate::run::channels;
 const MOST: usize = 16;
 /// Points that wait for whoever asks.
 const WAITING: usize = 4096;
+/// Signals of a stream of every cycle, and for how long its rows wait [s].
+const WIDEST: usize = 64;
+const PATIENCE: f64 = 2.0;
 /// Memory of one [bytes].
 const LIMIT: usize = 64 << 20;
 /// Nobody asks any more for one that was not asked for so long.
@@ -36,6 +39,7 @@ struct Running {
 enum What {
     Capture { tap: Tap<Capture>, signals: Vec<String>, tick_time: f64 },
     Stream(Tap<Envelope>),
+    Samples(Tap<Batches>),
 }
 
 impl Captures {
@@ -71,10 +75,32 @@ impl Captures {
         Ok(self.run(What::Stream(tap), "streaming"))
     }
 
+    /// Begins a stream of every cycle.
+    pub(super) fn sample(&mut self, signals: &[String], rate: f64) -> Result<Answer, Error> {
+        let refused = |answer: String, remedy: &str| {
+            Err(Error::Answer { question: "signals of a stream".into(), answer, remedy: remedy.into() })
+        };
+        if signals.len() > WIDEST {
+            return refused(signals.len().to_string(), &format!("At most {WIDEST}."));
+        }
+        if let Some(twice) = repeated(signals) {
+            return refused(format!("{twice} twice"), "Name each once.");
+        }
+        let room = (PATIENCE * rate).ceil() as usize;
+        let batches = Batches::new(self.indices(signals)?, room, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(batches)?;
+        Ok(Answer::Samples { capture: self.number(What::Samples(tap)) })
+    }
+
     fn run(&mut self, what: What, stage: &str) -> Answer {
+        Answer::Capture { capture: self.number(what), stage: stage.into() }
+    }
+
+    fn number(&mut self, what: What) -> u64 {
         self.begun += 1;
         self.running.insert(self.begun, Running { what, asked: Instant::now() });
-        Answer::Capture { capture: self.begun, stage: stage.into() }
+        self.begun
     }
 
     fn indices(&self, signals: &[String]) -> Result<Vec<usize>, Error> {
@@ -109,6 +135,14 @@ impl Captures {
         Ok(Answer::Points { points: std::iter::from_fn(|| envelope.take()).map(point).collect() })
     }
 
+    /// The oldest batch of a stream of every cycle that waits.
+    pub(super) fn batch(&mut self, number: u64) -> Result<Option<Batch>, Error> {
+        let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
+        running.asked = Instant::now();
+        let What::Samples(tap) = &running.what else { return Err(unknown(number)) };
+        Ok(self.stream.get_mut(tap).ok_or_else(|| unknown(number))?.take())
+    }
+
     /// What one has; complete, it ends.
     pub(super) fn fetch(&mut self, number: u64) -> Result<Answer, Error> {
         let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
@@ -129,6 +163,7 @@ impl Captures {
         match running.what {
             What::Capture { tap, .. } => drop(self.stream.remove(tap)),
             What::Stream(tap) => drop(self.stream.remove(tap)),
+            What::Samples(tap) => drop(self.stream.remove(tap)),
         }
         Ok(())
     }
@@ -153,6 +188,11 @@ impl Captures {
 /// A number of ticks; one that none can have is refused with its memory.
 fn ticks(seconds: f64, rate: f64) -> Result<u64, Error> {
     if seconds >= 0.0 { Ok((seconds * rate).round() as u64) } else { Err(negative(seconds)) }
+}
+
+fn repeated(names: &[String]) -> Option<&String> {
+    let mut seen = BTreeSet::new();
+    names.iter().find(|name| !seen.insert(*name))
 }
 
 fn finite(value: f64) -> Option<f64> {

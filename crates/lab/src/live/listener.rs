@@ -4,12 +4,11 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use stickslip_core::supervise::SafetyState;
-
+use super::protocol::MarkKind;
 use super::record::Recording;
 use super::{Shared, lock};
 use crate::bench::tap::Stream;
-use crate::run::Signals;
+use crate::run::{Signals, state_name};
 
 /// From look to look.
 const LOOK: Duration = Duration::from_millis(2);
@@ -27,6 +26,7 @@ pub(super) struct Newest {
 
 /// Runs until the bench is gone.
 pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
+    let mut faulty = false;
     loop {
         // Asked before the cycles are taken: those that came last are not left behind.
         let last = stream.is_closed();
@@ -39,6 +39,11 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             gaps = (gaps.0 + sample.held, gaps.1 + sample.lost);
             // Cycles only go up, and all rows are alike.
             drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
+            let fault = sample.frame.safety.fault();
+            if let Some(fault) = fault.filter(|_| !faulty) {
+                shared.mark(sample.frame.cycle, MarkKind::Fault, fault.to_string());
+            }
+            faulty = fault.is_some();
             newest = Some((sample.frame, signals));
             if let Some(Recording { scribe, .. }) = &mut *recorder {
                 gaps.1 += scribe.sample(&sample).min(1);
@@ -56,7 +61,7 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             *known = Newest {
                 cycle: frame.cycle,
                 signals,
-                state: name(&frame.safety),
+                state: state_name(&frame.safety),
                 fault,
                 held: known.held + gaps.0,
                 lost: known.lost + gaps.1,
@@ -73,16 +78,5 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             return;
         }
         thread::sleep(LOOK);
-    }
-}
-
-fn name(state: &SafetyState) -> &'static str {
-    match state {
-        SafetyState::Off => "off",
-        SafetyState::Homing => "homing",
-        SafetyState::Ready => "ready",
-        SafetyState::Running => "running",
-        SafetyState::Stopping(_) => "stopping",
-        SafetyState::Fault(_) => "fault",
     }
 }

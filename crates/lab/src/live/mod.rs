@@ -4,12 +4,14 @@
 //! loop knows nothing of this, one thread commands the axis, one takes what every cycle leaves behind, and whoever calls
 //! does the rest, design of parameters included, on its own thread.
 
+mod again;
 mod axis;
 mod captures;
 mod curve;
 mod form;
 mod listener;
 mod machine;
+mod marks;
 mod operator;
 pub mod protocol;
 mod record;
@@ -17,6 +19,7 @@ mod rendered;
 mod runs;
 mod scribe;
 mod seen;
+mod signals;
 #[cfg(test)]
 mod tests;
 
@@ -30,9 +33,10 @@ use axis::Job;
 use captures::Captures;
 use curve::Measured;
 use listener::Newest;
+use marks::Marks;
 use operator::Operator;
 use protocol::{
-    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, PlanForm, Quantity, Signal, Status, ToChatter,
+    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, MarkKind, PlanForm, Quantity, Status, ToChatter,
     XcpStatus,
 };
 use record::Recording;
@@ -49,7 +53,7 @@ use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injecti
 use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
-use crate::run::{About, RunWriter, channels};
+use crate::run::{About, RunWriter};
 use crate::tuning::{Proposal, Sets, Tuning};
 use crate::workflow::measure::Plan;
 use crate::{Error, Watch, output, parameters};
@@ -106,6 +110,7 @@ struct Shared {
     operator: Mutex<Operator>,
     captures: Mutex<Captures>,
     newest: Mutex<Newest>,
+    marks: Mutex<Marks>,
     doing: Mutex<Option<Doing>>,
     last: Mutex<Option<Ended>>,
     preload: Mutex<f64>,
@@ -133,6 +138,8 @@ struct Shared {
     not_entered: Arc<Mutex<Option<String>>>,
     runs: AtomicU64,
     measured: Mutex<Measured>,
+    /// The replay that was asked for last.
+    again: Mutex<again::Current>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -190,6 +197,7 @@ impl Live {
             operator: Mutex::default(),
             captures: Mutex::new(Captures::new()),
             newest: Mutex::new(Newest { state: "off", ..Newest::default() }),
+            marks: Mutex::default(),
             doing: Mutex::default(),
             last: Mutex::default(),
             preload: Mutex::new(bench.preload()),
@@ -209,6 +217,7 @@ impl Live {
             not_entered,
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
+            again: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -238,6 +247,7 @@ impl Live {
     /// Ends it: what runs comes to rest; how the clock was kept.
     pub fn stop(self) -> Option<Clocked> {
         self.shared.halt.store(true, Ordering::Relaxed);
+        lock(&self.shared.again).cancel();
         // Where the axis has ended already there is nobody to tell.
         let _ = self.jobs.send(Job::End);
         let clocked = self.axis.join().ok().flatten();
@@ -363,15 +373,7 @@ impl Live {
                 let (law, margin) = tuning.margin_with(&changes)?;
                 Ok(Answer::Margin(ToChatter::of(&law, margin)?))
             }
-            Call::Signals {} => {
-                let signal = |entry: parameters::Entry| Signal {
-                    name: entry.path,
-                    symbol: entry.field.symbol.into(),
-                    unit: entry.field.unit.into(),
-                    help: entry.field.help.into(),
-                };
-                Ok(Answer::Signals { signals: channels().into_iter().map(signal).collect() })
-            }
+            Call::Signals {} => Ok(signals::all()),
             Call::Capture { signals, trigger, before, after, decimation } => {
                 let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
                 lock(&self.shared.captures).begin(signals, &trigger, [before, after], decimation, rate)
@@ -382,11 +384,19 @@ impl Live {
                 lock(&self.shared.captures).watch(&signals, every, rate)
             }
             Call::Points { capture } => lock(&self.shared.captures).points(capture),
+            Call::Samples { signals } => {
+                let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+                lock(&self.shared.captures).sample(&signals, rate)
+            }
+            Call::Marks {} => Ok(Answer::Marks { marks: lock(&self.shared.marks).all() }),
             Call::Drop { capture } => lock(&self.shared.captures).end(capture).map(|()| Answer::Done {}),
             Call::Record { name } => self.record(&name),
             Call::EndRecord {} => self.end_record(),
             Call::Runs { query, limit } => self.runs(&query, limit),
             Call::Run { number } => self.run(number),
+            Call::Replay { number } => self.again(number),
+            Call::EndReplay {} => Ok(self.end_again()),
+            Call::Story { number } => self.story(number),
             Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
             Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
             Call::NoteRun { number, note } => self.edited(|catalogue| catalogue.note(number, &note)),
@@ -409,6 +419,7 @@ impl Live {
         self.shared.halt.store(false, Ordering::Relaxed);
         self.shared.abandoned.store(false, Ordering::Relaxed);
         *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
+        self.shared.mark_now(MarkKind::Begin, what.into());
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map_err(gone)?;
         Ok(Answer::Done {})
@@ -467,6 +478,8 @@ impl Live {
         }
         let cycle = self.enter(&proposal)?;
         drop(doing);
+        let changed: Vec<_> = proposal.differences.iter().map(|difference| &*difference.path).collect();
+        self.shared.mark(cycle, MarkKind::Change, changed.join(", "));
         let answer = Answer::Entered {
             cycle,
             differences: Changed::all(&proposal.differences),
@@ -534,6 +547,7 @@ impl Live {
             recorded,
             not_entered: lock(&shared.not_entered).clone(),
             xcp: lock(&shared.xcp).clone(),
+            marks: lock(&shared.marks).count(),
         }
     }
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use stickslip_core::render::Law;
 
+pub use super::again::Again;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::machine::{Factor, Machine, Part, PartKind};
@@ -16,6 +17,7 @@ use crate::bench::remote::Counts;
 use crate::catalogue::{Run, Value};
 use crate::design::{self, CHATTER_LIMIT, Margin};
 use crate::parameters::{Difference, Entry};
+pub use crate::run::Happened;
 use crate::workflow::sketch::{Drawn, Sketch};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -175,6 +177,13 @@ pub enum Call {
         /// The stream's number.
         capture: u64,
     },
+    /// Stream every cycle of up to 64 signals; only over the WebSocket, whose binary messages have them.
+    Samples {
+        /// Names of the signals, each once.
+        signals: Vec<String>,
+    },
+    /// What happened lately: faults, changes of parameters, what began and ended.
+    Marks {},
     /// End a capture or a stream.
     Drop {
         /// Its number.
@@ -200,6 +209,18 @@ pub enum Call {
     },
     /// A run with its parameters and results.
     Run {
+        /// Its number.
+        number: i64,
+    },
+    /// Replay a recorded run beside what the bench does; how far that is, or what it found.
+    Replay {
+        /// Its number.
+        number: i64,
+    },
+    /// End the replay that is under way.
+    EndReplay {},
+    /// What happened in a recorded run: changes, faults, losses.
+    Story {
         /// Its number.
         number: i64,
     },
@@ -279,9 +300,14 @@ impl Call {
                 | Call::Fetch { .. }
                 | Call::Stream { .. }
                 | Call::Points { .. }
+                | Call::Samples { .. }
+                | Call::Marks {}
                 | Call::Drop { .. }
                 | Call::Runs { .. }
                 | Call::Run { .. }
+                | Call::Replay { .. }
+                | Call::EndReplay {}
+                | Call::Story { .. }
                 // Whoever sees danger may stop.
                 | Call::Stop {}
                 | Call::Halt {}
@@ -367,6 +393,8 @@ pub enum Answer {
     Signals {
         /// In the order of a row.
         signals: Vec<Signal>,
+        /// Names of those that are looked at first, together with which.
+        panes: Vec<Vec<String>>,
     },
     /// A capture, not complete yet, or a stream.
     Capture {
@@ -381,6 +409,16 @@ pub enum Answer {
     Points {
         /// Each.
         points: Vec<Point>,
+    },
+    /// A stream of every cycle has begun.
+    Samples {
+        /// Its number.
+        capture: u64,
+    },
+    /// What happened lately.
+    Marks {
+        /// The newest last.
+        marks: Vec<Mark>,
     },
     /// Runs of the catalogue.
     Runs {
@@ -397,6 +435,13 @@ pub enum Answer {
         run: Box<Run>,
         /// Its parameters and results.
         values: Vec<Value>,
+    },
+    /// A replay.
+    Again(Again),
+    /// What happened in a run.
+    Story {
+        /// In its order.
+        happened: Vec<Happened>,
     },
 }
 
@@ -523,6 +568,34 @@ pub struct Status {
     /// Where it is open to measurement and calibration tools.
     #[serde(default)]
     pub xcp: Vec<XcpStatus>,
+    /// How many marks there have been since the start.
+    #[serde(default)]
+    pub marks: u64,
+}
+
+/// Something that happened in a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Mark {
+    /// In which; where it is no cycle's own doing, in the newest at that time.
+    pub cycle: u64,
+    /// What kind of thing.
+    pub kind: MarkKind,
+    /// In words.
+    pub text: String,
+}
+
+/// What kind of thing happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MarkKind {
+    /// A fault.
+    Fault,
+    /// Parameters came into force.
+    Change,
+    /// A motion or a measurement began.
+    Begin,
+    /// It ended.
+    End,
 }
 
 /// How much was recorded.
@@ -611,16 +684,22 @@ impl Changed {
 }
 
 /// A signal.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Signal {
     /// Its name.
     pub name: String,
+    /// The same for people.
+    pub label: String,
     /// As in an equation; may be empty.
     pub symbol: String,
     /// SI unit.
     pub unit: String,
+    /// The same as printed; empty for a pure number.
+    pub printed_unit: String,
     /// What it is.
     pub help: String,
+    /// What each of its values is called, from 0 on; empty for what is measured.
+    pub values: Vec<String>,
 }
 
 /// A window of a stream: all its samples lie between the least and the largest.

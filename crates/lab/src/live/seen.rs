@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::protocol::XcpStatus;
 use super::{Live, lock};
-use crate::capture::{Sink, Tap};
+use crate::capture::{Batch, Sink, Tap};
 use crate::{Error, Preset};
 
 impl Live {
@@ -40,6 +40,14 @@ impl Live {
     /// A sink that looks at signals that there are not.
     pub fn attach<S: Sink>(&self, sink: S) -> Result<Tap<S>, Error> {
         lock(&self.shared.captures).stream.add(sink)
+    }
+
+    /// The oldest batch that waits of a stream that [`Call::Samples`](super::protocol::Call::Samples) began.
+    ///
+    /// # Errors
+    /// A number of no such stream.
+    pub fn batch(&self, capture: u64) -> Result<Option<Batch>, Error> {
+        lock(&self.shared.captures).batch(capture)
     }
 
     /// Takes a sink back.

@@ -455,6 +455,21 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(record.changes.len() >= 3 && record.state.is_some());
     assert_ne!(record.preset.bench.controller, lock(&live.shared.tuning).reference().bench.controller, "14");
 
+    // The same by a call, and what happened in it.
+    let again = again(&live, run.number);
+    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
+    assert!(again.sentence.unwrap().contains("every bit is the same"));
+    let Answer::Story { happened } = live.call(ANN, Call::Story { number: run.number }).unwrap() else { panic!() };
+    let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
+    assert!(
+        words[0] == "Begin" && words.iter().any(|words| words.starts_with("Injected: accelerometer-jump")),
+        "{words:?}"
+    );
+    let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
+    assert!(gain, "{happened:?}");
+    let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
+    assert!(matches!(none, Error::NoRun { number: 99 }), "{none}");
+
     // A second one, ended by the end of the bench.
     live.call(ANN, Call::Record { name: "second".into() }).unwrap();
     thread::sleep(Duration::from_millis(100));
@@ -463,6 +478,18 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     let second = catalogue.runs("second", 9).unwrap().runs.remove(0);
     let file = project.path().join(&second.folder).join("run.mf4");
     assert!(crate::run::Stored::open(&file).unwrap().replay(&Watch::silent()).unwrap().identical());
+}
+
+/// A replay to its end.
+fn again(live: &Live, number: i64) -> protocol::Again {
+    loop {
+        match live.call("looks", Call::Replay { number }).unwrap() {
+            Answer::Again(again) if again.ended => return again,
+            Answer::Again(again) => assert_eq!((again.run, again.identical), (number, None)),
+            other => panic!("{other:?}"),
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
 }
 
 #[test]
@@ -482,6 +509,8 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
     let Answer::Run { run, values } = live.call("bob", Call::Run { number: 1 }).unwrap() else { panic!() };
     assert_eq!((run.name.as_str(), run.note.as_str(), run.tags.len()), ("first", "new grease", 1));
     assert!(values.iter().any(|value| value.path == "bench.tick_rate" && value.number == Some(1000.0)));
+    let unrecorded = live.call("bob", Call::Replay { number: 1 }).unwrap_err();
+    assert!(unrecorded.to_string().contains("no record"), "{unrecorded}");
     live.call(ANN, Call::DeleteRun { number: 1 }).unwrap();
     assert!(!project.path().join(&run.folder).exists());
     live.call(ANN, Call::RestoreRun { number: 1 }).unwrap();

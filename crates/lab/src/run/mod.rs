@@ -6,6 +6,7 @@ mod read;
 mod recorder;
 mod replay;
 mod signals;
+mod story;
 #[cfg(test)]
 mod tests;
 
@@ -13,7 +14,9 @@ pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
+pub(crate) use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
+pub use story::{Happened, story};
 
 use stickslip_core::cycle::Parameters;
 

@@ -4,6 +4,7 @@
 //! the same process, it is simulated again from its seed, under the recorded voltages, and what it delivers is compared
 //! as well. So a first difference is where it came from: the machine, or the block of the software whose output it is.
 
+use std::fmt;
 use std::iter::Peekable;
 
 use stickslip_core::cycle::{Change, Software, Voltages};
@@ -38,6 +39,26 @@ impl Replayed {
     /// Whether the whole record was replayed and every bit is the same.
     pub fn identical(&self) -> bool {
         self.first.is_none() && self.cycles == self.of
+    }
+}
+
+/// In a sentence.
+impl fmt::Display for Replayed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let whom = if self.machine { "software and machine" } else { "software" };
+        match &self.first {
+            Some(first) => write!(
+                f,
+                "The first difference is in cycle {}, of the {}: {} was {:e}, now it is {:e}.",
+                first.cycle, first.block, first.signal, first.recorded, first.replayed
+            ),
+            None if self.lost > 0 => write!(
+                f,
+                "{} of {} cycles replayed, {whom} to the bit; then {} cycles are not in the record.",
+                self.cycles, self.of, self.lost
+            ),
+            None => write!(f, "{} cycles replayed, {whom}: every bit is the same.", self.cycles),
+        }
     }
 }
 

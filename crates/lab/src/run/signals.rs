@@ -79,6 +79,14 @@ impl Signals<f64> {
     }
 }
 
+/// What the states of supervision are called, by their numbers.
+pub(crate) const STATES: [&str; 6] = ["off", "homing", "ready", "running", "fault", "stopping"];
+
+/// What the state is called.
+pub(crate) fn state_name(state: &SafetyState) -> &'static str {
+    STATES[code(state) as usize]
+}
+
 /// Name, symbol, unit and meaning of each signal, in the order of a row.
 pub fn channels() -> Vec<Entry> {
     parameters::flatten(&Signals::default())

@@ -146,12 +146,7 @@ mod tests {
 
     #[test]
     fn a_capture_has_a_figure_for_each_unit_and_says_what_it_lacks() {
-        let signal = |name: &str, unit: &str| Signal {
-            name: name.into(),
-            symbol: String::new(),
-            unit: unit.into(),
-            help: String::new(),
-        };
+        let signal = |name: &str, unit: &str| Signal { name: name.into(), unit: unit.into(), ..Signal::default() };
         let captured = Captured {
             signals: vec!["angle".into(), "torque".into(), "aim".into()],
             cycles: vec![9, 10, 11],

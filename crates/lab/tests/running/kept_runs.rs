@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use stickslip::bench::{Bench, Change, Command, FaultyBench};
 use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
-use stickslip::run::{About, Recorder, Stored};
+use stickslip::run::{About, Recorder, Stored, story};
 use stickslip::{Preset, Settings, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::supervise::{Request, SafetyState};
@@ -67,6 +67,21 @@ fn record(file: &std::path::Path) {
     }
     drop(bench);
     assert_eq!(recorder.finish().unwrap().lost, 0);
+}
+
+#[test]
+fn what_happened_in_a_kept_run_is_told_in_words() {
+    let happened = story(&file()).unwrap();
+    let find = |what: &str| {
+        happened.iter().find(|one| one.what.starts_with(what)).unwrap_or_else(|| panic!("{what}: {happened:?}"))
+    };
+    assert_eq!(happened[0].what, "Begin");
+    assert!(find("Parameters").details.iter().any(|line| line.contains(" → ")));
+    assert!(find("Homed, index at ").cycle > find("Home").cycle);
+    assert!(find("Fault").trouble && !find("Fault acknowledged").trouble);
+    assert!(find("Fault").details[0].len() > 20, "{:?}", find("Fault"));
+    assert!(happened.windows(2).all(|pair| pair[0].cycle <= pair[1].cycle && pair[0].time <= pair[1].time));
+    assert!(story(std::path::Path::new(file!())).is_err());
 }
 
 #[test]

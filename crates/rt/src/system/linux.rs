@@ -145,6 +145,21 @@ pub(crate) fn pin(cpu: usize) -> io::Result<()> {
     result(unsafe { libc::sched_setaffinity(0, size_of_val(&set), &set) })
 }
 
+/// Runs the calling thread, and those that it starts from now on, on all CPUs but this one.
+pub(crate) fn keep_off(cpu: usize) -> io::Result<()> {
+    // SAFETY: a `cpu_set_t` is bits, of which zero is none; the pointer is valid for the size that is given, CPU_CLR is
+    // given an index within it; 0 is the calling thread.
+    unsafe {
+        let mut set = MaybeUninit::<libc::cpu_set_t>::zeroed().assume_init();
+        result(libc::sched_getaffinity(0, size_of_val(&set), &mut set))?;
+        if cpu < 8 * size_of_val(&set) {
+            libc::CPU_CLR(cpu, &mut set);
+        }
+        // Refused by the system where none is left.
+        result(libc::sched_setaffinity(0, size_of_val(&set), &set))
+    }
+}
+
 /// Keeps all pages of the process in memory, those to come as well.
 pub(crate) fn lock_memory() -> io::Result<()> {
     // SAFETY: flags alone; changes no contents.

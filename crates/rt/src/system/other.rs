@@ -57,6 +57,10 @@ pub(crate) fn pin(_: usize) -> io::Result<()> {
     Err(refused())
 }
 
+pub(crate) fn keep_off(_: usize) -> io::Result<()> {
+    Err(refused())
+}
+
 pub(crate) fn lock_memory() -> io::Result<()> {
     Err(refused())
 }

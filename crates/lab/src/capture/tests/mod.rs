@@ -1,5 +1,6 @@
 //! What the module promises, held against definitions by sets and by brute force.
 
+mod batches;
 mod capture;
 mod pyramid;
 mod stream;

@@ -1,0 +1,111 @@
+//! Recorded runs of the catalogue once more, on a thread of their own: one at a time, whoever asks.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::protocol::Answer;
+use super::{Live, lock};
+use crate::run::{Stored, story};
+use crate::{Error, Watch};
+
+/// Of a record that is read beside a bench that runs: its memory is locked [bytes].
+const LARGEST: u64 = 500_000_000;
+
+/// How far the replay of a run is, or what it found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Again {
+    /// Number of the run.
+    pub run: i64,
+    /// The part that is done, 0 … 1.
+    pub fraction: f64,
+    /// Whether it has ended.
+    pub ended: bool,
+    /// Whether the whole run was replayed and every bit is the same; `null` until then.
+    pub identical: Option<bool>,
+    /// What was found, or why it ended.
+    pub sentence: Option<String>,
+}
+
+/// The one that runs, or was asked for last.
+#[derive(Clone, Default)]
+pub(super) struct Current {
+    seen: Arc<Mutex<Again>>,
+    cancelled: Arc<AtomicBool>,
+}
+
+impl Current {
+    pub(super) fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    fn begin(run: i64, file: PathBuf) -> Self {
+        let seen = Arc::new(Mutex::new(Again { run, ..Again::default() }));
+        let current = Current { seen, cancelled: Arc::default() };
+        let Current { seen, cancelled } = current.clone();
+        thread::spawn(move || {
+            let told = seen.clone();
+            let watch = Watch::new(cancelled, move |_, fraction| lock(&told).fraction = fraction);
+            let replayed = Stored::open(&file).and_then(|stored| stored.replay(&watch));
+            let mut seen = lock(&seen);
+            seen.ended = true;
+            match replayed {
+                Ok(replayed) => {
+                    seen.fraction = 1.0;
+                    seen.identical = Some(replayed.identical());
+                    seen.sentence = Some(replayed.to_string());
+                }
+                Err(error) => seen.sentence = Some(error.to_string()),
+            }
+        });
+        current
+    }
+}
+
+impl Live {
+    /// Replays a run, unless that is under way or has been done; how far it is.
+    pub(super) fn again(&self, number: i64) -> Result<Answer, Error> {
+        let mut current = lock(&self.shared.again);
+        let seen = lock(&current.seen).clone();
+        let told = |seen| Ok(Answer::Again(seen));
+        if seen.run == number && (!seen.ended || seen.identical.is_some()) {
+            return told(seen);
+        }
+        if seen.run != 0 && !seen.ended {
+            return Err(Error::Busy { what: format!("the replay of run {}", seen.run) });
+        }
+        *current = Current::begin(number, self.record_of(number)?);
+        told(lock(&current.seen).clone())
+    }
+
+    /// Ends a replay that is under way.
+    pub(super) fn end_again(&self) -> Answer {
+        lock(&self.shared.again).cancel();
+        Answer::Done {}
+    }
+
+    /// What happened in a recorded run.
+    pub(super) fn story(&self, number: i64) -> Result<Answer, Error> {
+        story(&self.record_of(number)?).map(|happened| Answer::Story { happened })
+    }
+
+    fn record_of(&self, number: i64) -> Result<PathBuf, Error> {
+        let catalogue = &self.shared.catalogue;
+        let record = catalogue.details(number)?.run.record;
+        let remedy = "It was not recorded: record with `bench record`, or measure with --record.";
+        let record = record.ok_or(Error::RunGone { number, how: "it has no record of its cycles", remedy })?;
+        let folder = catalogue.folder(number)?;
+        // Of a record alone the run is the file itself.
+        let file = if folder.is_dir() { folder.join(record) } else { folder };
+        if std::fs::metadata(&file).is_ok_and(|about| about.len() > LARGEST) {
+            let how = "its record is larger than 500 MB and would crowd the memory of the bench that runs";
+            let remedy = "`stickslip replay` does it in a process of its own.";
+            return Err(Error::RunGone { number, how, remedy });
+        }
+        Ok(file)
+    }
+}

@@ -1,0 +1,249 @@
+// A pane on its canvas: many samples a pixel, each of which is seen. Axes are drawn here as well: a picture of what
+// moves is drawn anew thirty times a second and more, and the same few lines of text are all that stands still.
+
+import { fixed } from '../format'
+import type { Mark, Signal } from '../protocol'
+import { decimals, linear } from '../plot/ticks'
+import type { Ring } from './ring'
+
+export const LEFT = 58
+export const RIGHT = 14
+const TOP = 5
+/** Height of the time axis. */
+export const BOTTOM = 34
+
+export type Ink = { index: number; colour: string; dash: number[] }
+export type Colours = Record<'text' | 'grid' | 'axis' | 'fault' | 'quiet' | 'surface', string>
+/** Where values lie on the canvas [px]. */
+export type Box = { left: number; right: number; top: number; bottom: number; from: number; to: number; low: number; high: number }
+
+const [LOW, HIGH] = [new Float64Array(8192), new Float64Array(8192)]
+
+/** The columns of a trace are those of whole pixels, and stay with their samples while it scrolls. */
+function columns(box: Box): { from: number; step: number; count: number } {
+  const step = (box.to - box.from) / Math.max(1, box.right - box.left)
+  const from = step > 1 ? Math.floor(box.from / step) * step : box.from
+  return { from, step, count: Math.min(LOW.length, Math.ceil((box.to - from) / step)) }
+}
+
+/** The range of what is seen of some signals; `null` where nothing is. */
+export function range(ring: Ring, signals: number[], box: Pick<Box, 'from' | 'to'>): [number, number] | null {
+  let [low, high] = [Infinity, -Infinity]
+  for (const signal of signals) {
+    ring.extremes(signal, box.from, box.to - box.from, 1, LOW, HIGH)
+    low = Math.min(low, Number.isNaN(LOW[0]) ? Infinity : LOW[0]!)
+    high = Math.max(high, Number.isNaN(HIGH[0]) ? -Infinity : HIGH[0]!)
+  }
+  return low <= high ? [low, high] : null
+}
+
+/** A range that what is seen fits in, in steps, with air; the one before while it fits well. */
+export function steps(found: [number, number] | null, before: [number, number] | null): [number, number] {
+  if (!found) return before ?? [-1, 1]
+  const [low, high] = found
+  const size = high - low
+  const whole = before ? before[1] - before[0] : 0
+  if (before && low >= before[0] && high <= before[1] && size > 0.4 * whole) return before
+  // What rests has a range of its own size.
+  const span = size > 1e-9 * Math.max(Math.abs(low), Math.abs(high)) ? size : Math.max(Math.abs(low) * 0.1, 1e-3)
+  if (before && low >= before[0] && high <= before[1] && span > 0.4 * whole) return before
+  const middle = (low + high) / 2
+  const step = 10 ** Math.floor(Math.log10(span)) / 2
+  return [Math.floor((middle - 0.55 * span) / step) * step, Math.ceil((middle + 0.55 * span) / step) * step]
+}
+
+/** Axes and grid. */
+export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colours, unit: string, values: string[], time: { at: (cycle: number) => number; label: string } | null) {
+  const { left, right, top, bottom, low, high } = box
+  const y = (value: number) => bottom - ((value - low) / (high - low)) * (bottom - top)
+  context.font = '11.5px Inter, system-ui'
+  context.lineWidth = 1
+  const line = (x1: number, y1: number, x2: number, y2: number, colour: string) => {
+    context.strokeStyle = colour
+    context.beginPath()
+    context.moveTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5)
+    context.lineTo(Math.round(x2) + 0.5, Math.round(y2) + 0.5)
+    context.stroke()
+  }
+  const fits = Math.min(8, Math.max(2, (bottom - top) / 22))
+  const all = values.length ? values.map((_, i) => i) : linear(low, high, fits)
+  const ticks = all.filter((tick) => tick >= low && tick <= high)
+  context.textAlign = 'right'
+  context.textBaseline = 'middle'
+  for (const tick of ticks) {
+    line(left, y(tick), right, y(tick), tick === 0 ? colours.axis : colours.grid)
+    context.fillStyle = colours.quiet
+    context.fillText(values[tick] ?? fixed(tick, decimals(all)), left - 8, y(tick) + 0.5)
+  }
+  if (!time) line(left, bottom, right, bottom, colours.grid)
+  context.textAlign = 'center'
+  if (time) {
+    const [first, last] = [time.at(box.from), time.at(box.to)]
+    const all = linear(first, last, room(box))
+    line(left, bottom, right, bottom, colours.axis)
+    context.fillStyle = colours.quiet
+    context.textBaseline = 'top'
+    for (const tick of all) {
+      const x = left + ((tick - first) / (last - first)) * (right - left)
+      context.fillText(fixed(tick, decimals(all)), x, bottom + 5)
+    }
+    context.fillStyle = colours.text
+    context.fillText(time.label, (left + right) / 2, bottom + 19)
+  }
+  if (unit && bottom - top > 40) {
+    context.save()
+    context.translate(11, (top + bottom) / 2)
+    context.rotate(-Math.PI / 2)
+    context.textBaseline = 'middle'
+    context.fillStyle = colours.text
+    context.fillText(unit, 0, 0)
+    context.restore()
+  }
+}
+
+/** Ticks that an axis has room for. */
+const room = (box: Box) => Math.min(8, Math.max(1.2, (box.right - box.left) / 90))
+
+/** Vertical lines of the time axis, behind the traces. */
+export function grid(context: CanvasRenderingContext2D, box: Box, colours: Colours, at: (cycle: number) => number) {
+  const [first, last] = [at(box.from), at(box.to)]
+  context.strokeStyle = colours.grid
+  context.lineWidth = 1
+  context.beginPath()
+  for (const tick of linear(first, last, room(box))) {
+    const x = Math.round(box.left + ((tick - first) / (last - first)) * (box.right - box.left)) + 0.5
+    context.moveTo(x, box.top)
+    context.lineTo(x, box.bottom)
+  }
+  context.stroke()
+}
+
+/** A signal over time. */
+export function trace(context: CanvasRenderingContext2D, ring: Ring, box: Box, ink: Ink) {
+  const { left, right, bottom, low } = box
+  const across = (right - left) / (box.to - box.from)
+  const up = (bottom - box.top) / (box.high - low)
+  context.strokeStyle = ink.colour
+  context.lineWidth = 1.4
+  context.setLineDash(ink.dash)
+  context.beginPath()
+  let on = false
+  if (1 / across <= 2) {
+    const column = ring.columns[ink.index]!
+    const end = Math.min(ring.next, Math.ceil(box.to) + 1)
+    for (let cycle = Math.max(ring.first, Math.floor(box.from)); cycle < end; cycle++) {
+      const value = column[cycle % ring.room]!
+      if (Number.isNaN(value)) on = false
+      else {
+        const [x, y] = [left + (cycle - box.from) * across, bottom - (value - low) * up]
+        if (on) context.lineTo(x, y)
+        else context.moveTo(x, y)
+        on = true
+      }
+    }
+  } else {
+    const { from, step, count } = columns(box)
+    ring.extremes(ink.index, from, step, count, LOW, HIGH)
+    let last = 0
+    for (let i = 0; i < count; i++) {
+      if (Number.isNaN(LOW[i])) {
+        on = false
+        continue
+      }
+      const x = left + (from + (i + 0.5) * step - box.from) * across
+      const [a, b] = [bottom - (LOW[i]! - low) * up, bottom - (HIGH[i]! - low) * up]
+      // From the nearer end to the other: the line goes on where it was.
+      const [near, far] = Math.abs(last - a) < Math.abs(last - b) ? [a, b] : [b, a]
+      if (on) context.lineTo(x, near)
+      else context.moveTo(x, near)
+      if (Math.abs(far - near) > 0.5 || !on) context.lineTo(x, far)
+      last = far
+      on = true
+    }
+  }
+  context.stroke()
+  context.setLineDash([])
+}
+
+/** One signal over another: at most so many points, each a sample. */
+export function across(context: CanvasRenderingContext2D, ring: Ring, view: { from: number; to: number }, x: number, place: (a: number, b: number) => [number, number], ink: Ink, most = 20_000) {
+  const [a, b] = [ring.columns[x]!, ring.columns[ink.index]!]
+  const [begin, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
+  const step = Math.max(1, Math.ceil((end - begin) / most))
+  context.strokeStyle = ink.colour
+  context.lineWidth = 1.2
+  context.setLineDash(ink.dash)
+  context.beginPath()
+  let on = false
+  for (let cycle = begin - (begin % step); cycle < end; cycle += step) {
+    if (cycle < begin) continue
+    const slot = cycle % ring.room
+    const [px, py] = place(a[slot]!, b[slot]!)
+    if (Number.isNaN(px) || Number.isNaN(py)) on = false
+    else {
+      if (on) context.lineTo(px, py)
+      else context.moveTo(px, py)
+      on = true
+    }
+  }
+  context.stroke()
+  context.setLineDash([])
+}
+
+/** What happened, and what is missing, over a pane. */
+export function events(context: CanvasRenderingContext2D, ring: Ring, box: Box, marks: Mark[], colours: Colours) {
+  const x = (cycle: number) => box.left + ((cycle - box.from) / (box.to - box.from)) * (box.right - box.left)
+  context.fillStyle = colours.surface
+  for (const gap of ring.gaps) {
+    const [a, b] = [Math.max(box.left, x(gap.from)), Math.min(box.right, x(gap.from + gap.cycles))]
+    if (b > a) context.fillRect(a, box.top, Math.max(1, b - a), box.bottom - box.top)
+  }
+  context.setLineDash([2, 3])
+  context.lineWidth = 1
+  for (const mark of marks) {
+    if (mark.cycle < box.from || mark.cycle > box.to) continue
+    context.strokeStyle = mark.kind === 'fault' ? colours.fault : colours.axis
+    context.beginPath()
+    context.moveTo(Math.round(x(mark.cycle)) + 0.5, box.top)
+    context.lineTo(Math.round(x(mark.cycle)) + 0.5, box.bottom)
+    context.stroke()
+  }
+  context.setLineDash([])
+}
+
+/** The canvas of an element, as fine as the screen; the size that it has [px]. */
+export function canvas(element: HTMLCanvasElement): { context: CanvasRenderingContext2D; width: number; height: number } | null {
+  const [width, height] = [element.clientWidth, element.clientHeight]
+  const context = element.getContext('2d')
+  if (!context || !width || !height) return null
+  const scale = devicePixelRatio
+  const [w, h] = [Math.round(width * scale), Math.round(height * scale)]
+  if (element.width !== w || element.height !== h) [element.width, element.height] = [w, h]
+  context.setTransform(scale, 0, 0, scale, 0, 0)
+  context.clearRect(0, 0, width, height)
+  return { context, width, height }
+}
+
+/** Colours of the theme, asked for once. */
+export function colours(): Colours & { traces: string[] } {
+  const style = getComputedStyle(document.documentElement)
+  const token = (name: string) => style.getPropertyValue(`--${name}`).trim()
+  return {
+    text: token('text-2'), quiet: token('text-3'), grid: token('grid'), axis: token('axis'), fault: token('fault'), surface: token('surface-2'),
+    traces: [1, 2, 3].map((n) => token(`trace-${n}`)),
+  }
+}
+
+/** How the n-th trace of a pane is drawn: three colours, then dashes. */
+export function style(n: number): { colour: number; dash: number[] } {
+  return { colour: n % 3, dash: n < 3 ? [] : n < 6 ? [6, 3] : n < 9 ? [2, 3] : [8, 3, 2, 3] }
+}
+
+export function box(width: number, height: number, last: boolean, view: { from: number; to: number }, [low, high]: [number, number]): Box {
+  return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (last ? BOTTOM : 4), ...view, low, high }
+}
+
+/** The unit of an axis: what all its signals have. */
+export function unitOf(signals: Signal[]): string {
+  return [...new Set(signals.map((signal) => signal.printed_unit).filter(Boolean))].join(', ')
+}

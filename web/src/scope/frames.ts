@@ -1,0 +1,25 @@
+// Every cycle of signals as they come: binary messages, read in place.
+
+/** Bytes before the columns. */
+const HEAD = 32
+
+export type Frame = {
+  stream: number
+  /** First cycle. */
+  from: number
+  /** Cycles that are missing before it. */
+  missing: number
+  rows: number
+  /** Signal after signal its values. */
+  values: Float64Array
+}
+
+export function frame(buffer: ArrayBuffer): Frame {
+  const head = new DataView(buffer, 0, HEAD)
+  // Exact for three million years at 100 kHz.
+  const word = (at: number) => Number(head.getBigUint64(at, true))
+  const [rows, signals] = [head.getUint32(24, true), head.getUint32(28, true)]
+  // Little-endian, as every machine with a browser is.
+  const values = new Float64Array(buffer, HEAD, rows * signals)
+  return { stream: word(0), from: word(8), missing: word(16), rows, values }
+}

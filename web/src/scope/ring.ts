@@ -1,0 +1,162 @@
+// The newest cycles of all signals in memory that never grows, and their extremes in any span without a spike lost.
+
+import type { Frame } from './frames'
+
+/** Cycles of a block whose extremes are kept. */
+const BLOCK = 64
+/** Memory of all signals together [bytes]. */
+const BUDGET = 200e6
+/** As long as that, if it fits [s]. */
+const LONGEST = 60
+
+/** Cycles that are not there. */
+export type Gap = { from: number; cycles: number }
+export type Statistics = { count: number; mean: number; rms: number; least: number; largest: number }
+
+export class Ring {
+  /** Cycles that fit, whole blocks of them. */
+  readonly room: number
+  /** The first cycle that ever came, and the one after the newest. */
+  begin = -1
+  next = -1
+  delivered = 0
+  missing = 0
+  gaps: Gap[] = []
+  readonly columns: Float64Array[]
+  readonly signals: number
+  #least: Float64Array[]
+  #largest: Float64Array[]
+
+  constructor(signals: number, rate: number, budget = BUDGET) {
+    this.signals = signals
+    const bytes = signals * 8 * (1 + 2 / BLOCK)
+    this.room = BLOCK * Math.max(1, Math.floor(Math.min(LONGEST * rate, budget / bytes) / BLOCK))
+    const arrays = (length: number) => Array.from({ length: signals }, () => new Float64Array(length))
+    this.columns = arrays(this.room)
+    this.#least = arrays(this.room / BLOCK)
+    this.#largest = arrays(this.room / BLOCK)
+  }
+
+  /** The oldest cycle that is still there. */
+  get first(): number {
+    return Math.max(this.begin, this.next - this.room)
+  }
+
+  /** Whether a frame goes on with what is here; one of a bench that was started anew does not. */
+  fits(frame: Frame): boolean {
+    return frame.values.length === frame.rows * this.signals && (this.next < 0 || frame.from >= this.next)
+  }
+
+  /** Takes a frame that fits. */
+  write(frame: Frame) {
+    if (this.next < 0) this.begin = this.next = frame.from - frame.missing
+    this.#leave(frame.from - this.next)
+    const { rows, values } = frame
+    for (let done = 0; done < rows; ) {
+      const [cycle, slot] = [this.next, this.next % this.room]
+      // Up to the end of a block, which the end of the ring is as well.
+      const count = Math.min(rows - done, BLOCK - (cycle % BLOCK))
+      for (let signal = 0; signal < this.signals; signal++) {
+        const column = this.columns[signal]!
+        const [from, to] = [signal * rows + done, signal * rows + done + count]
+        column.set(values.subarray(from, to), slot)
+        this.#extend(signal, cycle, values, from, to)
+      }
+      this.next += count
+      done += count
+    }
+    this.delivered += rows
+    const first = this.first
+    while (this.gaps.length && this.gaps[0]!.from + this.gaps[0]!.cycles <= first) this.gaps.shift()
+  }
+
+  #extend(signal: number, cycle: number, values: Float64Array, from: number, to: number) {
+    const block = Math.floor((cycle % this.room) / BLOCK)
+    const fresh = cycle % BLOCK === 0 || cycle === this.begin
+    let low = fresh ? Infinity : this.#least[signal]![block]!
+    let high = fresh ? -Infinity : this.#largest[signal]![block]!
+    for (let i = from; i < to; i++) {
+      const value = values[i]!
+      if (value < low) low = value
+      if (value > high) high = value
+    }
+    this.#least[signal]![block] = low
+    this.#largest[signal]![block] = high
+  }
+
+  /** Cycles that do not come. */
+  #leave(count: number) {
+    if (count <= 0) return
+    this.missing += count
+    this.gaps.push({ from: this.next, cycles: count })
+    const from = Math.max(this.next, this.next + count - this.room)
+    for (let cycle = from; cycle < this.next + count; cycle++) {
+      const fresh = cycle % BLOCK === 0 || cycle === from
+      const [slot, block] = [cycle % this.room, Math.floor((cycle % this.room) / BLOCK)]
+      for (let signal = 0; signal < this.signals; signal++) {
+        this.columns[signal]![slot] = NaN
+        if (fresh && (cycle % BLOCK === 0 || this.next === this.begin)) {
+          this.#least[signal]![block] = Infinity
+          this.#largest[signal]![block] = -Infinity
+        }
+      }
+    }
+    this.next += count
+  }
+
+  /** A value; NaN where it is not there. */
+  value(signal: number, cycle: number): number {
+    return cycle >= this.first && cycle < this.next ? this.columns[signal]![cycle % this.room]! : NaN
+  }
+
+  /** Extremes of `count` spans of `step` cycles each; NaN where nothing is. */
+  extremes(signal: number, from: number, step: number, count: number, low: Float64Array, high: Float64Array) {
+    const [column, least, largest] = [this.columns[signal]!, this.#least[signal]!, this.#largest[signal]!]
+    const [first, next, room] = [this.first, this.next, this.room]
+    for (let i = 0; i < count; i++) {
+      let cycle = Math.max(first, Math.ceil(from + i * step))
+      const end = Math.min(next, Math.ceil(from + (i + 1) * step))
+      let [a, b] = [Infinity, -Infinity]
+      while (cycle < end) {
+        const slot = cycle % room
+        // A block that begins before the oldest cycle has newer ones in its place.
+        if (slot % BLOCK === 0 && cycle + BLOCK <= end) {
+          const block = slot / BLOCK
+          if (least[block]! < a) a = least[block]!
+          if (largest[block]! > b) b = largest[block]!
+          cycle += BLOCK
+          continue
+        }
+        const value = column[slot]!
+        if (value < a) a = value
+        if (value > b) b = value
+        cycle += 1
+      }
+      low[i] = a <= b ? a : NaN
+      high[i] = a <= b ? b : NaN
+    }
+  }
+
+  /** Of the cycles from `from` to `to`, both included. */
+  statistics(signal: number, from: number, to: number): Statistics {
+    const column = this.columns[signal]!
+    let [count, sum, squares, least, largest] = [0, 0, 0, Infinity, -Infinity]
+    // About the first value, so that a large mean costs no digits.
+    let origin = NaN
+    for (let cycle = Math.max(this.first, from); cycle <= Math.min(this.next - 1, to); cycle++) {
+      const value = column[cycle % this.room]!
+      if (Number.isNaN(value)) continue
+      if (Number.isNaN(origin)) origin = value
+      const apart = value - origin
+      count += 1
+      sum += apart
+      squares += apart * apart
+      if (value < least) least = value
+      if (value > largest) largest = value
+    }
+    if (!count) return { count, mean: NaN, rms: NaN, least: NaN, largest: NaN }
+    const shift = sum / count
+    const mean = origin + shift
+    return { count, mean, rms: Math.sqrt(Math.max(0, squares / count - shift * shift + mean * mean)), least, largest }
+  }
+}

@@ -1,0 +1,353 @@
+// What the scope shows: signals in panes over one time axis. Samples go past the framework, into the ring.
+
+import { bench, store, stored } from '../bench.svelte'
+import { Connection, Refused } from '../connection'
+import type { Mark, Signal } from '../protocol'
+import { frame } from './frames'
+import { Ring } from './ring'
+import { crossing, type Slope } from './trigger'
+
+/** Signals that are streamed at most: the program's limit. */
+const WIDEST = 64
+const KEPT = 'stickslip.scope'
+/** From read-out to read-out [ms]. */
+const READ = 100
+/** Shortest span of a view [cycles]. */
+const SHORTEST = 4
+
+export type Trace = { name: string; hidden: boolean }
+export type Pane = { id: number; kind: 'time' | 'xy'; traces: Trace[]; range: [number, number] | null }
+export type View = { from: number; to: number }
+export type Mode = 'off' | 'auto' | 'normal' | 'single'
+export type CursorName = 'a' | 'b'
+type Past = { view: View; follow: boolean; ranges: [number, [number, number] | null][] }
+
+class Scope {
+  signals = $state.raw<Signal[]>([])
+  panes = $state<Pane[]>([])
+  active = $state(0)
+  /** Whether the newest is shown. */
+  follow = $state(true)
+  /** What is shown [s]. */
+  span = $state(10)
+  cursors = $state<{ a: number | null; b: number | null }>({ a: null, b: null })
+  trigger = $state<{ mode: Mode; signal: string; level: number; slope: Slope; before: number }>({ mode: 'off', signal: '', level: 0, slope: 'rising', before: 0.2 })
+  /** The cycle of the event that is shown. */
+  triggered = $state<number | null>(null)
+  marks = $state.raw<Mark[]>([])
+  /** Goes up ten times a second while something is shown. */
+  read = $state(0)
+  rate = $state(0)
+  /** How much fits [s]. */
+  length = $state(0)
+  online = $state(false)
+  ring: Ring | null = null
+  /** What is shown [cycles]. */
+  view: View = { from: 0, to: 1 }
+  /** Where the pointer is, if it is over a pane. */
+  pointer: { pane: number; cycle: number; value: number } | null = null
+  /** Pictures drawn, and the time that they took [ms]. */
+  frames = 0
+  drawing = 0
+  #connection: Connection | null = null
+  #stream = -1
+  #drawers = new Set<() => void>()
+  #next = 0
+  #seen = 0
+  #scanned = 0
+  #past: Past[] = []
+  #future: Past[] = []
+  #pushed = 0
+  #pane = 0
+
+  /** Begins to listen, once. */
+  begin() {
+    if (this.#connection) return
+    const connection = new Connection(() => bench.name)
+    this.#connection = connection
+    connection.onchange = (online) => {
+      this.online = online
+      if (online) void this.#open(connection)
+    }
+    connection.onsamples = (buffer) => this.#hear(buffer)
+    connection.connect()
+  }
+
+  async #open(connection: Connection) {
+    try {
+      const [status, known] = await Promise.all([connection.call({ call: 'status' }, 'status'), connection.call({ call: 'signals' }, 'signals')])
+      const signals = known.signals.slice(0, WIDEST)
+      const names = (all: Signal[]) => all.map((signal) => signal.name).join()
+      if (!this.ring || names(signals) !== names(this.signals) || status.rate !== this.rate) {
+        this.signals = signals
+        this.rate = status.rate
+        this.#anew()
+        if (!this.panes.length) this.#restore(known.panes)
+      }
+      this.#stream = (await connection.call({ call: 'samples', signals: signals.map((signal) => signal.name) }, 'samples')).capture
+      await this.askMarks()
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error
+      bench.warn(`Scope: ${error.message}`)
+    }
+  }
+
+  #anew() {
+    this.ring = new Ring(this.signals.length, this.rate)
+    this.length = this.ring.room / this.rate
+    this.#scanned = 0
+    this.triggered = null
+    this.cursors = { a: null, b: null }
+    this.follow = true
+  }
+
+  #hear(buffer: ArrayBuffer) {
+    const heard = frame(buffer)
+    if (!this.ring || heard.stream !== this.#stream) return
+    // A bench that was started anew counts its cycles anew.
+    if (!this.ring.fits(heard)) this.#anew()
+    this.ring.write(heard)
+  }
+
+  async askMarks() {
+    if (!this.#connection?.open) return
+    try {
+      this.marks = (await this.#connection.call({ call: 'marks' }, 'marks')).marks
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error
+    }
+  }
+
+  index(name: string): number {
+    return this.signals.findIndex((signal) => signal.name === name)
+  }
+
+  seconds(cycles: number): number {
+    return cycles / (this.rate || 1)
+  }
+
+  /** Time of a cycle as it is shown: since the event, or since the bench runs [s]. */
+  time(cycle: number): number {
+    return this.seconds(cycle - (this.triggered ?? 0))
+  }
+
+  // Drawing.
+
+  /** Draws what is shown, as long as it is shown. */
+  draws(drawer: () => void): () => void {
+    this.#drawers.add(drawer)
+    if (this.#drawers.size === 1) this.#next = requestAnimationFrame(this.#tick)
+    return () => {
+      this.#drawers.delete(drawer)
+      if (!this.#drawers.size) cancelAnimationFrame(this.#next)
+    }
+  }
+
+  #tick = (now: number) => {
+    this.#next = requestAnimationFrame(this.#tick)
+    const begun = performance.now()
+    this.#advance()
+    for (const drawer of this.#drawers) drawer()
+    this.frames += 1
+    this.drawing += performance.now() - begun
+    if (now - this.#seen > READ) {
+      this.#seen = now
+      this.read += 1
+    }
+  }
+
+  #advance() {
+    const { ring, trigger } = this
+    if (!ring || ring.next < 0 || !this.follow) return
+    const span = Math.max(SHORTEST, this.span * this.rate)
+    if (trigger.mode === 'off' || this.index(trigger.signal) < 0) {
+      this.triggered = null
+      return this.#show(ring.next - span, ring.next)
+    }
+    const behind = (1 - trigger.before) * span
+    const from = Math.max(this.#scanned, ring.first + Math.floor(trigger.before * span))
+    const found = crossing(ring, this.index(trigger.signal), from, ring.next, trigger.level, trigger.slope)
+    if (found === null) {
+      this.#scanned = Math.max(from, ring.next - 1)
+      const silent = ring.next - (this.triggered ?? 0) > Math.max(2 * span, this.rate / 2)
+      if (trigger.mode === 'auto' && silent) {
+        this.triggered = null
+        this.#show(ring.next - span, ring.next)
+      }
+      return
+    }
+    this.#scanned = found
+    // Until all of it is there.
+    if (ring.next < found + behind) return
+    this.triggered = found
+    this.#scanned = Math.ceil(found + behind)
+    this.#show(found - trigger.before * span, found + behind)
+    if (trigger.mode === 'single') this.follow = false
+  }
+
+  #show(from: number, to: number) {
+    this.view = { from, to }
+  }
+
+  /** From now on; what has been is not searched. */
+  arm(mode: Mode) {
+    this.trigger.mode = mode
+    this.#scanned = this.ring?.next ?? 0
+    this.triggered = null
+    this.follow = true
+    this.keep()
+  }
+
+  // Views.
+
+  #state(): Past {
+    return { view: { ...this.view }, follow: this.follow, ranges: this.panes.map((pane) => [pane.id, pane.range]) }
+  }
+
+  /** Before the view changes; many small steps are one. */
+  remember(apart = 0) {
+    if (performance.now() - this.#pushed < apart) return
+    this.#pushed = performance.now()
+    this.#past = [...this.#past.slice(-49), this.#state()]
+    this.#future = []
+  }
+
+  back() {
+    const past = this.#past.pop()
+    if (!past) return
+    this.#future.push(this.#state())
+    this.#restoreView(past)
+  }
+
+  forth() {
+    const past = this.#future.pop()
+    if (!past) return
+    this.#past.push(this.#state())
+    this.#restoreView(past)
+  }
+
+  #restoreView({ view, follow, ranges }: Past) {
+    this.follow = follow
+    this.look(view.from, view.to)
+    for (const [id, range] of ranges) {
+      const pane = this.panes.find((pane) => pane.id === id)
+      if (pane) pane.range = range
+    }
+  }
+
+  /** Shows a part; where the newest is followed, so much of it. */
+  look(from: number, to: number) {
+    const room = this.ring?.room ?? to - from
+    const span = Math.min(Math.max(to - from, SHORTEST), room)
+    const middle = (from + to) / 2
+    this.view = { from: middle - span / 2, to: middle + span / 2 }
+    this.span = this.seconds(span)
+    this.keep()
+  }
+
+  zoom(cycle: number, factor: number) {
+    this.remember(600)
+    const { from, to } = this.view
+    this.look(cycle - (cycle - from) * factor, cycle + (to - cycle) * factor)
+  }
+
+  pan(cycles: number) {
+    this.follow = false
+    this.look(this.view.from + cycles, this.view.to + cycles)
+  }
+
+  /** Everything that is there. */
+  all() {
+    this.remember()
+    for (const pane of this.panes) pane.range = null
+    const { ring } = this
+    if (ring && ring.next >= 0) this.look(Math.min(ring.first, ring.next - SHORTEST), ring.next)
+  }
+
+  hold() {
+    this.follow = !this.follow
+    if (this.follow) this.#scanned = this.ring?.next ?? 0
+  }
+
+  // Panes.
+
+  add(name: string, id = this.active) {
+    const pane = this.panes.find((pane) => pane.id === id) ?? this.panes.at(-1)
+    if (!pane || this.index(name) < 0) return void this.addPane('time', [name])
+    if (!pane.traces.some((trace) => trace.name === name)) pane.traces.push({ name, hidden: false })
+    this.active = pane.id
+    this.keep()
+  }
+
+  remove(id: number, name: string) {
+    const pane = this.panes.find((pane) => pane.id === id)
+    if (!pane) return
+    pane.traces = pane.traces.filter((trace) => trace.name !== name)
+    if (!pane.traces.length && this.panes.length > 1) this.removePane(id)
+    this.keep()
+  }
+
+  addPane(kind: Pane['kind'], names: string[] = []) {
+    const id = ++this.#pane
+    this.panes.push({ id, kind, traces: names.filter((name) => this.index(name) >= 0).map((name) => ({ name, hidden: false })), range: null })
+    this.active = id
+    this.keep()
+  }
+
+  removePane(id: number) {
+    this.panes = this.panes.filter((pane) => pane.id !== id)
+    if (!this.panes.length) this.addPane('time')
+    if (!this.panes.some((pane) => pane.id === this.active)) this.active = this.panes[0]!.id
+    this.keep()
+  }
+
+  /** Only this one, or all of its pane again. */
+  isolate(id: number, name: string) {
+    const pane = this.panes.find((pane) => pane.id === id)
+    if (!pane) return
+    const alone = pane.traces.every((trace) => trace.hidden === (trace.name !== name))
+    for (const trace of pane.traces) trace.hidden = !alone && trace.name !== name
+  }
+
+  // Cursors.
+
+  put(which: CursorName, cycle: number) {
+    const { ring } = this
+    if (!ring || ring.next < 0) return
+    this.cursors[which] = Math.round(Math.min(Math.max(cycle, ring.first), ring.next - 1))
+  }
+
+  // What a reload keeps.
+
+  keep() {
+    const { panes, span, trigger } = this
+    const kept = { span, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
+    store(KEPT, JSON.stringify(kept))
+  }
+
+  /** The panes as they were; else those that the program proposes. */
+  #restore(otherwise: string[][]) {
+    let kept: { span?: number; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
+    try {
+      kept = JSON.parse(stored(KEPT, '{}')) as typeof kept
+    } catch {
+      // What cannot be read is forgotten.
+    }
+    for (const { kind, names } of kept.panes ?? otherwise.map((names) => ({ kind: 'time' as const, names }))) this.addPane(kind, names)
+    if (kept.span! > 0) this.span = kept.span!
+    this.trigger = { ...this.trigger, signal: otherwise[1]?.[0] ?? this.signals[0]?.name ?? '', ...kept.trigger }
+    this.active = this.panes[0]?.id ?? 0
+  }
+
+  /** The default panes again. */
+  async reset() {
+    store(KEPT, '{}')
+    if (!this.#connection?.open) return
+    const known = await this.#connection.call({ call: 'signals' }, 'signals')
+    this.panes = []
+    this.#restore(known.panes)
+    this.keep()
+  }
+}
+
+export const scope = new Scope()

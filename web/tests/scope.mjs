@@ -1,0 +1,187 @@
+// The scope: every cycle is there, is the program's, and can be held, measured, triggered and taken along.
+
+import assert from 'node:assert/strict'
+import { readFileSync } from 'node:fs'
+import { play, state } from './harness.mjs'
+
+await play(async (scene) => {
+  const ann = await scene.page('Ann')
+  const dock = ann.getByRole('region', { name: 'Scope', exact: true })
+  const pane = (name) => dock.getByRole('region', { name })
+  const button = (name) => dock.getByRole('button', { name, exact: true })
+  const call = (body) =>
+    ann.evaluate(async (body) => {
+      const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })
+      return response.json()
+    }, body)
+  const until = async (done) => {
+    for (;;) {
+      const answer = await done()
+      if (answer) return answer
+      await ann.waitForTimeout(50)
+    }
+  }
+  /** The middle of a pane's plot, where the pointer is left. */
+  const point = async (name, x = 0.5, y = 0.5) => {
+    const { left, top, width, height } = await pane(name).locator('.area').evaluate((area) => area.getBoundingClientRect().toJSON())
+    await ann.mouse.move(left + x * width, top + y * height)
+  }
+  const leave = async (kind) => {
+    await button('Export from the scope').click()
+    const [download] = await Promise.all([ann.waitForEvent('download'), dock.getByRole('button', { name: kind, exact: true }).click()])
+    return readFileSync(await download.path())
+  }
+
+  await scene.step('something is seen at once: panes with their signals, below the window', async () => {
+    await ann.goto(scene.bench.address.href)
+    await pane('Pane: angle, setpoint position over time').waitFor()
+    await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
+    await ann.getByText('Homed', { exact: true }).waitFor()
+    await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
+    await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
+    await ann.waitForTimeout(1500)
+    await scene.seen(ann, 'scope-dock')
+  })
+  await scene.step('each sample is that of the program, cycle by cycle', async () => {
+    const signals = ['setpoint.position', 'software.estimated_velocity']
+    const { capture } = await call({ call: 'capture', signals, trigger: 'immediate', before: 0, after: 0.5 })
+    const known = await until(async () => {
+      const answer = await call({ call: 'fetch', capture })
+      return answer.answer === 'captured' ? answer : null
+    })
+    await ann.waitForTimeout(200)
+    const [head, ...lines] = (await leave('CSV of everything')).toString().trim().split('\n')
+    const columns = head.split(',')
+    assert.deepEqual(columns.slice(0, 4), ['cycle [1]', 'time [s]', 'angle [rad]', 'setpoint.position [rad]'])
+    const rows = new Map(lines.map((line) => line.split(',').map(Number)).map((row) => [row[0], row]))
+    const cycles = [...rows.keys()]
+    const shown = /, ([\d\u202f]+) missing/.exec(await dock.locator('header').first().innerText())
+    const missing = shown ? Number(shown[1].replace(/\D/g, '')) : 0
+    assert.ok(cycles.every((cycle, i) => i === 0 || cycle > cycles[i - 1]))
+    // Missing ones before the first row are told as well, and some may have come since.
+    assert.ok(cycles.at(-1) - cycles[0] + 1 - cycles.length <= missing, `${cycles.length} rows, ${missing} missing`)
+    known.cycles.forEach((cycle, i) => {
+      const row = rows.get(cycle)
+      assert.ok(row, `cycle ${cycle}`)
+      signals.forEach((signal, k) => assert.equal(row[columns.indexOf(`${signal} [${k ? 'rad/s' : 'rad'}]`)], known.columns[k][i]))
+    })
+  })
+  await scene.step('cursors by key and by hand, and what is between them', async () => {
+    await point(/estimated velocity/, 0.4)
+    await ann.keyboard.press(' ')
+    await button('Go on Space').waitFor()
+    await ann.keyboard.press('a')
+    await point(/estimated velocity/, 0.7)
+    await ann.keyboard.press('b')
+    await dock.getByRole('button', { name: 'Cursors' }).first().click()
+    const a = dock.getByRole('slider', { name: 'Cursor A' })
+    const time = async () => Number((await a.getAttribute('aria-valuetext')).split(' ')[0])
+    const before = await time()
+    await a.press('Shift+ArrowRight')
+    assert.ok(Math.abs((await time()) - before - 0.001) < 1e-4, 'a sample')
+    await a.press('PageUp')
+    assert.ok((await time()) > before + 0.01)
+    const row = dock.getByRole('row', { name: /setpoint velocity/ })
+    const numbers = (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
+    const [mean, rms, least, largest] = numbers
+    assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, String(numbers))
+    await scene.seen(ann, 'scope-cursors')
+    const lines = (await leave('CSV between the cursors')).toString().trim().split('\n')
+    const apart = (await dock.locator('dl').innerText()).match(/Δ\s+([\d.]+)\s(m?s)/)
+    const seconds = Number(apart[1]) * (apart[2] === 'ms' ? 1e-3 : 1)
+    assert.ok(Math.abs((lines.length - 2) / 1000 - seconds) < 2e-3 * (1 + seconds), `${lines.length} ${apart}`)
+    await a.press('Delete')
+    assert.equal(await a.count(), 0)
+  })
+  await scene.step('a box zooms, earlier and later views come back, 0 shows everything', async () => {
+    const text = async () => (await dock.locator('header').first().innerText()).match(/([\d.]+ m?s) of/)[1]
+    const before = await text()
+    await point(/estimated velocity/, 0.5, 0.5)
+    await ann.mouse.down()
+    await point(/estimated velocity/, 0.6, 0.52)
+    await ann.mouse.up()
+    await until(async () => (await text()) !== before)
+    const zoomed = await text()
+    await ann.keyboard.press('[')
+    await until(async () => (await text()) === before)
+    await ann.keyboard.press(']')
+    await until(async () => (await text()) === zoomed)
+    await ann.keyboard.press('0')
+    await until(async () => (await text()) !== zoomed)
+    const part = dock.getByRole('slider', { name: 'Part that is shown' })
+    await part.press('ArrowUp')
+    await part.press('PageDown')
+    assert.match(await part.getAttribute('aria-valuetext'), /up to/)
+  })
+  await scene.step('a single event holds the picture; its level is held by hand', async () => {
+    await dock.getByRole('button', { name: /^Trigger:/ }).click()
+    await dock.getByRole('combobox', { name: 'Signal' }).selectOption('setpoint.velocity')
+    await dock.getByLabel('Level').fill('3')
+    await dock.getByLabel('Level').press('Tab')
+    await scene.accessible(ann, 'trigger')
+    await button('Single').click()
+    await dock.getByRole('button', { name: /^Trigger:/ }).click()
+    await point(/estimated velocity/, 0.5, 0.5)
+    for (let i = 0; i < 6; i++) await ann.mouse.wheel(0, -200)
+    await button('Go on Space').waitFor()
+    const level = dock.getByRole('slider', { name: 'Trigger level' })
+    await level.press('ArrowUp')
+    assert.ok(Number(await level.getAttribute('aria-valuenow')) > 3)
+    // The sample at the event has passed the level, the one before it has not.
+    await ann.keyboard.press('0')
+    await scene.seen(ann, 'scope-trigger')
+    await dock.getByRole('button', { name: /^Trigger:/ }).click()
+    await button('Off').click()
+    await dock.getByRole('button', { name: /^Trigger:/ }).click()
+  })
+  await scene.step('a signal is found and added, a pane is added and goes', async () => {
+    await dock.getByRole('button', { name: 'Signals', exact: true }).first().click()
+    const find = dock.getByLabel('Find a signal')
+    await button('New pane').click()
+    await find.fill('tacho')
+    await find.press('Enter')
+    await pane(/measurement tacho voltage/).waitFor()
+    await dock.getByRole('button', { name: /^state/ }).dragTo(pane(/measurement tacho voltage/).locator('.area'))
+    await pane('Pane: measurement tacho voltage, state over time').waitFor()
+    await ann.setViewportSize({ width: 1440, height: 900 })
+    await ann.reload()
+    await pane('Pane: measurement tacho voltage, state over time').waitFor()
+    await pane(/tacho/).getByRole('button', { name: 'Remove pane' }).click({ force: true })
+    assert.equal(await pane(/tacho/).count(), 0)
+  })
+  await scene.step('figures leave in light style, a recording becomes a run, S opens and shuts', async () => {
+    await ann.waitForTimeout(500)
+    const svg = (await leave('SVG of the scope')).toString()
+    assert.match(svg, /#0b7a9f/i)
+    assert.match(svg, /N·m/)
+    assert.ok((await leave('PNG of the scope')).length > 5000)
+    await button('Record').click()
+    await dock.getByRole('button', { name: /^Recording/ }).click()
+    await button('Record').waitFor()
+    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'record')
+    await ann.keyboard.press('2')
+    await ann.keyboard.press('s')
+    await pane(/estimated velocity/).waitFor()
+    await ann.keyboard.press('s')
+    await dock.getByText(/estimated velocity/).waitFor()
+    assert.equal(await pane(/estimated velocity/).count(), 0)
+  })
+  await scene.step('a window of its own marks what happens: a change, a fault', async () => {
+    await ann.goto(`${scene.bench.address.origin}/scope`)
+    await call({ call: 'set', values: { 'bench.controller.position_gain': '11' } })
+    await dock.locator('.mark.change').first().waitFor({ state: 'attached' })
+    await call({ call: 'inject', fault: 'encoder-stuck' })
+    await dock.locator('.mark.fault').waitFor({ state: 'attached' })
+    await scene.seen(ann, 'scope-window')
+  })
+  await scene.step('a program that was started anew is found again, with the same panes', async () => {
+    await scene.unreachable(async () => {
+      await scene.bench.stop()
+      await dock.getByText('not connected').waitFor()
+      await scene.serve(scene.bench.address.host)
+      await state(ann).getByText('Off', { exact: true }).waitFor()
+      await dock.getByRole('button', { name: /^state/ }).getByText('off').waitFor()
+      await pane(/estimated velocity/).waitFor()
+    })
+  })
+})

@@ -1,0 +1,69 @@
+import { expect, test } from 'vitest'
+import { frame, type Frame } from '../src/scope/frames'
+import { Ring } from '../src/scope/ring'
+
+function bytes(from: number, missing: number, columns: number[][]): ArrayBuffer {
+  const rows = columns[0]!.length
+  const buffer = new ArrayBuffer(32 + 8 * rows * columns.length)
+  const head = new DataView(buffer)
+  ;[7, from, missing].forEach((word, i) => head.setBigUint64(8 * i, BigInt(word), true))
+  head.setUint32(24, rows, true)
+  head.setUint32(28, columns.length, true)
+  columns.flat().forEach((value, i) => head.setFloat64(32 + 8 * i, value, true))
+  return buffer
+}
+
+const batch = (from: number, missing: number, columns: number[][]): Frame => frame(bytes(from, missing, columns))
+
+test('a binary message is read in place', () => {
+  const read = batch(5_000_000_000, 3, [[1, 2], [-1, -2]])
+  expect([read.stream, read.from, read.missing, read.rows, [...read.values]]).toEqual([7, 5_000_000_000, 3, 2, [1, 2, -1, -2]])
+})
+
+test('cycles are delivered or missing, and the extremes of any span are those of its samples', () => {
+  // A ring of 128 cycles.
+  const ring = new Ring(1, 1000, 128 * 8.3)
+  expect(ring.room).toBe(128)
+  const known = new Map<number, number>()
+  let seed = 1
+  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647
+  let next = 41
+  for (let i = 0; i < 200; i++) {
+    const missing = random() < 0.2 ? Math.floor(random() * 90) : 0
+    const rows = 1 + Math.floor(random() * 50)
+    const values = Array.from({ length: rows }, () => (random() < 0.02 ? NaN : Math.round(random() * 100)))
+    const from = next + missing
+    ring.write(batch(from, missing, [values]))
+    values.forEach((value, k) => known.set(from + k, value))
+    next = from + rows
+    expect(ring.next).toBe(next)
+    expect(ring.delivered + ring.missing).toBe(next - 41)
+    for (let k = 0; k < 5; k++) {
+      const [a, step] = [ring.first - 5 + random() * 100, random() * 90]
+      const [low, high] = [new Float64Array(3), new Float64Array(3)]
+      ring.extremes(0, a, step, 3, low, high)
+      for (let column = 0; column < 3; column++) {
+        const inside = []
+        for (let cycle = Math.max(ring.first, Math.ceil(a + column * step)); cycle < Math.min(next, Math.ceil(a + (column + 1) * step)); cycle++) inside.push(known.get(cycle) ?? NaN)
+        const numbers = inside.filter((value) => !Number.isNaN(value))
+        expect([low[column], high[column]]).toEqual(numbers.length ? [Math.min(...numbers), Math.max(...numbers)] : [NaN, NaN])
+      }
+    }
+  }
+  expect(ring.gaps.length).toBeGreaterThan(0)
+})
+
+test('a gap longer than the ring is one gap, and a bench started anew does not fit', () => {
+  const ring = new Ring(2, 64, 1e9)
+  ring.write(batch(10, 0, [[1, 2], [3, 4]]))
+  ring.write(batch(100_012, 100_000, [[5], [6]]))
+  expect([ring.missing, ring.gaps, ring.value(0, 100_012), ring.value(0, 100_011)]).toEqual([100_000, [{ from: 12, cycles: 100_000 }], 5, NaN])
+  expect(ring.fits(batch(3, 0, [[1], [2]]))).toBe(false)
+  expect(ring.fits(batch(100_013, 0, [[1]]))).toBe(false)
+})
+
+test('statistics between two cycles keep their digits beside a large mean', () => {
+  const ring = new Ring(1, 1000)
+  ring.write(batch(0, 0, [[1e9 + 1, 1e9 - 1, 1e9 + 1, 1e9 - 1]]))
+  expect(ring.statistics(0, 0, 3)).toMatchObject({ count: 4, mean: 1e9, least: 1e9 - 1, largest: 1e9 + 1 })
+})
