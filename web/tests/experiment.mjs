@@ -136,7 +136,7 @@ await play(async (scene) => {
     await scene.seen(ann, 'friction-download')
     await dialog.getByRole('button', { name: /^Download \d/ }).click()
     await ann.getByText(/in force since cycle/).waitFor()
-    await ann.getByRole('button', { name: /Own friction is that of run/ }).waitFor()
+    await ann.getByText(/Own friction is that of run/).waitFor()
     await scene.seen(ann, 'friction-downloaded')
     await ann.getByRole('button', { name: 'Undo' }).click()
     await ann.getByRole('button', { name: /Download to target/ }).waitFor()
