@@ -148,7 +148,10 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 shared.end_curve();
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
-                    let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));
+                    let made = Made::now(folder, begun, Some(shared.preset.clone()));
+                    let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
+                    let number = number.and_then(|number| i64::try_from(number).ok());
+                    let _ = shared.clerk.send(Some(Made { number, ..made }));
                 }
                 shared.ended(&what, ended.map(|()| folder));
             }

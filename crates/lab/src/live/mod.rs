@@ -458,7 +458,9 @@ impl Live {
         let runs = self.shared.project.join("runs");
         output::create_folder(&runs)?;
         loop {
-            let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
+            // Its number in the catalogue as well; where that cannot be written, the next one.
+            let aside = self.shared.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
+            let number = aside.unwrap_or_else(|| self.shared.runs.fetch_add(1, Ordering::Relaxed));
             let folder = runs.join(format!("{number:04}-{name}"));
             if !taken(&runs, number) {
                 return Ok((number, folder));

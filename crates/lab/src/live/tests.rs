@@ -501,6 +501,7 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
     assert_eq!(ended(&live).error, None);
     let run = entered(&live, 1).remove(0);
     assert_eq!((run.number, run.kind.as_str(), run.curve.is_empty()), (1, "measure friction", false));
+    assert_eq!(run.folder, "runs/0001-measure-friction", "one number everywhere");
     live.call(ANN, Call::RenameRun { number: 1, name: "first".into() }).unwrap();
     live.call(ANN, Call::TagRun { number: 1, add: vec!["good".into()], remove: Vec::new() }).unwrap();
     live.call(ANN, Call::NoteRun { number: 1, note: "new grease".into() }).unwrap();
