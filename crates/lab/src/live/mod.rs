@@ -140,6 +140,8 @@ struct Shared {
     measured: Mutex<Measured>,
     /// The replay that was asked for last.
     again: Mutex<again::Current>,
+    /// The record that is simulated.
+    opened: Mutex<Option<(i64, Arc<crate::run::Stored>)>>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -218,6 +220,7 @@ impl Live {
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
             again: Mutex::default(),
+            opened: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -396,6 +399,9 @@ impl Live {
             Call::Run { number } => self.run(number),
             Call::Replay { number } => self.again(number),
             Call::EndReplay {} => Ok(self.end_again()),
+            Call::Simulate { number, values, signals, length, parts } => {
+                self.simulate(number, values, &signals, length, parts)
+            }
             Call::Story { number } => self.story(number),
             Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
             Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
