@@ -9,7 +9,9 @@ const LOOK = 100
 /** Values that are older are not shown as if they were new [ms]. */
 const STALE = 1500
 
-export type Message = { id: number; text: string; kind: 'done' | 'warning'; action?: { name: string; run: () => void } }
+export type Action = { name: string; run: () => void }
+/** What was done, the way back, and what comes next. */
+export type Message = { id: number; text: string; kind: 'done' | 'warning'; action?: Action; next?: Action }
 type Theme = 'system' | 'light' | 'dark'
 
 export function stored(key: string, otherwise: string): string {
@@ -120,13 +122,13 @@ class Bench {
     return this.tried(this.connection.call(call, 'done'))
   }
 
-  /** Puts values in force, with a way back. */
-  async enter(values: Record<string, string>, what: string): Promise<boolean> {
+  /** Puts values in force, with a way back and perhaps a next step. */
+  async enter(values: Record<string, string>, what: string, next?: Action): Promise<boolean> {
     const entered = this.connection.call({ call: 'set', values }, 'entered')
     if (!(await this.tried(entered))) return false
     void this.refresh()
     const cycle = (await entered).cycle
-    this.say(`${what} in force since cycle ${cycle}`, { name: 'Undo', run: () => void this.undo() })
+    this.say(`${what} in force since cycle ${cycle}`, { name: 'Undo', run: () => void this.undo() }, next)
     return true
   }
 
@@ -148,8 +150,8 @@ class Bench {
     }
   }
 
-  say(text: string, action?: Message['action']) {
-    this.#tell({ id: 0, text, kind: 'done', action })
+  say(text: string, action?: Action, next?: Action) {
+    this.#tell({ id: 0, text, kind: 'done', action, next })
   }
 
   warn(text: string) {
@@ -163,7 +165,7 @@ class Bench {
   #tell(message: Message) {
     const id = ++this.#message
     this.messages = [...this.messages.slice(-2), { ...message, id }]
-    setTimeout(() => this.dismiss(id), message.kind === 'warning' ? 15_000 : 8_000)
+    setTimeout(() => this.dismiss(id), message.kind === 'warning' || message.next ? 15_000 : 8_000)
   }
 
   async #look() {
@@ -177,6 +179,9 @@ class Bench {
       const revision = [status.changed, status.undo, status.redo, status.preload].join()
       if (anew || revision !== this.#revision) void this.refresh()
       this.#revision = revision
+      // What ended by itself says why, wherever one looks.
+      const ended = this.status?.doing && !status.doing ? status.last : null
+      if (ended?.error) this.warn(`${ended.what}: ${ended.error}`)
       this.status = status
       this.heard = this.now = Date.now()
     } catch (error) {

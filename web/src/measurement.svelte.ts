@@ -3,8 +3,9 @@
 import { bench, store, stored } from './bench.svelte'
 import { Refused } from './connection'
 import { plain } from './format'
-import type { Changed, CurveName, MeasuredCurve, PlanForm, ToChatter } from './protocol'
-import { curve, curves } from './runs'
+import type { Changed, CurveName, MeasuredCurve, PlanForm, RenderedFriction, ToChatter } from './protocol'
+import { curve, curves, rendered } from './runs'
+import { view } from './view.svelte'
 
 /** From look to look at a curve that grows [ms]. */
 const LOOK = 400
@@ -12,6 +13,11 @@ const LOOK = 400
 export const FIRST = ['slowest', 'fastest', 'speeds']
 
 const COURSE = ['software.estimated_velocity', 'software.commanded_torque']
+
+/** What the plot card shows. */
+export type Tab = 'speed' | 'time' | 'shaped' | 'rendered' | 'load'
+/** Runs that lie over the one that is shown, at most. */
+export const MOST = 5
 
 export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ToChatter | null; refused: string | null }
 
@@ -29,6 +35,13 @@ class Measurement {
   plan = $state.raw<PlanForm | null>(null)
   wrong = $state('')
   offered = $state.raw<Offer | null>(null)
+  /** The friction under the law that was measured last, or is. */
+  rendered = $state.raw<RenderedFriction | null>(null)
+  /** What is measured now is that. */
+  rendering = $state(false)
+  tab = $state<Tab>('speed')
+  /** Number of the report that was saved last. */
+  report = $state<number | null>(null)
   /** The course over time, past the framework: seconds, velocities, torques. Counts up when there is more. */
   time: { t: number[]; velocity: number[]; torque: number[] } = { t: [], velocity: [], torque: [] }
   ticks = $state(0)
@@ -71,12 +84,36 @@ class Measurement {
     void this.ask()
   }
 
-  async begin() {
+  async begin(render = false): Promise<boolean> {
     if (!this.plan) await this.ask()
     const values = Object.fromEntries(
       (this.plan?.items ?? []).filter((item) => item.value !== null && item.value !== item.default).map((item) => [item.path, plain(item.value!)]),
     )
-    await bench.order({ call: 'measure', what: 'friction', plan: values })
+    const ordered = await bench.order({ call: 'measure', what: 'friction', plan: values, render })
+    if (ordered) this.rendering = render
+    return ordered
+  }
+
+  /** Measures again while the load motor renders, and shows it. */
+  async again() {
+    if (bench.busy) return bench.warn(bench.busy)
+    if (!(await this.begin(true))) return
+    this.tab = 'rendered'
+    view.go('/friction')
+  }
+
+  /** Writes the report and shows it in a tab of its own. */
+  async save() {
+    try {
+      const { run } = await bench.connection.call({ call: 'save_report' }, 'report')
+      this.report = run
+      const open = () => void window.open(`/report/${run}`, '_blank', 'noopener')
+      bench.say(`Report saved as run ${run}`, { name: 'Open', run: open })
+      open()
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error
+      bench.warn(error.message)
+    }
   }
 
   /** What the download would change. */
@@ -103,14 +140,14 @@ class Measurement {
   async download() {
     const offer = this.offered
     this.offered = null
-    if (offer) await bench.enter(offer.values, `Own friction of run ${offer.run}`)
+    if (offer) await bench.enter(offer.values, `Own friction of run ${offer.run}`, { name: 'Next: Friction Design', run: () => view.go('/design') })
   }
 
   async compare(run: number) {
     if (this.others.some((other) => other.run === run)) this.others = this.others.filter((other) => other.run !== run)
     else {
       const found = await curve(run)
-      if (found) this.others = [...this.others, { run, curve: found }].slice(-5)
+      if (found) this.others = [...this.others, { run, curve: found }].slice(-MOST)
     }
   }
 
@@ -123,7 +160,10 @@ class Measurement {
     this.#asking = true
     try {
       const found = await curve(null)
-      if (found) this.curve = found
+      this.rendering = found?.measuring === true && found.rendered
+      if (this.rendering || (this.#was && !runs) || !this.rendered) this.rendered = await rendered()
+      // The own friction stays while another one is measured.
+      if (found && !this.rendering) this.curve = found
       if (!runs || !this.names.length) this.names = await curves()
       this.#was = runs
     } finally {

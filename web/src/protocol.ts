@@ -552,6 +552,8 @@ export type Drawn = {
   desired_loop: Loop
   /** RMS distance from the reference points [N m]; `null` without any. */
   distance: number | null
+  /** What bounds the least and the largest friction. */
+  edges: Edge[]
   /** Handles of the single parameters. */
   grips: Grip[]
   /** The largest [N m]. */
@@ -570,6 +572,17 @@ export type Drawn = {
   renderable: boolean
   /** Where it cannot be rendered. */
   shortages: Stretch[]
+}
+/** A part of an edge of what can be rendered. */
+export type Edge = {
+  /** From [rad/s]. */
+  from: number
+  /** Of the largest friction; else of the least. */
+  largest: boolean
+  /** `current`, `voltage`. */
+  limit: string
+  /** To [rad/s]. */
+  to: number
 }
 /** How something ended. */
 export type Ended = {
@@ -1052,6 +1065,8 @@ export type Stretch = {
 }
 /** How far a rendering law is from chatter. */
 export type ToChatter = {
+  /** Below this share caution is due. */
+  caution: number
   /** Change of the load torque from millisecond to millisecond that is to be expected [N m RMS]. */
   chatter: number
   /** From which on it is chatter [N m RMS]. */
@@ -1060,6 +1075,10 @@ export type ToChatter = {
   delay_margin: number | null
   /** Factor of the law's torque up to which the loop is stable; `null`: any that was tried. */
   gain_margin: number | null
+  /** What of the way to the nearest limit is left, 0 … 1; `null` where it is not known. */
+  left: number | null
+  /** The nearest limit: `chatter`, `stiffness`. */
+  nearest: string
   /** In a sentence: how far, or why not and what would do. */
   sentence: string
   /** Whether the bench would take it. */

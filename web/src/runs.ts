@@ -2,7 +2,7 @@
 
 import { bench } from './bench.svelte'
 import { Refused } from './connection'
-import type { CurveName, MeasuredCurve } from './protocol'
+import type { CurveName, MeasuredCurve, RenderedFriction } from './protocol'
 
 export async function curves(): Promise<CurveName[]> {
   try {
@@ -16,6 +16,16 @@ export async function curves(): Promise<CurveName[]> {
 export async function curve(run: number | null): Promise<MeasuredCurve | null> {
   try {
     return await bench.connection.call({ call: 'curve', run }, 'curve')
+  } catch (error) {
+    if (error instanceof Refused) return null
+    throw error
+  }
+}
+
+/** The friction under the law that is being measured, or was last. */
+export async function rendered(): Promise<RenderedFriction | null> {
+  try {
+    return await bench.connection.call({ call: 'rendered' }, 'rendered')
   } catch (error) {
     if (error instanceof Refused) return null
     throw error

@@ -3,7 +3,7 @@
 
 import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
-import type { Offer } from '../measurement.svelte'
+import { measurement, type Offer } from '../measurement.svelte'
 import type { Drag, Drawn, Reference, ToChatter } from '../protocol'
 
 type Four = [number, number, number, number]
@@ -196,7 +196,7 @@ class DesignState {
   async download() {
     const values = this.offered?.values
     this.offered = null
-    if (values && (await bench.enter(values, 'Desired friction'))) this.downloaded = true
+    if (values && (await bench.enter(values, 'Desired friction', { name: 'Measure again, the axis moves', run: () => void measurement.again() }))) this.downloaded = true
   }
 
   #send(ask: Ask) {

@@ -52,6 +52,7 @@ export function svg(figure: Figure, height = HEIGHT): string {
       parts.push(`<path d="M${path.map(([a, b]) => `${round(a)} ${round(b)}`).join('L')}Z" fill="${ink}" fill-opacity="${opacity}"/>`),
     dot: (a, b, radius, ink, opacity) =>
       parts.push(`<circle cx="${round(a)}" cy="${round(b)}" r="${radius}" fill="${ink}" fill-opacity="${opacity}"/>`),
+    text: (a, b, words, ink) => parts.push(`<text x="${round(a)}" y="${round(b - 5)}" text-anchor="end" fill="${ink}">${escaped(words)}</text>`),
   }
   const text = (a: number, b: number, words: string, anchor: string, more = '') =>
     `<text x="${round(a)}" y="${round(b)}" text-anchor="${anchor}" fill="${colour('text-2')}" ${more}>${escaped(words)}</text>`

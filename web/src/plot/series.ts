@@ -4,7 +4,8 @@ export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'ref
 type Numbers = readonly (number | null)[]
 
 export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
-  | { mark: 'line'; provisional?: boolean; dash?: number[] }
+  /** `dash`: instead of the role's. `end`: its name stands at its end. */
+  | { mark: 'line'; provisional?: boolean; dash?: number[]; end?: boolean }
   | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean }
   | { mark: 'band'; half: Numbers }
 )
@@ -20,6 +21,8 @@ export type Pen = {
   line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void
   area: (path: [number, number][], colour: string, opacity: number) => void
   dot: (x: number, y: number, radius: number, colour: string, opacity: number) => void
+  /** Words that end there. */
+  text: (x: number, y: number, words: string, colour: string) => void
 }
 
 const LINES: Record<Role, { width: number; dash: number[] }> = {
@@ -72,6 +75,8 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
     return part
   })
   pen.line(path, ink, width, dash)
+  const last = path.at(-1)?.at(-1)
+  if (series.end && last) pen.text(...last, series.name, ink)
 }
 
 /** Draws on a canvas, `scale` of whose pixels make one. */
@@ -102,6 +107,12 @@ export function canvasPen(context: CanvasRenderingContext2D, scale: number): Pen
       context.arc(x, y, radius * scale, 0, 2 * Math.PI)
       context.fill()
       context.globalAlpha = 1
+    },
+    text(x, y, words, colour) {
+      context.fillStyle = colour
+      context.font = `${11.5 * scale}px Inter, system-ui`
+      context.textAlign = 'right'
+      context.fillText(words, x, y - 5 * scale)
     },
   }
 }

@@ -487,7 +487,16 @@ pub struct ToChatter {
     pub chatter: f64,
     /// From which on it is chatter [N m RMS].
     pub chatter_limit: f64,
+    /// What of the way to the nearest limit is left, 0 … 1; `null` where it is not known.
+    pub left: Option<f64>,
+    /// Below this share caution is due.
+    pub caution: f64,
+    /// The nearest limit: `chatter`, `stiffness`.
+    pub nearest: String,
 }
+
+/// With less than this left a delay, a noise or a friction that is a fifth off is no longer admitted.
+const CAUTION: f64 = 0.2;
 
 impl ToChatter {
     pub(super) fn of(law: &Law<f64>, margin: Result<Margin, Error>) -> Result<Self, Error> {
@@ -501,11 +510,22 @@ impl ToChatter {
             }
             Err(other) => return Err(other),
         };
+        let stiffness = design::desired_stiffness(law);
+        let uses = [
+            ("chatter", Some(known.predicted_chatter / CHATTER_LIMIT)),
+            ("stiffness", stiffness.zip(known.stiffness_limit).map(|(stiffness, limit)| stiffness / limit)),
+        ];
+        let uses =
+            uses.into_iter().filter_map(|(name, used)| used.filter(|used| used.is_finite()).map(|used| (name, used)));
+        let nearest = uses.max_by(|a, b| a.1.total_cmp(&b.1));
         Ok(ToChatter {
+            left: nearest.map(|(_, used)| (1.0 - used).max(0.0)),
+            caution: CAUTION,
+            nearest: nearest.map_or("", |(name, _)| name).into(),
             stable,
             sentence,
             stiffness_limit: known.stiffness_limit,
-            stiffness: design::desired_stiffness(law),
+            stiffness,
             gain_margin: known.gain_margin,
             delay_margin: known.delay_margin,
             chatter: known.predicted_chatter,

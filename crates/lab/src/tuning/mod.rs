@@ -15,10 +15,10 @@ use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
 
 use crate::design::{self, Margin, Passage, Region};
-use crate::experiment::FrictionPlan;
 use crate::parameters::presets::Source;
 use crate::parameters::{self, Difference};
 use crate::preset::{Model, Settings};
+use crate::workflow::design::fastest;
 use crate::{Error, Preset};
 
 /// What a bench that runs cannot change, and what to do instead.
@@ -232,9 +232,8 @@ impl Tuning {
 /// Whether a law can render what a preset desires.
 fn admit(preset: &Preset<f64>, law: &Law<f64>) -> Result<Margin, Error> {
     let (model, settings) = (&preset.model, &preset.bench);
-    let plan = FrictionPlan::default();
-    let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
-    Region::of(model, settings, passage)?.admit(&model.own, &settings.desired, plan.fastest)?;
+    let region = Region::of(model, settings, Passage::default())?;
+    region.admit(&model.own, &settings.desired, fastest(&region))?;
     design::margin(law, model, settings)
 }
 

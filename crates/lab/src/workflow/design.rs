@@ -20,6 +20,11 @@ use crate::{Error, Preset, Summary, output, parameters};
 /// Speed up to which own and desired friction are compared [rad/s]: as far as figures show them.
 pub const FASTEST: f64 = 80.0;
 
+/// Speed up to which a desired friction is judged [rad/s]: a sketch, a design and a set that enters alike.
+pub(crate) fn fastest(region: &Region) -> f64 {
+    FASTEST.min(region.speed_limit)
+}
+
 /// What the axis has and what it shall feel like.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
@@ -127,7 +132,7 @@ impl Design {
 
     /// Speed up to which the comparison goes [rad/s].
     fn fastest(&self) -> f64 {
-        FASTEST.min(self.region.speed_limit)
+        fastest(&self.region)
     }
 
     /// The speeds of the comparison [rad/s], rising.

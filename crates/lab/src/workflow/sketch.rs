@@ -11,7 +11,7 @@ use stickslip_core::block::Block as _;
 use stickslip_core::fields::{Field, Fields};
 use stickslip_core::friction::{Bristles, Contact, Friction, FrictionElement, FrictionElementState, Stribeck};
 
-use super::design::{Design, FASTEST, through_weighted};
+use super::design::{Design, fastest, through_weighted};
 use crate::design::{Passage, Region};
 use crate::fit::{PARAMETERS, values, with_values};
 use crate::{Error, Preset};
@@ -139,6 +139,8 @@ pub struct Drawn {
     pub renderable: bool,
     /// By what the difference torque may be multiplied until a limit is hit; `null`: by anything.
     pub margin: Option<f64>,
+    /// What bounds the least and the largest friction.
+    pub edges: Vec<Edge>,
     /// Where it cannot be rendered.
     pub shortages: Vec<Stretch>,
     /// What a reader should know, in sentences.
@@ -188,6 +190,19 @@ pub struct Stretch {
     pub reason: String,
 }
 
+/// A part of an edge of what can be rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Edge {
+    /// Of the largest friction; else of the least.
+    pub largest: bool,
+    /// From [rad/s].
+    pub from: f64,
+    /// To [rad/s].
+    pub to: f64,
+    /// `current`, `voltage`.
+    pub limit: String,
+}
+
 impl Sketch {
     /// What is to be seen.
     ///
@@ -205,7 +220,7 @@ impl Sketch {
             }
         }
         let region = Region::of(model, bench, Passage::default())?;
-        let fastest = FASTEST.min(region.speed_limit);
+        let fastest = fastest(&region);
         let mut desired = self.desired.map_or(bench.desired, |numbers| with_values(&bench.desired, numbers));
         check(&desired)?;
         let points: Vec<_> = self.points.iter().map(|p| [p.speed, p.torque, p.weight]).collect();
@@ -237,9 +252,9 @@ impl Sketch {
         let design = Design { own: model.own, desired, points, region };
         let judge = if self.thorough { Region::judge } else { Region::glance };
         let verdict = judge(&region, &design.own, &desired, fastest);
-        let able = |side: usize| {
-            self.speeds.iter().map(|speed| design.own.magnitude(*speed) + region.at(*speed).torque[side]).collect()
-        };
+        let seen =
+            |value: &dyn Fn(f64) -> f64| self.speeds.iter().map(|speed| short(value(*speed))).collect::<Vec<_>>();
+        let able = |side: usize| seen(&|speed| design.own.magnitude(speed) + region.at(speed).torque[side]);
         let stretch = |(shortage, reason): (&crate::design::Shortage, String)| Stretch {
             from: shortage.speeds[0],
             to: shortage.speeds[1],
@@ -248,10 +263,11 @@ impl Sketch {
         };
         Ok(Drawn {
             desired: values(&desired),
-            curve: self.speeds.iter().map(|speed| desired.magnitude(*speed)).collect(),
-            own: self.speeds.iter().map(|speed| design.own.magnitude(*speed)).collect(),
+            curve: seen(&|speed| desired.magnitude(speed)),
+            own: seen(&|speed| design.own.magnitude(speed)),
             least: able(0),
             largest: able(1),
+            edges: self.edges(&region),
             desired_loop: presliding(&bristles.under(desired), way),
             own_loop: presliding(&model.own_bristles.under(design.own), way),
             grips: grips(&desired, fastest),
@@ -262,6 +278,29 @@ impl Sketch {
             distance: Some(design.distance()).filter(|distance| distance.is_finite()),
         })
     }
+}
+
+impl Sketch {
+    /// The stretches in which one limit bounds an edge.
+    fn edges(&self, region: &Region) -> Vec<Edge> {
+        let mut edges: Vec<Edge> = Vec::new();
+        for side in [0, 1] {
+            for &speed in &self.speeds {
+                let (largest, limit) = (side == 1, region.at(speed).limits[side].name());
+                match edges.last_mut().filter(|edge| edge.largest == largest && edge.limit == limit) {
+                    Some(edge) => edge.to = speed,
+                    None => edges.push(Edge { largest, from: speed, to: speed, limit: limit.into() }),
+                }
+            }
+        }
+        edges
+    }
+}
+
+/// In as many digits as a picture can show.
+fn short(value: f64) -> f64 {
+    // A number in scientific notation always parses.
+    format!("{value:.4e}").parse().unwrap_or(value)
 }
 
 fn check_count(name: &'static str, count: usize, most: usize) -> Result<(), Error> {
@@ -313,8 +352,8 @@ fn presliding(friction: &Friction<f64>, way: f64) -> Loop {
     for direction in turns.into_iter().flat_map(|(direction, steps)| std::iter::repeat_n(direction, steps)) {
         let contact = Contact { velocity: direction * step / SLOWLY, ..Contact::default() };
         angle += direction * step;
-        seen.torque.push(element.step(&mut state, contact, SLOWLY).torque);
-        seen.angle.push(angle);
+        seen.torque.push(short(element.step(&mut state, contact, SLOWLY).torque));
+        seen.angle.push(short(angle));
     }
     seen
 }

@@ -1,0 +1,112 @@
+// Somebody who sees the page for the first time does the paper's experiment, from a bench that is off to a report and
+// a comparison; clicks are counted. With REAL=1 the quick plan at the rate of the preset, otherwise a short plan.
+
+import assert from 'node:assert/strict'
+import { readFileSync, readdirSync } from 'node:fs'
+import { join } from 'node:path'
+import { play, state } from './harness.mjs'
+
+const real = Boolean(process.env.REAL)
+/** What ui promises. */
+const BUDGET = 25
+const PATIENCE = 90_000
+
+await play(
+  async (scene) => {
+    const ann = await scene.page('Ann')
+    let clicks = 0
+    const click = async (locator) => {
+      await locator.click({ timeout: real ? PATIENCE : 90_000 })
+      clicks += 1
+    }
+    const button = (name) => ann.getByRole('button', { name })
+    const dialog = ann.getByRole('dialog')
+    const summary = (kind) => {
+      const runs = join(scene.project, 'runs')
+      const folder = readdirSync(runs).filter((name) => name.endsWith(kind)).sort().at(-1)
+      return JSON.parse(readFileSync(join(runs, folder, 'summary.json'), 'utf8')).results
+    }
+    if (!real)
+      await ann.addInitScript(() => localStorage.setItem('stickslip.friction', '{"thorough":false,"values":{"slowest":"2","fastest":"40","speeds":"5"}}'))
+    const begun = Date.now()
+
+    await scene.step('homed, measured, and the own friction is on the target', async () => {
+      await ann.goto(scene.bench.address.href)
+      await click(ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first())
+      await ann.getByText('Homed', { exact: true }).waitFor()
+      await click(ann.getByRole('button', { name: /Friction Measurement/ }))
+      await click(ann.getByRole('button', { name: /Measure now/ }))
+      await click(button(/Download to target/))
+      await click(dialog.getByRole('button', { name: /^Download \d/ }))
+    })
+    await scene.step('four points and a handle make the desired friction, which comes onto the target', async () => {
+      await click(button('Next: Friction Design').last())
+      const sheet = ann.locator('.sheet')
+      await sheet.waitFor()
+      const { x, y, width, height } = await sheet.boundingBox()
+      for (const [across, down] of [[0.01, 0.3], [0.25, 0.56], [0.5, 0.52], [0.8, 0.42]]) {
+        await ann.mouse.click(x + across * width, y + down * height)
+        clicks += 1
+      }
+      await ann.getByRole('slider', { name: 'Reference point 4' }).waitFor()
+      const grip = await ann.getByRole('slider', { name: 'Kinetic torque' }).boundingBox()
+      await ann.mouse.move(grip.x + grip.width / 2, grip.y + grip.height / 2)
+      await ann.mouse.down()
+      await ann.mouse.move(grip.x + grip.width / 2, grip.y + grip.height / 2 + 12, { steps: 4 })
+      await ann.mouse.up()
+      clicks += 1
+      await ann.getByRole('status').getByText('checking').waitFor({ state: 'hidden' })
+      if (await ann.getByRole('region', { name: 'Verdict' }).getByText('Not renderable').count()) await click(button(/Nearest renderable/))
+      await scene.seen(ann, 'newcomer-design')
+      await click(button(/^Download \d+ changes/))
+      await click(dialog.getByRole('button', { name: /^Download \d/ }))
+    })
+    await scene.step('measured again while the load motor renders: figures 12 to 14', async () => {
+      await click(button('Measure again, the axis moves').last())
+      await state(ann).getByText('Measuring').waitFor()
+      await ann.getByRole('img', { name: /Desired characteristic, and friction measured under it/ }).waitFor()
+      await scene.accessible(ann, 'rendering')
+      if (process.env.SHOTS) await ann.screenshot({ path: join(process.env.SHOTS, 'newcomer-rendering.png') })
+      await button('Save report').waitFor({ timeout: PATIENCE })
+      const shown = await ann.getByRole('region', { name: 'Rendered friction' }).locator('dd').first().innerText()
+      const error = summary('render')['render.rms_error'].value
+      const [, value, unit] = shown.match(/^([\d.]+)(?: ± [\d.]+)? ([mµ]?)N·m/)
+      assert.ok(Math.abs(Number(value) * { '': 1, m: 1e-3, µ: 1e-6 }[unit] - error) <= 0.5 * error, `${shown} is ${error}`)
+      await scene.seen(ann, 'newcomer-rendered')
+      for (const [tab, title] of [['Load torque', /Difference torque/], ['Own and desired', /Own friction and desired/]]) {
+        await ann.getByRole('tab', { name: tab }).click()
+        await ann.getByRole('img', { name: title }).waitFor()
+        await scene.seen(ann, `newcomer-${tab.toLowerCase().replaceAll(' ', '-')}`)
+      }
+    })
+    await scene.step('the report is a page of its own, and nobody without the token sees it', async () => {
+      const [report] = await Promise.all([ann.context().waitForEvent('page'), click(button('Save report'))])
+      await report.getByText('figure 14 of the paper').first().waitFor()
+      assert.match(report.url(), /\/report\/\d+$/)
+      await scene.accessible(report, 'report')
+      const path = new URL(report.url()).pathname
+      await report.close()
+      assert.equal((await fetch(new URL(path, scene.bench.address.origin))).status, 401)
+      for (const wrong of ['/report/..%2f..%2fserve-token', '/report/1/../../serve-token', '/report/-1', '/report/77'])
+        assert.equal(await ann.evaluate(async (wrong) => (await fetch(wrong)).text().then((text) => /<html|token=/i.test(text) && !/<title>stickslip/.test(text)), wrong), false, wrong)
+    })
+    await scene.step('another controller, measured again and compared', async () => {
+      await click(ann.getByRole('link', { name: /Home/ }))
+      await ann.getByLabel('Control').selectOption('pid')
+      clicks += 2
+      await ann.getByText(/Controller pid in force/).waitFor()
+      await click(ann.getByRole('button', { name: /Friction Measurement/ }))
+      await click(button(/Measure again R/))
+      await state(ann).getByText('Measuring').waitFor()
+      await button(/Download to target|Next: Friction Design/).first().waitFor({ timeout: PATIENCE })
+      const all = ann.getByRole('button', { name: /^Run \d+ in the plot/ })
+      await click(all.first())
+      await all.and(ann.locator('[aria-pressed=true]')).waitFor()
+      await scene.seen(ann, 'newcomer-compared')
+      assert.equal(await ann.locator('main ol li.done').count(), 8)
+    })
+    console.log(`${clicks} clicks, ${((Date.now() - begun) / 1000).toFixed(0)} s`)
+    assert.ok(clicks <= BUDGET, `${clicks} clicks`)
+  },
+  ...(real ? [process.env.REAL.split(',').filter((value) => value.includes('='))] : []),
+)
