@@ -21,6 +21,11 @@ await play(async (scene) => {
       await ann.waitForTimeout(50)
     }
   }
+  /** A busy machine may have ended the motion. */
+  const moving = async () => {
+    if ((await call({ call: 'status' })).doing) return
+    await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
+  }
   /** The middle of a pane's plot, where the pointer is left. */
   const point = async (name, x = 0.5, y = 0.5) => {
     const { left, top, width, height } = await pane(name).locator('.area').evaluate((area) => area.getBoundingClientRect().toJSON())
@@ -37,7 +42,7 @@ await play(async (scene) => {
     await pane('Pane: angle, setpoint position over time').waitFor()
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()
-    await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
+    await moving()
     await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await ann.waitForTimeout(1500)
     await scene.seen(ann, 'scope-dock')
@@ -123,7 +128,7 @@ await play(async (scene) => {
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await point(/estimated velocity/, 0.5, 0.5)
     for (let i = 0; i < 6; i++) await ann.mouse.wheel(0, -200)
-    await button('Go on Space').waitFor()
+    await until(async () => (await moving(), await button('Go on Space').isVisible()))
     const level = dock.getByRole('slider', { name: 'Trigger level' })
     await level.press('ArrowUp')
     assert.ok(Number(await level.getAttribute('aria-valuenow')) > 3)
