@@ -49,6 +49,12 @@ await play(async (scene) => {
       const response = await fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: '{"call":"status"}' })
       return response.json()
     })
-    console.log(`${String(at + 10).padStart(4)} s: ${rates.rate.toFixed(1)} pictures/s, longest pause ${rates.longest.toFixed(0)} ms, ${await memory()}, ${await about.innerText()}, lost ${clock.lost}, held ${clock.held}`)
+    await page.keyboard.press('Control+k')
+    await page.keyboard.type('Frame times')
+    await page.keyboard.press('Enter')
+    const message = page.getByText(/pictures a second/)
+    const each = /[\d.]+ ms/.exec(await message.innerText())[0]
+    await page.getByRole('button', { name: /Dismiss|Close/ }).first().click()
+    console.log(`${String(at + 10).padStart(4)} s: ${rates.rate.toFixed(1)} pictures/s of ${each}, longest pause ${rates.longest.toFixed(0)} ms, ${await memory()}, ${await about.innerText()}, lost ${clock.lost}, held ${clock.held}`)
   }
 }, [`bench.tick_rate=${rate}`, 'bench.safety.missed_ticks=500'])

@@ -163,7 +163,7 @@ await play(async (scene) => {
     await button('Record').click()
     await dock.getByRole('button', { name: /^Recording/ }).click()
     await button('Record').waitFor()
-    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'record')
+    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'recording')
     await ann.keyboard.press('2')
     await ann.keyboard.press('s')
     await pane(/estimated velocity/).waitFor()
@@ -173,6 +173,7 @@ await play(async (scene) => {
   })
   await scene.step('a window of its own marks what happens: a change, a fault', async () => {
     await ann.goto(`${scene.bench.address.origin}/scope`)
+    await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '11' } })
     await dock.locator('.mark.change').first().waitFor({ state: 'attached' })
     await call({ call: 'inject', fault: 'encoder-stuck' })
