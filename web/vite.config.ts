@@ -1,11 +1,12 @@
 import { svelte } from '@sveltejs/vite-plugin-svelte'
 import { defineConfig } from 'vite'
+import { guide } from './guide'
 
 // `npm run dev` against a running bench: STICKSLIP_BENCH=http://127.0.0.1:9740, with its token in the printed address.
 const bench = process.env.STICKSLIP_BENCH ?? 'http://127.0.0.1:9740'
 
 export default defineConfig({
-  plugins: [svelte()],
+  plugins: [svelte(), guide()],
   build: {
     outDir: process.env.STICKSLIP_PAGE_OUT ?? 'dist',
     emptyOutDir: true,

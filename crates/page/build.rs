@@ -8,13 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What the page is made of, below `web/`.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 11] = [
     "src",
     "public",
     "index.html",
     "package.json",
     "package-lock.json",
     "vite.config.ts",
+    "guide.ts",
+    // Its help is the guide.
+    "../docs",
     "svelte.config.js",
     "tsconfig.json",
     "compress.mjs",

@@ -47,6 +47,8 @@ export type Call = {
   call: "measure"
   /** Values of its plan, as in a file. */
   plan?: Record<string, string>
+  /** Of the friction: while the load motor renders the desired one. */
+  render?: boolean
   /** What to measure. */
   what: Quantity
 }
@@ -110,6 +112,14 @@ export type Call = {
 }
   | {
   call: "curves"
+}
+  | {
+  call: "rendered"
+  /** Number of its run; `null`: the one that is being measured, or was last. */
+  run?: number | null
+}
+  | {
+  call: "save_report"
 }
   | {
   /** Bristles: stiffness [N m/rad], damping [N m s/rad], elastic limit as a share; those in force where there are none. */
@@ -299,6 +309,16 @@ export type Answer = {
   /** The newest first. */
   curves: CurveName[]
 }
+  | RenderedFriction & {
+  answer: "rendered"
+}
+  | {
+  answer: "report"
+  /** Its folder. */
+  folder: string
+  /** Its number: the page is at `/report/NUMBER`. */
+  run: number
+}
   | Drawn & {
   answer: "drawn"
 }
@@ -384,6 +404,17 @@ export type Again = {
   /** What was found, or why it ended. */
   sentence: string | null
 }
+/** What an axis shows and how. */
+export type Axis = {
+  /** What it shows. */
+  quantity: string
+  /** Chosen, not by the data. */
+  range?: [number, number] | null
+  /** asinh(x/2) instead of x. */
+  stretched: boolean
+  /** As in a field. */
+  unit: string
+}
 /** What was captured. */
 export type Captured = {
   /** Of each signal its value in each row; `null` where it is no number. */
@@ -449,8 +480,27 @@ export type Counts = {
 export type CurveName = {
   /** Name of its folder. */
   name: string
+  /** Whether the load motor rendered meanwhile. */
+  rendered: boolean
   /** Its number. */
   run: number
+}
+/** Pairs x, y; x, y and half width; or x with the lower and the upper edge, in the units of the axes. */
+export type Data = {
+  kind: "points"
+  values: ([number | null, number | null])[]
+}
+  | {
+  kind: "bars"
+  values: ([number | null, number | null, number | null])[]
+}
+  | {
+  kind: "line"
+  values: ([number | null, number | null])[]
+}
+  | {
+  kind: "band"
+  values: ([number | null, number | null, number | null])[]
 }
 /** What runs. */
 export type Doing = {
@@ -516,6 +566,19 @@ export type Factor = {
   factor: number
   /** As printed. */
   unit: string
+}
+/** A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve. */
+export type Figure = {
+  /** Parts of the horizontal axis that have a name. */
+  intervals?: Interval[]
+  /** What is drawn. */
+  series: Series[]
+  /** What it is called. */
+  title: string
+  /** To the right. */
+  x: Axis
+  /** Upwards. */
+  y: Axis
 }
 /** A Stribeck curve through measured points. */
 export type FittedCurve = {
@@ -589,6 +652,15 @@ export type Happened = {
   /** In a few words. */
   what: string
 }
+/** A part of the horizontal axis with a name. */
+export type Interval = {
+  /** Its begin. */
+  from: number
+  /** Its name. */
+  name: string
+  /** Its end. */
+  to: number
+}
 /** One value of a parameter set, with what is known of it. */
 export type Item = {
   /** What was chosen; `null` for a number. */
@@ -619,6 +691,17 @@ export type ItemKind = "real"
   | "whole"
   | "flag"
   | "choice"
+/** A number with its uncertainty, as printed. */
+export type KeyEstimate = {
+  /** Half of its 95 % interval, without the sign; empty where there is none. */
+  half_width: string
+  /** What it is. */
+  name: string
+  /** The unit of both, with its prefix. */
+  unit: string
+  /** The value; `unknown` where it is not known. */
+  value: string
+}
 /** A number with its name. */
 export type KeyNumber = {
   /** As in the summary. */
@@ -673,6 +756,8 @@ export type MeasuredCurve = {
   notes: string[]
   /** The points that count. */
   points: MeasuredPoint[]
+  /** Whether the load motor rendered meanwhile. */
+  rendered: boolean
   /** Number of the run; `null` while it is measured, and where there is none. */
   run: number | null
 }
@@ -705,6 +790,13 @@ export type PartKind = "drive_motor"
   | "wheel"
   | "load_motor"
   | "encoder"
+/** A figure with what one sees in it. */
+export type Picture = {
+  /** The caption. */
+  caption: string
+  /** The figure. */
+  figure: Figure
+}
 /** A plan of a measurement. */
 export type PlanForm = {
   /** What it will do, in a few words. */
@@ -755,6 +847,29 @@ export type Reference = {
   /** How much it counts beside others. */
   weight?: number
 }
+/** A friction as it was rendered, or is being measured. */
+export type RenderedFriction = {
+  /** Own and desired friction, desired and rendered friction, load torque, sweep through standstill: figures 12, 13 and 14 of the paper, and 14 from close by. */
+  figures: Picture[]
+  /** The numbers that one looks for first. */
+  keys: KeyEstimate[]
+  /** Whether it is being measured. */
+  measuring: boolean
+  /** Number of the run; `null` where there is none. */
+  run: number | null
+  /** What came out, in a sentence. */
+  verdict: string
+}
+/** What a series is: it looks the same in every figure. */
+export type Role = "measured"
+  | "fitted"
+  | "desired"
+  | "own"
+  | "rendered"
+  | "reference"
+  | {
+  trace: number
+}
 /** A run. */
 export type Run = {
   /** When it began, RFC 3339, UTC. */
@@ -794,6 +909,19 @@ export type Run = {
   tags: string[]
   /** Version of the program. */
   version: string
+}
+/** Values with a role and a name. What is not finite or absurd (beyond 1e15) is left out; a line has a gap there. */
+export type Series = {
+  /** A line that is dashed, whatever its role. */
+  dashed?: boolean
+  /** Its values. */
+  data: Data
+  /** Points that are larger. */
+  large?: boolean
+  /** As in a legend. */
+  name: string
+  /** What it means. */
+  role: Role
 }
 /** A signal. */
 export type Signal = {

@@ -149,6 +149,21 @@ impl Report {
         self
     }
 
+    /// What came out, in words.
+    pub(crate) fn told(&self) -> &str {
+        &self.summary
+    }
+
+    /// The key numbers by name.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = (&str, &Estimate)> {
+        self.key.iter().map(|key| (key.name.as_str(), &key.number))
+    }
+
+    /// Its parts in their order.
+    pub(crate) fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
     /// Where its numbers come from; several where reports were put together.
     pub fn provenance(&self) -> &[Provenance] {
         &self.provenance

@@ -72,14 +72,21 @@ enum Order {
         fault: String,
     },
     /// Measure; ends when the results are there.
-    #[command(after_help = "Example: stickslip bench measure friction --set speeds=4 --set slowest=5")]
+    #[command(after_help = "Example: stickslip bench measure friction --set speeds=4 --set slowest=5\n\
+                            Example: stickslip bench measure friction --render --set speeds=4 --set slowest=5")]
     Measure {
         /// What.
         what: What,
         /// A value of the plan; may be given several times.
         #[arg(long, value_name = "NAME=VALUE")]
         set: Vec<Setting>,
+        /// While the load motor renders the desired friction.
+        #[arg(long)]
+        render: bool,
     },
+    /// Write the report of what was measured last: own, desired and rendered friction.
+    #[command(after_help = "Example: stickslip bench report")]
+    Report,
     /// Record every cycle from now on, into a run of its own, whatever the bench does; replayable from there.
     #[command(after_help = "Example: stickslip bench record grease\n\
                             Example: stickslip bench record --stop")]
@@ -114,14 +121,14 @@ impl BenchCommand {
         let client = Client::of(&self.project)?;
         match self.order {
             Order::Home => follow(&client, &Call::Home {}, out, &watch()),
-            Order::Measure { what, set } => {
+            Order::Measure { what, set, render } => {
                 let what = match what {
                     What::Friction => Quantity::Friction,
                     What::Breakaway => Quantity::Breakaway,
                     What::Presliding => Quantity::Presliding,
                 };
                 let plan = set.into_iter().map(|setting| (setting.path, setting.value)).collect();
-                follow(&client, &Call::Measure { what, plan }, out, &watch())
+                follow(&client, &Call::Measure { what, plan, render }, out, &watch())
             }
             Order::Move { reference, set, render } => {
                 let number = |setting: Setting| match setting.value.parse() {
@@ -139,6 +146,10 @@ impl BenchCommand {
                     }
                     Ok(())
                 }
+                other => Err(unexpected(&other)),
+            },
+            Order::Report => match client.call(&Call::SaveReport {})? {
+                Answer::Report { folder, .. } => Ok(writeln!(out, "Report with figures: {folder}/report.html")?),
                 other => Err(unexpected(&other)),
             },
             Order::Record { stop: true, .. } => {

@@ -97,6 +97,7 @@ impl Server {
             .route("/api", post(call))
             .route("/api/live", get(socket::open))
             .route("/api/schema", get(schema))
+            .route("/report/{run}", get(page::report))
             .fallback_service(get(page::get).with_state(shared.clone()))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use axum::extract::{Query, State};
+use axum::extract::rejection::PathRejection;
+use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
@@ -15,6 +16,10 @@ const COOKIE_AGE: u32 = 31_536_000;
 /// What the page may do: its own files, its own bench, nothing inline, in nobody's frame.
 const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; \
                       form-action 'none'; frame-ancestors 'none'";
+
+/// A report stands alone: its own style and script, nothing from elsewhere, and no way to the bench.
+const ALONE: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; \
+                     base-uri 'none'; form-action 'none'; frame-ancestors 'none'; sandbox allow-scripts allow-downloads";
 
 /// What stands in the printed address.
 #[derive(Deserialize)]
@@ -29,10 +34,32 @@ pub(super) async fn get(
     uri: Uri,
     headers: HeaderMap,
 ) -> Response {
-    let mut response = answer(&shared, &printed, uri.path(), &headers);
+    secured(answer(&shared, &printed, uri.path(), &headers), POLICY)
+}
+
+/// The page of a run's report.
+pub(super) async fn report(
+    State(shared): State<Arc<Shared>>,
+    run: Result<Path<u64>, PathRejection>,
+    headers: HeaderMap,
+) -> Response {
+    let text = |status: StatusCode, text: String| (status, text).into_response();
+    let answer = match (shared.door.admit(&headers, None), run) {
+        (Err((status, why)), _) => text(status, stranger(why)),
+        (_, Err(_)) => text(StatusCode::NOT_FOUND, "a report has the number of its run\n".into()),
+        (_, Ok(Path(run))) => match shared.live.report_page(run) {
+            Ok(page) => ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
+            Err(error) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
+        },
+    };
+    secured(answer, ALONE)
+}
+
+/// What nobody else may do with it.
+fn secured(mut response: Response, policy: &'static str) -> Response {
     let all = response.headers_mut();
     for (name, value) in [
-        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::CONTENT_SECURITY_POLICY, policy),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
         (header::X_FRAME_OPTIONS, "DENY"),

@@ -40,7 +40,7 @@ pub(super) struct Facts {
 }
 
 /// Of each kind, what it is called and the result that a reader looks for first.
-const KINDS: [(&str, &str, &str); 12] = [
+const KINDS: [(&str, &str, &str); 13] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
@@ -49,6 +49,7 @@ const KINDS: [(&str, &str, &str); 12] = [
     ("fit", "fit", "fit.breakaway_torque"),
     ("design", "design", "desired.breakaway_torque"),
     ("render", "rendered friction", "render.rms_error_over_breakaway"),
+    ("report", "report", "report.rms_error"),
     ("fidelity", "trajectory equivalence", ""),
     ("identify", "identification", "inertia.mass"),
     ("validate", "validation", "prediction.position_rms"),

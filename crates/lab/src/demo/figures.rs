@@ -3,14 +3,14 @@
 use super::{Demo, Measured};
 use crate::figure::{Figure, Role, Series};
 use crate::quantity::{Estimate, number, tied};
-use crate::workflow::draw::{Captioned, curve, folded, folded_points, friction, plateaus, points, torque};
+use crate::workflow::draw::{Captioned, curve, folded, folded_points, friction, measured, plateaus, points, torque};
 use crate::workflow::tell::estimate;
 use stickslip_core::friction::Stribeck;
 
 impl Demo {
     /// All figures in the order of the experiment.
     pub fn figures(&self) -> [(&'static str, Figure, String); 7] {
-        let [own_and_desired, rendered, load_torque, sweep] = self.rendering.figures(Some(&self.own.curve));
+        let [own_and_desired, rendered, load_torque, sweep] = self.rendering.figures(Some(measured(&self.own.curve)));
         [self.shaping(), self.measurement(), self.design(), own_and_desired, rendered, load_torque, sweep]
     }
 

@@ -1,5 +1,6 @@
 //! Axes: range, stretch, ticks.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::legend::text_width;
@@ -15,13 +16,16 @@ const LINEAR_PART: f64 = 2.0;
 const LEAST_SPAN: f64 = 1e-9;
 
 /// What an axis shows and how.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Axis {
+    /// What it shows.
     pub(crate) quantity: String,
     /// As in a field.
     pub(crate) unit: String,
+    /// asinh(x/2) instead of x.
     #[serde(default)]
     stretched: bool,
+    /// Chosen, not by the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<(f64, f64)>,
 }

@@ -34,27 +34,36 @@ pub(crate) mod theme;
 mod thin;
 
 pub use axis::Axis;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub(crate) use series::Data;
 pub use series::Series;
 pub use theme::Role;
 
 /// A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Figure {
+    /// What it is called.
     pub(crate) title: String,
+    /// To the right.
     pub(crate) x: Axis,
+    /// Upwards.
     pub(crate) y: Axis,
+    /// What is drawn.
     pub(crate) series: Vec<Series>,
+    /// Parts of the horizontal axis that have a name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     intervals: Vec<Interval>,
 }
 
 /// A part of the horizontal axis with a name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 struct Interval {
+    /// Its begin.
     from: f64,
+    /// Its end.
     to: f64,
+    /// Its name.
     name: String,
 }
 

@@ -1,5 +1,6 @@
 //! What is drawn: points, points with their uncertainty, a line, a band.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::theme::Role;
@@ -8,25 +9,50 @@ use super::theme::Role;
 const LARGEST: f64 = 1e15;
 
 /// Values with a role and a name. What is not finite or absurd (beyond 1e15) is left out; a line has a gap there.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Series {
+    /// What it means.
     pub(crate) role: Role,
+    /// As in a legend.
     pub(crate) name: String,
+    /// A line that is dashed, whatever its role.
     #[serde(default, skip_serializing_if = "is_false")]
     dashed: bool,
+    /// Points that are larger.
     #[serde(default, skip_serializing_if = "is_false")]
     large: bool,
+    /// Its values.
     pub(crate) data: Data,
 }
 
 /// Pairs x, y; x, y and half width; or x with the lower and the upper edge, in the units of the axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", content = "values", rename_all = "lowercase")]
 pub(crate) enum Data {
-    Points(#[serde(with = "rows")] Vec<[f64; 2]>),
-    Bars(#[serde(with = "rows")] Vec<[f64; 3]>),
-    Line(#[serde(with = "rows")] Vec<[f64; 2]>),
-    Band(#[serde(with = "rows")] Vec<[f64; 3]>),
+    /// x, y.
+    Points(
+        #[serde(with = "rows")]
+        #[schemars(with = "Vec<[Option<f64>; 2]>")]
+        Vec<[f64; 2]>,
+    ),
+    /// x, y, half width.
+    Bars(
+        #[serde(with = "rows")]
+        #[schemars(with = "Vec<[Option<f64>; 3]>")]
+        Vec<[f64; 3]>,
+    ),
+    /// x, y.
+    Line(
+        #[serde(with = "rows")]
+        #[schemars(with = "Vec<[Option<f64>; 2]>")]
+        Vec<[f64; 2]>,
+    ),
+    /// x, lower edge, upper edge.
+    Band(
+        #[serde(with = "rows")]
+        #[schemars(with = "Vec<[Option<f64>; 3]>")]
+        Vec<[f64; 3]>,
+    ),
 }
 
 impl Series {

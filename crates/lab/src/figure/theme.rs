@@ -1,5 +1,6 @@
 //! Colours by what they mean. A figure carries the light ones; a page may set the others by the class.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A colour with a meaning.
@@ -44,7 +45,7 @@ pub(crate) const COLOURS: [Colour; 16] = [
 ];
 
 /// What a series is: it looks the same in every figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {
     /// What the instruments gave.

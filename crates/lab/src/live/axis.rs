@@ -15,8 +15,11 @@ use super::protocol::{Doing, Ended, MarkKind};
 use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::catalogue::Made;
 use crate::experiment::{FrictionPlan, home};
+use crate::figure::Series;
 use crate::preset::{Model, Settings};
+use crate::workflow::correct::render_corrected;
 use crate::workflow::measure::{Plan, measure_homed};
+use crate::workflow::render::{RenderRun, Rendering};
 use crate::{Error, Watch};
 
 /// From look to look where nothing runs.
@@ -37,8 +40,9 @@ pub(super) enum Job {
     Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
-    /// Run something to its end: results, if any, go into this folder; it may be a friction curve of this number.
-    Run { what: String, folder: Option<PathBuf>, curve: Option<u64>, work: Box<Work> },
+    /// Run something to its end: results, if any, go into this folder; it may be a friction curve of this number, and
+    /// what is rendered meanwhile.
+    Run { what: String, folder: Option<PathBuf>, curve: Option<(u64, Option<Box<Rendering>>)>, work: Box<Work> },
     /// End.
     End,
 }
@@ -64,8 +68,29 @@ impl Job {
             let measured = measure_homed(plan, &preset, bench, watch)?;
             measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
         };
-        let curve = (P::KIND == <FrictionPlan<f64> as Plan>::KIND).then_some(number);
+        let curve = (P::KIND == <FrictionPlan<f64> as Plan>::KIND).then_some((number, None));
         Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), curve, work: Box::new(work) }
+    }
+
+    /// The same for the friction that the load motor renders; `own` is what was measured without.
+    pub(super) fn measure_rendered(
+        planned: Rendering,
+        preset: crate::Preset<f64>,
+        own: Option<Series>,
+        number: u64,
+        folder: PathBuf,
+    ) -> Self {
+        let (to, plan) = (folder.clone(), planned.plan);
+        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+            make_ready(bench, watch)?;
+            let corrected = render_corrected(&plan, &preset.bench.desired, 0, bench, watch)?;
+            let mut preset = preset;
+            preset.plant.wheel.preload = bench.preload();
+            let run = RenderRun { preset, seed: None, own, corrected };
+            run.write(&to, "stickslip serve, measure friction --render").map(drop)
+        };
+        let curve = Some((number, Some(Box::new(planned))));
+        Job::Run { what: "measure friction".into(), folder: Some(folder), curve, work: Box::new(work) }
     }
 }
 
@@ -117,13 +142,16 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 motion = Some(begin(&bench, shared, name, &reference, render));
             }
             Some(Job::Run { what, folder, curve, work }) => {
-                curve.into_iter().for_each(|number| shared.begin_curve(number));
+                curve.into_iter().for_each(|(number, planned)| shared.begin_curve(number, planned));
                 let begun = SystemTime::now();
                 let ended = work(&mut bench, &shared.watch(&what));
                 shared.end_curve();
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
-                    let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));
+                    let made = Made::now(folder, begun, Some(shared.preset.clone()));
+                    let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
+                    let number = number.and_then(|number| i64::try_from(number).ok());
+                    let _ = shared.clerk.send(Some(Made { number, ..made }));
                 }
                 shared.ended(&what, ended.map(|()| folder));
             }

@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 use super::{Live, Shared, lock};
 use crate::curve_file::CurveColumns;
 use crate::experiment::{FrictionCurve, Plateau};
+use crate::figure::{Role, Series};
 use crate::fit::{CurvePoint, PARAMETERS, StribeckFit};
 use crate::quantity::NORMAL95;
 use crate::workflow::draw::grid;
 use crate::workflow::fit::fit_file;
+use crate::workflow::render::{RENDERED, Rendering};
 use crate::{Error, workflow};
 
 /// A friction curve, measured or being measured.
@@ -22,6 +24,8 @@ pub struct MeasuredCurve {
     pub run: Option<u64>,
     /// Whether it is being measured.
     pub measuring: bool,
+    /// Whether the load motor rendered meanwhile.
+    pub rendered: bool,
     /// The points that count.
     pub points: Vec<MeasuredPoint>,
     /// The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run.
@@ -92,6 +96,8 @@ pub struct CurveName {
     pub run: u64,
     /// Name of its folder.
     pub name: String,
+    /// Whether the load motor rendered meanwhile.
+    pub rendered: bool,
 }
 
 /// What is being measured, or was measured last.
@@ -101,13 +107,20 @@ pub(super) struct Measured {
     pub(super) run: u64,
     /// Whether it goes on.
     pub(super) measuring: bool,
-    plateaus: Vec<Plateau>,
+    /// What is rendered meanwhile, if anything.
+    pub(super) planned: Option<Box<Rendering>>,
+    pub(super) plateaus: Vec<Plateau>,
+    /// Number and plateaus of the own friction that was measured last.
+    own: (u64, Vec<Plateau>),
 }
 
 impl Shared {
-    /// A measurement of friction begins.
-    pub(super) fn begin_curve(&self, run: u64) {
-        *lock(&self.measured) = Measured { run, measuring: true, plateaus: Vec::new() };
+    /// A measurement of friction begins, perhaps of one that is rendered.
+    pub(super) fn begin_curve(&self, run: u64, planned: Option<Box<Rendering>>) {
+        let mut measured = lock(&self.measured);
+        let before = std::mem::take(&mut *measured);
+        let own = if before.planned.is_none() { (before.run, before.plateaus) } else { before.own };
+        *measured = Measured { run, measuring: true, planned, plateaus: Vec::new(), own };
     }
 
     /// It has ended.
@@ -121,6 +134,17 @@ impl Shared {
     }
 }
 
+impl Measured {
+    /// The plateaus of a run, where it is known since the start.
+    fn of(&self, run: u64) -> Option<FrictionCurve> {
+        match run {
+            run if run == self.run => Some(of(self.plateaus.clone())),
+            run if run == self.own.0 => Some(of(self.own.1.clone())),
+            _ => None,
+        }
+    }
+}
+
 impl Live {
     /// The runs that have a friction curve, the newest first.
     pub(super) fn curves(&self) -> Vec<CurveName> {
@@ -131,22 +155,23 @@ impl Live {
             .filter(|entry| entry.path().join("curve.csv").exists())
             .filter_map(|entry| {
                 let name = entry.file_name().into_string().ok()?;
-                Some(CurveName { run: number(&name)?, name })
+                let rendered = entry.path().join(format!("{RENDERED}.csv")).exists();
+                Some(CurveName { run: number(&name)?, name, rendered })
             })
             .collect();
         names.sort_by_key(|name| std::cmp::Reverse(name.run));
         names
     }
 
-    /// The curve of a run, or the one that is being measured or was last.
+    /// The curve of a run, or the one that is being measured, or the own friction that was last.
     pub(super) fn curve(&self, run: Option<u64>) -> Result<MeasuredCurve, Error> {
         let known = lock(&self.shared.measured).clone();
         if run.is_none() && known.measuring {
-            return Ok(being_measured(known.plateaus));
+            return Ok(MeasuredCurve { rendered: known.planned.is_some(), ..being_measured(known.plateaus) });
         }
         let names = self.curves();
         let name = match run {
-            None => match names.first() {
+            None => match names.iter().find(|name| !name.rendered) {
                 Some(name) => name,
                 None => return Ok(MeasuredCurve::default()),
             },
@@ -157,9 +182,8 @@ impl Live {
             })?,
         };
         let mut curve = of_folder(&self.shared.project.join("runs").join(&name.name))?;
-        curve.run = Some(name.run);
-        if known.run == name.run {
-            let measured = of(known.plateaus);
+        (curve.run, curve.rendered) = (Some(name.run), name.rendered);
+        if let Some(measured) = known.of(name.run) {
             curve.course = course(&measured);
             curve.notes.extend(workflow::measure::Outcome::warnings(&measured));
         }
@@ -167,12 +191,26 @@ impl Live {
     }
 }
 
+impl Live {
+    /// The noisy course of the own friction that was measured last; of an earlier start its points.
+    pub(super) fn own_friction(&self) -> Option<Series> {
+        let name = self.curves().into_iter().find(|name| !name.rendered)?;
+        if let Some(curve) = lock(&self.shared.measured).of(name.run) {
+            return Some(workflow::draw::measured(&curve));
+        }
+        let curve = of_folder(&self.shared.project.join("runs").join(&name.name)).ok()?;
+        let points = curve.points.iter().map(|point| (point.velocity, point.torque));
+        Some(Series::points(Role::Measured, "measured", points))
+    }
+}
+
 /// The number that a folder's name begins with.
-fn number(name: &str) -> Option<u64> {
+/// The number that a folder of runs is named by.
+pub(super) fn number(name: &str) -> Option<u64> {
     name.split_once('-')?.0.parse().ok()
 }
 
-fn of(plateaus: Vec<Plateau>) -> FrictionCurve {
+pub(super) fn of(plateaus: Vec<Plateau>) -> FrictionCurve {
     FrictionCurve { plateaus, ripple: 0.0, duration: 0.0, complete: false }
 }
 
@@ -188,6 +226,7 @@ fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
     MeasuredCurve {
         run: None,
         measuring: true,
+        rendered: false,
         points: shown_points(&points, fit.as_ref()),
         course,
         fit: fit.map(|fit| FittedCurve::of(&fit, Vec::new())),

@@ -15,6 +15,7 @@ mod marks;
 mod operator;
 pub mod protocol;
 mod record;
+mod rendered;
 mod runs;
 mod scribe;
 mod seen;
@@ -305,7 +306,12 @@ impl Live {
                 *lock(&self.shared.preload) = preload;
                 Ok(Answer::Done {})
             }
-            Call::Measure { what, plan } => match what {
+            Call::Measure { what: Quantity::Friction, plan, render: true } => self.measure_rendered(&plan),
+            Call::Measure { what, render: true, .. } => {
+                let remedy = "Only the friction curve is measured while the load motor renders.".into();
+                Err(Error::Unknown { what: "measurement under the law", name: format!("{what:?}"), remedy })
+            }
+            Call::Measure { what, plan, .. } => match what {
                 Quantity::Friction => self.measure::<FrictionPlan<f64>>(&plan),
                 Quantity::Breakaway => self.measure::<BreakawayPlan<f64>>(&plan),
                 Quantity::Presliding => self.measure::<PreslidingPlan<f64>>(&plan),
@@ -347,6 +353,8 @@ impl Live {
             }
             Call::Curve { run } => Ok(Answer::Curve(Box::new(self.curve(run)?))),
             Call::Curves {} => Ok(Answer::Curves { curves: self.curves() }),
+            Call::Rendered { run } => Ok(Answer::Rendered(Box::new(self.rendered(run)?))),
+            Call::SaveReport {} => self.save_report(),
             Call::Ask {} => {
                 lock(&self.shared.operator).ask(client, now);
                 Ok(Answer::Done {})
@@ -450,7 +458,9 @@ impl Live {
         let runs = self.shared.project.join("runs");
         output::create_folder(&runs)?;
         loop {
-            let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
+            // Its number in the catalogue as well; where that cannot be written, the next one.
+            let aside = self.shared.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
+            let number = aside.unwrap_or_else(|| self.shared.runs.fetch_add(1, Ordering::Relaxed));
             let folder = runs.join(format!("{number:04}-{name}"));
             if !taken(&runs, number) {
                 return Ok((number, folder));

@@ -11,6 +11,7 @@ pub use super::again::Again;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::machine::{Factor, Machine, Part, PartKind};
+pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 use crate::Error;
 use crate::bench::remote::Counts;
 use crate::catalogue::{Run, Value};
@@ -68,6 +69,9 @@ pub enum Call {
         /// Values of its plan, as in a file.
         #[serde(default)]
         plan: BTreeMap<String, String>,
+        /// Of the friction: while the load motor renders the desired one.
+        #[serde(default)]
+        render: bool,
     },
     /// Change parameters, all of them with the same cycle: dotted paths, values as in a file.
     Set {
@@ -124,6 +128,14 @@ pub enum Call {
     },
     /// The runs that have a friction curve.
     Curves {},
+    /// A friction as it was rendered: key numbers and figures.
+    Rendered {
+        /// Number of its run; `null`: the one that is being measured, or was last.
+        #[serde(default)]
+        run: Option<u64>,
+    },
+    /// Write the report of the experiment: own, desired and rendered friction that were measured last.
+    SaveReport {},
     /// Draw a desired friction; nothing is put in force.
     Sketch(Sketch),
     /// How far the rendering law would be from chatter with these parameters; nothing is put in force.
@@ -279,6 +291,7 @@ impl Call {
                 | Call::Plan { .. }
                 | Call::Curve { .. }
                 | Call::Curves {}
+                | Call::Rendered { .. }
                 | Call::Ask {}
                 | Call::Sketch(_)
                 | Call::Margin { .. }
@@ -352,6 +365,15 @@ pub enum Answer {
     Curves {
         /// The newest first.
         curves: Vec<CurveName>,
+    },
+    /// A friction as it was rendered.
+    Rendered(Box<RenderedFriction>),
+    /// A report that was written.
+    Report {
+        /// Its number: the page is at `/report/NUMBER`.
+        run: u64,
+        /// Its folder.
+        folder: String,
     },
     /// A sketch, drawn.
     Drawn(Box<Drawn>),

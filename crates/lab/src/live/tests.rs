@@ -151,7 +151,7 @@ fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
     let (live, project) = live();
     let plan = [("slowest", "20"), ("fastest", "40"), ("speeds", "2")];
     let plan = plan.map(|(name, value)| (name.to_owned(), value.to_owned()));
-    let measure = Call::Measure { what: Quantity::Friction, plan: plan.into() };
+    let measure = Call::Measure { what: Quantity::Friction, plan: plan.into(), render: false };
     live.call(ANN, measure.clone()).unwrap();
     let busy = live.call(ANN, set(GAIN, "11")).unwrap_err();
     assert!(matches!(busy, Error::Busy { .. }), "{busy}");
@@ -162,7 +162,8 @@ fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
     assert!(Path::new(&folder).starts_with(project.path()));
     assert!(Path::new(&folder).join("summary.json").exists());
     live.call(ANN, set(GAIN, "11")).unwrap();
-    let unknown = Call::Measure { what: Quantity::Friction, plan: BTreeMap::from([("sped".into(), "2".into())]) };
+    let unknown =
+        Call::Measure { what: Quantity::Friction, plan: BTreeMap::from([("sped".into(), "2".into())]), render: false };
     let refused = live.call(ANN, unknown).unwrap_err().to_string();
     assert!(refused.contains("speeds"), "{refused}");
 }
@@ -496,10 +497,11 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
     let (live, project) = live();
     let plan = [("speeds", "2"), ("slowest", "10"), ("fastest", "20")];
     let plan = plan.map(|(name, value)| (name.to_owned(), value.to_owned())).into();
-    live.call(ANN, Call::Measure { what: Quantity::Friction, plan }).unwrap();
+    live.call(ANN, Call::Measure { what: Quantity::Friction, plan, render: false }).unwrap();
     assert_eq!(ended(&live).error, None);
     let run = entered(&live, 1).remove(0);
     assert_eq!((run.number, run.kind.as_str(), run.curve.is_empty()), (1, "measure friction", false));
+    assert_eq!(run.folder, "runs/0001-measure-friction", "one number everywhere");
     live.call(ANN, Call::RenameRun { number: 1, name: "first".into() }).unwrap();
     live.call(ANN, Call::TagRun { number: 1, add: vec!["good".into()], remove: Vec::new() }).unwrap();
     live.call(ANN, Call::NoteRun { number: 1, note: "new grease".into() }).unwrap();
@@ -546,7 +548,7 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
     let asked = Call::Plan { what: Quantity::Friction, thorough: false, plan: plan.clone() };
     let Answer::Plan(form) = live.call("looks", asked).unwrap() else { panic!("no plan") };
     assert!(form.duration > 0.0 && form.items.iter().any(|item| item.path == "speeds" && item.value == Some(3.0)));
-    live.call(ANN, Call::Measure { what: Quantity::Friction, plan }).unwrap();
+    live.call(ANN, Call::Measure { what: Quantity::Friction, plan, render: false }).unwrap();
     let growing = loop {
         let growing = curve(None);
         if growing.points.len() >= 2 {
@@ -575,4 +577,86 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
     assert_eq!((differences.len(), status(&live).changed), (1, 0));
     let Answer::Machine(machine) = live.call("looks", Call::Machine {}).unwrap() else { panic!("no machine") };
     assert_eq!(machine.speeds[1].factor, 60.0 / std::f64::consts::TAU);
+}
+
+#[test]
+fn the_friction_that_is_rendered_is_measured_told_and_reported() {
+    let (live, project) = live();
+    let plan: BTreeMap<String, String> = [("slowest", "10"), ("fastest", "40"), ("speeds", "2")]
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .into();
+    let measure = |render| Call::Measure { what: Quantity::Friction, plan: plan.clone(), render };
+    let rendered = |run| match live.call("looks", Call::Rendered { run }).unwrap() {
+        Answer::Rendered(rendered) => *rendered,
+        other => panic!("{other:?}"),
+    };
+    // Nothing is there, nothing moves for what cannot be rendered, and only friction is measured under the law.
+    assert_eq!(rendered(None), protocol::RenderedFriction::default());
+    assert!(matches!(live.call(ANN, Call::SaveReport {}).unwrap_err(), Error::TooFew { found: 0, .. }));
+    let refused = live.call(ANN, measure(true)).unwrap_err();
+    assert!(matches!(refused, Error::NotRenderable { .. }), "{refused}");
+    let bristles = Call::Measure { what: Quantity::Presliding, plan: BTreeMap::new(), render: true };
+    assert!(live.call(ANN, bristles).unwrap_err().to_string().contains("Only the friction curve"));
+    assert_eq!((status(&live).state.as_str(), status(&live).doing), ("off", None));
+
+    live.call(ANN, measure(false)).unwrap();
+    assert_eq!(ended(&live).error, None);
+    let sketch = crate::workflow::sketch::Sketch { nearest: true, speeds: vec![0.0], ..Default::default() };
+    let Answer::Drawn(nearest) = live.call("looks", Call::Sketch(sketch)).unwrap() else { panic!("not drawn") };
+    let values = crate::fit::PARAMETERS.iter().zip(nearest.desired);
+    let values = values.map(|((key, ..), value)| (format!("bench.desired.{key}"), format!("{value:?}"))).collect();
+    live.call(ANN, Call::Set { values }).unwrap();
+    live.call(ANN, measure(true)).unwrap();
+    let growing = loop {
+        let growing = rendered(None);
+        if growing.measuring && !growing.keys.is_empty() {
+            break growing;
+        }
+        thread::sleep(Duration::from_millis(5));
+    };
+    assert_eq!((growing.run, growing.figures.len()), (None, 4));
+    assert_eq!(ended(&live).error, None);
+
+    let told = rendered(None);
+    assert_eq!((told.run, told.measuring, told.figures.len()), (Some(2), false, 4));
+    assert!(told.verdict.contains("% of M_S"), "{}", told.verdict);
+    let summary = std::fs::read_to_string(project.path().join("runs/0002-render/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let error =
+        crate::quantity::Estimate::new(summary["results"]["render.rms_error"]["value"].as_f64().unwrap(), "N m");
+    let key = &told.keys[0];
+    let (error, number) = (error.written(), |text: &str| text.parse::<f64>().unwrap());
+    assert!(!key.half_width.is_empty() && key.unit == error.unit, "{error} {key:?}");
+    // The key number is rounded as its uncertainty is.
+    assert!((number(&error.value) - number(&key.value)).abs() <= number(&key.half_width), "{error} {key:?}");
+    // It is a curve like others, and not the own friction.
+    let curves = |live: &Live| match live.call("looks", Call::Curves {}).unwrap() {
+        Answer::Curves { curves } => curves.into_iter().map(|name| (name.run, name.rendered)).collect::<Vec<_>>(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(curves(&live), [(2, true), (1, false)]);
+    let Answer::Curve(own) = live.call("looks", Call::Curve { run: None }).unwrap() else { panic!("no curve") };
+    assert_eq!((own.run, own.rendered, own.course.is_empty()), (Some(1), false, false));
+    let Answer::Curve(again) = live.call("looks", Call::Curve { run: Some(2) }).unwrap() else { panic!("no curve") };
+    assert_eq!((again.rendered, again.points.len(), again.course.is_empty()), (true, 4, false));
+
+    let Answer::Report { run, folder } = live.call(ANN, Call::SaveReport {}).unwrap() else { panic!("no report") };
+    assert_eq!(run, 3);
+    let page = live.report_page(run).unwrap();
+    assert_eq!(page, std::fs::read_to_string(Path::new(&folder).join("report.html")).unwrap());
+    for part in
+        ["Own friction", "Desired friction", "Rendered friction", "figure 12", "figure 13", "figure 14", "cascade"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(live.report_page(77).unwrap_err().to_string().contains("no run with a report 77"));
+    // A link leads nowhere.
+    #[cfg(unix)]
+    {
+        let link = project.path().join("runs/0009-link");
+        std::fs::create_dir(&link).unwrap();
+        std::os::unix::fs::symlink(project.path().join("serve-token"), link.join("report.html")).unwrap();
+        assert!(live.report_page(9).is_err());
+    }
+    live.stop();
 }

@@ -141,7 +141,7 @@ pub fn correct<R>(
 }
 
 /// RMS of what is missing, and its standard error [N m].
-fn rms(missing: &[Missing]) -> [f64; 2] {
+pub(super) fn rms(missing: &[Missing]) -> [f64; 2] {
     let n = missing.len() as f64;
     let mean = |of: fn(&Missing) -> f64| missing.iter().map(of).sum::<f64>() / n;
     let square = mean(|point| point.torque * point.torque);

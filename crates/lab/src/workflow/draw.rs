@@ -36,6 +36,11 @@ pub(crate) fn points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> 
     curve.kept().flat_map(|plateau| plateau.blocks.iter().map(|block| (block.velocity, block.torque)))
 }
 
+/// The noisy course of the own friction.
+pub(crate) fn measured(curve: &FrictionCurve) -> Series {
+    Series::points(Role::Measured, "measured", points(curve))
+}
+
 /// The same with both directions on the positive side.
 pub(crate) fn folded_points(curve: &FrictionCurve) -> impl Iterator<Item = (f64, f64)> + '_ {
     curve.kept().flat_map(|plateau| {

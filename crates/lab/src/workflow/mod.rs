@@ -8,6 +8,7 @@ pub mod capture;
 pub mod correct;
 pub mod design;
 pub(crate) mod draw;
+pub mod experiment;
 pub mod fit;
 pub mod measure;
 pub mod render;

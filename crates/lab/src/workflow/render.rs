@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde_json::Value;
 use stickslip_core::friction::Stribeck;
-use stickslip_core::render::{Correction, DifferenceTorque};
+use stickslip_core::render::{Correction, DifferenceTorque, Law};
 
-use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected};
+use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected, rms};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
+use super::measure::{Outcome as _, with_preload};
 use super::tell::{columns, rows};
 use super::write_columns;
 use crate::bench::{Bench, Frame, VirtualBench};
@@ -19,8 +20,8 @@ use crate::experiment::{
     FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, sweep_through_standstill,
 };
 use crate::figure::{Axis, Figure, Role, Series};
-use crate::preset::{LawChoice, Settings};
-use crate::quantity::{Estimate, number, tied};
+use crate::preset::{LawChoice, Model, Settings};
+use crate::quantity::{Estimate, NORMAL95, number, tied};
 use crate::report::{Provenance, Report, Section};
 use crate::table::Column;
 use crate::{Error, Preset, Summary, Watch, output, parameters};
@@ -29,6 +30,9 @@ use crate::{Error, Preset, Summary, Watch, output, parameters};
 const SWEEP_SPEED: f64 = 1.5;
 /// How fast it does [rad/s²].
 const SWEEP_ACCELERATION: f64 = 1.5;
+
+/// Name of the table of what was measured under the law, without ending.
+pub(crate) const RENDERED: &str = "rendered";
 
 /// A law, and what was measured under it.
 #[derive(Clone, Debug)]
@@ -59,22 +63,14 @@ pub fn render(
     bench: &mut dyn Bench,
     watch: &Watch,
 ) -> Result<Rendering, Error> {
-    let (model, settings) = (bench.model(), bench.settings());
-    let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
-    Region::of(model, settings, passage)?.admit(&model.own, desired, plan.fastest)?;
-    let settings = Settings { desired: *desired, ..*settings };
-    let law =
-        DifferenceTorque { fade_velocity: faded_below(&settings), ..difference_torque(desired, model, &settings) };
-    let rendering = rendering_law(model, &settings)?;
-    let margin = margin(&rendering, model, &settings)?;
-    bench.set_law(rendering)?;
+    let (planned, law) = Rendering::planned(plan, desired, bench.model(), bench.settings())?;
+    bench.set_law(law)?;
     let curve = measure_friction(plan, bench, true, watch)?;
     let sweep = match sweep_through_standstill(bench, SWEEP_SPEED, SWEEP_ACCELERATION, watch) {
         Err(Error::Cancelled) => Vec::new(),
         ended => ended?,
     };
-    let velocity_noise = predicted_velocity_noise(bench.model(), bench.settings())?;
-    Ok(Rendering { plan: *plan, law, curve, sweep, velocity_noise, margin })
+    Ok(Rendering { curve, sweep, ..planned })
 }
 
 /// Speed up to which the law that is set renders nothing, or less than the difference [rad/s].
@@ -86,6 +82,28 @@ pub(crate) fn faded_below(settings: &Settings<f64>) -> f64 {
 }
 
 impl Rendering {
+    /// Before anything is measured: what would be rendered, and the law that does it.
+    ///
+    /// # Errors
+    /// As [`render`], but for those of the bench.
+    pub(crate) fn planned(
+        plan: &FrictionPlan<f64>,
+        desired: &Stribeck<f64>,
+        model: &Model<f64>,
+        settings: &Settings<f64>,
+    ) -> Result<(Self, Law<f64>), Error> {
+        let passage = Passage { acceleration: plan.acceleration, ..Passage::default() };
+        Region::of(model, settings, passage)?.admit(&model.own, desired, plan.fastest)?;
+        let settings = Settings { desired: *desired, ..*settings };
+        let law =
+            DifferenceTorque { fade_velocity: faded_below(&settings), ..difference_torque(desired, model, &settings) };
+        let renders = rendering_law(model, &settings)?;
+        let margin = margin(&renders, model, &settings)?;
+        let velocity_noise = predicted_velocity_noise(model, &settings)?;
+        let curve = FrictionCurve { plateaus: Vec::new(), ripple: 0.0, duration: 0.0, complete: false };
+        Ok((Rendering { plan: *plan, law, curve, sweep: Vec::new(), velocity_noise, margin }, renders))
+    }
+
     /// What is missing on each plateau that counts, outside the fade-out.
     pub(crate) fn missing(&self) -> Vec<Missing> {
         missing(&self.curve, &self.law.desired, self.law.fade_velocity)
@@ -116,6 +134,31 @@ impl Rendering {
     /// The same for a load that moves steadily [N m]: by the observer's noise alone, as the data sheet predicts it.
     pub fn expected_inside_fade_if_steady(&self) -> f64 {
         expected_inside_fade(&self.law, self.plan.speeds().map(|speed| (speed, self.velocity_noise)))
+    }
+
+    /// The numbers that a reader looks for first; those that are not known yet are left out.
+    fn keys(&self) -> Vec<(&'static str, Estimate)> {
+        let missing = self.missing();
+        let [outside, uncertainty] = rms(&missing);
+        let worst = missing.iter().max_by(|a, b| a.torque.abs().total_cmp(&b.torque.abs()));
+        let largest = worst.map_or(Estimate::new(f64::NAN, "N m"), |worst| {
+            Estimate::new(worst.torque.abs(), "N m").with_half_width(NORMAL95 * worst.standard_error)
+        });
+        let keys = [
+            ("RMS error outside the fade-out", Estimate::new(outside, "N m").with_half_width(NORMAL95 * uncertainty)),
+            ("RMS error inside", Estimate::new(self.error_inside_fade(), "N m")),
+            ("largest deviation outside", largest),
+            ("at a speed of", Estimate::new(worst.map_or(f64::NAN, |worst| worst.speed), "rad/s")),
+        ];
+        keys.into_iter().filter(|(_, estimate)| estimate.value.is_finite()).collect()
+    }
+
+    /// Adds key numbers and figures; `own` as in [`figures`](Self::figures).
+    pub(crate) fn told_in(&self, report: Report, own: Option<&Series>) -> Report {
+        let report = self.keys().into_iter().fold(report, |report, (name, estimate)| report.key(name, estimate));
+        self.figures(own.cloned()).into_iter().fold(report, |report, (_, figure, caption)| {
+            report.section(Section::Figure { figure: Box::new(figure), caption })
+        })
     }
 
     /// Speed up to which curves are drawn [rad/s]: beyond the plan, where the difference torque changes its sign.
@@ -183,15 +226,14 @@ impl Rendering {
 
     /// Figures 12 to 14 of the paper, and its step at the fade limits from close by; `own` is the friction that was
     /// measured before, where it is at hand.
-    pub fn figures(&self, own: Option<&FrictionCurve>) -> [(&'static str, Figure, String); 4] {
+    pub fn figures(&self, own: Option<Series>) -> [(&'static str, Figure, String); 4] {
         [self.own_and_desired(own), self.desired_and_rendered(), self.load_torque(), self.sweep_through_standstill()]
     }
 
     /// Figure 12: own friction as measured, and the desired characteristic.
-    fn own_and_desired(&self, own: Option<&FrictionCurve>) -> Captioned {
+    fn own_and_desired(&self, own: Option<Series>) -> Captioned {
         let fastest = self.drawn_to();
-        let measured = own.map(|own| Series::points(Role::Measured, "measured", points(own)));
-        let figure = measured
+        let figure = own
             .into_iter()
             .fold(friction("Own friction and desired characteristic"), Figure::series)
             .series(Series::line(Role::Own, "own, fitted", curve(&self.law.own, fastest)))
@@ -282,8 +324,10 @@ impl Rendering {
 pub struct RenderRun {
     /// The bench, its belief of the own friction and the desired one included.
     pub preset: Preset<f64>,
-    /// Seed of its noise.
-    pub seed: u64,
+    /// Seed of its noise, where the bench is virtual and in this process.
+    pub seed: Option<u64>,
+    /// The own friction as measured before, where it is at hand.
+    pub own: Option<Series>,
     /// What was measured, and how it was corrected.
     pub corrected: Corrected<Rendering>,
 }
@@ -303,7 +347,7 @@ pub fn render_run(
     let mut bench = VirtualBench::new(preset, seed)?;
     home(&mut bench, watch)?;
     let corrected = render_corrected(plan, &preset.bench.desired, corrections, &mut bench, watch)?;
-    Ok(RenderRun { preset: *preset, seed, corrected })
+    Ok(RenderRun { preset: *preset, seed: Some(seed), own: None, corrected })
 }
 
 impl RenderRun {
@@ -367,16 +411,12 @@ impl RenderRun {
 
     /// The report.
     pub fn report(&self, command: &str) -> Report {
-        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let provenance = Provenance::new(command, self.seed, parameters::write_commented(&self.preset));
         let rendering = self.rendering();
         let title = if self.complete() { "Rendered friction" } else { "Rendered friction (incomplete)" };
         let report = Report::new(title, provenance)
-            .summary([rendering.verdict()].into_iter().chain(self.lines()).collect::<Vec<_>>().join(" "))
-            .key("RMS error outside the fade-out", Estimate::new(rendering.error_outside_fade(), "N m"))
-            .key("RMS error inside", Estimate::new(rendering.error_inside_fade(), "N m"));
-        rendering.figures(None).into_iter().fold(report, |report, (_, figure, caption)| {
-            report.section(Section::Figure { figure: Box::new(figure), caption })
-        })
+            .summary([rendering.verdict()].into_iter().chain(self.lines()).collect::<Vec<_>>().join(" "));
+        rendering.told_in(report, self.own.as_ref())
     }
 
     /// The correction that is kept, as columns.
@@ -393,11 +433,14 @@ impl RenderRun {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
-        for (name, figure, _) in self.rendering().figures(None) {
+        for (name, figure, _) in self.rendering().figures(self.own.clone()) {
             output::write(&directory.join(name), figure.svg())?;
             summary.file(name);
         }
-        write_columns(&mut summary, "rendered", &columns(&self.rendering().curve), directory)?;
+        write_columns(&mut summary, RENDERED, &columns(&self.rendering().curve), directory)?;
+        // As a measurement of friction leaves it, so that `fit` and comparisons read it.
+        let curve = with_preload(self.rendering().curve.columns(), self.preset.plant.wheel.preload);
+        write_columns(&mut summary, FrictionCurve::DATA, &curve, directory)?;
         if let Some(correction) = self.correction() {
             write_columns(&mut summary, "correction", &correction, directory)?;
         }

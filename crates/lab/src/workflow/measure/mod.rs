@@ -21,6 +21,13 @@ use crate::{Error, Preset, Summary, Watch, parameters};
 /// Column of a table of data: how far the friction wheel's linings were pressed on.
 pub(super) const PRELOAD: &str = "preload";
 
+/// The preload in every row, so that a table alone says which friction it is.
+pub(super) fn with_preload(mut columns: Vec<Column>, preload: f64) -> Vec<Column> {
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![preload; rows] });
+    columns
+}
+
 /// A plan that can be run on a bench.
 pub trait Plan: Fields<f64> + Default + Copy {
     /// What it is called: `friction`.
@@ -213,10 +220,7 @@ impl<P: Plan> Measurement<P> {
     /// [`Error::File`] if the system refuses.
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         let mut summary = self.summary();
-        let mut columns = self.outcome.columns();
-        let rows = columns.first().map_or(0, |column| column.values.len());
-        // In every row, so that the table alone says which friction it is.
-        columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![self.preload(); rows] });
+        let columns = with_preload(self.outcome.columns(), self.preload());
         write_columns(&mut summary, P::Outcome::DATA, &columns, directory)?;
         self.report(command).write_all(summary, [], directory)
     }
