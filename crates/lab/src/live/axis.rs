@@ -226,7 +226,8 @@ impl Shared {
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };
-        self.mark_now(MarkKind::End, what.into());
+        let said = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
+        self.mark_now(MarkKind::End, said);
         *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
         self.doing(None);
     }
