@@ -224,6 +224,19 @@ export type Call = {
   call: "end_replay"
 }
   | {
+  call: "simulate"
+  /** So much of the run, from its begin on [s]; at most 120. */
+  length: number
+  /** Its number. */
+  number: number
+  /** Parts of the time in a trace; at most 4000. */
+  parts: number
+  /** Names of the signals that are told. */
+  signals: string[]
+  /** Value by path, as in `set`; what of the machine is another as well. */
+  values?: Record<string, string>
+}
+  | {
   call: "story"
   /** Its number. */
   number: number
@@ -385,6 +398,13 @@ export type Answer = {
 }
   | Again & {
   answer: "again"
+}
+  | {
+  answer: "simulated"
+  /** The parameters that are others. */
+  differences: Changed[]
+  /** Its traces. */
+  simulated: Simulated
 }
   | {
   answer: "story"
@@ -953,6 +973,23 @@ export type Signal = {
   /** What each of its values is called, from 0 on; empty for what is measured. */
   values: string[]
 }
+/** A run, as it was and as it would have been. */
+export type Simulated = {
+  /** How many cycles were simulated. */
+  cycles: number
+  /** Why it ended before the record did. */
+  ended: string | null
+  /** Its first cycle [s], and the last that was simulated. */
+  from: number
+  /** Time on the bench over the time that the simulation took. */
+  speed: number
+  /** Time of each part of a trace [s]. */
+  time: number[]
+  /** Its last. */
+  to: number
+  /** The signals that were asked for. */
+  traces: Trace[]
+}
 /** Whether a run's files are there. */
 export type State = "here"
   | "missing"
@@ -1050,6 +1087,25 @@ export type ToChatter = {
   stiffness: number | null
   /** Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is not stable. */
   stiffness_limit: number | null
+}
+/** A signal, as it was and as it would have been. Of each part of the time the least and the largest value, so that no spike is lost. */
+export type Trace = {
+  /** Simulated less recorded. */
+  difference: [(number | null)[], (number | null)[]]
+  /** Its largest magnitude. */
+  peak: number | null
+  /** As recorded: least and largest. */
+  recorded: [(number | null)[], (number | null)[]]
+  /** The difference over all cycles, RMS; `null` where one of them is no number. */
+  rms: number | null
+  /** Its name. */
+  signal: string
+  /** As simulated. */
+  simulated: [(number | null)[], (number | null)[]]
+  /** As in an equation; may be empty. */
+  symbol: string
+  /** SI unit. */
+  unit: string
 }
 /** A parameter or a result. */
 export type Value = {

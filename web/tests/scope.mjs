@@ -21,6 +21,11 @@ await play(async (scene) => {
       await ann.waitForTimeout(50)
     }
   }
+  /** A busy machine may have ended the motion. */
+  const moving = async () => {
+    if ((await call({ call: 'status' })).doing) return
+    await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
+  }
   /** The middle of a pane's plot, where the pointer is left. */
   const point = async (name, x = 0.5, y = 0.5) => {
     const { left, top, width, height } = await pane(name).locator('.area').evaluate((area) => area.getBoundingClientRect().toJSON())
@@ -37,7 +42,7 @@ await play(async (scene) => {
     await pane('Pane: angle, setpoint position over time').waitFor()
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()
-    await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
+    await moving()
     await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await ann.waitForTimeout(1500)
     await scene.seen(ann, 'scope-dock')
@@ -123,7 +128,7 @@ await play(async (scene) => {
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await point(/estimated velocity/, 0.5, 0.5)
     for (let i = 0; i < 6; i++) await ann.mouse.wheel(0, -200)
-    await button('Go on Space').waitFor()
+    await until(async () => (await moving(), await button('Go on Space').isVisible()))
     const level = dock.getByRole('slider', { name: 'Trigger level' })
     await level.press('ArrowUp')
     assert.ok(Number(await level.getAttribute('aria-valuenow')) > 3)
@@ -158,7 +163,7 @@ await play(async (scene) => {
     await button('Record').click()
     await dock.getByRole('button', { name: /^Recording/ }).click()
     await button('Record').waitFor()
-    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'record')
+    assert.equal((await call({ call: 'runs' })).runs[0].kind, 'recording')
     await ann.keyboard.press('2')
     await ann.keyboard.press('s')
     await pane(/estimated velocity/).waitFor()
@@ -168,6 +173,7 @@ await play(async (scene) => {
   })
   await scene.step('a window of its own marks what happens: a change, a fault', async () => {
     await ann.goto(`${scene.bench.address.origin}/scope`)
+    await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '11' } })
     await dock.locator('.mark.change').first().waitFor({ state: 'attached' })
     await call({ call: 'inject', fault: 'encoder-stuck' })

@@ -1,6 +1,8 @@
 import { expect, test } from 'vitest'
 import { frame, type Frame } from '../src/scope/frames'
+import { steps } from '../src/scope/draw'
 import { Ring } from '../src/scope/ring'
+import { crossing } from '../src/scope/trigger'
 
 function bytes(from: number, missing: number, columns: number[][]): ArrayBuffer {
   const rows = columns[0]!.length
@@ -22,7 +24,7 @@ test('a binary message is read in place', () => {
 
 test('cycles are delivered or missing, and the extremes of any span are those of its samples', () => {
   // A ring of 128 cycles.
-  const ring = new Ring(1, 1000, 128 * 8.3)
+  const ring = new Ring(1, 1000, 128 * 9)
   expect(ring.room).toBe(128)
   const known = new Map<number, number>()
   let seed = 1
@@ -66,4 +68,25 @@ test('statistics between two cycles keep their digits beside a large mean', () =
   const ring = new Ring(1, 1000)
   ring.write(batch(0, 0, [[1e9 + 1, 1e9 - 1, 1e9 + 1, 1e9 - 1]]))
   expect(ring.statistics(0, 0, 3)).toMatchObject({ count: 4, mean: 1e9, least: 1e9 - 1, largest: 1e9 + 1 })
+})
+
+test('an event is the first sample that has passed the level, from the side that is asked for', () => {
+  const ring = new Ring(1, 1000)
+  ring.write(batch(100, 0, [[0, 1, 2, NaN, 2, 0, -1, 1]]))
+  const found = (level: number, slope: 'rising' | 'falling' | 'either', from = 100) => crossing(ring, 0, from, ring.next, level, slope)
+  expect([found(2, 'rising'), found(0.5, 'falling'), found(0.5, 'either'), found(0.5, 'either', 103)]).toEqual([102, 105, 101, 105])
+  // Neither across what is no number, nor before the first sample, nor where it only touches from the level itself.
+  expect([found(2, 'rising', 103), found(5, 'either'), found(0, 'rising', 107)]).toEqual([null, null, 107])
+})
+
+test('a range holds what is seen, and stays while it fits', () => {
+  const first = steps([-1, 1], null)
+  expect(first[0]).toBeLessThanOrEqual(-1)
+  expect(first[1]).toBeGreaterThanOrEqual(1)
+  expect(steps([-0.9, 1], first)).toBe(first)
+  expect(steps([-3, 1], first)[0]).toBeLessThanOrEqual(-3)
+  expect(steps([0, 0.01], first)[1]).toBeLessThan(0.1)
+  const still = steps([5, 5], null)
+  expect(still[0] < 5 && still[1] > 5).toBe(true)
+  expect(steps(null, first)).toBe(first)
 })

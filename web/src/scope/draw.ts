@@ -17,14 +17,7 @@ export type Colours = Record<'text' | 'grid' | 'axis' | 'fault' | 'quiet' | 'sur
 /** Where values lie on the canvas [px]. */
 export type Box = { left: number; right: number; top: number; bottom: number; from: number; to: number; low: number; high: number }
 
-const [LOW, HIGH] = [new Float64Array(8192), new Float64Array(8192)]
-
-/** The columns of a trace are those of whole pixels, and stay with their samples while it scrolls. */
-function columns(box: Box): { from: number; step: number; count: number } {
-  const step = (box.to - box.from) / Math.max(1, box.right - box.left)
-  const from = step > 1 ? Math.floor(box.from / step) * step : box.from
-  return { from, step, count: Math.min(LOW.length, Math.ceil((box.to - from) / step)) }
-}
+const [LOW, HIGH] = [new Float64Array(1), new Float64Array(1)]
 
 /** The range of what is seen of some signals; `null` where nothing is. */
 export function range(ring: Ring, signals: number[], box: Pick<Box, 'from' | 'to'>): [number, number] | null {
@@ -118,7 +111,12 @@ export function grid(context: CanvasRenderingContext2D, box: Box, colours: Colou
   context.stroke()
 }
 
-/** A signal over time. */
+/** Whether there are so few samples that each has a place of its own. */
+export function sparse(box: Box): boolean {
+  return box.to - box.from <= 2 * (box.right - box.left)
+}
+
+/** A signal over time, sample by sample. */
 export function trace(context: CanvasRenderingContext2D, ring: Ring, box: Box, ink: Ink) {
   const { left, right, bottom, low } = box
   const across = (right - left) / (box.to - box.from)
@@ -128,36 +126,15 @@ export function trace(context: CanvasRenderingContext2D, ring: Ring, box: Box, i
   context.setLineDash(ink.dash)
   context.beginPath()
   let on = false
-  if (1 / across <= 2) {
-    const column = ring.columns[ink.index]!
-    const end = Math.min(ring.next, Math.ceil(box.to) + 1)
-    for (let cycle = Math.max(ring.first, Math.floor(box.from)); cycle < end; cycle++) {
-      const value = column[cycle % ring.room]!
-      if (Number.isNaN(value)) on = false
-      else {
-        const [x, y] = [left + (cycle - box.from) * across, bottom - (value - low) * up]
-        if (on) context.lineTo(x, y)
-        else context.moveTo(x, y)
-        on = true
-      }
-    }
-  } else {
-    const { from, step, count } = columns(box)
-    ring.extremes(ink.index, from, step, count, LOW, HIGH)
-    let last = 0
-    for (let i = 0; i < count; i++) {
-      if (Number.isNaN(LOW[i])) {
-        on = false
-        continue
-      }
-      const x = left + (from + (i + 0.5) * step - box.from) * across
-      const [a, b] = [bottom - (LOW[i]! - low) * up, bottom - (HIGH[i]! - low) * up]
-      // From the nearer end to the other: the line goes on where it was.
-      const [near, far] = Math.abs(last - a) < Math.abs(last - b) ? [a, b] : [b, a]
-      if (on) context.lineTo(x, near)
-      else context.moveTo(x, near)
-      if (Math.abs(far - near) > 0.5 || !on) context.lineTo(x, far)
-      last = far
+  const column = ring.columns[ink.index]!
+  const end = Math.min(ring.next, Math.ceil(box.to) + 1)
+  for (let cycle = Math.max(ring.first, Math.floor(box.from)); cycle < end; cycle++) {
+    const value = column[cycle % ring.room]!
+    if (Number.isNaN(value)) on = false
+    else {
+      const [x, y] = [left + (cycle - box.from) * across, bottom - (value - low) * up]
+      if (on) context.lineTo(x, y)
+      else context.moveTo(x, y)
       on = true
     }
   }

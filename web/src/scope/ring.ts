@@ -3,7 +3,7 @@
 import type { Frame } from './frames'
 
 /** Cycles of a block whose extremes are kept. */
-const BLOCK = 64
+const BLOCK = 16
 /** Memory of all signals together [bytes]. */
 const BUDGET = 200e6
 /** As long as that, if it fits [s]. */

@@ -29,8 +29,8 @@ use super::{Left, Place, page, socket};
 /// Largest call [bytes].
 pub(super) const LARGEST: usize = 256 << 10;
 /// Connections at once, and of those that stay open.
-const CONNECTIONS: usize = 64;
-const SOCKETS: usize = 32;
+const CONNECTIONS: usize = 128;
+const SOCKETS: usize = 64;
 /// How long a call may take.
 const CALL: Duration = Duration::from_secs(120);
 

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use stickslip::bench::Wishes;
-use stickslip::live::protocol::{Answer, Call};
+use stickslip::live::protocol::{Answer, Call, MarkKind};
 use stickslip::live::{Live, Start};
 use stickslip::parameters::presets;
 
@@ -274,6 +274,25 @@ fn every_cycle_of_a_stream_is_delivered_or_told_to_be_missing() {
     let dropped = asked(&mut socket, json!({"id": 2, "call": "drop", "capture": number}));
     assert_eq!(dropped["answer"], "done", "{dropped}");
     assert_eq!(asked(&mut socket, json!({"id": 3, "call": "status"}))["answer"], "status");
+}
+
+#[test]
+fn what_happened_is_told_with_its_cycle() {
+    let (server, project) = served();
+    let client = Client::of(project.path()).unwrap();
+    let values = [("bench.controller.position_gain".to_owned(), "11".to_owned())].into();
+    let Answer::Entered { cycle, .. } = client.call(&Call::Set { values }).unwrap() else { panic!("not entered") };
+    client.call(&Call::Home {}).unwrap();
+    while client.status().unwrap().doing.is_some() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let Answer::Marks { marks } = client.call(&Call::Marks {}).unwrap() else { panic!("no marks") };
+    let kinds: Vec<_> = marks.iter().map(|mark| mark.kind).collect();
+    assert_eq!(kinds, [MarkKind::Change, MarkKind::Begin, MarkKind::End], "{marks:?}");
+    assert_eq!((marks[0].cycle, &*marks[0].text), (cycle, "bench.controller.position_gain"));
+    assert!(marks[1].cycle < marks[2].cycle && marks[1].text == "home", "{marks:?}");
+    assert_eq!(client.status().unwrap().marks, 3);
+    drop(server);
 }
 
 #[test]

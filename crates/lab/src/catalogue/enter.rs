@@ -21,6 +21,8 @@ pub struct Made {
     pub duration: f64,
     /// The preset, where it has one.
     pub preset: Option<String>,
+    /// The number that was set aside for it.
+    pub number: Option<i64>,
     /// What it is called behind its number, instead of its kind.
     pub words: Option<String>,
 }
@@ -31,7 +33,7 @@ impl Made {
         let duration = begun.elapsed().unwrap_or_default().as_secs_f64();
         // Of a file its name alone.
         let name = |preset: String| preset.strip_suffix(".toml").map(plain).unwrap_or(preset);
-        Made { path: path.into(), begun, duration, preset: preset.map(name), words: None }
+        Made { path: path.into(), begun, duration, preset: preset.map(name), number: None, words: None }
     }
 }
 
@@ -50,7 +52,10 @@ impl Catalogue {
         let mut connection = self.write()?;
         let transaction = self.begin(&mut connection)?;
         let begun = made.begun.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64();
-        let number = self.next_number(&transaction)?;
+        let number = match made.number {
+            Some(number) if self.is_free(&transaction, number)? => number,
+            _ => self.next_number(&transaction)?,
+        };
         let label = Label {
             number,
             name: made.words.as_ref().map_or_else(|| facts.name(number), |words| format!("run {number}, {words}")),
@@ -69,6 +74,28 @@ impl Catalogue {
         // What was deleted long ago goes when something comes.
         self.purge(&mut connection)?;
         Ok(Some(number))
+    }
+
+    /// Sets a number aside for a run to come: no other one gets it.
+    ///
+    /// # Errors
+    /// [`Error::Catalogue`].
+    pub fn set_aside(&self) -> Result<i64, Error> {
+        let mut connection = self.write()?;
+        let transaction = self.begin(&mut connection)?;
+        let number = self.next_number(&transaction)?;
+        let counted = transaction.execute("UPDATE sqlite_sequence SET seq = ?1 WHERE name = 'run'", [number]);
+        if counted.map_err(self.refused())? == 0 {
+            let first = "INSERT INTO sqlite_sequence (name, seq) VALUES ('run', ?1)";
+            transaction.execute(first, [number]).map_err(self.refused())?;
+        }
+        transaction.commit().map_err(self.refused())?;
+        Ok(number)
+    }
+
+    fn is_free(&self, transaction: &Transaction<'_>, number: i64) -> Result<bool, Error> {
+        let text = "SELECT NOT EXISTS (SELECT 1 FROM run WHERE number = ?1)";
+        transaction.query_row(text, [number], |row| row.get(0)).map_err(self.refused())
     }
 
     /// A number that no run has or had.

@@ -70,6 +70,22 @@ fn a_run_is_entered_with_all_that_its_files_say() {
 }
 
 #[test]
+fn a_number_that_was_set_aside_is_its_runs_alone() {
+    let (folder, catalogue) = project();
+    assert_eq!((catalogue.set_aside().unwrap(), catalogue.set_aside().unwrap()), (1, 2));
+    let path = |name: &str| folder.path().join("stickslip-out").join(name);
+    assert_eq!(enter(&catalogue, &leave(&path("another"), 0.3, "paper")), 3);
+    let made = |name: &str| {
+        let path = leave(&path(name), 0.3, "paper");
+        Made { number: Some(2), ..Made::now(&path, SystemTime::now(), None) }
+    };
+    assert_eq!(catalogue.enter(&made("its")).unwrap(), Some(2));
+    // Twice is a mistake, and no run is lost by it.
+    assert_eq!(catalogue.enter(&made("twice")).unwrap(), Some(4));
+    assert_eq!(catalogue.set_aside().unwrap(), 5);
+}
+
+#[test]
 fn a_search_finds_words_keys_parameters_and_results() {
     let (folder, catalogue) = project();
     assert!(numbers(&catalogue, "").is_empty(), "no catalogue is made by looking");

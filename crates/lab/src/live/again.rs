@@ -1,5 +1,6 @@
 //! Recorded runs of the catalogue once more, on a thread of their own: one at a time, whoever asks.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -8,13 +9,16 @@ use std::thread;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::Answer;
+use super::protocol::{Answer, Changed};
 use super::{Live, lock};
-use crate::run::{Stored, story};
+use crate::run::{Stored, Wanted, story};
 use crate::{Error, Watch};
 
 /// Of a record that is read beside a bench that runs: its memory is locked [bytes].
 const LARGEST: u64 = 500_000_000;
+
+/// Of a record that stays open [bytes].
+const KEPT: u64 = 100_000_000;
 
 /// How far the replay of a run is, or what it found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -91,6 +95,48 @@ impl Live {
     /// What happened in a recorded run.
     pub(super) fn story(&self, number: i64) -> Result<Answer, Error> {
         story(&self.record_of(number)?).map(|happened| Answer::Story { happened })
+    }
+
+    /// A recorded run with other parameters, on the virtual bench.
+    pub(super) fn simulate(
+        &self,
+        number: i64,
+        values: BTreeMap<String, String>,
+        signals: &[String],
+        length: f64,
+        parts: u64,
+    ) -> Result<Answer, Error> {
+        let bounds: [(&'static str, f64, &'static str, f64); 3] = [
+            ("the length of a simulation", length, "s", 120.0),
+            ("parts of a trace", parts as f64, "1", 4000.0),
+            ("signals of a simulation", signals.len() as f64, "1", 16.0),
+        ];
+        for (name, value, unit, maximum) in bounds {
+            if !(value > 0.0 && value <= maximum) {
+                let remedy = "A longer run is simulated from its begin on, so far.";
+                return Err(Error::OutOfRange { name, value, unit, minimum: 0.0, maximum, remedy });
+            }
+        }
+        let stored = self.opened(number)?;
+        let values: Vec<_> = values.into_iter().collect();
+        let wanted = Wanted { values: &values, signals, length, parts: parts as usize };
+        let (simulated, differences) = stored.simulate(&wanted, &Watch::silent())?;
+        Ok(Answer::Simulated { simulated: Box::new(simulated), differences: Changed::all(&differences) })
+    }
+
+    /// A record; one that is looked at again and again stays open.
+    fn opened(&self, number: i64) -> Result<Arc<Stored>, Error> {
+        let file = self.record_of(number)?;
+        let mut opened = lock(&self.shared.opened);
+        if let Some((_, stored)) = opened.as_ref().filter(|(known, _)| *known == number) {
+            return Ok(stored.clone());
+        }
+        *opened = None;
+        let stored = Arc::new(Stored::open(&file)?);
+        if std::fs::metadata(&file).is_ok_and(|about| about.len() < KEPT) {
+            *opened = Some((number, stored.clone()));
+        }
+        Ok(stored)
     }
 
     fn record_of(&self, number: i64) -> Result<PathBuf, Error> {

@@ -148,7 +148,10 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 shared.end_curve();
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
-                    let _ = shared.clerk.send(Some(Made::now(folder, begun, Some(shared.preset.clone()))));
+                    let made = Made::now(folder, begun, Some(shared.preset.clone()));
+                    let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
+                    let number = number.and_then(|number| i64::try_from(number).ok());
+                    let _ = shared.clerk.send(Some(Made { number, ..made }));
                 }
                 shared.ended(&what, ended.map(|()| folder));
             }
@@ -223,7 +226,8 @@ impl Shared {
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };
-        self.mark_now(MarkKind::End, what.into());
+        let said = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
+        self.mark_now(MarkKind::End, said);
         *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
         self.doing(None);
     }

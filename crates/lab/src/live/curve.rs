@@ -205,7 +205,8 @@ impl Live {
 }
 
 /// The number that a folder's name begins with.
-fn number(name: &str) -> Option<u64> {
+/// The number that a folder of runs is named by.
+pub(super) fn number(name: &str) -> Option<u64> {
     name.split_once('-')?.0.parse().ok()
 }
 

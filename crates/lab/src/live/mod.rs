@@ -140,6 +140,8 @@ struct Shared {
     measured: Mutex<Measured>,
     /// The replay that was asked for last.
     again: Mutex<again::Current>,
+    /// The record that is simulated.
+    opened: Mutex<Option<(i64, Arc<crate::run::Stored>)>>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -218,6 +220,7 @@ impl Live {
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
             again: Mutex::default(),
+            opened: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -396,6 +399,9 @@ impl Live {
             Call::Run { number } => self.run(number),
             Call::Replay { number } => self.again(number),
             Call::EndReplay {} => Ok(self.end_again()),
+            Call::Simulate { number, values, signals, length, parts } => {
+                self.simulate(number, values, &signals, length, parts)
+            }
             Call::Story { number } => self.story(number),
             Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
             Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
@@ -458,7 +464,9 @@ impl Live {
         let runs = self.shared.project.join("runs");
         output::create_folder(&runs)?;
         loop {
-            let number = self.shared.runs.fetch_add(1, Ordering::Relaxed);
+            // Its number in the catalogue as well; where that cannot be written, the next one.
+            let aside = self.shared.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
+            let number = aside.unwrap_or_else(|| self.shared.runs.fetch_add(1, Ordering::Relaxed));
             let folder = runs.join(format!("{number:04}-{name}"));
             if !taken(&runs, number) {
                 return Ok((number, folder));

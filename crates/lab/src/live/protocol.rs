@@ -17,7 +17,7 @@ use crate::bench::remote::Counts;
 use crate::catalogue::{Run, Value};
 use crate::design::{self, CHATTER_LIMIT, Margin};
 use crate::parameters::{Difference, Entry};
-pub use crate::run::Happened;
+pub use crate::run::{Happened, Simulated, Trace};
 use crate::workflow::sketch::{Drawn, Sketch};
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -219,6 +219,20 @@ pub enum Call {
     },
     /// End the replay that is under way.
     EndReplay {},
+    /// Run a recorded run again on the virtual bench, with other parameters; nothing is put in force.
+    Simulate {
+        /// Its number.
+        number: i64,
+        /// Value by path, as in `set`; what of the machine is another as well.
+        #[serde(default)]
+        values: BTreeMap<String, String>,
+        /// Names of the signals that are told.
+        signals: Vec<String>,
+        /// So much of the run, from its begin on [s]; at most 120.
+        length: f64,
+        /// Parts of the time in a trace; at most 4000.
+        parts: u64,
+    },
     /// What happened in a recorded run: changes, faults, losses.
     Story {
         /// Its number.
@@ -308,6 +322,7 @@ impl Call {
                 | Call::Replay { .. }
                 | Call::EndReplay {}
                 | Call::Story { .. }
+                | Call::Simulate { .. }
                 // Whoever sees danger may stop.
                 | Call::Stop {}
                 | Call::Halt {}
@@ -438,6 +453,13 @@ pub enum Answer {
     },
     /// A replay.
     Again(Again),
+    /// A run, as it was and as it would have been.
+    Simulated {
+        /// Its traces.
+        simulated: Box<Simulated>,
+        /// The parameters that are others.
+        differences: Vec<Changed>,
+    },
     /// What happened in a run.
     Story {
         /// In its order.

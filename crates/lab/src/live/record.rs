@@ -70,7 +70,7 @@ impl Live {
             });
         }
         let shared = &self.shared;
-        let (_, folder) = self.folder(name)?;
+        let (number, folder) = self.folder(name)?;
         let file = folder.join(FILE);
         let (opened, heard) = mpsc::channel();
         {
@@ -89,7 +89,8 @@ impl Live {
             };
             let scribe = start(shared, &file, open);
             let words = Some(name.to_owned());
-            let made = Made { words, ..Made::now(&folder, SystemTime::now(), Some(shared.preset.clone())) };
+            let number = i64::try_from(number).ok();
+            let made = Made { words, number, ..Made::now(&folder, SystemTime::now(), Some(shared.preset.clone())) };
             *recording = Some(Recording { scribe, file, made });
             drop(recording);
             if let Some(broken) = broken {

@@ -470,6 +470,27 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
     assert!(matches!(none, Error::NoRun { number: 99 }), "{none}");
 
+    // On the virtual bench it is the same to the bit, and another with another gain.
+    let simulate = |gain: Option<&str>| {
+        let values = gain.map(|gain| (GAIN.to_owned(), gain.to_owned())).into_iter().collect();
+        let signals = vec!["angle".into(), "software.commanded_torque".into()];
+        let call = Call::Simulate { number: run.number, values, signals, length: 60.0, parts: 50 };
+        match live.call("looks", call).unwrap() {
+            Answer::Simulated { simulated, differences } => (simulated, differences.len()),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (same, changed) = simulate(None);
+    assert_eq!((same.cycles, changed, same.ended.as_deref()), (replayed.of, 0, None));
+    assert!(same.traces.iter().all(|trace| trace.peak == Some(0.0) && trace.rms == Some(0.0)), "{same:?}");
+    assert!(same.time.len() <= 50 && same.traces[0].recorded == same.traces[0].simulated);
+    let (other, changed) = simulate(Some("5"));
+    assert_eq!(changed, 1);
+    assert!(other.traces.iter().all(|trace| trace.rms > Some(1e-6) && trace.peak > trace.rms), "{other:?}");
+    let values = BTreeMap::from([("bench.tick_rate".to_owned(), "500".to_owned())]);
+    let refused = Call::Simulate { number: run.number, values, signals: vec!["angle".into()], length: 1.0, parts: 9 };
+    assert!(live.call("looks", refused).unwrap_err().to_string().contains("counted by it"));
+
     // A second one, ended by the end of the bench.
     live.call(ANN, Call::Record { name: "second".into() }).unwrap();
     thread::sleep(Duration::from_millis(100));
@@ -501,6 +522,7 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
     assert_eq!(ended(&live).error, None);
     let run = entered(&live, 1).remove(0);
     assert_eq!((run.number, run.kind.as_str(), run.curve.is_empty()), (1, "measure friction", false));
+    assert_eq!(run.folder, "runs/0001-measure-friction", "one number everywhere");
     live.call(ANN, Call::RenameRun { number: 1, name: "first".into() }).unwrap();
     live.call(ANN, Call::TagRun { number: 1, add: vec!["good".into()], remove: Vec::new() }).unwrap();
     live.call(ANN, Call::NoteRun { number: 1, note: "new grease".into() }).unwrap();

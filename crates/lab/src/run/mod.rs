@@ -6,6 +6,7 @@ mod read;
 mod recorder;
 mod replay;
 mod signals;
+mod simulate;
 mod story;
 #[cfg(test)]
 mod tests;
@@ -16,6 +17,7 @@ pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub(crate) use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
+pub use simulate::{Simulated, Trace, Wanted};
 pub use story::{Happened, story};
 
 use stickslip_core::cycle::Parameters;

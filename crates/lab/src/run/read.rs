@@ -30,7 +30,7 @@ impl Record {
 /// A run in its file, whose cycles are taken one after the other: it may be longer than the memory holds.
 pub struct Stored {
     /// The run without its cycles.
-    record: Record,
+    pub(super) record: Record,
     file: Opened,
     /// Its first cycle.
     begin: u64,
@@ -104,8 +104,13 @@ impl Stored {
         replayed(&self.record, self.cycles()?, self.file.len() as u64, watch)
     }
 
+    /// How many cycles it has.
+    pub(super) fn len(&self) -> usize {
+        self.file.len()
+    }
+
     /// Its cycles, in their order.
-    fn cycles(&self) -> Result<Cycles<'_>, Error> {
+    pub(super) fn cycles(&self) -> Result<Cycles<'_>, Error> {
         let channels = channels();
         let names: Vec<_> = ["cycle"].into_iter().chain(channels.iter().map(|entry| entry.path.as_str())).collect();
         let rows = self.file.rows(&names).ok_or_else(|| no_record(self.file.path(), OTHERS))?;
@@ -114,7 +119,7 @@ impl Stored {
 }
 
 /// The cycles of a run in its file.
-struct Cycles<'a> {
+pub(super) struct Cycles<'a> {
     path: &'a Path,
     rows: Rows<'a>,
     next: u64,

@@ -113,48 +113,18 @@ pub(super) fn replayed(
     of: u64,
     watch: &Watch,
 ) -> Result<Replayed, Error> {
-    let mut software = Software::new(record.initial, record.tick_time());
-    let mut machine = match record.seed {
-        Some(seed) => Some(faulty(&record.preset, seed)?),
-        None => None,
-    };
-    // Of a machine elsewhere: what its faults did to the software.
-    let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
-    if let Some(state) = &record.state {
-        put_back(state, &mut software, &mut machine)?;
-        faults = machine.as_ref().map_or(faults, |(machine, _)| machine.faults().clone());
-    }
-    let mut result = Replayed { cycles: 0, of, machine: machine.is_some(), first: None, lost: 0 };
-    // Those who change something tell it each for himself: the order is that of the cycles. Within one the machine comes
-    // first.
-    let mut changes: Vec<&Changed> = record.changes.iter().collect();
-    changes
-        .sort_by_key(|changed| (changed.cycle, !matches!(changed.what, What::Software(Change::MachineFailed(_), _))));
-    let mut changes = changes.into_iter().peekable();
-    let mut lost = record.lost.iter().peekable();
+    let mut again = Again::of(record, record.seed)?;
+    let mut result = Replayed { cycles: 0, of, machine: again.machine.is_some(), first: None, lost: 0 };
     for (k, cycle) in cycles.enumerate() {
         let (cycle, signals) = cycle?;
         if k.is_multiple_of(4096) {
             watch.stage("replay", k as f64 / of as f64)?;
         }
-        if let Some((_, lost)) = lost.next_if(|(behind, _)| *behind <= cycle) {
-            result.lost = *lost;
+        result.lost = again.lost(cycle);
+        if result.lost > 0 {
             return Ok(result);
         }
-        while software.cycle() < cycle {
-            apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine), &mut faults)?;
-            software.miss();
-        }
-        apply(&mut changes, &mut software, machine.as_mut().map(|(machine, _)| machine), &mut faults)?;
-        let acting = software.voltages();
-        let frame = software.step(signals.measurement, Some(signals.command()));
-        let mut now = Signals::of(&frame);
-        if let Some((machine, readings)) = &mut machine {
-            now.measurement = *readings;
-            *readings = next(machine, acting)?;
-        }
-        faults.begin(acting, &signals.measurement);
-        faults.disturb(&mut software);
+        let now = again.bound(cycle, &signals)?;
         result.first = difference(cycle, &signals, &now);
         if result.first.is_some() {
             return Ok(result);
@@ -162,6 +132,88 @@ pub(super) fn replayed(
         result.cycles += 1;
     }
     Ok(result)
+}
+
+/// Software and machine of a record, once more.
+pub(super) struct Again<'a> {
+    software: Software,
+    machine: Option<(Faulty<InProcess>, Measurement<f64>)>,
+    /// Of a machine elsewhere: what its faults did to the software.
+    faults: Faults,
+    changes: Peekable<std::vec::IntoIter<&'a Changed>>,
+    lost: Peekable<std::slice::Iter<'a, (u64, u64)>>,
+}
+
+impl<'a> Again<'a> {
+    /// At the begin of the record; with a virtual machine where there is a seed for it.
+    pub(super) fn of(record: &'a Record, seed: Option<u64>) -> Result<Self, Error> {
+        let mut software = Software::new(record.initial, record.tick_time());
+        let mut machine = match seed {
+            Some(seed) => Some(faulty(&record.preset, seed)?),
+            None => None,
+        };
+        let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
+        if let Some(state) = &record.state {
+            put_back(state, &mut software, &mut machine)?;
+            faults = machine.as_ref().map_or(faults, |(machine, _)| machine.faults().clone());
+        }
+        // Those who change something tell it each for himself: the order is that of the cycles. Within one the machine
+        // comes first.
+        let mut changes: Vec<&Changed> = record.changes.iter().collect();
+        changes.sort_by_key(|changed| {
+            (changed.cycle, !matches!(changed.what, What::Software(Change::MachineFailed(_), _)))
+        });
+        let changes = changes.into_iter().peekable();
+        Ok(Again { software, machine, faults, changes, lost: record.lost.iter().peekable() })
+    }
+
+    /// Cycles that are missing right before this one.
+    pub(super) fn lost(&mut self, cycle: u64) -> u64 {
+        self.lost.next_if(|(behind, _)| *behind <= cycle).map_or(0, |(_, lost)| *lost)
+    }
+
+    /// A cycle with the readings of the record; those of a simulated machine are what it delivers now.
+    fn bound(&mut self, cycle: u64, recorded: &Signals<f64>) -> Result<Signals<f64>, Error> {
+        let (mut now, readings) = self.cycle(cycle, recorded, recorded.measurement)?;
+        if let Some(readings) = readings {
+            now.measurement = readings;
+        }
+        Ok(now)
+    }
+
+    /// A cycle with the readings of the simulated machine.
+    pub(super) fn free(&mut self, cycle: u64, recorded: &Signals<f64>) -> Result<Signals<f64>, Error> {
+        let readings = self.machine.as_ref().map_or(recorded.measurement, |(_, readings)| *readings);
+        Ok(self.cycle(cycle, recorded, readings)?.0)
+    }
+
+    /// A cycle with these readings, and those that a simulated machine had for it.
+    fn cycle(
+        &mut self,
+        cycle: u64,
+        recorded: &Signals<f64>,
+        read: Measurement<f64>,
+    ) -> Result<(Signals<f64>, Option<Measurement<f64>>), Error> {
+        while self.software.cycle() < cycle {
+            self.apply()?;
+            self.software.miss();
+        }
+        self.apply()?;
+        let acting = self.software.voltages();
+        let frame = self.software.step(read, Some(recorded.command()));
+        let readings = match &mut self.machine {
+            Some((machine, readings)) => Some(std::mem::replace(readings, next(machine, acting)?)),
+            None => None,
+        };
+        self.faults.begin(acting, &read);
+        self.faults.disturb(&mut self.software);
+        Ok((Signals::of(&frame), readings))
+    }
+
+    fn apply(&mut self) -> Result<(), Error> {
+        let machine = self.machine.as_mut().map(|(machine, _)| machine);
+        apply(&mut self.changes, &mut self.software, machine, &mut self.faults)
+    }
 }
 
 /// Makes the changes before the next cycle.

@@ -1,0 +1,116 @@
+// A recorded run again on the virtual bench, with other parameters: what would have happened?
+
+import { bench } from '../bench.svelte'
+import { Refused } from '../connection'
+import { plain } from '../format'
+import type { Changed, Item, Run, Simulated, Value } from '../protocol'
+
+export const PANES = [
+  { title: 'Position', label: 'angle φ, rad', setpoint: 'setpoint.position', signals: ['angle'] },
+  { title: 'Speed', label: 'speed Ω, rad/s', setpoint: 'setpoint.velocity', signals: ['software.estimated_velocity'] },
+  { title: 'Torque', label: 'drive torque M, N·m', setpoint: null, signals: ['software.commanded_torque'] },
+  { title: 'Load', label: 'load torque M, N·m', setpoint: null, signals: ['software.measured_load_torque'] },
+] as const
+export const SIGNALS = PANES.flatMap(({ setpoint, signals }) => [...(setpoint ? [setpoint] : []), ...signals])
+/** Parts of the time: as many as a plot has pixels. */
+const PARTS = 900
+/** What most people ask first. */
+const FIRST = ['bench.controller.position_gain', 'bench.controller.velocity_gain']
+
+class Simulation {
+  runs = $state.raw<Run[]>([])
+  run = $state.raw<Run | null>(null)
+  /** The run's own values by path. */
+  values = $state.raw<Map<string, Value>>(new Map())
+  /** Paths that are offered, and values that are others. */
+  paths = $state.raw<string[]>(FIRST)
+  changed = $state.raw<Record<string, string>>({})
+  length = $state(60)
+  result = $state.raw<Simulated | null>(null)
+  differences = $state.raw<Changed[]>([])
+  refused = $state('')
+  working = $state(false)
+  /** From question to answer, the last time [ms]. */
+  took = $state(0)
+  #newer = false
+
+  /** The values as fields, as they are in the simulation. */
+  items = $derived.by((): Item[] =>
+    this.paths.flatMap((path) => {
+      const item = bench.item(path)
+      const own = this.values.get(path)?.number
+      if (!item || own == null) return []
+      return [{ ...item, value: path in this.changed ? Number(this.changed[path]) : own, default: own }]
+    }),
+  )
+
+  async find() {
+    try {
+      const { runs } = await bench.connection.call({ call: 'runs', query: '', limit: 500 }, 'runs')
+      this.runs = runs.filter((run) => run.record && run.state === 'here')
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error
+    }
+  }
+
+  async choose(number: number | null) {
+    const run = this.runs.find((one) => one.number === number) ?? this.runs[0] ?? null
+    if (run?.number === this.run?.number) return
+    this.run = run
+    this.result = null
+    this.refused = ''
+    this.changed = {}
+    if (!run) return
+    try {
+      const { values } = await bench.connection.call({ call: 'run', number: run.number }, 'run')
+      this.values = new Map(values.map((value) => [value.path, value]))
+    } catch (error) {
+      if (!(error instanceof Refused)) throw error
+    }
+    void this.simulate()
+  }
+
+  offer(path: string) {
+    if (!this.paths.includes(path)) this.paths = [...this.paths, path]
+  }
+
+  withdraw(path: string) {
+    this.paths = this.paths.filter((one) => one !== path)
+    this.set(path, null)
+  }
+
+  set(path: string, value: string | null) {
+    const rest = Object.fromEntries(Object.entries(this.changed).filter(([one]) => one !== path))
+    const own = this.values.get(path)?.number
+    this.changed = value === null || Number(value) === own ? rest : { ...rest, [path]: plain(Number(value)) }
+    void this.simulate()
+  }
+
+  /** One question under way; what has changed meanwhile is asked behind it. */
+  async simulate() {
+    if (!this.run) return
+    if (this.working) return void (this.#newer = true)
+    this.working = true
+    do {
+      this.#newer = false
+      const begun = performance.now()
+      const number = this.run.number
+      try {
+        const call = { call: 'simulate', number, values: this.changed, signals: SIGNALS, length: this.length, parts: PARTS } as const
+        const { simulated, differences } = await bench.connection.call({ ...call, signals: [...SIGNALS] }, 'simulated')
+        if (this.run.number === number) {
+          this.result = simulated
+          this.differences = differences
+          this.refused = ''
+          this.took = performance.now() - begun
+        }
+      } catch (error) {
+        if (!(error instanceof Refused)) throw error
+        this.refused = error.message
+      }
+    } while (this.#newer)
+    this.working = false
+  }
+}
+
+export const simulation = new Simulation()

@@ -1,0 +1,7 @@
+// All stories, one after the other: each has a program and a browser of its own.
+
+for (const story of ['experiment', 'design', 'newcomer', 'runs', 'simulation', 'help', 'scope']) {
+  const begun = Date.now()
+  await import(`./${story}.mjs`)
+  console.log(`${story}: ${((Date.now() - begun) / 1000).toFixed(0)} s`)
+}
