@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Live, Shared, lock};
-use crate::curve_file::CurveColumns;
+use crate::curve_file::{CurveColumns, read_curves};
 use crate::experiment::{FrictionCurve, Plateau};
 use crate::figure::{Role, Series};
 use crate::fit::{CurvePoint, PARAMETERS, StribeckFit};
@@ -240,7 +240,10 @@ fn of_folder(folder: &Path) -> Result<MeasuredCurve, Error> {
         Ok(fits) => fits,
         // Too few points for a fit are told, not hidden.
         Err(error @ Error::TooFew { .. }) => {
-            return Ok(MeasuredCurve { notes: vec![error.to_string()], ..MeasuredCurve::default() });
+            let file = folder.join(format!("{}.csv", <FrictionCurve as workflow::measure::Outcome>::DATA));
+            let curves = read_curves(&file, &CurveColumns::default())?.curves;
+            let points = curves.first().map_or_else(Vec::new, |curve| shown_points(&curve.points, None));
+            return Ok(MeasuredCurve { points, notes: vec![error.to_string()], ..MeasuredCurve::default() });
         }
         Err(error) => return Err(error),
     };

@@ -82,7 +82,8 @@ fn the_line_is_moved_as_a_whole_and_stops_where_one_of_its_torques_does() {
     let before = drawn(&sketch());
     let [breakaway, kinetic, ..] = before.desired;
     let after = drawn(&Sketch { drag: drag(Handle::Line, 10.0, before.curve[50] + 0.05), ..sketch() });
-    assert!((after.desired[0] - breakaway - 0.05).abs() < 1e-12 && (after.desired[1] - kinetic - 0.05).abs() < 1e-12);
+    // The hand took hold of a curve of five digits.
+    assert!((after.desired[0] - breakaway - 0.05).abs() < 1e-5 && (after.desired[1] - kinetic - 0.05).abs() < 1e-5);
     let down = drawn(&Sketch { drag: drag(Handle::Line, 10.0, -5.0), ..sketch() });
     let fall = breakaway - kinetic;
     assert!((down.desired[0] - down.desired[1] - fall).abs() < 1e-12, "{down:?}");
