@@ -1,4 +1,4 @@
-// All stories, one after the other: each has a program and a browser of its own.
+// All stories, one after the other: each has a program and a browser of its own, and the axis its clock.
 
 for (const story of ['experiment', 'design', 'newcomer', 'runs', 'simulation', 'help', 'scope']) {
   const begun = Date.now()

@@ -7,7 +7,7 @@
 use std::fmt;
 use std::iter::Peekable;
 
-use stickslip_core::cycle::{Change, Software, Voltages};
+use stickslip_core::cycle::{Change, Parameters, Software, Voltages};
 use stickslip_core::tick::Measurement;
 
 use super::Record;
@@ -165,6 +165,13 @@ impl<'a> Again<'a> {
         });
         let changes = changes.into_iter().peekable();
         Ok(Again { software, machine, faults, changes, lost: record.lost.iter().peekable() })
+    }
+
+    /// Makes other parameters of those in force.
+    pub(super) fn adopt(&mut self, other: impl FnOnce(&Parameters<f64>) -> Parameters<f64>) {
+        let parameters = other(self.software.parameters());
+        // None of its states refuses parameters.
+        drop(self.software.change(&Change::Parameters(parameters)));
     }
 
     /// Cycles that are missing right before this one.

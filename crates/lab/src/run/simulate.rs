@@ -107,6 +107,10 @@ impl Stored {
         let most = ((wanted.length / tick_time).min(self.len() as f64) as u64).max(1);
         let mut parts = Parts::new(indices.len(), most, wanted.parts as u64);
         let mut again = Again::of(&record, record.seed.or(Some(1)))?;
+        if record.state.is_some() && !differences.is_empty() {
+            // Those of the state are as recorded.
+            again.adopt(|parameters| overlay.over(parameters));
+        }
         let (mut first, mut last, mut cycles, mut ended) = (None, 0, 0, None);
         let begun = Instant::now();
         for cycle in self.cycles()?.take(most as usize) {
