@@ -171,7 +171,7 @@ impl<'a> Again<'a> {
     pub(super) fn adopt(&mut self, other: impl FnOnce(&Parameters<f64>) -> Parameters<f64>) {
         let parameters = other(self.software.parameters());
         // None of its states refuses parameters.
-        drop(self.software.change(&Change::Parameters(parameters)));
+        let _ = self.software.change(&Change::Parameters(parameters));
     }
 
     /// Cycles that are missing right before this one.
