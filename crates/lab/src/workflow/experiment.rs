@@ -15,8 +15,8 @@ use crate::{Error, Preset, Summary, parameters};
 /// What the steps have left.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// The measurement of the own friction, and its fit.
-    own: Option<(Report, FrictionFits)>,
+    /// The measurement of the own friction, and its fit, where the points are enough for one.
+    own: Option<(Report, Option<FrictionFits>)>,
     /// The measurement under the law.
     rendered: Option<Report>,
     /// The parameters in force.
@@ -34,7 +34,13 @@ impl Experiment {
             return Err(Error::TooFew { what: "measured friction curves", found: 0, needed: 1, remedy });
         }
         let own = match own {
-            Some(folder) => Some((Report::read(folder)?, fit_file(folder, &CurveColumns::default(), false)?)),
+            Some(folder) => {
+                let fits = match fit_file(folder, &CurveColumns::default(), false) {
+                    Err(Error::TooFew { .. }) => None,
+                    fits => Some(fits?),
+                };
+                Some((Report::read(folder)?, fits))
+            }
             None => None,
         };
         Ok(Experiment { own, rendered: rendered.map(Report::read).transpose()?, preset })
@@ -48,11 +54,12 @@ impl Experiment {
             report = report.summary(rendered.told());
         }
         if let Some((measured, fits)) = &self.own {
-            for (name, estimate) in fits.fits.iter().take(1).flat_map(|one| one.fit.lines()) {
+            let fitted = fits.as_ref().and_then(|fits| Some((fits, fits.fits.first()?)));
+            for (name, estimate) in fitted.iter().flat_map(|(_, one)| one.fit.lines()) {
                 report = report.key(format!("own {name}"), estimate);
             }
             report = added(report.heading("Own friction").paragraph(measured.told()), measured);
-            if let Some(one) = fits.fits.first() {
+            if let Some((fits, one)) = fitted {
                 report = report.list(fits.advice(one));
             }
         }
