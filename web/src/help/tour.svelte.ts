@@ -2,6 +2,7 @@
 
 import { bench } from '../bench.svelte'
 import { design } from '../design/design.svelte'
+import { steps } from '../guide.svelte'
 import { measurement } from '../measurement.svelte'
 import { view } from '../view.svelte'
 
@@ -23,6 +24,7 @@ export function control(name: RegExp, within = 'main'): Element | null {
 }
 
 const link = (path: string) => () => document.querySelector(`nav a[href="${path}"]`)
+const step = (name: string) => steps().some((one) => one.name === name && one.done)
 const fitted = () => measurement.curve?.fit != null && !measurement.curve.measuring
 
 export const STOPS: Stop[] = [
@@ -74,6 +76,20 @@ export const STOPS: Stop[] = [
     at: '/design',
     target: () => document.querySelector('[role=dialog] .primary') ?? control(/^Download/),
     done: () => design.downloaded && design.changes === 0,
+  },
+  {
+    title: 'Measure again',
+    text: 'The same recipe, while the load motor renders: the axis moves. Figures 12 to 14 of the paper fill with your own data, and the error stands beside them.',
+    at: '/design',
+    target: () => control(/^(Measure again|Cancel)/),
+    done: () => step('Measure again'),
+  },
+  {
+    title: 'Save the report',
+    text: 'Own, desired and rendered friction with all figures, parameters and the version of the program, as one page that stands alone.',
+    at: '/friction',
+    target: () => control(/^Save report/),
+    done: () => step('Report'),
   },
 ]
 
