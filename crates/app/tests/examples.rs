@@ -69,7 +69,7 @@ fn every_example_in_the_help_runs() {
     let orders = "status bench-signals bench-operate bench-home bench-record-grease bench-stop bench-start bench-preload \
                   bench-move capture";
     let parameters = "params-set-live params-diff params-undo params-redo params-reset params-save params-load";
-    let ends = "bench-halt bench-measure bench-record bench-off bench-arm bench-inject";
+    let ends = "bench-halt bench-measure bench-report bench-record bench-off bench-arm bench-inject";
     let live: Vec<String> = [orders, parameters, ends].join(" ").split(' ').map(|o| o.replace('-', " ")).collect();
     let live: Vec<&str> = live.iter().map(String::as_str).collect();
     let chains =

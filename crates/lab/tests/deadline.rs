@@ -60,8 +60,19 @@ impl<M: Io> Io for Watched<M> {
     }
 }
 
-/// Calls of the allocator within the ticks of homing and of a sine under one law after another.
+/// As [`counted`], again where the machine stood still for so long that the bench ended: that says nothing of calls.
 fn calls(allocates: bool) -> Result<u64, Error> {
+    let mut tried = 0;
+    loop {
+        match counted(allocates) {
+            Err(Error::BenchFault { .. }) if tried < 3 => tried += 1,
+            other => return other,
+        }
+    }
+}
+
+/// Calls of the allocator within the ticks of homing and of a sine under one law after another.
+fn counted(allocates: bool) -> Result<u64, Error> {
     let _alone = alone();
     let mut preset = preset()?;
     let (machine, readings) = InProcess::new(&preset, 1)?;

@@ -283,9 +283,7 @@ mod tests {
     fn a_thread_that_keeps_off_a_cpu_hands_that_on_and_never_the_last_one() {
         let allowed = || {
             let status = fs::read_to_string("/proc/thread-self/status").unwrap();
-            let line =
-                status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim().to_owned();
-            line
+            status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim().to_owned()
         };
         let left = std::thread::spawn(move || {
             let mut left = Vec::new();
