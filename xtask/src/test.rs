@@ -70,7 +70,7 @@ pub(crate) fn test() -> Result<(), String> {
         run(&mut cargo(&[&packages[..], &["--locked", "--quiet", "--target", WINDOWS_TARGET]].concat()))?;
         Ok(Outcome::Passed)
     });
-    suite.stage("tests", seconds(1300), |counts| {
+    suite.stage("tests", seconds(1500), |counts| {
         run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
         Ok(Outcome::Passed)
     });
