@@ -19,13 +19,11 @@ use stickslip_core::control::reference::{Generator, Reference};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Running};
 
-/// Ticks that are timed.
-const TICKS: u64 = 10_000_000;
+/// Ticks that are timed: the same ones, from the same seed on, in several passes.
+const TICKS: usize = 2_000_000;
+const PASSES: usize = 5;
 /// As long is the machine watched for its own holes: what the ticks take, about.
 const WATCHED: Duration = Duration::from_secs(36);
-/// Ticks are told apart by so much [ns], and up to so many of it: 50 ms.
-const BIN: u64 = 10;
-const BINS: u64 = 5_000_000;
 /// Ticks run through most of each period, since the kernel stops a thread that takes more than 95 % of a second [ns].
 const PERIOD: Duration = Duration::from_millis(100);
 const TURN: u64 = 85_000_000;
@@ -34,6 +32,10 @@ const TURN: u64 = 85_000_000;
 pub(crate) struct Ticks {
     pub(crate) median: f64,
     pub(crate) p9999: f64,
+    /// The slowest by its own doing: of each tick the fastest pass counts, since a hole of the machine hits the same
+    /// tick hardly twice.
+    pub(crate) own_worst: f64,
+    /// The slowest of all passes.
     pub(crate) worst: f64,
     /// The longest hole of the machine itself in as long a time.
     pub(crate) floor: f64,
@@ -50,9 +52,10 @@ fn preset(tick_rate: f64) -> Result<Preset<f64>, Box<dyn Error>> {
 struct Ticking {
     bench: VirtualBench,
     generator: Generator<'static>,
-    counts: Vec<u64>,
-    left: u64,
-    result: mpsc::Sender<Result<Vec<u64>, stickslip::Error>>,
+    /// Of each tick [ns]; its memory is there and touched.
+    times: Vec<u32>,
+    done: usize,
+    result: mpsc::Sender<Result<Vec<u32>, stickslip::Error>>,
 }
 
 impl Cycle for Ticking {
@@ -63,7 +66,7 @@ impl Cycle for Ticking {
     fn run(&mut self, _: u64, _: &mut Lap) -> Next {
         let clock = MonotonicClock::default();
         let (begin, mut now) = (clock.now(), clock.now());
-        while self.left > 0 && now - begin < TURN {
+        while self.done < self.times.len() && now - begin < TURN {
             let setpoint = self.generator.next();
             let command = Command { setpoint, control: true, render: true, ..Command::default() };
             let before = clock.now();
@@ -72,23 +75,42 @@ impl Cycle for Ticking {
                 return Next::Stop;
             }
             now = clock.now();
-            self.counts[((now - before) / BIN).min(BINS) as usize] += 1;
-            self.left -= 1;
+            self.times[self.done] = u32::try_from(now - before).unwrap_or(u32::MAX);
+            self.done += 1;
         }
-        if self.left > 0 { Next::Continue } else { Next::Stop }
+        if self.done < self.times.len() { Next::Continue } else { Next::Stop }
     }
 
     fn hold(&mut self, _: u64) {}
 
     fn end(&mut self) {
-        let _ = self.result.send(Ok(std::mem::take(&mut self.counts)));
+        let _ = self.result.send(Ok(std::mem::take(&mut self.times)));
     }
 }
 
 /// Times ticks.
 pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
     let preset = preset(10_000.0)?;
-    let mut bench = VirtualBench::new(&preset, 1)?;
+    // As long before the ticks as behind them.
+    let before = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
+    let mut all = Vec::with_capacity(PASSES * TICKS);
+    let mut least = vec![u32::MAX; TICKS];
+    for _ in 0..PASSES {
+        let times = pass(&preset)?;
+        least.iter_mut().zip(&times).for_each(|(least, time)| *least = (*least).min(*time));
+        all.extend(times);
+    }
+    let behind = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
+    all.sort_unstable();
+    let quantile = |part: f64| f64::from(all[((all.len() - 1) as f64 * part) as usize]) * 1e-3;
+    let own_worst = f64::from(least.into_iter().max().unwrap_or(0)) * 1e-3;
+    let floor = 1e6 * before.longest().max(behind.longest());
+    Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), own_worst, worst: quantile(1.0), floor })
+}
+
+/// The time of each tick [ns], from the same begin on.
+fn pass(preset: &Preset<f64>) -> Result<Vec<u32>, Box<dyn Error>> {
+    let mut bench = VirtualBench::new(preset, 1)?;
     let law = stickslip::design::rendering_law(&preset.model, &preset.bench)?;
     bench.set_law(law)?;
     home(&mut bench, &Watch::silent())?;
@@ -110,12 +132,10 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
         }
         rows.remove(held).map_or(0, |capture| capture.segments().len())
     });
-    // As long before the ticks as behind them.
-    let before = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
     let reference = Reference::Sine(Default::default());
     let generator = Generator::new(reference, preset.bench.tick_rate).with_origin(0.0);
     let (result, found) = mpsc::channel();
-    let ticking = Ticking { bench, generator, counts: vec![0; BINS as usize + 1], left: TICKS, result };
+    let ticking = Ticking { bench, generator, times: vec![u32::MAX; TICKS], done: 0, result };
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = stickslip_rt::Plan { warm_up: 0, overrun, ..stickslip_rt::Plan::new(PERIOD) };
     let (running, mut timings) = Running::start(plan, Wishes::default(), MonotonicClock::default(), ticking)?;
@@ -124,21 +144,11 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
         thread::sleep(Duration::from_millis(20));
     }
     running.join();
-    let counts = found.recv()??;
-    let behind = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
+    let times = found.recv()??;
     if captures.join().map_err(|_| "who captures has panicked")? == 0 {
         return Err("nothing was captured".into());
     }
-    let quantile = |part: f64| {
-        let mut sum = 0;
-        let at = counts.iter().position(|count| {
-            sum += count;
-            sum as f64 >= part * TICKS as f64
-        });
-        at.unwrap_or(BINS as usize) as f64 * BIN as f64 * 1e-3
-    };
-    let floor = 1e6 * before.longest().max(behind.longest());
-    Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), worst: quantile(1.0), floor })
+    Ok(times)
 }
 
 /// A machine that tells in which cycle it is.

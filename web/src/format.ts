@@ -27,6 +27,9 @@ export function plain(value: number): string {
   return String(Number(value.toPrecision(12)))
 }
 
+/** A unit as printed; nothing for a pure number. */
+export const printed = (unit: string) => (unit === '1' ? '' : unit.replaceAll(' ', '·'))
+
 /** mm:ss. */
 export function clock(seconds: number): string {
   const all = Math.max(0, Math.round(seconds))

@@ -396,8 +396,8 @@ export type Answer = {
   /** Its parameters and results. */
   values: Value[]
 }
-  | Again & {
-  answer: "again"
+  | ReplayProgress & {
+  answer: "replay"
 }
   | {
   answer: "simulated"
@@ -410,19 +410,6 @@ export type Answer = {
   answer: "story"
   /** In its order. */
   happened: Happened[]
-}
-/** How far the replay of a run is, or what it found. */
-export type Again = {
-  /** Whether it has ended. */
-  ended: boolean
-  /** The part that is done, 0 … 1. */
-  fraction: number
-  /** Whether the whole run was replayed and every bit is the same; `null` until then. */
-  identical: boolean | null
-  /** Number of the run. */
-  run: number
-  /** What was found, or why it ended. */
-  sentence: string | null
 }
 /** What an axis shows and how. */
 export type Axis = {
@@ -892,6 +879,19 @@ export type RenderedFriction = {
   run: number | null
   /** What came out, in a sentence. */
   verdict: string
+}
+/** How far the replay of a run is, or what it found. */
+export type ReplayProgress = {
+  /** Whether it has ended. */
+  ended: boolean
+  /** The part that is done, 0 … 1. */
+  fraction: number
+  /** Whether the whole run was replayed and every bit is the same; `null` until then. */
+  identical: boolean | null
+  /** Number of the run. */
+  run: number
+  /** What was found, or why it ended. */
+  sentence: string | null
 }
 /** What a series is: it looks the same in every figure. */
 export type Role = "measured"

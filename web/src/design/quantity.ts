@@ -1,6 +1,6 @@
 // Values at handles: with unit, in a fixed number of digits, with a prefix where it is small.
 
-import { fixed, plain, typed } from '../format'
+import { fixed, plain, printed, typed } from '../format'
 import type { Reference } from '../protocol'
 
 /** A value and its unit apart. */
@@ -8,8 +8,7 @@ export function quantity(value: number, unit: string): [string, string] {
   const small = /^N/.test(unit) && Math.abs(value) < 0.05
   const shown = small ? value * 1e3 : value
   const decimals = Math.abs(shown) >= 100 ? 0 : Math.abs(shown) >= 10 ? 1 : Math.abs(shown) >= 1 ? 2 : 3
-  const printed = unit.replaceAll(' ', '·')
-  return [fixed(shown, decimals), small ? `m${printed}` : printed]
+  return [fixed(shown, decimals), small ? `m${printed(unit)}` : printed(unit)]
 }
 
 /** In words, for ears. */

@@ -2,7 +2,7 @@
 
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
-import type { Again, Call, Happened, Run, Value } from '../protocol'
+import type { Call, Happened, ReplayProgress, Run, Value } from '../protocol'
 
 /** Runs that can lie side by side. */
 export const MOST = 6
@@ -25,7 +25,7 @@ class Catalogue {
   story = $state.raw<Happened[] | null>(null)
   /** Why there is none. */
   untold = $state('')
-  replay = $state.raw<Again | null>(null)
+  replay = $state.raw<ReplayProgress | null>(null)
   /** Numbers of what lies side by side; the first is the base. */
   tray = $state.raw<number[]>(JSON.parse(stored('stickslip.tray', '[]')))
   compared = $state.raw<Details[]>([])
@@ -71,7 +71,7 @@ class Catalogue {
     if (number === undefined) return
     for (;;) {
       try {
-        this.replay = await bench.connection.call({ call: 'replay', number }, 'again')
+        this.replay = await bench.connection.call({ call: 'replay', number }, 'replay')
       } catch (error) {
         if (!(error instanceof Refused)) throw error
         this.replay = null

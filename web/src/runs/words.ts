@@ -1,12 +1,10 @@
 // How the catalogue's values are written.
 
-import { clock, fixed, significant } from '../format'
+import { clock, fixed, printed, significant } from '../format'
 import type { KeyNumber, Run, Value } from '../protocol'
 
-export const unit = (si: string) => (si === '1' ? '' : si.replaceAll(' ', '·'))
-
 export function key(number: KeyNumber | null): string {
-  return number ? `${significant(number.value)} ${unit(number.unit)}`.trim() : ''
+  return number ? `${significant(number.value)} ${printed(number.unit)}`.trim() : ''
 }
 
 /** As people say it: today by its hour, otherwise with its day. */
@@ -26,7 +24,7 @@ export function lasted({ duration }: Run): string {
 }
 
 export function written(value: Value): string {
-  return value.number === null ? value.text : `${significant(value.number)} ${unit(value.unit)}`.trim()
+  return value.number === null ? value.text : `${significant(value.number)} ${printed(value.unit)}`.trim()
 }
 
 /** Why a run's files are not there. */

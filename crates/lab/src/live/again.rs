@@ -22,7 +22,7 @@ const KEPT: u64 = 100_000_000;
 
 /// How far the replay of a run is, or what it found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Again {
+pub struct ReplayProgress {
     /// Number of the run.
     pub run: i64,
     /// The part that is done, 0 … 1.
@@ -38,7 +38,7 @@ pub struct Again {
 /// The one that runs, or was asked for last.
 #[derive(Clone, Default)]
 pub(super) struct Current {
-    seen: Arc<Mutex<Again>>,
+    seen: Arc<Mutex<ReplayProgress>>,
     cancelled: Arc<AtomicBool>,
 }
 
@@ -48,7 +48,7 @@ impl Current {
     }
 
     fn begin(run: i64, file: PathBuf) -> Self {
-        let seen = Arc::new(Mutex::new(Again { run, ..Again::default() }));
+        let seen = Arc::new(Mutex::new(ReplayProgress { run, ..ReplayProgress::default() }));
         let current = Current { seen, cancelled: Arc::default() };
         let Current { seen, cancelled } = current.clone();
         thread::spawn(move || {
@@ -75,7 +75,7 @@ impl Live {
     pub(super) fn again(&self, number: i64) -> Result<Answer, Error> {
         let mut current = lock(&self.shared.again);
         let seen = lock(&current.seen).clone();
-        let told = |seen| Ok(Answer::Again(seen));
+        let told = |seen| Ok(Answer::Replay(seen));
         if seen.run == number && (!seen.ended || seen.identical.is_some()) {
             return told(seen);
         }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use stickslip_core::render::Law;
 
-pub use super::again::Again;
+pub use super::again::ReplayProgress;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::machine::{Factor, Machine, Part, PartKind};
@@ -452,7 +452,7 @@ pub enum Answer {
         values: Vec<Value>,
     },
     /// A replay.
-    Again(Again),
+    Replay(ReplayProgress),
     /// A run, as it was and as it would have been.
     Simulated {
         /// Its traces.
@@ -495,7 +495,7 @@ pub struct ToChatter {
     pub nearest: String,
 }
 
-/// With less than this left a delay, a noise or a friction that is a fifth off is no longer admitted.
+/// A fifth of the way: by choice, as room for what the model of the bench is off.
 const CAUTION: f64 = 0.2;
 
 impl ToChatter {

@@ -502,11 +502,11 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
 }
 
 /// A replay to its end.
-fn again(live: &Live, number: i64) -> protocol::Again {
+fn again(live: &Live, number: i64) -> protocol::ReplayProgress {
     loop {
         match live.call("looks", Call::Replay { number }).unwrap() {
-            Answer::Again(again) if again.ended => return again,
-            Answer::Again(again) => assert_eq!((again.run, again.identical), (number, None)),
+            Answer::Replay(again) if again.ended => return again,
+            Answer::Replay(again) => assert_eq!((again.run, again.identical), (number, None)),
             other => panic!("{other:?}"),
         }
         thread::sleep(Duration::from_millis(5));

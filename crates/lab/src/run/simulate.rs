@@ -25,11 +25,11 @@ const LOOK: u64 = 4096;
 /// A run, as it was and as it would have been.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Simulated {
-    /// Its first cycle [s], and the last that was simulated.
+    /// Time of the first cycle [s].
     pub from: f64,
-    /// Its last.
+    /// Time of the last that was simulated [s].
     pub to: f64,
-    /// How many cycles were simulated.
+    /// How many were simulated.
     pub cycles: u64,
     /// Time on the bench over the time that the simulation took.
     pub speed: f64,
@@ -106,6 +106,7 @@ impl Stored {
         let tick_time = record.tick_time();
         let most = ((wanted.length / tick_time).min(self.len() as f64) as u64).max(1);
         let mut parts = Parts::new(indices.len(), most, wanted.parts as u64);
+        // Of a machine elsewhere: the virtual one of its preset, with some noise.
         let mut again = Again::of(&record, record.seed.or(Some(1)))?;
         if record.state.is_some() && !differences.is_empty() {
             // Those of the state are as recorded.
@@ -244,7 +245,8 @@ impl Parts {
             let difference = new[index] - old[index];
             self.squares[k] += difference * difference;
             // What is no number stays visible.
-            self.peaks[k] = if difference.is_nan() { f64::NAN } else { self.peaks[k].max(difference.abs()) };
+            let peak = self.peaks[k];
+            self.peaks[k] = if difference.is_nan() || peak.is_nan() { f64::NAN } else { peak.max(difference.abs()) };
             for (part, value) in self.extremes[k].iter_mut().zip([old[index], new[index], difference]) {
                 let [least, largest] = part;
                 match (begins, least.last_mut(), largest.last_mut()) {
@@ -324,6 +326,6 @@ mod tests {
         assert_eq!((parts.peaks[0], parts.squares[0]), (4.0, 33.0));
         parts.take(4.0, &[0], &[1.0], &[f64::NAN]);
         parts.take(5.0, &[0], &[1.0], &[1.0]);
-        assert!(parts.peaks[0].is_nan() || parts.squares[0].is_nan());
+        assert!(parts.peaks[0].is_nan() && parts.squares[0].is_nan());
     }
 }
