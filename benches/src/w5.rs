@@ -33,8 +33,8 @@ pub(crate) struct Pair {
     pub(crate) ratio: [f64; 3],
 }
 
-/// Runs all in turn at a rate: p50 and p99 of the bench with everything attached, of the executive alone, asleep until
-/// its deadline, and of the executive that spins at the end. `Err` without cyclictest or without permission for a
+/// Runs all in turn at a rate: p50 and p99 of the bench with everything attached, as `stickslip serve --cpu` runs it, of
+/// the executive alone, asleep until its deadline, and of the executive that spins at the end. `Err` without cyclictest or without permission for a
 /// priority.
 pub(crate) fn run(rate: f64, rounds: usize) -> Result<[Pair; 6], Box<dyn Error>> {
     let cpus = std::thread::available_parallelism()?.get();
@@ -53,7 +53,11 @@ pub(crate) fn run(rate: f64, rounds: usize) -> Result<[Pair; 6], Box<dyn Error>>
             values
         };
         let median = |value| of(value)[rounds / 2];
-        Pair { ours: median(|ours, _| ours), peer: median(|_, peer| peer), ratio: certain(&of(|ours, peer| peer / ours)) }
+        Pair {
+            ours: median(|ours, _| ours),
+            peer: median(|_, peer| peer),
+            ratio: certain(&of(|ours, peer| peer / ours)),
+        }
     }))
 }
 
@@ -131,21 +135,21 @@ fn cyclictest(rate: f64, cpu: usize) -> Result<[f64; 2], Box<dyn Error>> {
     });
     let late = text.lines().find_map(|line| line.strip_prefix("# Histogram Overflows:")?.trim().parse::<u64>().ok());
     quantiles(&rows.collect::<Vec<_>>(), late.unwrap_or(0))
-        .ok_or_else(|| format!("cyclictest failed: {}{text}", String::from_utf8_lossy(&output.stderr)).into())
+        .ok_or_else(|| format!("cyclictest failed: {}", String::from_utf8_lossy(&output.stderr)).into())
 }
 
-/// p50 and p99 [µs] of counts by time [ns] and of those that were later than all.
+/// p50 and p99 [µs] of counts by time [ns] and of those that were later than all: those are [`LATEST`] late at least.
 fn quantiles(rows: &[(u64, u64)], later: u64) -> Option<[f64; 2]> {
     let all = rows.iter().map(|(_, count)| count).sum::<u64>() + later;
     let at = |part: f64| {
         let mut sum = 0;
-        rows.iter().find(|(_, count)| {
+        let row = rows.iter().find(|(_, count)| {
             sum += count;
             sum as f64 >= part * all as f64
-        })
+        });
+        row.map_or(LATEST as f64, |(time, _)| *time as f64) * 1e-3
     };
-    let micros = |part: f64| at(part).map(|(time, _)| *time as f64 * 1e-3);
-    (all > 0).then(|| Some([micros(0.5)?, micros(0.99)?])).flatten()
+    (all > 0).then(|| [at(0.5), at(0.99)])
 }
 
 #[cfg(test)]
@@ -156,7 +160,7 @@ mod tests {
     fn what_cyclictest_could_not_tell_apart_counts_as_late() {
         let rows: Vec<(u64, u64)> = (1..=100).map(|time| (1000 * time, 1)).collect();
         assert_eq!(quantiles(&rows, 0), Some([50.0, 99.0]));
-        assert_eq!(quantiles(&rows, 100), None, "p99 is among the later ones");
+        assert_eq!(quantiles(&rows, 100), Some([100.0, 1000.0]), "p99 is among the later ones");
         assert_eq!(quantiles(&[], 0), None);
     }
 

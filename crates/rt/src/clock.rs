@@ -9,6 +9,9 @@ use crate::system;
 /// Time on a clock's own scale, or a difference of two such times [ns].
 pub type Nanoseconds = u64;
 
+/// So long before its deadline a spinning executive wakes up: longer than most wake-ups take.
+pub const SPIN: Duration = Duration::from_micros(40);
+
 /// A clock that never goes back.
 pub trait Clock {
     /// The time.

@@ -56,7 +56,7 @@ mod timing;
 mod watcher;
 
 pub use cause::{Cause, Evidence, Overrun};
-pub use clock::{Clock, MonotonicClock, Nanoseconds, SimulatedClock};
+pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, SimulatedClock};
 pub use cycle::{Block, Cycle, Lap, MAX_BLOCKS, Next};
 pub use executive::{Ending, Executive, OverrunPolicy, Plan, PlanError, Summary};
 pub use floating_point::FloatingPoint;

@@ -6,7 +6,9 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Mutex;
+use std::time::Duration;
 
+use crate::clock::{MonotonicClock, SPIN};
 use crate::doctor;
 use crate::floating_point::FloatingPoint;
 use crate::system;
@@ -84,6 +86,14 @@ pub struct Granted {
 impl Wishes {
     /// A thread like any other.
     pub const PLAIN: Wishes = Wishes { priority: None, lock_memory: false, shallow_idle: false, cpu: Cpu::Any };
+
+    /// The clock to wait on with this period: on a CPU of its own a thread spins before each deadline, which there
+    /// takes time from nobody, but for no more than half of the period. It must sleep: the system stops a thread that
+    /// takes all of its CPU.
+    pub fn clock(&self, period: Duration) -> MonotonicClock {
+        let spin = if matches!(self.cpu, Cpu::Number(_)) { SPIN.min(period / 2) } else { Duration::ZERO };
+        MonotonicClock { spin }
+    }
 }
 
 impl Default for Wishes {
@@ -266,6 +276,14 @@ mod tests {
     #[test]
     fn the_last_cpu_of_a_list_is_found() {
         assert_eq!(["2-3,5\n", "1-3\n", "7", "\n", ""].map(last_of), [Some(5), Some(3), Some(7), None, None]);
+    }
+
+    #[test]
+    fn a_thread_with_a_cpu_of_its_own_spins_for_a_part_of_each_period_and_others_never() {
+        let spin = |cpu, micros| Wishes { cpu, ..Wishes::PLAIN }.clock(Duration::from_micros(micros)).spin;
+        assert_eq!(spin(Cpu::Number(1), 250), SPIN);
+        assert_eq!(spin(Cpu::Number(1), 50), Duration::from_micros(25), "a part of it is slept");
+        assert_eq!([Cpu::Any, Cpu::Isolated].map(|cpu| spin(cpu, 250)), [Duration::ZERO; 2]);
     }
 
     #[test]

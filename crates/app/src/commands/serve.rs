@@ -41,7 +41,8 @@ pub(crate) struct ServeCommand {
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Run the loop on this CPU alone, and everything else of the program on the others.
+    /// Run the loop on this CPU alone, awake a little before each deadline, and everything else of the program on the
+    /// others.
     #[arg(long, value_name = "N")]
     cpu: Option<usize>,
     /// Record every cycle into this file (MDF 4), which other tools read and `stickslip replay` replays.

@@ -10,9 +10,10 @@ use std::time::Duration;
 
 pub use floor::{Floor, measure_floor};
 pub use stickslip_rt::Outcome;
+pub use stickslip_rt::SPIN;
 pub use stickslip_rt::doctor::{Finding, Verdict};
 use stickslip_rt::{Granted, Wishes, doctor};
-pub use wake_up::{SPIN, WakeUp, measure_wake_up};
+pub use wake_up::{WakeUp, measure_wake_up};
 
 use crate::{Error, Watch};
 

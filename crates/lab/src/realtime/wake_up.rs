@@ -9,9 +9,6 @@ use stickslip_rt::{
 
 use crate::{Error, Watch};
 
-/// So long before its deadline a spinning executive wakes up.
-pub const SPIN: Duration = Duration::from_micros(40);
-
 /// From look to look at a running measurement.
 const LOOK: Duration = Duration::from_millis(20);
 

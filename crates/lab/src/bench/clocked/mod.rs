@@ -25,7 +25,7 @@ use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Granted, Histograms, MonotonicClock, OverrunPolicy, Plan, Running, Wishes};
+use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, Wishes};
 pub use urgent::Urgent;
 use urgent::urgent;
 
@@ -148,7 +148,8 @@ impl ClockedBench {
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
         let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
-        let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
+        let clock = wishes.clock(plan.period);
+        let (running, mut timings) = Running::start(plan, wishes, clock, cycle)?;
         let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
         let collected = histograms.clone();
         let collector = thread::spawn(move || {
