@@ -1,7 +1,9 @@
 import { expect, test } from 'vitest'
 import { frame, type Frame } from '../src/scope/frames'
 import { steps } from '../src/scope/draw'
+import { read, Unreadable } from '../src/scope/formula'
 import { Ring } from '../src/scope/ring'
+import { peak, spectrum } from '../src/scope/spectrum'
 import { crossing } from '../src/scope/trigger'
 
 function bytes(from: number, missing: number, columns: number[][]): ArrayBuffer {
@@ -89,4 +91,87 @@ test('a range holds what is seen, and stays while it fits', () => {
   const still = steps([5, 5], null)
   expect(still[0] < 5 && still[1] > 5).toBe(true)
   expect(steps(null, first)).toBe(first)
+})
+
+const known = { index: (name: string) => ['angle', 'setpoint.velocity'].indexOf(name), rate: 1000 }
+
+test('a computed channel is that of its formula in each cycle, whenever it was added', () => {
+  const formula = read('slip = (setpoint.velocity - 2 * angle^2) / max(abs(angle), pi)', known)
+  expect(formula.name).toBe('slip')
+  const value = (a: number, v: number) => (v - 2 * a ** 2) / Math.max(Math.abs(a), Math.PI)
+  // A ring of 128 cycles, several times around.
+  const [early, late] = [new Ring(2, 1000, 2 * 128 * 9), new Ring(2, 1000, 2 * 128 * 9)]
+  early.derive([formula.begin, read('d(angle)', known).begin])
+  for (const ring of [early, late]) {
+    for (let i = 0, from = 5; i < 40; i++) {
+      const missing = i % 7 === 6 ? 20 : 0
+      from += missing
+      const cycles = Array.from({ length: 13 }, (_, k) => from + k)
+      ring.write(batch(from, missing, [cycles.map(Math.sin), cycles.map(Math.cos)]))
+      from += 13
+    }
+  }
+  late.derive([formula.begin, read('d(angle)', known).begin])
+  const [low, high] = [new Float64Array(1), new Float64Array(1)]
+  for (const ring of [early, late]) {
+    const seen: number[] = []
+    for (let cycle = ring.first; cycle < ring.next; cycle++) {
+      const [a, v, slip, slope] = [0, 1, 2, 3].map((column) => ring.value(column, cycle)) as [number, number, number, number]
+      if (Number.isNaN(a)) expect([slip, slope]).toEqual([NaN, NaN])
+      else {
+        expect(slip).toBe(value(a, v))
+        seen.push(slip)
+        // Never across what is missing; the first cycle of all knows none before it.
+        const before = cycle > ring.first ? ring.value(0, cycle - 1) : NaN
+        if (!Number.isNaN(before)) expect(slope).toBe((a - before) * 1000)
+        else if (cycle > ring.first) expect(slope).toBe(NaN)
+      }
+    }
+    ring.extremes(2, ring.first, ring.next - ring.first, 1, low, high)
+    expect([low[0], high[0]]).toEqual([Math.min(...seen), Math.max(...seen)])
+  }
+})
+
+test('a low pass passes what is slow and takes its part of what is fast', () => {
+  const ring = new Ring(2, 1000)
+  ring.derive([read('lowpass(angle, 10)', known).begin])
+  const wave = (hertz: number) => Array.from({ length: 4000 }, (_, k) => Math.sin((2 * Math.PI * hertz * k) / 1000))
+  ring.write(batch(0, 0, [wave(100), wave(1)]))
+  const { amplitudes, step } = spectrum(ring, 2, 0, 3999, 1000)!
+  // Of first order, as a step of 1 ms has it at a tenth of the rate: within a hundredth.
+  const pole = Math.exp(-2 * Math.PI * 0.01)
+  const [re, im] = [1 - pole * Math.cos(0.2 * Math.PI), pole * Math.sin(0.2 * Math.PI)]
+  expect(peak({ amplitudes, step })!.amplitude).toBeCloseTo((1 - pole) / Math.hypot(re, im), 2)
+})
+
+test('what is no formula is told in words', () => {
+  const wrong = (text: string) => {
+    try {
+      read(text, known)
+    } catch (error) {
+      if (error instanceof Unreadable) return error.message
+    }
+    return 'read'
+  }
+  expect(wrong('speed + 1')).toContain('speed is no signal')
+  expect(wrong('angle +')).toContain('cannot be read')
+  expect(wrong('median(angle)')).toContain('median() is not known')
+  expect(wrong('constructor(angle)')).toContain('constructor() is not known')
+  expect(wrong('max(angle)')).toContain('takes 2 values')
+  expect(wrong('angle; angle')).toContain('One formula only')
+  expect(wrong('angle % 2')).toContain('% is not known')
+  expect(wrong(' ')).toContain('Type a formula')
+  expect(wrong('"angle"')).toContain('is no number')
+})
+
+test('a sine has its frequency and its amplitude in the spectrum, also between two values and beside a mean', () => {
+  const ring = new Ring(1, 1000)
+  ring.write(batch(0, 0, [Array.from({ length: 5000 }, (_, k) => 7 + 0.3 * Math.sin((2 * Math.PI * 12.34 * k) / 1000))]))
+  const found = peak(spectrum(ring, 0, 0, 4999, 1000)!)!
+  expect(found.frequency).toBeCloseTo(12.34, 2)
+  // But for what leaks from its mirror image.
+  expect(Math.abs(found.amplitude / 0.3 - 1)).toBeLessThan(1e-4)
+  ring.write(batch(5010, 10, [[0, 0]]))
+  expect(spectrum(ring, 0, 0, 5011, 1000)).toBeNull()
+  expect(spectrum(ring, 0, 0, 10, 1000)).toBeNull()
 })

@@ -79,7 +79,7 @@ class Dock {
     const [{ figures, span, table }, { raster, stacked }] = await Promise.all([import('./files'), import('../plot/export')])
     if (kind === 'svg' || kind === 'png') {
       const all = figures()
-      if (!all.length) return bench.warn('No pane over time shows anything')
+      if (!all.length) return bench.warn('No pane shows anything')
       const text = stacked(all)
       if (kind === 'svg') return save('scope.svg', 'image/svg+xml', text)
       const [, width, height] = /width="(\d+)" height="(\d+)"/.exec(text)!

@@ -6,12 +6,15 @@ import type { Role } from '../plot/series'
 import { decimals, linear } from '../plot/ticks'
 import { range, steps, style, unitOf } from './draw'
 import type { Ring } from './ring'
-import { scope } from './scope.svelte'
+import { type Pane, scope } from './scope.svelte'
+import * as frequencies from './spectrum'
 
 /** Rows of a table at most. */
 const LONGEST = 1_000_000
 /** Columns of a figure's trace. */
 const COLUMNS = 800
+/** Points of one signal over another. */
+const POINTS = 5000
 
 /** From the first to the last cycle of what is to leave. */
 export function span(what: 'visible' | 'cursors' | 'all'): [number, number] | null {
@@ -46,36 +49,92 @@ export function table([from, to]: [number, number]): Blob {
 
 const missing = (ring: Ring, cycle: number) => ring.gaps.some((gap) => cycle >= gap.from && cycle < gap.from + gap.cycles)
 
-/** Each pane over time, as it is shown. */
+type Traced = { index: number; colour: number; dash: number[] }
+
+/** Each pane, as it is shown. */
 export function figures(): Figure[] {
-  const { ring, view } = scope
+  const { ring } = scope
   if (!ring) return []
-  const panes = scope.panes.filter((pane) => pane.kind === 'time' && pane.traces.some((trace) => !trace.hidden && scope.index(trace.name) >= 0))
+  return scope.panes.flatMap((pane): Figure[] => {
+    const traces = pane.traces.map((trace, n) => ({ trace, index: scope.index(trace.name), ...style(n) })).filter(({ trace, index }) => !trace.hidden && index >= 0)
+    if (!traces.length || (pane.kind === 'xy' && traces.length < 2)) return []
+    if (pane.kind === 'xy') return [crossed(ring, pane, traces)]
+    return pane.kind === 'time' ? [timed(ring, pane, traces)] : transformed(ring, traces)
+  })
+}
+
+const straight = (value: number) => value
+const label = (index: number) => [scope.signals[index]!.label, scope.signals[index]!.printed_unit].filter(Boolean).join(', ')
+const role = (colour: number) => `trace-${colour + 1}` as Role
+
+function axis(low: number, high: number) {
+  const ticks = linear(low, high)
+  return { range: [low, high] as [number, number], ticks, text: (value: number) => fixed(value, decimals(ticks)) }
+}
+
+function timed(ring: Ring, pane: Pane, traces: Traced[]): Figure {
+  const { view } = scope
   const step = Math.max(1, (view.to - view.from) / COLUMNS)
   const count = Math.ceil((view.to - view.from) / step)
   const [low, high] = [new Float64Array(count), new Float64Array(count)]
-  const [first, last] = [scope.time(view.from), scope.time(view.to)]
-  const xTicks = linear(first, last)
-  return panes.map((pane) => {
-    const traces = pane.traces.map((trace, n) => ({ trace, index: scope.index(trace.name), ...style(n) })).filter(({ trace, index }) => !trace.hidden && index >= 0)
-    const [bottom, top] = pane.range ?? steps(range(ring, traces.map((one) => one.index), view), null)
-    const yTicks = linear(bottom, top)
-    const series = traces.map(({ index, colour, dash }) => {
-      ring.extremes(index, view.from, step, count, low, high)
-      const [x, y]: [number[], (number | null)[]] = [[], []]
-      for (let i = 0; i < count; i++) {
-        const at = scope.time(view.from + (i + 0.5) * step)
-        const gap = Number.isNaN(low[i])
-        x.push(at, at)
-        y.push(gap ? null : low[i]!, gap ? null : high[i]!)
-      }
-      return { role: `trace-${colour + 1}` as Role, name: scope.signals[index]!.label, mark: 'line' as const, x, y, dash }
-    })
-    return {
-      title: '',
-      x: { label: scope.triggered === null ? 'time since the bench runs, s' : 'time since the trigger, s', range: [first, last], ticks: xTicks, warp: (value: number) => value, text: (value: number) => fixed(value, decimals(xTicks)) },
-      y: { label: unitOf(traces.map((one) => scope.signals[one.index]!)), range: [bottom, top], ticks: yTicks, text: (value: number) => fixed(value, decimals(yTicks)) },
-      series,
+  const series = traces.map(({ index, colour, dash }) => {
+    ring.extremes(index, view.from, step, count, low, high)
+    const [x, y]: [number[], (number | null)[]] = [[], []]
+    for (let i = 0; i < count; i++) {
+      const at = scope.time(view.from + (i + 0.5) * step)
+      const gap = Number.isNaN(low[i])
+      x.push(at, at)
+      y.push(gap ? null : low[i]!, gap ? null : high[i]!)
     }
+    return { role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y, dash }
   })
+  const words = scope.triggered === null ? 'time since the bench runs, s' : 'time since the trigger, s'
+  const range_y = pane.range ?? steps(range(ring, traces.map((one) => one.index), view), null)
+  return { title: '', x: { label: words, warp: straight, ...axis(scope.time(view.from), scope.time(view.to)) }, y: { label: unitOf(traces.map((one) => scope.signals[one.index]!)), ...axis(...range_y) }, series }
+}
+
+/** One signal over another, each point a sample. */
+function crossed(ring: Ring, pane: Pane, [across, ...up]: Traced[]): Figure {
+  const { view } = scope
+  const [begin, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
+  const step = Math.max(1, Math.ceil((end - begin) / POINTS))
+  const cycles = Array.from({ length: Math.max(0, Math.ceil((end - begin) / step)) }, (_, i) => begin + i * step)
+  const values = (index: number) => cycles.map((cycle) => ring.value(index, cycle)).map((value) => (Number.isNaN(value) ? null : value))
+  const x = values(across!.index)
+  const series = up.map(({ index, colour, dash }) => ({ role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y: values(index), dash }))
+  const fitting = (indices: number[]) => steps(range(ring, indices, view), null)
+  return {
+    title: '',
+    x: { label: label(across!.index), warp: straight, ...axis(...fitting([across!.index])) },
+    y: { label: unitOf(up.map((one) => scope.signals[one.index]!)), ...axis(...(pane.range ?? fitting(up.map((one) => one.index)))) },
+    series,
+  }
+}
+
+/** Amplitudes over frequency, both logarithmic. */
+function transformed(ring: Ring, traces: Traced[]): Figure[] {
+  const [from, to] = span('cursors') ?? [scope.view.from, scope.view.to]
+  const found = traces.flatMap((one) => {
+    const spectrum = frequencies.spectrum(ring, one.index, from, to, scope.rate)
+    return spectrum ? [{ ...one, ...spectrum }] : []
+  })
+  if (!found.length) return []
+  const range = frequencies.decades(found, scope.rate, null)
+  const series = found.map(({ index, colour, dash, step, amplitudes }) => {
+    const [x, y]: [number[], number[]] = [[], []]
+    for (let k = 1; k < amplitudes.length; k++) {
+      x.push(k * step)
+      y.push(Math.log10(Math.max(amplitudes[k]!, 1e-300)))
+    }
+    return { role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y, dash }
+  })
+  const unit = unitOf(found.map((one) => scope.signals[one.index]!))
+  return [
+    {
+      title: '',
+      x: { label: 'frequency, Hz', warp: Math.log10, range: [10 ** range.from, 10 ** range.to], ticks: frequencies.powers(range.from, range.to).map((power) => 10 ** power), text: (value) => frequencies.powerText(Math.log10(value)) },
+      y: { label: ['amplitude', unit].filter(Boolean).join(', '), range: [range.low, range.high], ticks: frequencies.powers(range.low, range.high), text: frequencies.powerText },
+      series,
+    },
+  ]
 }

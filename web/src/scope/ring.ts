@@ -1,5 +1,6 @@
 // The newest cycles of all signals in memory that never grows, and their extremes in any span without a spike lost.
 
+import type { Step } from './formula'
 import type { Frame } from './frames'
 
 /** Cycles of a block whose extremes are kept. */
@@ -24,6 +25,8 @@ export class Ring {
   gaps: Gap[] = []
   readonly columns: Float64Array[]
   readonly signals: number
+  /** How each further column comes from the others. */
+  #formulas: { begin: () => Step; step: Step }[] = []
   #least: Float64Array[]
   #largest: Float64Array[]
 
@@ -47,6 +50,38 @@ export class Ring {
     return frame.values.length === frame.rows * this.signals && (this.next < 0 || frame.from >= this.next)
   }
 
+  /** Columns behind those of the signals, in this order, each from signals alone. */
+  derive(all: (() => Step)[]) {
+    for (const arrays of [this.columns, this.#least, this.#largest]) arrays.length = this.signals
+    this.#formulas = all.map((begin) => ({ begin, step: begin() }))
+    all.forEach(() => {
+      this.columns.push(new Float64Array(this.room))
+      this.#least.push(new Float64Array(this.room / BLOCK))
+      this.#largest.push(new Float64Array(this.room / BLOCK))
+    })
+    if (this.next < 0) return
+    let missing = 0
+    for (let cycle = this.first; cycle < this.next; ) {
+      const gap = this.gaps.find((gap) => cycle < gap.from + gap.cycles && gap.from <= cycle)
+      if (gap) missing = gap.from + gap.cycles
+      const count = Math.min(this.next - cycle, BLOCK - (cycle % BLOCK))
+      for (let i = 0; i < count; i++) this.#compute(cycle + i, 1, cycle + i < missing)
+      cycle += count
+    }
+  }
+
+  /** Computes what is computed of some cycles of one block. */
+  #compute(cycle: number, count: number, missing = false) {
+    const slot = cycle % this.room
+    this.#formulas.forEach((formula, n) => {
+      const column = this.columns[this.signals + n]!
+      // What comes after a gap knows nothing of what was before.
+      if (missing) formula.step = formula.begin()
+      for (let i = slot; i < slot + count; i++) column[i] = missing ? NaN : formula.step(this.columns, i)
+      this.#extend(this.signals + n, cycle, column, slot, slot + count)
+    })
+  }
+
   /** Takes a frame that fits. */
   write(frame: Frame) {
     if (this.next < 0) this.begin = this.next = frame.from - frame.missing
@@ -62,6 +97,7 @@ export class Ring {
         column.set(values.subarray(from, to), slot)
         this.#extend(signal, cycle, values, from, to)
       }
+      this.#compute(cycle, count)
       this.next += count
       done += count
     }
@@ -88,12 +124,13 @@ export class Ring {
   #leave(count: number) {
     if (count <= 0) return
     this.missing += count
+    for (const formula of this.#formulas) formula.step = formula.begin()
     this.gaps.push({ from: this.next, cycles: count })
     const from = Math.max(this.next, this.next + count - this.room)
     for (let cycle = from; cycle < this.next + count; cycle++) {
       const fresh = cycle % BLOCK === 0 || cycle === from
       const [slot, block] = [cycle % this.room, Math.floor((cycle % this.room) / BLOCK)]
-      for (let signal = 0; signal < this.signals; signal++) {
+      for (let signal = 0; signal < this.columns.length; signal++) {
         this.columns[signal]![slot] = NaN
         if (fresh && (cycle % BLOCK === 0 || this.next === this.begin)) {
           this.#least[signal]![block] = Infinity

@@ -2,7 +2,8 @@
 
 import { bench, store, stored } from '../bench.svelte'
 import { Connection, Refused } from '../connection'
-import type { Mark, Signal } from '../protocol'
+import type { Mark, MarkKind, Signal } from '../protocol'
+import { type Formula, read, Unreadable } from './formula'
 import { frame } from './frames'
 import { Ring } from './ring'
 import { crossing, type Slope } from './trigger'
@@ -16,14 +17,20 @@ const READ = 100
 const SHORTEST = 4
 
 export type Trace = { name: string; hidden: boolean }
-export type Pane = { id: number; kind: 'time' | 'xy'; traces: Trace[]; range: [number, number] | null }
+export type Pane = { id: number; kind: 'time' | 'xy' | 'spectrum'; traces: Trace[]; range: [number, number] | null }
 export type View = { from: number; to: number }
 export type Mode = 'off' | 'auto' | 'normal' | 'single'
 export type CursorName = 'a' | 'b'
+/** What a trigger waits for: a signal that passes its level, or something that happens. */
+export type Event = Slope | MarkKind
+/** A channel that is computed: what it is called, its formula, and the unit that it is said to have. */
+export type Channel = { name: string; text: string; unit: string }
 type Past = { view: View; follow: boolean; ranges: [number, [number, number] | null][] }
 
 class Scope {
+  /** Those of the program, then those that are computed. */
   signals = $state.raw<Signal[]>([])
+  channels = $state.raw<Channel[]>([])
   panes = $state<Pane[]>([])
   active = $state(0)
   /** Whether the newest is shown. */
@@ -31,7 +38,7 @@ class Scope {
   /** What is shown [s]. */
   span = $state(10)
   cursors = $state<{ a: number | null; b: number | null }>({ a: null, b: null })
-  trigger = $state<{ mode: Mode; signal: string; level: number; slope: Slope; before: number }>({ mode: 'off', signal: '', level: 0, slope: 'rising', before: 0.2 })
+  trigger = $state<{ mode: Mode; signal: string; level: number; slope: Event; before: number }>({ mode: 'off', signal: '', level: 0, slope: 'rising', before: 0.2 })
   /** The cycle of the event that is shown. */
   triggered = $state<number | null>(null)
   marks = $state.raw<Mark[]>([])
@@ -49,6 +56,7 @@ class Scope {
   /** Pictures drawn, and the time that they took [ms]. */
   frames = 0
   drawing = 0
+  #streamed: Signal[] = []
   #connection: Connection | null = null
   #stream = -1
   #drawers = new Set<() => void>()
@@ -78,8 +86,8 @@ class Scope {
       const [status, known] = await Promise.all([connection.call({ call: 'status' }, 'status'), connection.call({ call: 'signals' }, 'signals')])
       const signals = known.signals.slice(0, WIDEST)
       const names = (all: Signal[]) => all.map((signal) => signal.name).join()
-      if (!this.ring || names(signals) !== names(this.signals) || status.rate !== this.rate) {
-        this.signals = signals
+      if (!this.ring || names(signals) !== names(this.#streamed) || status.rate !== this.rate) {
+        this.#streamed = this.signals = signals
         this.rate = status.rate
         this.#anew()
         if (!this.panes.length) this.#restore(known.panes)
@@ -93,7 +101,8 @@ class Scope {
   }
 
   #anew() {
-    this.ring = new Ring(this.signals.length, this.rate)
+    this.ring = new Ring(this.#streamed.length, this.rate)
+    this.#derive()
     this.length = this.ring.room / this.rate
     this.#scanned = 0
     this.triggered = null
@@ -116,6 +125,47 @@ class Scope {
     } catch (error) {
       if (!(error instanceof Refused)) throw error
     }
+  }
+
+  // Channels that are computed.
+
+  /** Reads what was typed. @throws {Unreadable} */
+  formula(text: string): Formula {
+    return read(text, { index: (name) => this.#streamed.findIndex((signal) => signal.name === name), rate: this.rate })
+  }
+
+  /** Adds a channel, or one in the place of that with its name. @throws {Unreadable} */
+  compute(typed: string, unit: string) {
+    const { name, text } = this.formula(typed)
+    if (this.#streamed.some((signal) => signal.name === name)) throw new Unreadable(`${name} is a signal already; write another name before =`)
+    this.channels = [...this.channels.filter((channel) => channel.name !== name), { name, text, unit }]
+    this.#derive()
+    this.add(name)
+  }
+
+  forget(name: string) {
+    this.channels = this.channels.filter((channel) => channel.name !== name)
+    for (const pane of [...this.panes]) this.remove(pane.id, name)
+    this.#derive()
+    this.keep()
+  }
+
+  isComputed(name: string): boolean {
+    return this.index(name) >= this.#streamed.length
+  }
+
+  #derive() {
+    const known: { channel: Channel; formula: Formula }[] = []
+    for (const channel of this.channels) {
+      try {
+        known.push({ channel, formula: this.formula(channel.text) })
+      } catch {
+        // This bench does not have its signals; another one may.
+      }
+    }
+    this.ring?.derive(known.map(({ formula }) => formula.begin))
+    const computed = known.map(({ channel: { name, text, unit } }) => ({ name, label: name, symbol: '', unit, printed_unit: unit, help: `Computed: ${text}.`, values: [] }))
+    this.signals = [...this.#streamed, ...computed]
   }
 
   index(name: string): number {
@@ -160,15 +210,18 @@ class Scope {
     const { ring, trigger } = this
     if (!ring || ring.next < 0 || !this.follow) return
     const span = Math.max(SHORTEST, this.span * this.rate)
-    if (trigger.mode === 'off' || this.index(trigger.signal) < 0) {
+    const { slope } = trigger
+    const passes = slope === 'rising' || slope === 'falling' || slope === 'either'
+    if (trigger.mode === 'off' || (passes && this.index(trigger.signal) < 0)) {
       this.triggered = null
       return this.#show(ring.next - span, ring.next)
     }
     const behind = (1 - trigger.before) * span
     const from = Math.max(this.#scanned, ring.first + Math.floor(trigger.before * span))
-    const found = crossing(ring, this.index(trigger.signal), from, ring.next, trigger.level, trigger.slope)
+    const found = passes ? crossing(ring, this.index(trigger.signal), from, ring.next, trigger.level, slope) : this.#happened(slope, from)
     if (found === null) {
-      this.#scanned = Math.max(from, ring.next - 1)
+      // What happens is told later than its cycle comes.
+      if (passes) this.#scanned = Math.max(from, ring.next - 1)
       const silent = ring.next - (this.triggered ?? 0) > Math.max(2 * span, this.rate / 2)
       if (trigger.mode === 'auto' && silent) {
         this.triggered = null
@@ -183,6 +236,12 @@ class Scope {
     this.#scanned = Math.ceil(found + behind)
     this.#show(found - trigger.before * span, found + behind)
     if (trigger.mode === 'single') this.follow = false
+  }
+
+  /** The first cycle from one on in which something of a kind happened. */
+  #happened(kind: MarkKind, from: number): number | null {
+    const cycles = this.marks.filter((mark) => mark.kind === kind && mark.cycle >= from).map((mark) => mark.cycle)
+    return cycles.length ? Math.min(...cycles) : null
   }
 
   #show(from: number, to: number) {
@@ -320,19 +379,21 @@ class Scope {
   // What a reload keeps.
 
   keep() {
-    const { panes, span, trigger } = this
-    const kept = { span, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
+    const { panes, span, trigger, channels } = this
+    const kept = { span, channels, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
     store(KEPT, JSON.stringify(kept))
   }
 
   /** The panes as they were; else those that the program proposes. */
   #restore(otherwise: string[][]) {
-    let kept: { span?: number; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
+    let kept: { span?: number; channels?: Channel[]; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
     try {
       kept = JSON.parse(stored(KEPT, '{}')) as typeof kept
     } catch {
       // What cannot be read is forgotten.
     }
+    this.channels = kept.channels ?? []
+    this.#derive()
     for (const { kind, names } of kept.panes ?? otherwise.map((names) => ({ kind: 'time' as const, names }))) this.addPane(kind, names)
     if (kept.span! > 0) this.span = kept.span!
     this.trigger = { ...this.trigger, signal: otherwise[1]?.[0] ?? this.signals[0]?.name ?? '', ...kept.trigger }
