@@ -86,6 +86,17 @@ impl Histograms {
         self.blocks.iter().copied().zip(self.spent.iter().map(Quantiles::of))
     }
 
+    /// The shortest cycle [ns], to three digits; 0 where there is none.
+    pub fn shortest(&self) -> u64 {
+        if self.total.is_empty() { 0 } else { self.total.min() }
+    }
+
+    /// How many cycles took from each of these times, which go up, to the next one [ns].
+    pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
+        let count = |pair: &[u64]| self.total.count_between(pair[0], pair[1].saturating_sub(1));
+        edges.windows(2).map(count).collect()
+    }
+
     /// What part of the cycles were later than `lateness` [ns].
     pub fn later_than(&self, lateness: u64) -> f64 {
         let within = self.lateness.count_between(0, lateness.min(LONGEST));
@@ -121,6 +132,7 @@ mod tests {
         near(p99, 99e3);
         near(p999, 99.9e3);
         near(max, 99.99e3);
+        assert_eq!((histograms.shortest(), histograms.counts(&[100, 500, 1000])), (500, vec![0, 10_000]));
         assert!((histograms.later_than(90_000) - 0.1).abs() < 1e-3);
         let (block, law) = histograms.blocks().next().unwrap();
         assert_eq!((block.name, law.p999), ("law", 400));
