@@ -93,8 +93,15 @@ impl Histograms {
 
     /// How many cycles took from each of these times, which go up, to the next one [ns].
     pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
-        let count = |pair: &[u64]| self.total.count_between(pair[0], pair[1].saturating_sub(1));
-        edges.windows(2).map(count).collect()
+        let mut counts = vec![0; edges.len().saturating_sub(1)];
+        // Value by value: a range of the library's begins and ends with whole steps of its resolution.
+        for value in self.total.iter_recorded() {
+            let above = edges.partition_point(|edge| *edge <= value.value_iterated_to());
+            if let Some(count) = above.checked_sub(1).and_then(|bin| counts.get_mut(bin)) {
+                *count += value.count_at_value();
+            }
+        }
+        counts
     }
 
     /// What part of the cycles were later than `lateness` [ns].

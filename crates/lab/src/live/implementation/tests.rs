@@ -72,7 +72,7 @@ fn the_picture_has_the_choices_in_force_and_marks_what_is_another() {
     assert_eq!(block("controller").changed, ["bench.controller.position_gain"]);
     set(&live, "bench.controller.kind", "pid");
     assert_eq!(block("controller").choice, "pid");
-    for law in ["bristle", "smooth", "karnopp", "residual", "admittance", "paper"] {
+    for law in ["bristle", "smooth"] {
         set(&live, "bench.law.kind", law);
         assert_eq!(block("law").choice, law);
         assert_ne!(block("law").page.as_deref(), Some("tick.svg"), "{law}");

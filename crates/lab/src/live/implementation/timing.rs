@@ -100,8 +100,12 @@ impl Timing {
 fn edges(shortest: u64, longest: u64) -> Vec<u64> {
     let place = |time: u64| (time.max(1) as f64).log10() * DECADE;
     let (first, last) = (place(shortest).floor() as i64, place(longest).floor() as i64 + 1);
-    let edge = |step: i64| 10f64.powf(step as f64 / DECADE).round() as u64;
+    let edge = |step: i64| 10f64.powf(step as f64 / DECADE) as u64;
     let mut edges: Vec<u64> = (first..=last).map(edge).collect();
+    edges.dedup();
+    // Rounding may have taken a little at the ends.
+    edges[0] = edges[0].min(shortest);
+    edges.push((longest + 1).max(edge(last + 1)));
     edges.dedup();
     edges
 }
