@@ -16,6 +16,7 @@ export const WINDOWS = [
   { path: '/friction', name: 'Friction Measurement', key: '2' },
   { path: '/design', name: 'Friction Design', key: '3' },
   { path: '/simulation', name: 'Simulation', key: '5' },
+  { path: '/implementation', name: 'Implementation', key: '6' },
   { path: '/runs', name: 'Runs', key: '7' },
   { path: '/help', name: 'Help', key: '8' },
 ] as const

@@ -97,6 +97,29 @@ export type Call = {
   call: "machine"
 }
   | {
+  call: "flow"
+}
+  | {
+  call: "diagram_page"
+  /** Its file, as `flow` names it. */
+  page: string
+}
+  | {
+  call: "timing"
+}
+  | {
+  call: "target"
+}
+  | {
+  call: "build"
+}
+  | {
+  call: "built"
+}
+  | {
+  call: "end_build"
+}
+  | {
   call: "plan"
   /** Values that are not as there. */
   plan?: Record<string, string>
@@ -311,6 +334,21 @@ export type Answer = {
   | Machine & {
   answer: "machine"
 }
+  | Flow & {
+  answer: "flow"
+}
+  | DiagramPage & {
+  answer: "diagram_page"
+}
+  | Timing & {
+  answer: "timing"
+}
+  | Target & {
+  answer: "target"
+}
+  | BuildProgress & {
+  answer: "built"
+}
   | PlanForm & {
   answer: "plan"
 }
@@ -422,6 +460,53 @@ export type Axis = {
   /** As in a field. */
   unit: string
 }
+/** How large a block is, with all that it calls. */
+export type BlockSize = {
+  /** Lines of C. */
+  lines: number
+  /** Operations of a step. */
+  operations: number
+  /** Numbers among its parameters. */
+  parameters: number
+  /** Numbers that it remembers. */
+  states: number
+}
+/** An error of the compiler. */
+export type BuildError = {
+  /** The block. */
+  block: string
+  /** The page of the block's diagram, where the line is one of a block's. */
+  page: string | null
+  /** File and line. */
+  place: string
+  /** What the compiler says. */
+  text: string
+}
+/** How far a build is, or what came of it. */
+export type BuildProgress = {
+  /** Errors of the compiler. */
+  errors: BuildError[]
+  /** Where the files are. */
+  folder: string
+  /** Commands and what they wrote. */
+  log: string
+  /** What the compiler took, and the test [s]. */
+  seconds: [number, number] | null
+  /** What came of it, in a sentence. */
+  sentence: string
+  /** Size of the object: code and constants, data, zeroed data [bytes]; `null` where nobody tells. */
+  sizes: [number, number, number] | null
+  /** How far. */
+  stage: BuildStage
+}
+/** How far a build is. */
+export type BuildStage = "never"
+  | "compiling"
+  | "testing"
+  | "passed"
+  | "failed"
+  | "no_compiler"
+  | "cancelled"
 /** What was captured. */
 export type Captured = {
   /** Of each signal its value in each row; `null` where it is no number. */
@@ -508,6 +593,19 @@ export type Data = {
   | {
   kind: "band"
   values: ([number | null, number | null, number | null])[]
+}
+/** A page of the generated signal-flow diagram. */
+export type DiagramPage = {
+  /** The functions in C, those that are called first. */
+  code: string
+  /** What it shows. */
+  name: string
+  /** Its file, as links between pages name it. */
+  page: string
+  /** How much that is. */
+  size: BlockSize
+  /** The picture; its boxes link to pages. */
+  svg: string
 }
 /** What runs. */
 export type Doing = {
@@ -636,6 +734,65 @@ export type FittedParameter = {
   /** The value as printed; `unknown` where the data do not tell. */
   value: string
 }
+/** What runs, at a glance. Places in units of the picture, from its left upper corner. */
+export type Flow = {
+  /** The blocks, in the order of the signal. */
+  blocks: FlowBlock[]
+  /** All pages of the generated diagram, the whole first. */
+  pages: FlowPage[]
+  /** Width and height. */
+  size: [number, number]
+  /** What connects them. */
+  wires: FlowWire[]
+}
+/** A block. */
+export type FlowBlock = {
+  /** What it does. */
+  about: string
+  /** Left, upper edge, width, height. */
+  at: [number, number, number, number]
+  /** Paths of those that are not as they were when the run began. */
+  changed: string[]
+  /** Which of its kind is chosen; empty where there is no choice. */
+  choice: string
+  /** Where its parameters are. */
+  groups: FlowGroup[]
+  /** Where the guide tells of it. */
+  guide: string | null
+  /** Which. */
+  id: string
+  /** Its name. */
+  name: string
+  /** The page of the diagram that shows it from inside. */
+  page: string | null
+}
+/** Parameters that belong together. */
+export type FlowGroup = {
+  /** Why they cannot be changed while the bench runs, and what to do instead. */
+  fixed: string | null
+  /** What their paths begin with. */
+  path: string
+}
+/** A page of the generated diagram. */
+export type FlowPage = {
+  /** What it shows. */
+  name: string
+  /** Its file, as links between pages name it. */
+  page: string
+}
+/** A wire. */
+export type FlowWire = {
+  /** The block that it leaves. */
+  from: string
+  /** Where the value stands; `null` on a branch of a wire that says it already. */
+  label: [number, number] | null
+  /** Its corners; the arrow is at the last. */
+  points: [number, number][]
+  /** The signal that it carries. */
+  signal: string
+  /** The block that it enters. */
+  to: string
+}
 /** A handle on the curve. */
 export type Grip = {
   /** Which. */
@@ -730,6 +887,15 @@ export type KeyNumber = {
   unit: string
   /** SI. */
   value: number
+}
+/** A cycle that missed its deadline. */
+export type LateCycle = {
+  /** By how much [s]. */
+  by: number
+  /** Its number. */
+  cycle: number
+  /** Why, in a sentence. */
+  sentence: string
 }
 /** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
 export type Loop = {
@@ -975,17 +1141,17 @@ export type Signal = {
 }
 /** A run, as it was and as it would have been. */
 export type Simulated = {
-  /** How many cycles were simulated. */
+  /** How many were simulated. */
   cycles: number
   /** Why it ended before the record did. */
   ended: string | null
-  /** Its first cycle [s], and the last that was simulated. */
+  /** Time of the first cycle [s]. */
   from: number
   /** Time on the bench over the time that the simulation took. */
   speed: number
   /** Time of each part of a trace [s]. */
   time: number[]
-  /** Its last. */
+  /** Time of the last that was simulated [s]. */
   to: number
   /** The signals that were asked for. */
   traces: Trace[]
@@ -1063,6 +1229,69 @@ export type Stretch = {
   /** To [rad/s]. */
   to: number
 }
+/** What runs, and since when. */
+export type Target = {
+  /** What it was built for: processor, system, and whether overflows are checked. */
+  built: string
+  /** Where the machine is: `virtual`, or its address. */
+  machine: string
+  /** Ticks in a second [Hz]. */
+  rate: number
+  /** When it was started: seconds since 1970 [s]. */
+  since: number
+  /** Version of the program. */
+  version: string
+  /** What the real-time thread asked of the system. */
+  wishes: Wished[]
+  /** What can be taken along, at `/implementation/FILE`. */
+  files: TargetFile[]
+}
+/** A file of what runs. */
+export type TargetFile = {
+  /** Its path. */
+  file: string
+  /** What it is called. */
+  name: string
+  /** What is in it. */
+  about: string
+}
+/** A bar of a histogram. */
+export type TimeBin = {
+  /** So many cycles. */
+  count: number
+  /** From [s]. */
+  from: number
+  /** Below [s]. */
+  to: number
+}
+/** The time that a part takes. */
+export type TimedPart = {
+  /** All of them [s]. */
+  longest: number
+  /** Half of all cycles take at most this [s]. */
+  median: number
+  /** Which. */
+  name: string
+  /** 99.9 % of them [s]. */
+  p999: number
+}
+/** How long cycles take. Times in seconds. */
+export type Timing = {
+  /** The whole cycle, from its wake-up to the end of its work. */
+  bins: TimeBin[]
+  /** Cycles that are counted. */
+  cycles: number
+  /** The last of them, the newest first. */
+  late: LateCycle[]
+  /** Cycles that were held because of them. */
+  missed: number
+  /** Deadlines that were missed, all of them. */
+  overruns: number
+  /** Lateness, the whole cycle, and its parts in their order. */
+  parts: TimedPart[]
+  /** From cycle to cycle: what a cycle may take. */
+  period: number
+}
 /** How far a rendering law is from chatter. */
 export type ToChatter = {
   /** Below this share caution is due. */
@@ -1121,6 +1350,17 @@ export type Value = {
   text: string
   /** SI unit. */
   unit: string
+}
+/** What became of a wish. */
+export type Wished = {
+  /** What the refusal costs; empty where it was granted. */
+  costs: string
+  /** The command that mends it. */
+  mend: string | null
+  /** What the system said where it refused. */
+  refused: string | null
+  /** What was asked for. */
+  wish: string
 }
 /** An address at which the bench speaks XCP. */
 export type XcpStatus = {

@@ -86,6 +86,24 @@ impl Histograms {
         self.blocks.iter().copied().zip(self.spent.iter().map(Quantiles::of))
     }
 
+    /// The shortest cycle [ns], to three digits; 0 where there is none.
+    pub fn shortest(&self) -> u64 {
+        if self.total.is_empty() { 0 } else { self.total.min() }
+    }
+
+    /// How many cycles took from each of these times, which go up, to the next one [ns].
+    pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
+        let mut counts = vec![0; edges.len().saturating_sub(1)];
+        // Value by value: a range of the library's begins and ends with whole steps of its resolution.
+        for value in self.total.iter_recorded() {
+            let above = edges.partition_point(|edge| *edge <= value.value_iterated_to());
+            if let Some(count) = above.checked_sub(1).and_then(|bin| counts.get_mut(bin)) {
+                *count += value.count_at_value();
+            }
+        }
+        counts
+    }
+
     /// What part of the cycles were later than `lateness` [ns].
     pub fn later_than(&self, lateness: u64) -> f64 {
         let within = self.lateness.count_between(0, lateness.min(LONGEST));
@@ -121,6 +139,7 @@ mod tests {
         near(p99, 99e3);
         near(p999, 99.9e3);
         near(max, 99.99e3);
+        assert_eq!((histograms.shortest(), histograms.counts(&[100, 500, 1000])), (500, vec![0, 10_000]));
         assert!((histograms.later_than(90_000) - 0.1).abs() < 1e-3);
         let (block, law) = histograms.blocks().next().unwrap();
         assert_eq!((block.name, law.p999), ("law", 400));

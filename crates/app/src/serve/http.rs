@@ -98,6 +98,7 @@ impl Server {
             .route("/api/live", get(socket::open))
             .route("/api/schema", get(schema))
             .route("/report/{run}", get(page::report))
+            .route("/implementation/{*file}", get(page::implementation))
             .fallback_service(get(page::get).with_state(shared.clone()))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);

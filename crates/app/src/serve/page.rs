@@ -55,6 +55,38 @@ pub(super) async fn report(
     secured(answer, ALONE)
 }
 
+/// A file of what runs, to take along.
+pub(super) async fn implementation(
+    State(shared): State<Arc<Shared>>,
+    file: Result<Path<String>, PathRejection>,
+    headers: HeaderMap,
+) -> Response {
+    let text = |status: StatusCode, text: String| (status, text).into_response();
+    let answer = match (shared.door.admit(&headers, None), file) {
+        (Err((status, why)), _) => text(status, stranger(why)),
+        (_, Err(_)) => text(StatusCode::NOT_FOUND, "a file has a name\n".into()),
+        (_, Ok(Path(file))) => {
+            let asked = file.clone();
+            // Code is generated for it: not on a thread that serves others.
+            match tokio::task::spawn_blocking(move || shared.live.implementation_file(&asked)).await {
+                Ok(Ok(bytes)) => {
+                    let name = file.rsplit('/').next().unwrap_or_default();
+                    let kind = if name.ends_with(".svg") { "image/svg+xml" } else { "application/octet-stream" };
+                    let known = [
+                        (header::CONTENT_TYPE, kind.to_owned()),
+                        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+                        (header::CACHE_CONTROL, "no-store".into()),
+                    ];
+                    (known, bytes).into_response()
+                }
+                Ok(Err(error)) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
+                Err(_) => text(StatusCode::INTERNAL_SERVER_ERROR, "the file could not be made; report it\n".into()),
+            }
+        }
+    };
+    secured(answer, ALONE)
+}
+
 /// What nobody else may do with it.
 fn secured(mut response: Response, policy: &'static str) -> Response {
     let all = response.headers_mut();

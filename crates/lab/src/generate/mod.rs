@@ -12,10 +12,14 @@ use stickslip_codegen::c::Project;
 use stickslip_codegen::record::{Program, Recorded};
 use stickslip_codegen::{c, diagram};
 use stickslip_core::block::Block;
+use stickslip_core::tick::Tick;
 
 use crate::{Error, Preset, Summary, output};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
+
+/// The software of the bench among [`blocks`].
+const SOFTWARE: &str = "tick";
 
 /// Folder of the signal-flow diagram within that of the code.
 const DIAGRAM: &str = "diagram";
@@ -62,6 +66,11 @@ pub fn generate(
     catalogue::make(block, &setup, &Request { block, prefix: prefix.unwrap_or(block), precision })
 }
 
+/// The files of the software of a bench that runs, under the law in force; `step` is its tick [s].
+pub(crate) fn software(tick: &Tick<f64>, step: f64) -> Result<Generated, Error> {
+    Request { block: SOFTWARE, prefix: SOFTWARE, precision: Precision::Double }.files(tick, step)
+}
+
 /// What is to be made.
 struct Request<'a> {
     block: &'static str,
@@ -91,6 +100,11 @@ impl Request<'_> {
 }
 
 impl Generated {
+    /// The text of a file.
+    pub fn text(&self, name: &str) -> Option<&str> {
+        self.files.iter().find(|file| file.0 == name).map(|file| file.1.as_str())
+    }
+
     /// Writes the files and `summary.json` into a folder, which is created where it does not exist.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ mod axis;
 mod captures;
 mod curve;
 mod form;
+mod implementation;
 mod listener;
 mod machine;
 mod marks;
@@ -32,6 +33,7 @@ use std::time::{Duration, Instant};
 use axis::Job;
 use captures::Captures;
 use curve::Measured;
+use implementation::{Builder, Target};
 use listener::Newest;
 use marks::Marks;
 use operator::Operator;
@@ -142,6 +144,9 @@ struct Shared {
     again: Mutex<again::Current>,
     /// The record that is simulated.
     opened: Mutex<Option<(i64, Arc<crate::run::Stored>)>>,
+    /// The program, and what the system granted it.
+    target: Target,
+    builder: Mutex<Builder>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -172,6 +177,7 @@ impl Live {
             }
             None => None,
         };
+        let machine = io.as_ref().map_or_else(|| "virtual".into(), ToString::to_string);
         let seed_here = io.is_none().then_some(seed);
         let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
         let faults = io.is_none();
@@ -221,6 +227,8 @@ impl Live {
             measured: Mutex::default(),
             again: Mutex::default(),
             opened: Mutex::default(),
+            target: Target::new(machine, bench.granted()),
+            builder: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {
@@ -251,6 +259,7 @@ impl Live {
     pub fn stop(self) -> Option<Clocked> {
         self.shared.halt.store(true, Ordering::Relaxed);
         lock(&self.shared.again).cancel();
+        lock(&self.shared.builder).cancel();
         // Where the axis has ended already there is nobody to tell.
         let _ = self.jobs.send(Job::End);
         let clocked = self.axis.join().ok().flatten();
@@ -350,6 +359,13 @@ impl Live {
                 let preset = *lock(&self.shared.tuning).preset();
                 Ok(Answer::Machine(Box::new(Machine::of(&preset, *lock(&self.shared.preload)))))
             }
+            Call::Flow {} => self.flow(),
+            Call::DiagramPage { page } => self.diagram_page(&page),
+            Call::Timing {} => Ok(self.timing()),
+            Call::Target {} => Ok(self.target()),
+            Call::Build {} => self.build(),
+            Call::Built {} => Ok(self.built()),
+            Call::EndBuild {} => Ok(self.end_build()),
             Call::Plan { what, thorough, plan } => {
                 let preset = *lock(&self.shared.tuning).preset();
                 Ok(Answer::Plan(Box::new(PlanForm::of(what, thorough, &plan, &preset)?)))

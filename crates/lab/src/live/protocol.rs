@@ -10,6 +10,10 @@ use stickslip_core::render::Law;
 pub use super::again::ReplayProgress;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
+pub use super::implementation::{
+    BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
+    LateCycle, Target, TargetFile, TimeBin, TimedPart, Timing, Wished,
+};
 pub use super::machine::{Factor, Machine, Part, PartKind};
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 use crate::Error;
@@ -109,6 +113,23 @@ pub enum Call {
     },
     /// The machine, for a picture of it.
     Machine {},
+    /// What runs, as a signal-flow diagram of its blocks.
+    Flow {},
+    /// A page of the diagram of the software in force: picture, code and size.
+    DiagramPage {
+        /// Its file, as `flow` names it.
+        page: String,
+    },
+    /// How long cycles take, and why some took too long.
+    Timing {},
+    /// The program that runs, and what the system granted it.
+    Target {},
+    /// Compile the software in force as C, and put it to its self-test, beside the loop.
+    Build {},
+    /// How far that is, or what came of it.
+    Built {},
+    /// End a build that is under way.
+    EndBuild {},
     /// A plan of a measurement, and how long it takes; nothing is begun.
     Plan {
         /// What would be measured.
@@ -302,6 +323,11 @@ impl Call {
                 | Call::Items {}
                 | Call::Preview { .. }
                 | Call::Machine {}
+                | Call::Flow {}
+                | Call::DiagramPage { .. }
+                | Call::Timing {}
+                | Call::Target {}
+                | Call::Built {}
                 | Call::Plan { .. }
                 | Call::Curve { .. }
                 | Call::Curves {}
@@ -372,6 +398,16 @@ pub enum Answer {
     },
     /// The machine.
     Machine(Box<Machine>),
+    /// What runs.
+    Flow(Box<Flow>),
+    /// A page of its diagram.
+    DiagramPage(Box<DiagramPage>),
+    /// How long cycles take.
+    Timing(Box<Timing>),
+    /// The program that runs.
+    Target(Box<Target>),
+    /// A build.
+    Built(Box<BuildProgress>),
     /// A plan.
     Plan(Box<PlanForm>),
     /// A friction curve.

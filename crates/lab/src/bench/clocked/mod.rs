@@ -16,7 +16,8 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
+pub(crate) use cycle::BLOCKS;
+use cycle::{BenchCycle, Entry, Flow, Reply};
 pub use kept::{Clocked, refusals};
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};

@@ -1,0 +1,67 @@
+//! Files of what runs, for whoever takes them along.
+
+use std::io::{Cursor, Write as _};
+use std::net::SocketAddr;
+
+use zip::write::{SimpleFileOptions, ZipWriter};
+
+use crate::Error;
+use crate::generate::Generated;
+use crate::live::{Live, lock};
+use crate::xcp::Layout;
+use crate::xcp::a2l::{self, Doors};
+
+/// The description for measurement and calibration tools.
+const DESCRIPTION: &str = "bench.a2l";
+
+impl Live {
+    /// A file of what runs, by its name: `tick.zip` with the whole project in C, each file of it, `bench.a2l`.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] for a name that is none of them; what the design of the software refuses.
+    pub fn implementation_file(&self, name: &str) -> Result<Vec<u8>, Error> {
+        if name == DESCRIPTION {
+            let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
+            return Ok(a2l::describe(&Layout::new(rate), self.doors()).into_bytes());
+        }
+        let generated = self.generated()?;
+        let archive = format!("{}.zip", generated.prefix);
+        if name == archive {
+            return packed(&generated);
+        }
+        generated.text(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::Unknown {
+            what: "file of the implementation",
+            name: name.into(),
+            remedy: generated
+                .files
+                .iter()
+                .map(|file| &*file.0)
+                .chain([&*archive, DESCRIPTION])
+                .collect::<Vec<_>>()
+                .join(", "),
+        })
+    }
+
+    /// Where the bench is open to measurement and calibration tools.
+    fn doors(&self) -> Doors {
+        let known = lock(&self.shared.xcp);
+        let door = |transport: &str| -> Option<SocketAddr> {
+            known.iter().find(|one| one.transport == transport)?.address.parse().ok()
+        };
+        Doors { udp: door("udp"), tcp: door("tcp") }
+    }
+}
+
+fn packed(generated: &Generated) -> Result<Vec<u8>, Error> {
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut pack = || -> zip::result::ZipResult<()> {
+        for (name, text) in &generated.files {
+            archive.start_file(format!("{}/{name}", generated.prefix), SimpleFileOptions::default())?;
+            archive.write_all(text.as_bytes())?;
+        }
+        Ok(())
+    };
+    let packed = pack().and_then(|()| archive.finish());
+    let broken = |error: zip::result::ZipError| Error::file("tick.zip".as_ref(), "pack", std::io::Error::other(error));
+    packed.map(Cursor::into_inner).map_err(broken)
+}
