@@ -17,6 +17,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
+pub(crate) use kept::overrun_sentence;
 pub use kept::{Clocked, refusals};
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
