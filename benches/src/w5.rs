@@ -53,7 +53,11 @@ pub(crate) fn run(rate: f64, rounds: usize) -> Result<[Pair; 6], Box<dyn Error>>
             values
         };
         let median = |value| of(value)[rounds / 2];
-        Pair { ours: median(|ours, _| ours), peer: median(|_, peer| peer), ratio: certain(&of(|ours, peer| peer / ours)) }
+        Pair {
+            ours: median(|ours, _| ours),
+            peer: median(|_, peer| peer),
+            ratio: certain(&of(|ours, peer| peer / ours)),
+        }
     }))
 }
 

@@ -47,8 +47,8 @@ await play(async (scene) => {
     await scene.seen(ann, 'breakaway-done')
   })
   await scene.step('another rate stands beside it, and the torque is downloaded', async () => {
-    await fill([[/rate/, '0.3']])
-    await ann.getByText(/ramps of 0.3 N/).waitFor()
+    await fill([[/rate/, '0.15']])
+    await ann.getByText(/ramps of 0.15 N/).waitFor()
     await ann.getByRole('button', { name: /^Measure again/ }).first().click()
     await ann.getByRole('region', { name: 'Breakaway', exact: true }).getByText('run 2').waitFor()
     await ann.getByRole('region', { name: /over the rate of the ramp/ }).waitFor()
