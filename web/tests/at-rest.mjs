@@ -90,6 +90,7 @@ await play(async (scene) => {
     await scene.seen(ann, 'friction-walk')
   })
   await scene.step('a desired friction that needs the wheel: which preload, set, and known from two curves', async () => {
+    await call({ call: 'set', values: { 'bench.desired.breakaway_torque': '0.2' } })
     await ann.keyboard.press('3')
     const wheel = ann.getByRole('group', { name: /Preload of the friction wheel/ })
     await wheel.getByText(/friction wheel is needed/).waitFor()
