@@ -1,38 +1,43 @@
-// The friction measurement: its plan, its course while it runs, its curve and fit behind.
+// The measurements of friction: their plans, their course while they run, what they found behind.
 
 import { bench, store, stored } from './bench.svelte'
 import { Refused } from './connection'
 import { plain } from './format'
-import type { Changed, CurveName, MeasuredCurve, PlanForm, RenderedFriction, ToChatter } from './protocol'
-import { curve, curves, rendered } from './runs'
+import type { Changed, CurveName, MeasuredAtRest, MeasuredCurve, PlanForm, Quantity, RenderedFriction, ToChatter } from './protocol'
+import { atRest, curve, curves, rendered } from './runs'
 import { view } from './view.svelte'
 
 /** From look to look at a curve that grows [ms]. */
 const LOOK = 400
-/** The values of the plan that are offered at once. */
-export const FIRST = ['slowest', 'fastest', 'speeds']
+/** The values of a plan that are offered at once. */
+export const FIRST: Record<Quantity, string[]> = {
+  friction: ['slowest', 'fastest', 'speeds'],
+  breakaway: ['rate', 'rest_time', 'angles', 'repetitions'],
+  presliding: ['share', 'slow_frequency', 'quick_frequency'],
+}
 
 const COURSE = ['software.estimated_velocity', 'software.commanded_torque']
 
 /** What the plot card shows. */
-export type Tab = 'speed' | 'time' | 'shaped' | 'rendered' | 'load'
+export type Tab = 'speed' | 'time' | 'breakaway' | 'presliding' | 'shaped' | 'rendered' | 'load'
 /** Runs that lie over the one that is shown, at most. */
 export const MOST = 5
 
 export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ToChatter | null; refused: string | null }
 
-/** The plan as it was chosen last, also before a reload. */
-const kept: { thorough: boolean; values: Record<string, string> } = JSON.parse(
-  stored('stickslip.friction', '{"thorough":false,"values":{}}'),
-)
+/** Plans as they were chosen last, also before a reload. */
+type Chosen = { thorough: boolean; values: Record<string, string> }
+const NOTHING: Chosen = { thorough: false, values: {} }
+const chosen = (what: Quantity): Chosen => JSON.parse(stored(`stickslip.${what}`, JSON.stringify(NOTHING)))
 
 class Measurement {
   curve = $state.raw<MeasuredCurve | null>(null)
   names = $state.raw<CurveName[]>([])
   others = $state.raw<{ run: number; curve: MeasuredCurve }[]>([])
-  thorough = $state(kept.thorough)
-  values = $state.raw<Record<string, string>>(kept.values)
-  plan = $state.raw<PlanForm | null>(null)
+  #chosen = $state.raw<Record<Quantity, Chosen>>({ friction: chosen('friction'), breakaway: chosen('breakaway'), presliding: chosen('presliding') })
+  #plans = $state.raw<Partial<Record<Quantity, PlanForm>>>({})
+  /** What was found at rest, or is being. */
+  found = $state.raw<Partial<Record<Quantity, MeasuredAtRest>>>({})
   wrong = $state('')
   offered = $state.raw<Offer | null>(null)
   /** The friction under the law that was measured last, or is. */
@@ -40,6 +45,13 @@ class Measurement {
   /** What is measured now is that. */
   rendering = $state(false)
   tab = $state<Tab>('speed')
+  /** What the plot card shows is found by this measurement. */
+  what = $derived<Quantity>(this.tab === 'breakaway' || this.tab === 'presliding' ? this.tab : 'friction')
+  thorough = $derived(this.#chosen[this.what].thorough)
+  values = $derived(this.#chosen[this.what].values)
+  plan = $derived(this.#plans[this.what] ?? null)
+  /** What is measured now. */
+  running = $derived((bench.measuring ? (bench.status?.doing?.what.split(' ')[1] ?? null) : null) as Quantity | null)
   /** Number of the report that was saved last. */
   report = $state<number | null>(null)
   /** The course over time, past the framework: seconds, velocities, torques. Counts up when there is more. */
@@ -48,7 +60,7 @@ class Measurement {
   #begun = 0
   #stream = 0
   #asking = false
-  #was = false
+  #was: Quantity | null = null
 
   /** Whether the own friction in force is the one fitted here. */
   downloaded = $derived.by(() => {
@@ -61,11 +73,12 @@ class Measurement {
   }
 
   /** The plan with what was changed in it, and how long it takes. */
-  async ask() {
-    store('stickslip.friction', JSON.stringify({ thorough: this.thorough, values: this.values }))
+  async ask(what: Quantity = this.what) {
+    const { thorough, values } = this.#chosen[what]
+    store(`stickslip.${what}`, JSON.stringify({ thorough, values }))
     try {
-      const call = { call: 'plan', what: 'friction', thorough: this.thorough, plan: this.values } as const
-      this.plan = await bench.connection.call(call, 'plan')
+      const plan = await bench.connection.call({ call: 'plan', what, thorough, plan: values }, 'plan')
+      this.#plans = { ...this.#plans, [what]: plan }
       this.wrong = ''
     } catch (error) {
       if (!(error instanceof Refused)) throw error
@@ -74,22 +87,39 @@ class Measurement {
   }
 
   choose(thorough: boolean) {
-    this.thorough = thorough
-    this.values = {}
-    void this.ask()
+    this.#choose({ thorough, values: {} })
   }
 
   change(path: string, value: string) {
-    this.values = { ...this.values, [path]: value }
+    this.#choose({ ...this.#chosen[this.what], values: { ...this.values, [path]: value } })
+  }
+
+  #choose(chosen: Chosen) {
+    this.#chosen = { ...this.#chosen, [this.what]: chosen }
     void this.ask()
   }
 
+  /** Shows a plot, with the newest that belongs to it. */
+  show(tab: Tab) {
+    this.tab = tab
+    this.wrong = ''
+    void this.ask()
+    if (this.what !== 'friction' && !this.found[this.what]) void this.look()
+  }
+
+  /** What a run at rest found, or the newest. */
+  async look(run: number | null = null, what: Quantity = this.what) {
+    const found = what === 'friction' ? null : await atRest(what, run)
+    if (found) this.found = { ...this.found, [what]: found }
+  }
+
   async begin(render = false): Promise<boolean> {
-    if (!this.plan) await this.ask()
+    const what = render ? 'friction' : this.what
+    if (!this.#plans[what]) await this.ask(what)
     const values = Object.fromEntries(
-      (this.plan?.items ?? []).filter((item) => item.value !== null && item.value !== item.default).map((item) => [item.path, plain(item.value!)]),
+      (this.#plans[what]?.items ?? []).filter((item) => item.value !== null && item.value !== item.default).map((item) => [item.path, plain(item.value!)]),
     )
-    const ordered = await bench.order({ call: 'measure', what: 'friction', plan: values, render })
+    const ordered = await bench.order({ call: 'measure', what, plan: values, render })
     if (ordered) this.rendering = render
     return ordered
   }
@@ -118,9 +148,9 @@ class Measurement {
 
   /** What the download would change. */
   async offer() {
-    const { curve } = this
-    if (!curve?.fit || curve.run === null) return
-    const values = curve.fit.own
+    const of = this.what === 'friction' ? { run: this.curve?.run, own: this.curve?.fit?.own } : (this.found[this.what] ?? {})
+    const { run, own: values } = of
+    if (run == null || !values) return
     if (!Object.keys(values).length) return bench.warn('The data do not tell all four parameters: look at the notes for what would.')
     try {
       const [{ differences }, margin] = await Promise.all([
@@ -130,7 +160,7 @@ class Measurement {
           (error: Error): [ToChatter | null, string | null] => [null, error.message],
         ),
       ])
-      this.offered = { run: curve.run, values, changes: differences, margin: margin[0], refused: margin[1] }
+      this.offered = { run, values, changes: differences, margin: margin[0], refused: margin[1] }
     } catch (error) {
       if (!(error instanceof Refused)) throw error
       bench.warn(error.message)
@@ -153,8 +183,16 @@ class Measurement {
 
   async #look() {
     if (this.#asking || !bench.fresh) return
-    const runs = bench.measuring
+    const { running } = this
+    const runs = running !== null
     void this.#watch(runs)
+    const rest = [running, this.#was].find((what) => what === 'breakaway' || what === 'presliding')
+    if (rest) {
+      this.#asking = true
+      await this.look(null, rest).finally(() => (this.#asking = false))
+      this.#was = this.found[rest]?.measuring ? rest : null
+      return
+    }
     // While it runs, once behind it, and where nothing is known yet.
     if (!runs && !this.#was && this.curve && !this.curve.measuring) return
     this.#asking = true
@@ -165,7 +203,7 @@ class Measurement {
       // The own friction stays while another one is measured.
       if (found && !this.rendering) this.curve = found
       if (!runs || !this.names.length) this.names = await curves()
-      this.#was = runs
+      this.#was = running
     } finally {
       this.#asking = false
     }

@@ -142,6 +142,21 @@ export type Call = {
   run?: number | null
 }
   | {
+  call: "at_rest"
+  /** Number of its run; `null`: the one that is being measured, or was last. */
+  run?: number | null
+  /** Which. */
+  what: Quantity
+}
+  | {
+  call: "advise_preload"
+  /** Value by path, as in `set`. */
+  values?: Record<string, string>
+}
+  | {
+  call: "losses"
+}
+  | {
   call: "save_report"
 }
   | {
@@ -363,6 +378,19 @@ export type Answer = {
   | RenderedFriction & {
   answer: "rendered"
 }
+  | MeasuredAtRest & {
+  answer: "at_rest"
+}
+  | AdvisedPreload & {
+  answer: "advised_preload"
+}
+  | {
+  answer: "losses"
+  /** Cycles that recorders and viewers did not get, the newest last. */
+  lost: Loss[]
+  /** Deadlines that were missed, the newest last. */
+  overruns: Loss[]
+}
   | {
   answer: "report"
   /** Its folder. */
@@ -448,6 +476,17 @@ export type Answer = {
   answer: "story"
   /** In its order. */
   happened: Happened[]
+}
+/** A preload that is advised. */
+export type AdvisedPreload = {
+  /** Whether somebody has to press the linings on by hand. */
+  by_hand: boolean
+  /** Whether the desired friction needs another preload than the one that is set. */
+  needed: boolean
+  /** The one that it needs, 0 … 1; `null` where that is not known, or any will do. */
+  preload: number | null
+  /** Why, and what to do. */
+  sentence: string
 }
 /** What an axis shows and how. */
 export type Axis = {
@@ -664,7 +703,7 @@ export type Edge = {
   from: number
   /** Of the largest friction; else of the least. */
   largest: boolean
-  /** `current`, `voltage`. */
+  /** `current`, `voltage`; `wheel` where the law renders nothing and the friction wheel alone tells. */
   limit: string
   /** To [rad/s]. */
   to: number
@@ -904,6 +943,17 @@ export type Loop = {
   /** Friction torque there [N m]. */
   torque: number[]
 }
+/** Something that was lost. */
+export type Loss = {
+  /** Why. */
+  cause: string
+  /** Cycles. */
+  count: number
+  /** The first cycle behind it. */
+  cycle: number
+  /** What to do. */
+  remedy: string
+}
 /** What is believed of the machine, for a picture of it. */
 export type Machine = {
   /** Units of the angle, with what an angle in rad is multiplied by. */
@@ -929,6 +979,23 @@ export type MarkKind = "fault"
   | "change"
   | "begin"
   | "end"
+/** A measurement of breakaway or presliding, done or being done. */
+export type MeasuredAtRest = {
+  /** The figures: that of the measurement first, then what earlier runs add. */
+  figures: Picture[]
+  /** What was found. */
+  keys: KeyEstimate[]
+  /** Whether it is being measured. */
+  measuring: boolean
+  /** What a reader should know, each with a remedy. */
+  notes: string[]
+  /** The values that make it the own friction, by path, as for `set`. */
+  own: Record<string, string>
+  /** Number of the run; `null` while it is measured, and where there is none. */
+  run: number | null
+  /** The runs that measured the same, the newest first. */
+  runs: number[]
+}
 /** A friction curve, measured or being measured. */
 export type MeasuredCurve = {
   /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */

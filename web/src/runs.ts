@@ -2,7 +2,7 @@
 
 import { bench } from './bench.svelte'
 import { Refused } from './connection'
-import type { CurveName, MeasuredCurve, RenderedFriction } from './protocol'
+import type { CurveName, MeasuredAtRest, MeasuredCurve, Quantity, RenderedFriction } from './protocol'
 
 export async function curves(): Promise<CurveName[]> {
   try {
@@ -26,6 +26,16 @@ export async function curve(run: number | null): Promise<MeasuredCurve | null> {
 export async function rendered(): Promise<RenderedFriction | null> {
   try {
     return await bench.connection.call({ call: 'rendered' }, 'rendered')
+  } catch (error) {
+    if (error instanceof Refused) return null
+    throw error
+  }
+}
+
+/** What a measurement at rest found in a run, is finding, or did in the newest. */
+export async function atRest(what: Quantity, run: number | null): Promise<MeasuredAtRest | null> {
+  try {
+    return await bench.connection.call({ call: 'at_rest', what, run }, 'at_rest')
   } catch (error) {
     if (error instanceof Refused) return null
     throw error

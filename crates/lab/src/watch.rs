@@ -4,20 +4,31 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::Error;
-use crate::experiment::Plateau;
+use crate::experiment::{Loop, Plateau, Ramp};
 
 /// Takes a stage's name and the part of it that is done (0 … 1).
 type Report = dyn Fn(&str, f64) + Send + Sync;
 
-/// Takes a plateau of a friction measurement.
-type Plateaus = dyn Fn(&Plateau) + Send + Sync;
+/// A part of a measurement, as soon as it is there.
+#[derive(Clone, Copy, Debug)]
+pub enum Part<'a> {
+    /// A plateau of a friction measurement that has ended.
+    Plateau(&'a Plateau),
+    /// A ramp of a breakaway measurement that has ended.
+    Ramp(&'a Ramp),
+    /// A presliding loop as far as it has come; one of the same frequency takes its place.
+    Loop(&'a Loop),
+}
+
+/// Takes a part of a measurement.
+type Parts = dyn Fn(Part<'_>) + Send + Sync;
 
 /// The observer of one piece of work: hears about progress, and may cancel.
 #[derive(Clone)]
 pub struct Watch {
     cancelled: Arc<AtomicBool>,
     report: Arc<Report>,
-    plateaus: Option<Arc<Plateaus>>,
+    parts: Option<Arc<Parts>>,
 }
 
 impl Watch {
@@ -28,17 +39,17 @@ impl Watch {
 
     /// Calls `report` with the stage's name and the part that is done (0 … 1); stops the work once `cancelled` is true.
     pub fn new(cancelled: Arc<AtomicBool>, report: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
-        Watch { cancelled, report: Arc::new(report), plateaus: None }
+        Watch { cancelled, report: Arc::new(report), parts: None }
     }
 
-    /// Hears each plateau of a friction measurement as well, as soon as it has ended.
-    pub fn with_plateaus(self, plateaus: impl Fn(&Plateau) + Send + Sync + 'static) -> Self {
-        Watch { plateaus: Some(Arc::new(plateaus)), ..self }
+    /// Hears each part of a measurement as well, as soon as it is there.
+    pub fn with_parts(self, parts: impl Fn(Part<'_>) + Send + Sync + 'static) -> Self {
+        Watch { parts: Some(Arc::new(parts)), ..self }
     }
 
-    /// A plateau has ended.
-    pub(crate) fn plateau(&self, plateau: &Plateau) {
-        self.plateaus.iter().for_each(|hears| hears(plateau));
+    /// A part is there.
+    pub(crate) fn part(&self, part: Part<'_>) {
+        self.parts.iter().for_each(|hears| hears(part));
     }
 
     /// The stage `name` has got as far as `fraction` (0 … 1).

@@ -16,6 +16,9 @@ export type Place = { x: (value: number) => number; y: (value: number) => number
 /** Where a plot's values lie on the screen, and the way back [px]. */
 export type Frame = { key: string; left: number; top: number; width: number; height: number } & Place & { xAt: (place: number) => number; yAt: (place: number) => number }
 
+/** A point that the arrow keys reach, and what it says. */
+export type Stop = { x: number; y: number; text: string }
+
 /** What draws: a canvas or the text of an SVG. */
 export type Pen = {
   line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void

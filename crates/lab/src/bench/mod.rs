@@ -12,8 +12,7 @@ pub mod tap;
 mod traveller;
 mod virtual_bench;
 
-pub(crate) use clocked::BLOCKS;
-pub(crate) use clocked::keyframe;
+pub(crate) use clocked::{BLOCKS, keyframe, overrun_sentence};
 pub use clocked::{Clocked, ClockedBench, Keyframe, Keyframes, Urgent, refusals};
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use io::{Arrival, Io};

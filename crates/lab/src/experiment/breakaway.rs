@@ -14,7 +14,9 @@ use super::friction::hold_speed;
 use super::{UNIFORM, give_back, kept};
 use crate::bench::{Bench, Command, Frame, Traveller};
 use crate::fit::{StribeckFit, student_t95};
+use crate::preset::Model;
 use crate::quantity::Estimate;
+use crate::watch::Part;
 use crate::{Error, Watch};
 
 /// Time over which the speed is judged [s].
@@ -54,6 +56,11 @@ impl<T: Scalar> BreakawayPlan<T> {
 }
 
 impl BreakawayPlan<f64> {
+    /// By how much the torque rises at most between breakaway and its detection [N m].
+    pub(crate) fn lag(&self, model: &Model<f64>) -> f64 {
+        self.rate * libm::cbrt(6.0 * model.drive.inertia() * self.speed * WINDOW / self.rate)
+    }
+
     /// Bench time of a plan whose ramps end at a torque [s]; at most that of [`largest_torque`](Self::largest_torque).
     pub fn duration(&self, breakaway: f64) -> f64 {
         let ramp = breakaway.min(self.largest_torque) / self.rate;
@@ -94,6 +101,10 @@ pub struct Mean {
 pub struct Breakaway {
     /// In the order of measurement.
     pub ramps: Vec<Ramp>,
+    /// How fast the torque rose [N m/s].
+    pub rate: f64,
+    /// Time at rest before each ramp [s].
+    pub rest_time: f64,
     /// By how much the torque rose at most between breakaway and its detection [N m].
     pub lag: f64,
     /// Bench time that it took [s].
@@ -188,13 +199,14 @@ pub fn measure_breakaway(plan: &BreakawayPlan<f64>, bench: &mut dyn Bench, watch
     let model = *bench.model();
     let first = bench.step(Command::default())?;
     hold_speed(bench)?;
-    let lag = plan.rate * libm::cbrt(6.0 * model.drive.inertia() * plan.speed * WINDOW / plan.rate);
+    let lag = plan.lag(&model);
     let mut ramps = Vec::new();
     let ended = visit(plan, bench, first, watch, &mut ramps);
     let complete = kept(give_back(bench, ended), !ramps.is_empty())?;
     let last = bench.step(Command::default())?;
     let duration = (last.cycle - first.cycle) as f64 * bench.settings().tick_time();
-    Ok(Breakaway { ramps, lag, duration, complete })
+    let BreakawayPlan { rate, rest_time, .. } = *plan;
+    Ok(Breakaway { ramps, rate, rest_time, lag, duration, complete })
 }
 
 /// All ramps; those that have ended are in the list whatever comes.
@@ -217,7 +229,9 @@ fn visit(
                 let mark = ramps.len() as u32 + 1;
                 let (applied, stop) = ramp(plan, bench, mark, direction, angle, watch)?;
                 let torque = applied.map(|applied| applied - motor_friction);
-                ramps.push(Ramp { angle, direction, torque });
+                let ramp = Ramp { angle, direction, torque };
+                watch.part(Part::Ramp(&ramp));
+                ramps.push(ramp);
                 position = stop;
             }
         }

@@ -8,6 +8,7 @@ use super::plateau::{Balance, HARMONICS, Plateau, standard_error};
 use super::{UNIFORM, give_back, kept};
 use crate::bench::{Bench, Command, Frame};
 use crate::fit::{CurvePoint, HUBER, Side, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck};
+use crate::watch::Part;
 use crate::{Error, Watch, design};
 
 /// How many standard errors an angle dependence must have to be believed.
@@ -193,7 +194,7 @@ impl Plateaus<'_> {
             let velocity = self.speeds[self.mark as usize - 1];
             let whole_turns = velocity.abs() >= self.plan.whole_turns_from;
             let plateau = self.balance.evaluate(velocity, &self.frames, whole_turns);
-            self.watch.plateau(&plateau);
+            self.watch.part(Part::Plateau(&plateau));
             self.ended.push(plateau);
             self.frames.clear();
         }

@@ -24,7 +24,8 @@ pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};
 pub use presliding::{Loop, Presliding, PreslidingPlan, measure_presliding};
 pub use rendering::{
-    PreloadAdvice, advise_preload, expected_deviation, expected_inside_fade, sweep_through_standstill,
+    PreloadAdvice, Pressed, advise_preload, advise_preload_from, expected_deviation, expected_inside_fade,
+    sweep_through_standstill,
 };
 
 use crate::Error;

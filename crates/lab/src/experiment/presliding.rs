@@ -21,6 +21,7 @@ use crate::bench::{Bench, Command, Frame};
 use crate::fit::{Stop, minimise, student_t95};
 use crate::preset::Model;
 use crate::quantity::Estimate;
+use crate::watch::Part;
 use crate::{Error, Watch};
 
 /// Steps of the simulation in a tick.
@@ -74,6 +75,8 @@ pub struct Loop {
     pub frequency: f64,
     /// Torque [N m] and angle from rest [rad], evenly spaced in time over a cycle.
     pub points: Vec<[f64; 2]>,
+    /// The same by the bristles that were fitted; empty where they are not known.
+    pub fitted: Vec<[f64; 2]>,
     /// Different angles at which the counter changed.
     pub levels: usize,
     /// Ticks of the record: torque [N m] and angle [rad].
@@ -102,6 +105,20 @@ pub struct Presliding {
 }
 
 impl Presliding {
+    /// Loops of which nothing is known yet.
+    pub(crate) fn of_loops(loops: Vec<Loop>) -> Self {
+        Presliding {
+            loops,
+            stiffness: None,
+            damping: None,
+            least_stiffness: f64::NAN,
+            counts_needed: f64::NAN,
+            counts: f64::NAN,
+            complete: true,
+            duration: 0.0,
+        }
+    }
+
     /// The estimates, each with its name.
     pub fn lines(&self) -> impl Iterator<Item = (&'static str, Estimate)> + '_ {
         let known = [("bristle stiffness", self.stiffness, "N m/rad"), ("bristle damping", self.damping, "N m s/rad")];
@@ -164,7 +181,7 @@ fn visit(plan: &PreslidingPlan<f64>, bench: &mut dyn Bench, watch: &Watch, loops
         }
         let mark = index as u32 + 1;
         let mut record = Vec::new();
-        let mut see = |frame: &Frame| {
+        let see = |record: &mut Vec<[f64; 2]>, frame: &Frame| {
             if frame.command.mark == mark {
                 record.push([frame.command.added_torque, frame.angle]);
             }
@@ -172,13 +189,16 @@ fn visit(plan: &PreslidingPlan<f64>, bench: &mut dyn Bench, watch: &Watch, loops
         for tick in 0..(cycles / frequency / dt) as u64 {
             let added_torque = amplitude * libm::sin(TAU * frequency * tick as f64 * dt);
             let command = Command { setpoint, added_torque, mark, ..Command::default() };
-            bench.hand_over(command)?.iter().for_each(&mut see);
+            bench.hand_over(command)?.iter().for_each(|frame| see(&mut record, frame));
             if tick % 2048 == 0 {
+                watch.part(Part::Loop(&mean_loop(frequency, record.clone(), dt)));
                 watch.stage("presliding cycles", 0.5 * (index as f64 + tick as f64 * dt * frequency / cycles))?;
             }
         }
-        bench.drain(&mut see)?;
-        loops.push(mean_loop(frequency, record, dt));
+        bench.drain(&mut |frame| see(&mut record, frame))?;
+        let ended = mean_loop(frequency, record, dt);
+        watch.part(Part::Loop(&ended));
+        loops.push(ended);
     }
     Ok(())
 }
@@ -197,7 +217,7 @@ fn mean_loop(frequency: f64, record: Vec<[f64; 2]>, dt: f64) -> Loop {
     let mut levels: Vec<f64> = edges(&record).map(|edge| edge.angle).collect();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
-    Loop { frequency, points, levels: levels.len(), record }
+    Loop { frequency, points, fitted: Vec::new(), levels: levels.len(), record }
 }
 
 /// A change of the counter.
@@ -234,11 +254,16 @@ fn evaluate(model: &Model<f64>, loops: Vec<Loop>, share: f64, dt: f64, complete:
     };
     // Stiffness, damping and an offset in each loop need more than one level in both.
     if levels >= 2 && presliding.loops.len() == 2 {
-        let [stiffness, damping] = fit(model, &presliding.loops, least_stiffness, dt);
+        let (contact, [stiffness, damping]) = fit(model, &presliding.loops, least_stiffness, dt);
         // An interval that begins below nothing or spans a decade is no knowledge.
         let known =
             |(value, [low, high]): (f64, [f64; 2])| (low > 0.0 && high < 10.0 * low).then_some((value, [low, high]));
         (presliding.stiffness, presliding.damping) = (known(stiffness), known(damping));
+        if let (Some(_), Some((contact, plastic))) = (presliding.stiffness, contact) {
+            for one in &mut presliding.loops {
+                one.fitted = fitted(model, &contact, plastic, one, dt);
+            }
+        }
     }
     presliding
 }
@@ -304,8 +329,22 @@ fn simulate<T: Scalar>(
     angles
 }
 
-/// σ₀ and σ₁, each with its 95 % interval, by the model that leaves less.
-fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> [(f64, [f64; 2]); 2] {
+/// The loop of fitted bristles over the measured one: where within a count the load rested is unknown, so that their
+/// means agree.
+fn fitted(model: &Model<f64>, contact: &ElastoPlastic<f64>, plastic: bool, measured: &Loop, dt: f64) -> Vec<[f64; 2]> {
+    let angles = simulate(model, contact, plastic, &measured.record, dt);
+    let record = measured.record.iter().zip(angles).map(|([torque, _], angle)| [*torque, angle]).collect();
+    let points = mean_loop(measured.frequency, record, dt).points;
+    let mean = |points: &[[f64; 2]]| points.iter().map(|[_, angle]| angle).sum::<f64>() / points.len() as f64;
+    let off = mean(&measured.points) - mean(&points);
+    points.into_iter().map(|[torque, angle]| [torque, angle + off]).collect()
+}
+
+/// Bristles, and whether they have no elastic zone.
+type Contact = (ElastoPlastic<f64>, bool);
+
+/// The model that leaves less, and σ₀ and σ₁ by it, each with its 95 % interval.
+fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> (Option<Contact>, [(f64, [f64; 2]); 2]) {
     let residuals = |parameters: [Dual<2>; 2], plastic: bool| {
         let contact = bristles(&model.own, parameters, !plastic);
         let mut residuals: Vec<Dual<2>> = Vec::new();
@@ -334,7 +373,8 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> [(f64, [f64; 
         }
     }
     let unknown = [(f64::NAN, [0.0, f64::INFINITY]); 2];
-    let Some((cost, parameters, plastic)) = best else { return unknown };
+    let Some((cost, parameters, plastic)) = best else { return (None, unknown) };
+    let contact = Some((bristles(&model.own, parameters, !plastic), plastic));
     let rows = residuals(std::array::from_fn(|i| Dual::variable(parameters[i], i)), plastic);
     // Edges come again in every cycle: only those that differ in level and direction tell something new.
     let news: f64 = loops.iter().map(|one| 2.0 * one.levels as f64).sum();
@@ -343,9 +383,9 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> [(f64, [f64; 
     let normal = rows.iter().fold(Matrix2::zeros(), |sum, row| {
         sum + Matrix2::from_fn(|i, j| row.gradient[i] * parameters[i] * row.gradient[j] * parameters[j])
     });
-    let Some(inverse) = normal.try_inverse() else { return unknown };
+    let Some(inverse) = normal.try_inverse() else { return (contact, unknown) };
     if freedom < 1.0 {
-        return unknown;
+        return (contact, unknown);
     }
     // News instead of all: the mean square stays, what the rows tell together shrinks by all/news.
     let variance = cost / all * (news / freedom) * (all / news);
@@ -354,10 +394,11 @@ fn fit(model: &Model<f64>, loops: &[Loop], least: f64, dt: f64) -> [(f64, [f64; 
     let amplitude = loops.iter().flat_map(|one| &one.record).map(|[torque, _]| *torque).fold(0.0, f64::max);
     let brushes = model.motor_friction.steady_torque(1e-9, 0.0, 0.0) / amplitude;
     let lag = 0.5 * model.drive_lag * parameters[0] / parameters[1];
-    std::array::from_fn(|i| {
+    let estimates = std::array::from_fn(|i| {
         let open = libm::hypot(brushes, if i == 1 { lag } else { 0.0 }) / 3f64.sqrt();
         let noise = student_t95(freedom) * (variance * inverse[(i, i)]).sqrt();
         let half_width = libm::hypot(noise, 1.96 * open);
         (parameters[i], [parameters[i] * libm::exp(-half_width), parameters[i] * libm::exp(half_width)])
-    })
+    });
+    (contact, estimates)
 }

@@ -58,6 +58,26 @@ pub fn advise_preload(desired: f64, released: &Stribeck<f64>, pressed: &Stribeck
     PreloadAdvice { preload, wanted, breakaway_torque: released.breakaway_torque + preload * span }
 }
 
+/// A breakaway torque [N m] that was measured at a preload.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// How far the linings were pressed on, 0 … 1.
+    pub preload: f64,
+    /// The breakaway torque [N m].
+    pub breakaway_torque: f64,
+}
+
+/// As [`advise_preload`], from measurements at any two preloads; `None` where they tell no line.
+pub fn advise_preload_from(desired: f64, measured: [Pressed; 2]) -> Option<PreloadAdvice> {
+    let [a, b] = measured;
+    let slope = (b.breakaway_torque - a.breakaway_torque) / (b.preload - a.preload);
+    let at = |preload: f64| Stribeck {
+        breakaway_torque: a.breakaway_torque + slope * (preload - a.preload),
+        ..Stribeck::default()
+    };
+    slope.is_finite().then(|| advise_preload(desired, &at(0.0), &at(1.0)))
+}
+
 /// Runs a triangular speed sweep through standstill, both ways, with the rendering law on; every tick is kept.
 ///
 /// # Errors
@@ -131,5 +151,10 @@ mod tests {
         assert!((beyond.wanted - 1.25).abs() < 1e-12);
         assert_eq!((beyond.preload, beyond.breakaway_torque), (1.0, 0.3));
         assert_eq!(advise_preload(0.3, &pressed, &pressed).preload, 0.0);
+        // The same line through other points; one point alone tells none.
+        let at = |preload, breakaway_torque| Pressed { preload, breakaway_torque };
+        let same = advise_preload_from(0.18, [at(0.25, 0.12), at(0.75, 0.24)]).unwrap();
+        assert!((same.preload - 0.5).abs() < 1e-12 && (same.breakaway_torque - 0.18).abs() < 1e-12);
+        assert_eq!(advise_preload_from(0.18, [at(1.0, 0.3), at(1.0, 0.31)]), None);
     }
 }

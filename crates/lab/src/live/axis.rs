@@ -11,10 +11,11 @@ use stickslip_core::cycle::Parameters;
 use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
+use super::at_rest::SoFar;
 use super::protocol::{Doing, Ended, MarkKind};
 use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::catalogue::Made;
-use crate::experiment::{FrictionPlan, home};
+use crate::experiment::home;
 use crate::figure::Series;
 use crate::preset::{Model, Settings};
 use crate::workflow::correct::render_corrected;
@@ -40,26 +41,39 @@ pub(super) enum Job {
     Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
-    /// Run something to its end: results, if any, go into this folder; it may be a friction curve of this number, and
-    /// what is rendered meanwhile.
-    Run { what: String, folder: Option<PathBuf>, curve: Option<(u64, Option<Box<Rendering>>)>, work: Box<Work> },
+    /// Run something to its end: results, if any, go into this folder; `begins` says what is measured.
+    Run { what: String, folder: Option<PathBuf>, begins: Box<Begins>, work: Box<Work> },
     /// End.
     End,
 }
+
+/// Says what is measured, where it begins.
+pub(super) type Begins = dyn FnOnce(&Shared) + Send;
 
 /// Something that runs to its end.
 type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
     pub(super) fn home() -> Self {
-        Job::Run { what: "home".into(), folder: None, curve: None, work: Box::new(|bench, watch| home(bench, watch)) }
+        let begins = Box::new(|_: &Shared| {});
+        Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
+    }
+
+    /// A friction curve of this number begins, and what is rendered meanwhile.
+    pub(super) fn begins_curve(number: u64, planned: Option<Box<Rendering>>) -> Box<Begins> {
+        Box::new(move |shared| shared.begin_curve(number, planned))
+    }
+
+    /// A measurement at rest begins.
+    pub(super) fn begins_at_rest(so_far: SoFar) -> Box<Begins> {
+        Box::new(move |shared| *super::lock(&shared.at_rest) = so_far)
     }
 
     /// Homes if need be, measures, writes results into a folder.
     pub(super) fn measure<P: Plan + Send + 'static>(
         plan: P,
         preset: crate::Preset<f64>,
-        number: u64,
+        begins: Box<Begins>,
         folder: PathBuf,
     ) -> Self {
         let to = folder.clone();
@@ -68,8 +82,7 @@ impl Job {
             let measured = measure_homed(plan, &preset, bench, watch)?;
             measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
         };
-        let curve = (P::KIND == <FrictionPlan<f64> as Plan>::KIND).then_some((number, None));
-        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), curve, work: Box::new(work) }
+        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), begins, work: Box::new(work) }
     }
 
     /// The same for the friction that the load motor renders; `own` is what was measured without.
@@ -89,8 +102,8 @@ impl Job {
             let run = RenderRun { preset, seed: None, own, corrected };
             run.write(&to, "stickslip serve, measure friction --render").map(drop)
         };
-        let curve = Some((number, Some(Box::new(planned))));
-        Job::Run { what: "measure friction".into(), folder: Some(folder), curve, work: Box::new(work) }
+        let begins = Self::begins_curve(number, Some(Box::new(planned)));
+        Job::Run { what: "measure friction".into(), folder: Some(folder), begins, work: Box::new(work) }
     }
 }
 
@@ -141,11 +154,12 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
                 motion = Some(begin(&bench, shared, name, &reference, render));
             }
-            Some(Job::Run { what, folder, curve, work }) => {
-                curve.into_iter().for_each(|(number, planned)| shared.begin_curve(number, planned));
+            Some(Job::Run { what, folder, begins, work }) => {
+                begins(shared);
                 let begun = SystemTime::now();
                 let ended = work(&mut bench, &shared.watch(&what));
                 shared.end_curve();
+                *super::lock(&shared.at_rest) = SoFar::Nothing;
                 // What was measured until a failure is kept as well. A clerk that has gone has told why.
                 if let Some(folder) = &folder {
                     let made = Made::now(folder, begun, Some(shared.preset.clone()));

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
+use super::losses::Lost;
 use super::protocol::MarkKind;
 use super::record::Recording;
 use super::{Shared, lock};
@@ -37,6 +38,9 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
         while let Some(sample) = stream.sample() {
             let signals = Signals::of(&sample.frame);
             gaps = (gaps.0 + sample.held, gaps.1 + sample.lost);
+            if sample.lost > 0 {
+                lock(&shared.losses).push(sample.frame.cycle, sample.lost, Lost::Watching);
+            }
             // Cycles only go up, and all rows are alike.
             drop(lock(&shared.captures).stream.push(sample.frame.cycle, &signals.row()));
             let fault = sample.frame.safety.fault();
@@ -46,7 +50,11 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
             faulty = fault.is_some();
             newest = Some((sample.frame, signals));
             if let Some(Recording { scribe, .. }) = &mut *recorder {
-                gaps.1 += scribe.sample(&sample).min(1);
+                let lost = scribe.sample(&sample).min(1);
+                gaps.1 += lost;
+                if lost > 0 {
+                    lock(&shared.losses).push(sample.frame.cycle, lost, Lost::Recording);
+                }
             }
         }
         while let Some(changed) = stream.change() {

@@ -5,15 +5,18 @@
 //! does the rest, design of parameters included, on its own thread.
 
 mod again;
+mod at_rest;
 mod axis;
 mod captures;
 mod curve;
 mod form;
 mod implementation;
 mod listener;
+mod losses;
 mod machine;
 mod marks;
 mod operator;
+mod preload;
 pub mod protocol;
 mod record;
 mod rendered;
@@ -30,11 +33,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use at_rest::SoFar;
 use axis::Job;
 use captures::Captures;
 use curve::Measured;
 use implementation::{Builder, Target};
 use listener::Newest;
+use losses::Losses;
 use marks::Marks;
 use operator::Operator;
 use protocol::{
@@ -140,6 +145,8 @@ struct Shared {
     not_entered: Arc<Mutex<Option<String>>>,
     runs: AtomicU64,
     measured: Mutex<Measured>,
+    at_rest: Mutex<SoFar>,
+    losses: Mutex<Losses>,
     /// The replay that was asked for last.
     again: Mutex<again::Current>,
     /// The record that is simulated.
@@ -225,6 +232,8 @@ impl Live {
             not_entered,
             runs: AtomicU64::new(1),
             measured: Mutex::default(),
+            at_rest: Mutex::default(),
+            losses: Mutex::default(),
             again: Mutex::default(),
             opened: Mutex::default(),
             target: Target::new(machine, bench.granted()),
@@ -324,9 +333,15 @@ impl Live {
                 Err(Error::Unknown { what: "measurement under the law", name: format!("{what:?}"), remedy })
             }
             Call::Measure { what, plan, .. } => match what {
-                Quantity::Friction => self.measure::<FrictionPlan<f64>>(&plan),
-                Quantity::Breakaway => self.measure::<BreakawayPlan<f64>>(&plan),
-                Quantity::Presliding => self.measure::<PreslidingPlan<f64>>(&plan),
+                Quantity::Friction => {
+                    self.measure::<FrictionPlan<f64>>(&plan, |_, _, number| Job::begins_curve(number, None))
+                }
+                Quantity::Breakaway => self.measure::<BreakawayPlan<f64>>(&plan, |plan, preset, _| {
+                    Job::begins_at_rest(SoFar::breakaway(plan, &preset.model))
+                }),
+                Quantity::Presliding => self.measure::<PreslidingPlan<f64>>(&plan, |_, _, _| {
+                    Job::begins_at_rest(SoFar::Presliding(Vec::new(), Vec::new()))
+                }),
             },
             Call::Set { values } => {
                 let changes: Vec<_> = values.into_iter().collect();
@@ -372,6 +387,15 @@ impl Live {
             }
             Call::Curve { run } => Ok(Answer::Curve(Box::new(self.curve(run)?))),
             Call::Curves {} => Ok(Answer::Curves { curves: self.curves() }),
+            Call::AtRest { what, run } => Ok(Answer::AtRest(Box::new(self.at_rest(what, run)?))),
+            Call::AdvisePreload { values } => {
+                let values: Vec<_> = values.into_iter().collect();
+                Ok(Answer::AdvisedPreload(self.advise_preload(&values)?))
+            }
+            Call::Losses {} => {
+                let [lost, overruns] = self.losses();
+                Ok(Answer::Losses { lost, overruns })
+            }
             Call::Rendered { run } => Ok(Answer::Rendered(Box::new(self.rendered(run)?))),
             Call::SaveReport {} => self.save_report(),
             Call::Ask {} => {
@@ -468,11 +492,13 @@ impl Live {
     fn measure<P: Plan + Send + 'static>(
         &self,
         values: &std::collections::BTreeMap<String, String>,
+        begins: impl FnOnce(&P, &crate::Preset<f64>, u64) -> Box<axis::Begins>,
     ) -> Result<Answer, Error> {
         let plan = form::with_values(&P::default(), values)?;
         let preset = *lock(&self.shared.tuning).preset();
         let (number, folder) = self.folder(&format!("measure-{}", P::KIND))?;
-        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, number, folder))
+        let begins = begins(&plan, &preset, number);
+        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, folder))
     }
 
     /// Number and folder for results, which does not exist yet.
@@ -605,7 +631,7 @@ impl Shared {
         Watch::new(self.halt.clone(), move |stage, fraction| {
             shared.doing(Some(Doing { what: what.clone(), stage: stage.into(), fraction }));
         })
-        .with_plateaus(move |plateau| hears.plateau(plateau))
+        .with_parts(move |part| hears.part(part))
     }
 }
 

@@ -8,13 +8,16 @@ use serde::{Deserialize, Serialize};
 use stickslip_core::render::Law;
 
 pub use super::again::ReplayProgress;
+pub use super::at_rest::MeasuredAtRest;
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::implementation::{
     BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
     LateCycle, Target, TargetFile, TimeBin, TimedPart, Timing, Wished,
 };
+pub use super::losses::Loss;
 pub use super::machine::{Factor, Machine, Part, PartKind};
+pub use super::preload::AdvisedPreload;
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 use crate::Error;
 use crate::bench::remote::Counts;
@@ -155,6 +158,22 @@ pub enum Call {
         #[serde(default)]
         run: Option<u64>,
     },
+    /// A measurement of breakaway or presliding: what was found, with figures.
+    AtRest {
+        /// Which.
+        what: Quantity,
+        /// Number of its run; `null`: the one that is being measured, or was last.
+        #[serde(default)]
+        run: Option<u64>,
+    },
+    /// Which preload of the friction wheel the desired friction needs with these parameters, and why.
+    AdvisePreload {
+        /// Value by path, as in `set`.
+        #[serde(default)]
+        values: BTreeMap<String, String>,
+    },
+    /// The newest cycles that were lost and deadlines that were missed.
+    Losses {},
     /// Write the report of the experiment: own, desired and rendered friction that were measured last.
     SaveReport {},
     /// Draw a desired friction; nothing is put in force.
@@ -332,6 +351,9 @@ impl Call {
                 | Call::Curve { .. }
                 | Call::Curves {}
                 | Call::Rendered { .. }
+                | Call::AtRest { .. }
+                | Call::AdvisePreload { .. }
+                | Call::Losses {}
                 | Call::Ask {}
                 | Call::Sketch(_)
                 | Call::Margin { .. }
@@ -419,6 +441,17 @@ pub enum Answer {
     },
     /// A friction as it was rendered.
     Rendered(Box<RenderedFriction>),
+    /// A measurement at rest.
+    AtRest(Box<MeasuredAtRest>),
+    /// A preload of the friction wheel.
+    AdvisedPreload(AdvisedPreload),
+    /// What was lost.
+    Losses {
+        /// Cycles that recorders and viewers did not get, the newest last.
+        lost: Vec<Loss>,
+        /// Deadlines that were missed, the newest last.
+        overruns: Vec<Loss>,
+    },
     /// A report that was written.
     Report {
         /// Its number: the page is at `/report/NUMBER`.

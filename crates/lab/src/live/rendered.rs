@@ -49,6 +49,14 @@ pub struct KeyEstimate {
     pub unit: String,
 }
 
+impl KeyEstimate {
+    pub(super) fn of(name: &str, number: &Estimate) -> Self {
+        let written = number.written();
+        let (value, half_width, unit) = (written.value, written.half_width, written.unit);
+        KeyEstimate { name: name.into(), value, half_width, unit }
+    }
+}
+
 /// A figure with what one sees in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Picture {
@@ -60,11 +68,6 @@ pub struct Picture {
 
 impl RenderedFriction {
     fn of(report: &Report) -> Self {
-        let key = |(name, number): (&str, &Estimate)| {
-            let written = number.written();
-            let (value, half_width, unit) = (written.value, written.half_width, written.unit);
-            KeyEstimate { name: name.into(), value, half_width, unit }
-        };
         let picture = |section: &Section| match section {
             Section::Figure { figure, caption } => {
                 Some(Picture { figure: (**figure).clone(), caption: caption.clone() })
@@ -75,7 +78,7 @@ impl RenderedFriction {
             run: None,
             measuring: false,
             verdict: report.told().into(),
-            keys: report.keys().map(key).collect(),
+            keys: report.keys().map(|(name, number)| KeyEstimate::of(name, number)).collect(),
             figures: report.sections().iter().filter_map(picture).collect(),
         }
     }

@@ -681,3 +681,97 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     }
     live.stop();
 }
+
+#[test]
+fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_friction_curve_alone() {
+    let (live, _project) = live();
+    let at_rest = |what, run| match live.call("looks", Call::AtRest { what, run }).unwrap() {
+        Answer::AtRest(told) => *told,
+        other => panic!("{other:?}"),
+    };
+    let plan = |values: &[(&str, &str)]| -> BTreeMap<String, String> {
+        values.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
+    };
+    let growing = |what, found: &dyn Fn(&protocol::MeasuredAtRest) -> bool| loop {
+        let growing = at_rest(what, None);
+        if growing.measuring && found(&growing) {
+            break growing;
+        }
+        assert_eq!(status(&live).last.and_then(|last| last.error), None);
+        thread::sleep(Duration::from_millis(2));
+    };
+    assert_eq!(at_rest(Quantity::Breakaway, None), protocol::MeasuredAtRest::default());
+    let refused = live.call("looks", Call::AtRest { what: Quantity::Friction, run: None }).unwrap_err();
+    assert!(refused.to_string().contains("`curve`"), "{refused}");
+
+    let ramps = |rate| {
+        let plan = plan(&[("repetitions", "1"), ("angles", "1"), ("rest_time", "0.05"), ("rate", rate)]);
+        Call::Measure { what: Quantity::Breakaway, plan, render: false }
+    };
+    live.call(ANN, ramps("0.2")).unwrap();
+    let first = growing(Quantity::Breakaway, &|told| !told.keys.is_empty());
+    assert_eq!((first.run, first.figures.len()), (None, 1));
+    assert_eq!(ended(&live).error, None);
+    let found = at_rest(Quantity::Breakaway, None);
+    assert_eq!((found.run, found.measuring, found.keys.len(), found.figures.len()), (Some(1), false, 3, 1));
+    let own: f64 = found.own["model.own.breakaway_torque"].parse().unwrap();
+    assert!((own - found.keys[0].value.parse::<f64>().unwrap()).abs() < 0.01, "{found:?}");
+    // Another rate: what earlier runs found stands beside it.
+    live.call(ANN, ramps("0.3")).unwrap();
+    assert_eq!(ended(&live).error, None);
+    let found = at_rest(Quantity::Breakaway, None);
+    assert_eq!((found.run, found.runs.as_slice(), found.figures.len()), (Some(2), &[2, 1][..], 2));
+    assert!(found.figures[1].figure.title().contains("rate of the ramp"));
+    assert_eq!(at_rest(Quantity::Breakaway, Some(1)).run, Some(1));
+    assert!(live.call("looks", Call::AtRest { what: Quantity::Breakaway, run: Some(9) }).is_err());
+
+    let plan = plan(&[("slow_frequency", "4"), ("slow_cycles", "3")]);
+    live.call(ANN, Call::Measure { what: Quantity::Presliding, plan, render: false }).unwrap();
+    let before = growing(Quantity::Presliding, &|told| !told.figures.is_empty());
+    assert!(before.figures[0].figure.title().contains("friction"), "{before:?}");
+    // The friction that comes first is no curve of a run.
+    assert!(lock(&live.shared.measured).plateaus.is_empty());
+    live.call(ANN, Call::Halt {}).unwrap();
+    ended(&live);
+    live.stop().unwrap();
+}
+
+#[test]
+fn missed_deadlines_are_told_with_their_cause() {
+    let (live, _project) = live();
+    let losses = |live: &Live| match live.call("looks", Call::Losses {}).unwrap() {
+        Answer::Losses { lost, overruns } => (lost, overruns),
+        other => panic!("{other:?}"),
+    };
+    let overrun = stickslip_rt::Overrun {
+        cycle: 7,
+        late: 0,
+        by: 2_500_000,
+        cause: stickslip_rt::Cause::Block(0),
+        evidence: None,
+    };
+    lock(&live.shared.histograms).overruns.push(overrun);
+    lock(&live.shared.losses).push(9, 4, losses::Lost::Watching);
+    let (lost, overruns) = losses(&live);
+    let told = overruns.iter().find(|one| one.cycle == 7).unwrap();
+    assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");
+    assert!(lost.iter().any(|one| (one.cycle, one.count) == (9, 4)));
+    live.stop().unwrap();
+}
+
+#[test]
+fn a_preload_is_advised_for_parameters_that_are_not_in_force_yet() {
+    let (live, _project) = live();
+    let advised = |law: &str| {
+        let values = [("bench.law.kind", law), ("bench.desired.breakaway_torque", "0.2")];
+        let values = values.map(|(path, value)| (path.to_owned(), value.to_owned())).into();
+        match live.call("looks", Call::AdvisePreload { values }).unwrap() {
+            Answer::AdvisedPreload(advised) => advised,
+            other => panic!("{other:?}"),
+        }
+    };
+    let faded = advised("paper");
+    assert!(faded.needed && !faded.by_hand && faded.sentence.contains("two preloads"), "{faded:?}");
+    assert!(!advised("bristle").needed);
+    live.stop().unwrap();
+}

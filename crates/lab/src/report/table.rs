@@ -44,6 +44,11 @@ impl Table {
         self
     }
 
+    /// The rows in their order.
+    pub(crate) fn rows(&self) -> &[Vec<Cell>] {
+        &self.rows
+    }
+
     /// The table as lines for a terminal, columns below each other.
     pub fn lines(&self) -> Vec<String> {
         let write = |column: usize, cell: &Cell| match cell {

@@ -112,11 +112,19 @@ impl Tuning {
     /// # Errors
     /// As [`set`](Self::set), but for the margin: that it has none is told beside the law.
     pub fn margin_with(&self, changes: &[(String, String)]) -> Result<(Law<f64>, Result<Margin, Error>), Error> {
-        let Source { file, text } = &self.in_force().source;
-        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
-        let Preset { model, bench, .. } = parameters::read::<Preset<f64>>(&text, file)?;
+        let Preset { model, bench, .. } = self.preset_with(changes)?;
         let law = design::rendering_law(&model, &bench)?;
         Ok((law, design::margin(&law, &model, &bench)))
+    }
+
+    /// The parameters in force with these values.
+    ///
+    /// # Errors
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`].
+    pub fn preset_with(&self, changes: &[(String, String)]) -> Result<Preset<f64>, Error> {
+        let Source { file, text } = &self.in_force().source;
+        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
+        Ok(parameters::read::<Preset<f64>>(&text, file)?)
     }
 
     /// What would be another with these values.
@@ -124,9 +132,7 @@ impl Tuning {
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
     pub fn preview(&self, changes: &[(String, String)]) -> Result<Vec<Difference>, Error> {
-        let Source { file, text } = &self.in_force().source;
-        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
-        Ok(parameters::diff(self.preset(), &parameters::read::<Preset<f64>>(&text, file)?))
+        Ok(parameters::diff(self.preset(), &self.preset_with(changes)?))
     }
 
     /// What is not as in the reference.

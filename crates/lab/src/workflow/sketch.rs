@@ -14,6 +14,7 @@ use stickslip_core::friction::{Bristles, Contact, Friction, FrictionElement, Fri
 use super::design::{Design, fastest, through_weighted};
 use crate::design::{Passage, Region};
 use crate::fit::{PARAMETERS, values, with_values};
+use crate::preset::{LawChoice, Settings};
 use crate::{Error, Preset};
 
 /// The handle of M_K lies at so many Stribeck velocities: the drop is over there.
@@ -199,7 +200,7 @@ pub struct Edge {
     pub from: f64,
     /// To [rad/s].
     pub to: f64,
-    /// `current`, `voltage`.
+    /// `current`, `voltage`; `wheel` where the law renders nothing and the friction wheel alone tells.
     pub limit: String,
 }
 
@@ -254,7 +255,11 @@ impl Sketch {
         let verdict = judge(&region, &design.own, &desired, fastest);
         let seen =
             |value: &dyn Fn(f64) -> f64| self.speeds.iter().map(|speed| short(value(*speed))).collect::<Vec<_>>();
-        let able = |side: usize| seen(&|speed| design.own.magnitude(speed) + region.at(speed).torque[side]);
+        let faded = wheel_below(bench);
+        let able = |side: usize| {
+            let torque = |speed: f64| if speed < faded { 0.0 } else { region.at(speed).torque[side] };
+            seen(&|speed| design.own.magnitude(speed) + torque(speed))
+        };
         let stretch = |(shortage, reason): (&crate::design::Shortage, String)| Stretch {
             from: shortage.speeds[0],
             to: shortage.speeds[1],
@@ -267,7 +272,7 @@ impl Sketch {
             own: seen(&|speed| design.own.magnitude(speed)),
             least: able(0),
             largest: able(1),
-            edges: self.edges(&region),
+            edges: self.edges(&region, faded),
             desired_loop: presliding(&bristles.under(desired), way),
             own_loop: presliding(&model.own_bristles.under(design.own), way),
             grips: grips(&desired, fastest),
@@ -282,11 +287,12 @@ impl Sketch {
 
 impl Sketch {
     /// The stretches in which one limit bounds an edge.
-    fn edges(&self, region: &Region) -> Vec<Edge> {
+    fn edges(&self, region: &Region, faded: f64) -> Vec<Edge> {
         let mut edges: Vec<Edge> = Vec::new();
         for side in [0, 1] {
             for &speed in &self.speeds {
-                let (largest, limit) = (side == 1, region.at(speed).limits[side].name());
+                let limit = if speed < faded { WHEEL } else { region.at(speed).limits[side].name() };
+                let largest = side == 1;
                 match edges.last_mut().filter(|edge| edge.largest == largest && edge.limit == limit) {
                     Some(edge) => edge.to = speed,
                     None => edges.push(Edge { largest, from: speed, to: speed, limit: limit.into() }),
@@ -295,6 +301,14 @@ impl Sketch {
         }
         edges
     }
+}
+
+/// What bounds an edge where the law renders nothing: friction there is that of screw and wheel.
+const WHEEL: &str = "wheel";
+
+/// Speed up to which the law in force renders nothing [rad/s].
+fn wheel_below(settings: &Settings<f64>) -> f64 {
+    if matches!(settings.law, LawChoice::Paper) { settings.fade_velocity } else { 0.0 }
 }
 
 /// In as many digits as a picture can show.

@@ -1,6 +1,6 @@
 //! How the clock was kept, for people and files.
 
-use stickslip_rt::{Granted, Histograms, Quantiles, Summary as Executed};
+use stickslip_rt::{Granted, Histograms, Overrun, Quantiles, Summary as Executed};
 
 use super::cycle::BLOCKS;
 use crate::Summary;
@@ -71,6 +71,11 @@ impl Clocked {
         warnings.extend(refusals(&self.granted));
         warnings
     }
+}
+
+/// Why a deadline was missed, with the names of the blocks of a bench.
+pub(crate) fn overrun_sentence(overrun: &Overrun) -> String {
+    overrun.sentence(&BLOCKS)
 }
 
 /// What the system refused, each with what it costs and how to mend it.

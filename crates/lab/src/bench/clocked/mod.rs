@@ -18,6 +18,7 @@ use std::time::Duration;
 
 pub(crate) use cycle::BLOCKS;
 use cycle::{BenchCycle, Entry, Flow, Reply};
+pub(crate) use kept::overrun_sentence;
 pub use kept::{Clocked, refusals};
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};

@@ -4,12 +4,17 @@ use serde_json::Value;
 
 use super::{Outcome, Plan};
 use crate::bench::Bench;
-use crate::experiment::{Breakaway, BreakawayPlan, Mean, measure_breakaway};
+use crate::experiment::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::quantity::Estimate;
 use crate::report::{Cell, Table};
 use crate::table::Column;
 use crate::{Error, Preset, Summary, Watch};
+
+/// Columns of the table of ramps.
+pub(crate) const TORQUE: &str = "breakaway_torque";
+pub(crate) const RATE: &str = "rate";
+pub(crate) const REST: &str = "rest_time";
 
 impl Plan for BreakawayPlan<f64> {
     const KIND: &'static str = "breakaway";
@@ -89,26 +94,32 @@ impl Outcome for Breakaway {
 
     /// The ramps that broke away.
     fn columns(&self) -> Vec<Column> {
-        let ended: Vec<[f64; 3]> =
-            self.ramps.iter().filter_map(|ramp| Some([ramp.angle, ramp.direction, ramp.torque?])).collect();
+        let row = |ramp: &Ramp| Some([ramp.angle, ramp.direction, ramp.torque?, self.rate, self.rest_time]);
+        let ended: Vec<[f64; 5]> = self.ramps.iter().filter_map(row).collect();
         let column = |index: usize, name: &str, unit: &str| Column {
             name: name.into(),
             unit: unit.into(),
             values: ended.iter().map(|row| row[index]).collect(),
         };
-        vec![column(0, "angle", "rad"), column(1, "direction", "1"), column(2, "breakaway_torque", "N m")]
+        vec![
+            column(0, "angle", "rad"),
+            column(1, "direction", "1"),
+            column(2, TORQUE, "N m"),
+            column(3, RATE, "N m/s"),
+            column(4, REST, "s"),
+        ]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::Ramp;
 
     #[test]
     fn a_ramp_that_the_load_held_is_named_and_is_in_no_table_of_numbers() {
         let ramp = |torque| Ramp { angle: 0.0, direction: 1.0, torque };
-        let found = Breakaway { ramps: vec![ramp(Some(0.3)), ramp(None)], lag: 1e-3, duration: 8.0, complete: true };
+        let ramps = vec![ramp(Some(0.3)), ramp(None)];
+        let found = Breakaway { ramps, rate: 0.1, rest_time: 0.3, lag: 1e-3, duration: 8.0, complete: true };
         assert_eq!(found.columns()[2].values, [0.3]);
         let mut summary = Summary::new("measure breakaway");
         found.tell(&mut summary);

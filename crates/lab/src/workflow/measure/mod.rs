@@ -1,6 +1,6 @@
 //! Measurements on the virtual bench: what each needs, what it found, and its files.
 
-mod breakaway;
+pub(crate) mod breakaway;
 mod friction;
 mod presliding;
 

@@ -70,8 +70,15 @@ impl Outcome for Presliding {
         let figure = Figure::new("Presliding").x(Axis::new("angle", "rad")).y(Axis::new("torque", "N m"));
         let roles = [Role::Measured, Role::Reference];
         let figure = self.loops.iter().zip(roles).fold(figure, |figure, (one, role)| {
-            let around = one.points.iter().chain(one.points.first()).map(|[torque, angle]| (*angle, *torque));
-            figure.series(Series::line(role, format!("{} Hz", one.frequency), around))
+            let around = |points: &[[f64; 2]]| {
+                points.iter().chain(points.first()).map(|[torque, angle]| (*angle, *torque)).collect::<Vec<_>>()
+            };
+            let figure = figure.series(Series::line(role, format!("{} Hz", one.frequency), around(&one.points)));
+            if one.fitted.is_empty() {
+                return figure;
+            }
+            let fitted = Series::line(Role::Fitted, format!("{} Hz, fitted", one.frequency), around(&one.fitted));
+            figure.series(if role == Role::Measured { fitted } else { fitted.dashed() })
         });
         let levels: Vec<String> = self.loops.iter().map(|one| one.levels.to_string()).collect();
         let caption = format!(

@@ -29,7 +29,14 @@ fn what_is_in_force_is_drawn_unless_something_else_is_in_hand() {
         (preset.bench.desired.breakaway_torque, preset.model.own.breakaway_torque)
     );
     assert!(seen.renderable && seen.shortages.is_empty() && seen.margin.unwrap() > 1.0, "{seen:?}");
-    assert!((0..400).all(|k| seen.least[k] < seen.curve[k] && seen.curve[k] < seen.largest[k]));
+    // The paper's law renders nothing around standstill: there screw and friction wheel alone tell.
+    let faded = |k: &usize| sketch().speeds[*k] < preset.bench.fade_velocity;
+    assert!((0..400).filter(faded).all(|k| seen.least[k] == seen.own[k] && seen.largest[k] == seen.own[k]));
+    assert!((0..400).filter(|k| !faded(k)).all(|k| seen.least[k] < seen.curve[k] && seen.curve[k] < seen.largest[k]));
+    assert_eq!((seen.edges[0].limit.as_str(), seen.edges[1].limit.as_str()), ("wheel", "current"));
+    let mut with_bristles = preset;
+    with_bristles.bench.law = LawChoice::Bristle;
+    assert_eq!(sketch().draw(&with_bristles).unwrap().edges[0].limit, "current");
     assert_eq!(seen.distance, None);
 }
 
