@@ -12,8 +12,8 @@ pub mod tap;
 mod traveller;
 mod virtual_bench;
 
-pub(crate) use clocked::{BLOCKS, keyframe, overrun_sentence};
 pub use clocked::{Clocked, ClockedBench, Keyframe, Keyframes, Urgent, refusals};
+pub(crate) use clocked::{keyframe, overrun_sentence};
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;

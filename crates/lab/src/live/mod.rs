@@ -154,6 +154,8 @@ struct Shared {
     /// The program, and what the system granted it.
     target: Target,
     builder: Mutex<Builder>,
+    /// Code and diagram of the software in force.
+    generated: Mutex<implementation::Made>,
     /// Where measurement and calibration tools may come in, and who has.
     xcp: Mutex<Vec<XcpStatus>>,
 }
@@ -238,6 +240,7 @@ impl Live {
             opened: Mutex::default(),
             target: Target::new(machine, bench.granted()),
             builder: Mutex::default(),
+            generated: Mutex::default(),
             xcp: Mutex::default(),
         });
         if let (Some(writer), Some(path)) = (writer, &record) {

@@ -55,7 +55,7 @@ pub(super) enum Reply {
 pub(super) type Answer = (u64, Option<Refusal>);
 
 /// What its time is taken of.
-pub(crate) const BLOCKS: [Block; 4] =
+pub(super) const BLOCKS: [Block; 4] =
     [Block::new("commands"), Block::new("software"), Block::io("machine"), Block::new("frames")];
 const COMMANDS: usize = 0;
 const SOFTWARE: usize = 1;

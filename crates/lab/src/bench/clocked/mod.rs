@@ -16,8 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-pub(crate) use cycle::BLOCKS;
-use cycle::{BenchCycle, Entry, Flow, Reply};
+use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
 pub(crate) use kept::overrun_sentence;
 pub use kept::{Clocked, refusals};
 use keyframe::keyframes;

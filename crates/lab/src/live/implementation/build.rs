@@ -127,7 +127,7 @@ impl Builder {
     ///
     /// # Errors
     /// [`Error::Busy`]; [`Error::File`].
-    pub(super) fn begin(&mut self, generated: Generated, folder: &Path) -> Result<(), Error> {
+    pub(super) fn begin(&mut self, generated: Arc<Generated>, folder: &Path) -> Result<(), Error> {
         if self.seen().stage.runs() {
             return Err(Error::Busy { what: "a build".into() });
         }

@@ -17,21 +17,35 @@ pub use timing::{LateCycle, TimeBin, TimedPart, Timing};
 
 pub(super) use build::Builder;
 
+use std::sync::Arc;
+
 use stickslip_core::render::Correction;
 
 use super::protocol::Answer;
 use super::{Live, lock};
-use crate::Error;
 use crate::generate::{self, Generated};
+use crate::{Error, Preset};
+
+/// Code and diagram that were made last, and of what: with bristles they take seconds.
+pub(super) type Made = Option<(Preset<f64>, Arc<Generated>)>;
 
 impl Live {
     /// The software in force as code and diagram.
-    fn generated(&self) -> Result<Generated, Error> {
+    fn generated(&self) -> Result<Arc<Generated>, Error> {
         let tuning = lock(&self.shared.tuning).clone();
+        // Whoever else asks meanwhile waits for the same.
+        let mut made = lock(&self.shared.generated);
+        if let Some((of, generated)) = &*made
+            && of == tuning.preset()
+        {
+            return Ok(generated.clone());
+        }
         // A proposal without a change is what is in force.
         let proposal = tuning.set(&[])?;
         let tick = proposal.parameters(Correction::Nothing)?.tick;
-        generate::software(&tick, proposal.preset().bench.tick_time())
+        let generated = Arc::new(generate::software(&tick, proposal.preset().bench.tick_time())?);
+        *made = Some((*tuning.preset(), generated.clone()));
+        Ok(generated)
     }
 
     pub(super) fn flow(&self) -> Result<Answer, Error> {
@@ -42,7 +56,8 @@ impl Live {
     }
 
     pub(super) fn diagram_page(&self, page: &str) -> Result<Answer, Error> {
-        Ok(Answer::DiagramPage(Box::new(DiagramPage::of(&self.generated()?, page)?)))
+        let generated = self.generated()?;
+        Ok(Answer::DiagramPage(Box::new(DiagramPage::of(&generated, page)?)))
     }
 
     pub(super) fn timing(&self) -> Answer {

@@ -118,9 +118,9 @@ fn the_time_of_each_cycle_is_in_a_bar() {
     live.stop();
 }
 
-fn generated() -> Generated {
+fn generated() -> Arc<Generated> {
     let preset = presets::find("clm-bench").unwrap().read::<crate::Preset<f64>>().unwrap();
-    generate::generate("tick", &preset, generate::Precision::Double, None).unwrap()
+    Arc::new(generate::generate("tick", &preset, generate::Precision::Double, None).unwrap())
 }
 
 fn built(mut builder: Builder, cancel: bool) -> BuildProgress {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_rt::{Histograms, Quantiles};
 
-use crate::bench::BLOCKS;
+use crate::bench::overrun_sentence;
 
 /// Bars of a histogram in a decade of time.
 const DECADE: f64 = 16.0;
@@ -89,7 +89,7 @@ impl Timing {
             parts,
             overruns: histograms.overruns.len() as u64,
             late: late
-                .map(|one| LateCycle { cycle: one.cycle, by: one.by as f64 * 1e-9, sentence: one.sentence(&BLOCKS) })
+                .map(|one| LateCycle { cycle: one.cycle, by: one.by as f64 * 1e-9, sentence: overrun_sentence(one) })
                 .collect(),
             missed: histograms.missed,
         }
