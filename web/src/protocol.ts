@@ -1300,6 +1300,8 @@ export type Stretch = {
 export type Target = {
   /** What it was built for: processor, system, and whether overflows are checked. */
   built: string
+  /** What can be taken along, at `/implementation/FILE`. */
+  files: TargetFile[]
   /** Where the machine is: `virtual`, or its address. */
   machine: string
   /** Ticks in a second [Hz]. */
@@ -1310,17 +1312,15 @@ export type Target = {
   version: string
   /** What the real-time thread asked of the system. */
   wishes: Wished[]
-  /** What can be taken along, at `/implementation/FILE`. */
-  files: TargetFile[]
 }
 /** A file of what runs. */
 export type TargetFile = {
+  /** What is in it. */
+  about: string
   /** Its path. */
   file: string
   /** What it is called. */
   name: string
-  /** What is in it. */
-  about: string
 }
 /** A bar of a histogram. */
 export type TimeBin = {

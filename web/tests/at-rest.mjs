@@ -69,7 +69,7 @@ await play(async (scene) => {
     await ann.getByRole('img', { name: /Presliding/ }).waitFor()
     const found = await call({ call: 'at_rest', what: 'presliding' })
     assert.ok(found.keys.length >= 1 && found.figures.length === 1)
-    await ann.getByRole('region', { name: 'Presliding', exact: true }).getByText(found.keys[0].name).waitFor()
+    await ann.getByRole('region', { name: 'Presliding', exact: true }).getByText(found.keys[0].name, { exact: true }).waitFor()
     await scene.seen(ann, 'presliding-done')
   })
   await scene.step('arrow keys walk over measured points and tell each', async () => {

@@ -64,8 +64,9 @@ impl Served {
     /// What `replay` says of its first recording, which must be identical.
     fn replayed(&self, name: &str) -> Value {
         let runs = self.project().join("runs");
-        let folders = std::fs::read_dir(&runs).expect("there are runs").map_while(Result::ok).map(|entry| entry.path());
-        let run = folders.filter(|folder| folder.to_string_lossy().ends_with(name)).next().expect("it was recorded");
+        let mut folders =
+            std::fs::read_dir(&runs).expect("there are runs").map_while(Result::ok).map(|entry| entry.path());
+        let run = folders.find(|folder| folder.to_string_lossy().ends_with(name)).expect("it was recorded");
         let replay = Command::new(PROGRAM).arg("replay").arg(run).arg("--json").output().expect("the program starts");
         assert!(replay.status.success(), "{}", text(&replay));
         serde_json::from_slice(&replay.stdout).expect("it is JSON")

@@ -8,6 +8,8 @@ export function live(signal: Signal, value: number): string {
   if (Number.isNaN(value)) return '–'
   if (signal.values.length) return signal.values[Math.round(value)] ?? fixed(value, 0)
   const size = Math.abs(value)
+  // Counts.
+  if (size >= 1000 && Number.isInteger(value)) return fixed(value, 0)
   return fixed(value, size >= 1000 ? 1 : size >= 10 ? 2 : size >= 0.0995 || size === 0 ? 3 : 4)
 }
 
