@@ -1,6 +1,7 @@
 // The runs of a project: found, told, replayed, named, compared, deleted and brought back.
 
 import assert from 'node:assert/strict'
+import { readFileSync } from 'node:fs'
 import { play } from './harness.mjs'
 
 await play(async (scene) => {
@@ -66,6 +67,8 @@ await play(async (scene) => {
     await run.getByText(/position_gain.*→/).first().waitFor()
     await run.getByRole('button', { name: 'Replay' }).click()
     await run.getByText('Identical.').waitFor()
+    const [taken] = await Promise.all([ann.waitForEvent('download'), run.getByRole('link', { name: 'run.mf4' }).click()])
+    assert.equal(readFileSync(await taken.path()).subarray(0, 3).toString(), 'MDF')
     await run.getByText(/software and machine: every bit is the same/).waitFor()
     await ann.getByLabel('Filter results and parameters').fill('position_gain')
     await run.getByText('controller.position_gain').first().waitFor()

@@ -44,7 +44,7 @@ pub(crate) fn test() -> Result<(), String> {
     suite.stage("format", seconds(10), |_| {
         only_with(tools.rustfmt, "rustfmt", || run(&mut cargo(&["fmt", "--all", "--check"])))
     });
-    suite.stage("lints", seconds(130), |_| {
+    suite.stage("lints", seconds(170), |_| {
         let lints = ["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "-D", "warnings"];
         only_with(tools.clippy, "clippy", || run(&mut cargo(&lints)))
     });

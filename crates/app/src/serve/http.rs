@@ -99,6 +99,7 @@ impl Server {
             .route("/api/schema", get(schema))
             .route("/report/{run}", get(page::report))
             .route("/implementation/{*file}", get(page::implementation))
+            .route("/run/{number}/{*file}", get(page::run_file))
             .fallback_service(get(page::get).with_state(shared.clone()))
             .layer(DefaultBodyLimit::max(LARGEST))
             .with_state(shared);

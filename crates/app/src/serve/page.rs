@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use axum::body::Body;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
+use tokio_util::io::ReaderStream;
 
 use super::http::Shared;
 
@@ -50,6 +52,38 @@ pub(super) async fn report(
         (_, Ok(Path(run))) => match shared.live.report_page(run) {
             Ok(page) => ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], page).into_response(),
             Err(error) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
+        },
+    };
+    secured(answer, ALONE)
+}
+
+/// A file of a run, to take along: as long as it is, a piece at a time.
+pub(super) async fn run_file(
+    State(shared): State<Arc<Shared>>,
+    asked: Result<Path<(i64, String)>, PathRejection>,
+    headers: HeaderMap,
+) -> Response {
+    let text = |status: StatusCode, text: String| (status, text).into_response();
+    let answer = match (shared.door.admit(&headers, None), asked) {
+        (Err((status, why)), _) => text(status, stranger(why)),
+        (_, Err(_)) => text(StatusCode::NOT_FOUND, "a file has the number of its run and a name\n".into()),
+        (_, Ok(Path((number, file)))) => match shared.live.run_file(number, &file) {
+            Err(error) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
+            Ok(path) => match tokio::fs::File::open(&path).await {
+                Err(error) => text(StatusCode::NOT_FOUND, format!("{} cannot be opened ({error})\n", path.display())),
+                Ok(opened) => {
+                    let name = format!("run-{number}-{}", file.rsplit('/').next().unwrap_or_default());
+                    // Of a name only what needs no quotes.
+                    let name: String =
+                        name.chars().filter(|c| c.is_ascii_alphanumeric() || "-_.".contains(*c)).collect();
+                    let known = [
+                        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
+                        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+                        (header::CACHE_CONTROL, "no-store".into()),
+                    ];
+                    (known, Body::from_stream(ReaderStream::new(opened))).into_response()
+                }
+            },
         },
     };
     secured(answer, ALONE)

@@ -425,3 +425,36 @@ fn the_token_outlives_a_restart_and_a_broken_one_does_not() {
     let second = super::token(project.path()).unwrap();
     assert!(second != first && second.len() == 32, "{second}");
 }
+
+#[test]
+fn files_of_a_run_and_of_what_runs_leave_with_the_token_and_no_other_file_does() {
+    let (server, project) = served();
+    let cookie = format!("Cookie: stickslip-{}={}\r\n", server.place.address.port(), server.place.token);
+    for order in [r#"{"call":"record","name":"taken"}"#, r#"{"call":"end_record"}"#] {
+        let answer = posted(&server, &allowed(&server), order);
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    }
+    let listed = || posted(&server, &allowed(&server), r#"{"call":"runs"}"#);
+    while !listed().contains("\"number\":1") {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let (status, text) = fetched(&server, "/run/1/run.mf4", &cookie);
+    assert!(status == "200" && text.contains("filename=\"run-1-run.mf4\"") && text.contains("\r\nMDF"), "{text:.400}");
+    let (status, text) = fetched(&server, "/implementation/tick.h", &cookie);
+    assert!(status == "200" && text.contains("#ifndef"), "{text:.400}");
+    std::fs::write(project.path().join("secret"), "hidden").unwrap();
+    for path in [
+        "/run/1/none",
+        "/run/1/..%2F..%2Fsecret",
+        "/run/1/run.json%00",
+        "/run/9/run.mf4",
+        "/run/x/run.mf4",
+        "/implementation/..%2Fsecret",
+    ] {
+        let (status, text) = fetched(&server, path, &cookie);
+        assert!(status.starts_with('4') && !text.contains("hidden"), "{path}: {text}");
+    }
+    for path in ["/run/1/run.mf4", "/implementation/tick.h"] {
+        assert_eq!(fetched(&server, path, "").0, "401", "{path}");
+    }
+}

@@ -1,6 +1,6 @@
 //! The catalogue of a bench that runs: entered by a thread of its own, asked by whoever calls.
 
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
 
@@ -51,6 +51,22 @@ impl Live {
     pub(super) fn run(&self, number: i64) -> Result<Answer, Error> {
         let Details { run, values } = self.shared.catalogue.details(number)?;
         Ok(Answer::Run { run: Box::new(run), values })
+    }
+
+    /// Where a file of a run is, by the name that the catalogue has of it.
+    ///
+    /// # Errors
+    /// [`Error::NoRun`], [`Error::RunGone`]; [`Error::Unknown`] for a name that is none of its files.
+    pub fn run_file(&self, number: i64, name: &str) -> Result<PathBuf, Error> {
+        let run = self.shared.catalogue.details(number)?.run;
+        let path = self.shared.catalogue.folder(number)?.join(name);
+        // A link may lead anywhere, and a name that somebody else has written as well.
+        let within = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        let plain = within && path.symlink_metadata().is_ok_and(|about| about.is_file());
+        if plain && run.files.iter().any(|file| file == name) {
+            return Ok(path);
+        }
+        Err(Error::Unknown { what: "file of the run", name: name.into(), remedy: run.files.join(", ") })
     }
 
     pub(super) fn edited(&self, edit: impl FnOnce(&Catalogue) -> Result<(), Error>) -> Result<Answer, Error> {
