@@ -25,6 +25,8 @@ function faults() {
     const own = [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())
     if (!own || one.closest('.hidden, svg, [aria-hidden=true]') || !one.checkVisibility()) continue
     const style = getComputedStyle(one)
+    // Read out, not seen.
+    if (style.clipPath !== 'none') continue
     if (style.overflowX !== 'visible' && style.overflowX !== 'auto' && one.scrollWidth > one.clientWidth + 1 && !one.title) found.push(`cut: "${one.textContent.trim().slice(0, 40)}"`)
     // What is told in full at the pointer, and in a line that leaves out what has no room.
     if (one.closest('[title]') && style.textOverflow === 'ellipsis') continue
