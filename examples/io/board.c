@@ -42,7 +42,7 @@ int main(void) {
     for (;;) {
         in[have++] = received();
         /* Bytes have no borders: a frame is where mark and kind are, and is one where its checksum says so. */
-        while (have >= 8) {
+        while (have >= 4) {
             const size_t length = io_length(in);
             if (length > have) {
                 break;

@@ -275,6 +275,21 @@ export type Call = {
   values?: Record<string, string>
 }
   | {
+  /** How they are laid. */
+  align: Alignment
+  call: "courses"
+  /** Only what then lies from here [s] … */
+  from?: number | null
+  /** Their numbers; at most six. */
+  numbers: number[]
+  /** Parts of the time in a course; at most 4000. */
+  parts: number
+  /** Name of the signal. */
+  signal: string
+  /** … to here [s]. */
+  to?: number | null
+}
+  | {
   call: "story"
   /** Its number. */
   number: number
@@ -457,6 +472,8 @@ export type Answer = {
 }
   | {
   answer: "run"
+  /** The ends of the names as which its record leaves for other tools: `/run/NUMBER/run.mf4?as=parquet`. */
+  leaves_as: string[]
   /** As in a list. */
   run: Run
   /** Its parameters and results. */
@@ -473,6 +490,11 @@ export type Answer = {
   simulated: Simulated
 }
   | {
+  answer: "courses"
+  /** In the order in which they were asked for. */
+  courses: Laid[]
+}
+  | {
   answer: "story"
   /** In its order. */
   happened: Happened[]
@@ -487,6 +509,23 @@ export type AdvisedPreload = {
   preload: number | null
   /** Why, and what to do. */
   sentence: string
+}
+/** How courses are laid over each other. */
+export type Alignment = {
+  by: "begin"
+}
+  | {
+  by: "rise"
+  /** In the signal's unit. */
+  level: number
+}
+  | {
+  by: "correlation"
+}
+  | {
+  by: "hand"
+  /** What is added to the time of each [s]. */
+  shifts: number[]
 }
 /** What an axis shows and how. */
 export type Axis = {
@@ -606,6 +645,19 @@ export type Counts = {
   late: number
   /** Ticks whose readings did not. */
   missing: number
+}
+/** A signal of a run over time. Of each part of the time the least and the largest value, so that no spike is lost. */
+export type Course = {
+  /** Time of the record's first row [s]. */
+  begin: number
+  /** Time of its last [s]. */
+  end: number
+  /** Middle of each part of the time [s]. */
+  time: number[]
+  /** SI unit. */
+  unit: string
+  /** Least and largest value in each; `null` where no row is. */
+  values: [(number | null)[], (number | null)[]]
 }
 /** A run that has a friction curve. */
 export type CurveName = {
@@ -926,6 +978,18 @@ export type KeyNumber = {
   unit: string
   /** SI. */
   value: number
+}
+/** A run among others over time. */
+export type Laid = {
+  /** Its course, in its own time. */
+  course: Course
+    | null
+  /** Its number. */
+  number: number
+  /** What is added to its time [s]; `null` where it does not fit. */
+  shift: number | null
+  /** Why there is none. */
+  trouble: string | null
 }
 /** A cycle that missed its deadline. */
 export type LateCycle = {

@@ -26,13 +26,14 @@ class Scene {
   done = 0
   #expected = 0
 
-  constructor(values) {
+  constructor(values, options) {
     this.values = values
+    this.options = options
   }
 
   /** Serves the project; told are its address and how to end it. */
   async serve(listen = '127.0.0.1:0') {
-    const told = ['serve', '--listen', listen, '--project', this.project, ...this.values.flatMap((value) => ['--set', value])]
+    const told = ['serve', '--listen', listen, '--project', this.project, ...this.options, ...this.values.flatMap((value) => ['--set', value])]
     const child = spawn(program, told, { stdio: ['ignore', 'pipe', 'inherit'] })
     const lines = createInterface({ input: child.stdout })
     const address = await new Promise((resolve, reject) => {
@@ -111,9 +112,9 @@ class Scene {
 }
 
 /** A project of its own, served, and a browser. */
-export async function play(work, values = SLOW) {
+export async function play(work, values = SLOW, options = []) {
   if (shots) mkdirSync(shots, { recursive: true })
-  const scene = new Scene(values)
+  const scene = new Scene(values, options)
   await scene.serve()
   scene.browser = await chromium.launch({
     executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',

@@ -11,7 +11,7 @@ const PAGE = 200
 /** From look to look at a replay [ms]. */
 const LOOK = 200
 
-export type Details = { run: Run; values: Value[] }
+export type Details = { run: Run; values: Value[]; leaves_as: string[] }
 
 class Catalogue {
   query = $state('')

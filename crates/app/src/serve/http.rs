@@ -67,6 +67,8 @@ pub(super) struct Shared {
     pub(super) door: Door,
     pub(super) patience: Patience,
     pub(super) sockets: Arc<Semaphore>,
+    /// Records that are being written for other tools: each fills a processor and a disk.
+    pub(super) exports: Semaphore,
 }
 
 impl Server {
@@ -92,6 +94,7 @@ impl Server {
             door: Door::new(place.address, place.token.clone()),
             patience,
             sockets: Arc::new(Semaphore::new(SOCKETS)),
+            exports: Semaphore::new(1),
         });
         let router = Router::new()
             .route("/api", post(call))

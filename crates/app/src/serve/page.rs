@@ -1,13 +1,16 @@
 //! The page: its files, and the way in. The printed address has the token; it becomes a cookie that no script sees.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use axum::body::Body;
-use axum::extract::rejection::PathRejection;
+use axum::extract::rejection::{PathRejection, QueryRejection};
 use axum::extract::{Path, Query, State};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
+use stickslip::Watch;
+use tokio::io::AsyncRead;
 use tokio_util::io::ReaderStream;
 
 use super::http::Shared;
@@ -57,36 +60,80 @@ pub(super) async fn report(
     secured(answer, ALONE)
 }
 
-/// A file of a run, to take along: as long as it is, a piece at a time.
+/// As what a file of a run leaves.
+#[derive(Deserialize)]
+pub(super) struct Wanted {
+    /// The end of the name that another tool wants: `parquet`, `csv`, `mat` or `mcap`.
+    r#as: Option<String>,
+}
+
+/// A file of a run, to take along: as long as it is, a piece at a time; its record also for other tools.
 pub(super) async fn run_file(
     State(shared): State<Arc<Shared>>,
     asked: Result<Path<(i64, String)>, PathRejection>,
+    wanted: Result<Query<Wanted>, QueryRejection>,
     headers: HeaderMap,
 ) -> Response {
     let text = |status: StatusCode, text: String| (status, text).into_response();
-    let answer = match (shared.door.admit(&headers, None), asked) {
-        (Err((status, why)), _) => text(status, stranger(why)),
-        (_, Err(_)) => text(StatusCode::NOT_FOUND, "a file has the number of its run and a name\n".into()),
-        (_, Ok(Path((number, file)))) => match shared.live.run_file(number, &file) {
-            Err(error) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
-            Ok(path) => match tokio::fs::File::open(&path).await {
-                Err(error) => text(StatusCode::NOT_FOUND, format!("{} cannot be opened ({error})\n", path.display())),
-                Ok(opened) => {
-                    let name = format!("run-{number}-{}", file.rsplit('/').next().unwrap_or_default());
-                    // Of a name only what needs no quotes.
-                    let name: String =
-                        name.chars().filter(|c| c.is_ascii_alphanumeric() || "-_.".contains(*c)).collect();
-                    let known = [
-                        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-                        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
-                        (header::CACHE_CONTROL, "no-store".into()),
-                    ];
-                    (known, Body::from_stream(ReaderStream::new(opened))).into_response()
-                }
-            },
-        },
+    let answer = match (shared.door.admit(&headers, None), asked, wanted) {
+        (Err((status, why)), ..) => text(status, stranger(why)),
+        (_, Err(_), _) => text(StatusCode::NOT_FOUND, "a file has the number of its run and a name\n".into()),
+        (_, _, Err(_)) => text(StatusCode::NOT_FOUND, "a record leaves as one kind of file: ?as=parquet\n".into()),
+        (_, Ok(Path((number, file))), Ok(Query(wanted))) => {
+            let name = format!("run-{number}-{}", file.rsplit('/').next().unwrap_or_default());
+            match wanted.r#as {
+                None => match shared.live.run_file(number, &file) {
+                    Err(error) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
+                    Ok(path) => match tokio::fs::File::open(&path).await {
+                        Ok(opened) => leaving(&name, opened),
+                        Err(error) => {
+                            text(StatusCode::NOT_FOUND, format!("{} cannot be opened ({error})\n", path.display()))
+                        }
+                    },
+                },
+                Some(kind) => match converted(&shared, number, file, &kind).await {
+                    Ok(file) => leaving(&std::path::Path::new(&name).with_extension(kind).to_string_lossy(), file),
+                    Err(why) => text(StatusCode::NOT_FOUND, why),
+                },
+            }
+        }
     };
     secured(answer, ALONE)
+}
+
+/// What leaves under this name.
+fn leaving(name: &str, from: impl AsyncRead + Send + 'static) -> Response {
+    // Of a name only what needs no quotes.
+    let name: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || "-_.".contains(*c)).collect();
+    let known = [
+        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
+        (header::CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+        (header::CACHE_CONTROL, "no-store".into()),
+    ];
+    (known, Body::from_stream(ReaderStream::new(from))).into_response()
+}
+
+/// The record `file` of a run as another kind of file, one at a time; given up where nobody waits for it any more.
+async fn converted(shared: &Arc<Shared>, number: i64, file: String, kind: &str) -> Result<tokio::fs::File, String> {
+    let unavailable = || "the bench is ending; ask again once it runs\n".to_owned();
+    let _turn = shared.exports.acquire().await.map_err(|_| unavailable())?;
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let _gone = Gone(cancelled.clone());
+    let (shared, kind) = (shared.clone(), kind.to_owned());
+    let work = tokio::task::spawn_blocking(move || {
+        shared.live.export_run(number, &file, &kind, &Watch::new(cancelled, |_, _| {}))
+    });
+    let exported = work.await.map_err(|_| unavailable())?;
+    exported.map(tokio::fs::File::from_std).map_err(|error| format!("{error}\n"))
+}
+
+/// Cancels the work for somebody who is gone.
+struct Gone(Arc<AtomicBool>);
+
+impl Drop for Gone {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 /// A file of what runs, to take along.

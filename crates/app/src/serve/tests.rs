@@ -440,6 +440,11 @@ fn files_of_a_run_and_of_what_runs_leave_with_the_token_and_no_other_file_does()
     }
     let (status, text) = fetched(&server, "/run/1/run.mf4", &cookie);
     assert!(status == "200" && text.contains("filename=\"run-1-run.mf4\"") && text.contains("\r\nMDF"), "{text:.400}");
+    let (status, text) = fetched(&server, "/run/1/run.mf4?as=csv", &cookie);
+    assert!(
+        status == "200" && text.contains("filename=\"run-1-run.csv\"") && text.contains("\r\ntime [s],"),
+        "{text:.400}"
+    );
     let (status, text) = fetched(&server, "/implementation/tick.h", &cookie);
     assert!(status == "200" && text.contains("#ifndef"), "{text:.400}");
     std::fs::write(project.path().join("secret"), "hidden").unwrap();
@@ -449,6 +454,9 @@ fn files_of_a_run_and_of_what_runs_leave_with_the_token_and_no_other_file_does()
         "/run/1/run.json%00",
         "/run/9/run.mf4",
         "/run/x/run.mf4",
+        "/run/1/run.mf4?as=exe",
+        "/run/1/run.mf4?as=..%2F..%2Fsecret",
+        "/run/1/run.json?as=csv",
         "/implementation/..%2Fsecret",
     ] {
         let (status, text) = fetched(&server, path, &cookie);

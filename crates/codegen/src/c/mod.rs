@@ -17,6 +17,7 @@ mod page;
 mod plan;
 mod project;
 mod prose;
+mod ready;
 mod selftest;
 mod text;
 mod types;
@@ -31,6 +32,7 @@ use crate::tree::Tree;
 use body::Callees;
 use kernel::Needs;
 pub use project::{Project, project};
+pub use ready::Ready;
 use types::Types;
 
 /// Rules of MISRA C:2012 that the code does not keep, and why. The page of a project states them; a test holds cppcheck's

@@ -1,6 +1,7 @@
 //! Drives a block as every kind of number and as compiled C, and compares the bits.
 #![allow(dead_code, missing_docs, unreachable_pub, reason = "each test takes what it needs")]
 
+#[path = "../../../core/tests/support/bench.rs"]
 pub mod bench;
 pub mod blocks;
 pub mod case;

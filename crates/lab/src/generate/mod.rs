@@ -8,10 +8,9 @@ mod catalogue;
 
 use std::path::Path;
 
-use stickslip_codegen::c::Project;
-use stickslip_codegen::record::{Program, Recorded};
-use stickslip_codegen::{c, diagram};
-use stickslip_core::block::Block;
+use stickslip_codegen::c::{Project, Ready};
+use stickslip_codegen::diagram;
+use stickslip_codegen::record::Program;
 use stickslip_core::tick::Tick;
 
 use crate::{Error, Preset, Summary, output};
@@ -80,17 +79,10 @@ struct Request<'a> {
 
 impl Request<'_> {
     /// The files of a block whose step is `step` [s].
-    fn files<B>(&self, block: &B, step: f64) -> Result<Generated, Error>
-    where
-        B: Block<f64, Input: Default>,
-        B::With<f32>: Block<f32, Input: Default>,
-        B::With<f64>: Block<f64, Input: Default>,
-        B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
-        B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
-    {
+    fn files(&self, block: &dyn Ready, step: f64) -> Result<Generated, Error> {
         let Project { mut files, program } = match self.precision {
-            Precision::Double => c::project::<B, f64>(block, self.prefix, step),
-            Precision::Single => c::project::<B, f32>(block, self.prefix, step),
+            Precision::Double => block.double(self.prefix, step),
+            Precision::Single => block.single(self.prefix, step),
         }?;
         files.push((format!("{DIAGRAM}/{}.json", self.prefix), diagram::json(&program, self.prefix)));
         let pages = diagram::pages(&program, self.prefix);

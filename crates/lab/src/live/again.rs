@@ -9,9 +9,9 @@ use std::thread;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{Answer, Changed};
+use super::protocol::{Alignment, Answer, Changed, Laid};
 use super::{Live, lock};
-use crate::run::{Stored, Wanted, story};
+use crate::run::{self, Stored, Wanted, course, story};
 use crate::{Error, Watch};
 
 /// Of a record that is read beside a bench that runs: its memory is locked [bytes].
@@ -95,6 +95,41 @@ impl Live {
     /// What happened in a recorded run.
     pub(super) fn story(&self, number: i64) -> Result<Answer, Error> {
         story(&self.record_of(number)?).map(|happened| Answer::Story { happened })
+    }
+
+    /// A signal of runs over time, laid over each other; a run that has none is told of.
+    pub(super) fn courses(
+        &self,
+        numbers: &[i64],
+        signal: &str,
+        align: &Alignment,
+        range: Option<(f64, f64)>,
+        parts: u64,
+    ) -> Result<Answer, Error> {
+        let bounds: [(&'static str, u64, u64); 2] =
+            [("parts of a course", parts, 4000), ("runs beside each other", numbers.len() as u64, 6)];
+        for (name, value, maximum) in bounds {
+            if !(1..=maximum).contains(&value) {
+                let (value, maximum, remedy) = (value as f64, maximum as f64, "Ask for fewer.");
+                return Err(Error::OutOfRange { name, value, unit: "1", minimum: 1.0, maximum, remedy });
+            }
+        }
+        let read =
+            |number: i64, range| course(&self.record_of(number)?, signal, range, parts as usize, &Watch::silent());
+        let whole: Vec<_> = numbers.iter().map(|&number| read(number, None)).collect();
+        let known: Vec<_> = whole.iter().flatten().cloned().collect();
+        let mut shifts = run::align(&known, align).into_iter();
+        let laid = whole.into_iter().zip(numbers).map(|(whole, &number)| match whole {
+            Err(error) => Laid { number, shift: None, course: None, trouble: Some(error.to_string()) },
+            Ok(whole) => {
+                let shift = shifts.next().flatten();
+                let part = shift.zip(range).map(|(shift, (from, to))| read(number, Some((from - shift, to - shift))));
+                let course = part.unwrap_or(Ok(whole));
+                let trouble = course.as_ref().err().map(ToString::to_string);
+                Laid { number, shift, course: course.ok(), trouble }
+            }
+        });
+        Ok(Answer::Courses { courses: laid.collect() })
     }
 
     /// A recorded run with other parameters, on the virtual bench.

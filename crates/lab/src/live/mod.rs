@@ -16,6 +16,7 @@ mod losses;
 mod machine;
 mod marks;
 mod operator;
+mod orders;
 mod preload;
 pub mod protocol;
 mod record;
@@ -24,6 +25,7 @@ mod runs;
 mod scribe;
 mod seen;
 mod signals;
+mod status;
 #[cfg(test)]
 mod tests;
 
@@ -42,28 +44,24 @@ use listener::Newest;
 use losses::Losses;
 use marks::Marks;
 use operator::Operator;
-use protocol::{
-    Answer, Call, Changed, ClockStatus, Doing, Ended, Item, Machine, MarkKind, PlanForm, Quantity, Status, ToChatter,
-    XcpStatus,
-};
+use orders::parse_reference;
+use protocol::{Answer, Call, Changed, Doing, Ended, Item, Machine, PlanForm, Quantity, ToChatter, XcpStatus};
 use record::Recording;
 use runs::Clerk;
 use scribe::Progress;
-use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
-use stickslip_rt::{Histograms, Quantiles, Wishes};
+use stickslip_rt::{Histograms, Wishes};
 
 use crate::bench::remote::{Address, Traffic};
 use crate::bench::tap::tap;
-use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Injection, Keyframes, Urgent, refusals};
+use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Keyframes, Urgent, refusals};
 use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 use crate::parameters::presets::Source;
 use crate::run::{About, RunWriter};
-use crate::tuning::{Proposal, Sets, Tuning};
-use crate::workflow::measure::Plan;
-use crate::{Error, Watch, output, parameters};
+use crate::tuning::{Sets, Tuning};
+use crate::{Error, Watch};
 
 /// How long whoever watches may sleep before cycles are lost [s].
 const ROOM: f64 = 4.0;
@@ -446,161 +444,14 @@ impl Live {
                 self.simulate(number, values, &signals, length, parts)
             }
             Call::Story { number } => self.story(number),
+            Call::Courses { numbers, signal, align, from, to, parts } => {
+                self.courses(&numbers, &signal, &align, from.zip(to), parts)
+            }
             Call::RenameRun { number, name } => self.edited(|catalogue| catalogue.rename(number, &name)),
             Call::TagRun { number, add, remove } => self.edited(|catalogue| catalogue.tag(number, &add, &remove)),
             Call::NoteRun { number, note } => self.edited(|catalogue| catalogue.note(number, &note)),
             Call::DeleteRun { number } => self.edited(|catalogue| catalogue.delete(number)),
             Call::RestoreRun { number } => self.edited(|catalogue| catalogue.restore(number).map(drop)),
-        }
-    }
-
-    fn request(&self, request: Request) -> Result<Answer, Error> {
-        lock(&self.shared.urgent).change(Change::Request(request))?;
-        Ok(Answer::Done {})
-    }
-
-    /// Gives the axis something to do, unless it does something.
-    fn begin(&self, what: &str, job: Job) -> Result<Answer, Error> {
-        let mut doing = lock(&self.shared.doing);
-        if let Some(doing) = &*doing {
-            return Err(Error::Busy { what: doing.what.clone() });
-        }
-        self.shared.halt.store(false, Ordering::Relaxed);
-        self.shared.abandoned.store(false, Ordering::Relaxed);
-        *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
-        self.shared.mark_now(MarkKind::Begin, what.into());
-        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
-        self.jobs.send(job).map_err(gone)?;
-        Ok(Answer::Done {})
-    }
-
-    /// Breaks something from now on.
-    fn inject(&self, fault: &str) -> Result<Answer, Error> {
-        // What lies in the past begins with the next tick.
-        let text = if fault.contains('@') { fault.to_owned() } else { format!("{fault}@0s") };
-        let injection: Injection = text.parse()?;
-        if !self.shared.faults {
-            let remedy = "Faults are injected into the virtual machine of `stickslip serve`, not behind --io.".into();
-            return Err(Error::Injection { fault: injection.to_string(), remedy });
-        }
-        let doing = lock(&self.shared.doing);
-        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != axis::MOVING) {
-            return Err(Error::Busy { what: doing.what.clone() });
-        }
-        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
-        self.jobs.send(Job::Inject(injection)).map_err(gone)?;
-        Ok(Answer::Done {})
-    }
-
-    fn measure<P: Plan + Send + 'static>(
-        &self,
-        values: &std::collections::BTreeMap<String, String>,
-        begins: impl FnOnce(&P, &crate::Preset<f64>, u64) -> Box<axis::Begins>,
-    ) -> Result<Answer, Error> {
-        let plan = form::with_values(&P::default(), values)?;
-        let preset = *lock(&self.shared.tuning).preset();
-        let (number, folder) = self.folder(&format!("measure-{}", P::KIND))?;
-        let begins = begins(&plan, &preset, number);
-        self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, folder))
-    }
-
-    /// Number and folder for results, which does not exist yet.
-    fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
-        let runs = self.shared.project.join("runs");
-        output::create_folder(&runs)?;
-        loop {
-            // Its number in the catalogue as well; where that cannot be written, the next one.
-            let aside = self.shared.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
-            let number = aside.unwrap_or_else(|| self.shared.runs.fetch_add(1, Ordering::Relaxed));
-            let folder = runs.join(format!("{number:04}-{name}"));
-            if !taken(&runs, number) {
-                return Ok((number, folder));
-            }
-        }
-    }
-
-    /// Puts a proposal in force, unless something runs that has put parameters of its own in their place.
-    fn propose(&self, propose: impl FnOnce(&Tuning) -> Result<Proposal, Error>) -> Result<Answer, Error> {
-        let _one = lock(&self.shared.changing);
-        // A design may take long: nobody waits for it who only looks.
-        let tuning = lock(&self.shared.tuning).clone();
-        let proposal = propose(&tuning)?;
-        let doing = lock(&self.shared.doing);
-        if let Some(doing) = doing.as_ref().filter(|doing| doing.stage != axis::MOVING) {
-            return Err(Error::Busy { what: doing.what.clone() });
-        }
-        let cycle = self.enter(&proposal)?;
-        drop(doing);
-        let changed: Vec<_> = proposal.differences.iter().map(|difference| &*difference.path).collect();
-        self.shared.mark(cycle, MarkKind::Change, changed.join(", "));
-        let answer = Answer::Entered {
-            cycle,
-            differences: Changed::all(&proposal.differences),
-            margin: proposal.margin.map(|margin| margin.to_string()),
-        };
-        lock(&self.shared.tuning).entered(proposal);
-        Ok(answer)
-    }
-
-    /// Puts a proposal in force: the first cycle with it.
-    fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
-        let parameters = proposal.parameters(stickslip_core::render::Correction::Nothing)?;
-        let cycle = lock(&self.shared.urgent).change(Change::Parameters(parameters))?;
-        let crate::Preset { model, bench, .. } = *proposal.preset();
-        // An axis that has ended needs none.
-        let _ = self.jobs.send(Job::Adopt(Box::new((model, bench, parameters))));
-        Ok(cycle)
-    }
-
-    fn status(&self) -> Status {
-        let shared = &self.shared;
-        let newest = lock(&shared.newest).clone();
-        let tuning = lock(&shared.tuning);
-        let (undo, redo) = tuning.can_undo();
-        let (changed, rate) = (tuning.differences().len(), tuning.preset().bench.tick_rate);
-        drop(tuning);
-        let (lateness, cycle) = {
-            let histograms = lock(&shared.histograms);
-            (histograms.lateness(), histograms.total())
-        };
-        let (operator, asks) = {
-            let (operator, now) = (lock(&shared.operator), Instant::now());
-            (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
-        };
-        let recorded = self.recorded(rate);
-        let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
-        Status {
-            preset: shared.preset.clone(),
-            state: newest.state.into(),
-            reason: newest.fault,
-            cycle: newest.cycle,
-            rate,
-            angle: newest.signals.angle,
-            velocity: newest.signals.software.estimated_velocity,
-            drive_torque: newest.signals.software.commanded_torque,
-            load_torque: newest.signals.software.measured_load_torque,
-            render: newest.signals.render > 0.5,
-            preload: *lock(&shared.preload),
-            doing: lock(&shared.doing).clone(),
-            last: lock(&shared.last).clone(),
-            changed,
-            undo,
-            redo,
-            operator,
-            asks,
-            clock: ClockStatus {
-                lateness: seconds(lateness),
-                cycle: seconds(cycle),
-                load: seconds(cycle)[0] * rate,
-                held: newest.held,
-                lost: newest.lost,
-            },
-            link: shared.traffic.as_ref().map(|traffic| traffic.counts()),
-            recording: lock(&shared.recording).clone(),
-            recorded,
-            not_entered: lock(&shared.not_entered).clone(),
-            xcp: lock(&shared.xcp).clone(),
-            marks: lock(&shared.marks).count(),
         }
     }
 }
@@ -646,22 +497,4 @@ fn checked_time(seconds: f64) -> Result<Duration, Error> {
     }
     let remedy = "A client that polls is heard ten times a second.";
     Err(Error::OutOfRange { name: "the operator's time", value: seconds, unit: "s", minimum, maximum, remedy })
-}
-
-/// Whether a run of this number exists.
-fn taken(runs: &Path, number: u64) -> bool {
-    let begin = format!("{number:04}-");
-    let Ok(entries) = std::fs::read_dir(runs) else { return false };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with(&begin))
-}
-
-/// The reference of a name, with some of its values.
-fn parse_reference<'a>(name: &str, values: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Reference<f64>, Error> {
-    // A choice at the top is named by its tag.
-    let mut text = toml_edit::DocumentMut::new();
-    text.insert("reference", toml_edit::value(name));
-    for (name, value) in values {
-        text.insert(name, toml_edit::value(value));
-    }
-    Ok(parameters::read(&text.to_string(), "the reference")?)
 }

@@ -1,13 +1,15 @@
 //! The catalogue of a bench that runs: entered by a thread of its own, asked by whoever calls.
 
+use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::{self, JoinHandle};
 
 use super::Live;
 use super::protocol::Answer;
-use crate::Error;
 use crate::catalogue::{Catalogue, Details, Found, Made};
+use crate::recording::export::{self, Part};
+use crate::{Error, Watch};
 
 /// What is entered next; none: nothing comes any more.
 pub(super) type Entry = Option<Made>;
@@ -50,7 +52,7 @@ impl Live {
 
     pub(super) fn run(&self, number: i64) -> Result<Answer, Error> {
         let Details { run, values } = self.shared.catalogue.details(number)?;
-        Ok(Answer::Run { run: Box::new(run), values })
+        Ok(Answer::Run { run: Box::new(run), values, leaves_as: export::KINDS.map(String::from).to_vec() })
     }
 
     /// Where a file of a run is, by the name that the catalogue has of it.
@@ -59,7 +61,9 @@ impl Live {
     /// [`Error::NoRun`], [`Error::RunGone`]; [`Error::Unknown`] for a name that is none of its files.
     pub fn run_file(&self, number: i64, name: &str) -> Result<PathBuf, Error> {
         let run = self.shared.catalogue.details(number)?.run;
-        let path = self.shared.catalogue.folder(number)?.join(name);
+        let folder = self.shared.catalogue.folder(number)?;
+        // Of a record alone the run is the file itself.
+        let path = if folder.is_dir() { folder.join(name) } else { folder.with_file_name(name) };
         // A link may lead anywhere, and a name that somebody else has written as well.
         let within = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         let plain = within && path.symlink_metadata().is_ok_and(|about| about.is_file());
@@ -67,6 +71,20 @@ impl Live {
             return Ok(path);
         }
         Err(Error::Unknown { what: "file of the run", name: name.into(), remedy: run.files.join(", ") })
+    }
+
+    /// The record `name` of a run as another kind of file (see [`export::export`]), gone as soon as it is closed.
+    ///
+    /// # Errors
+    /// As [`run_file`](Self::run_file) and [`export::export`].
+    pub fn export_run(&self, number: i64, name: &str, kind: &str, watch: &Watch) -> Result<File, Error> {
+        let from = self.run_file(number, name)?;
+        // Before it stands in the name of a file.
+        export::known(kind)?;
+        let to = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile();
+        let to = to.map_err(|source| Error::file(&std::env::temp_dir(), "write into", source))?.into_temp_path();
+        export::export(&from, &to, &Part::default(), watch)?;
+        File::open(&to).map_err(|source| Error::file(&to, "open", source))
     }
 
     pub(super) fn edited(&self, edit: impl FnOnce(&Catalogue) -> Result<(), Error>) -> Result<Answer, Error> {

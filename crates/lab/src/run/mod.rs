@@ -1,6 +1,7 @@
 //! A run as a record of itself: every cycle, every change with its cycle, and what it takes to run it again.
 
 mod change;
+mod course;
 mod numbers;
 mod read;
 mod recorder;
@@ -11,6 +12,7 @@ mod story;
 #[cfg(test)]
 mod tests;
 
+pub use course::{Alignment, Course, align, course};
 pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub(crate) use recorder::{BEGIN, PRESET, SCHEMA};

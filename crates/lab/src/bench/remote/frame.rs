@@ -1,7 +1,7 @@
 //! The frames between the software of a bench and a machine in another process.
 //!
-//! Little endian: mark `SSIO`, version (u16), kind (u16), sequence number (u64), the kind's numbers (f64 each, in the
-//! order of their struct), CRC-32 of all before. `docs/src/frame.md` has the tables.
+//! Little endian: mark `SI`, version (u8), kind (u8), sequence number (u64), the kind's numbers (f64 each, in the order of
+//! their struct), CRC-32 of all before. None of a tick is longer than 64 bytes. `docs/src/frame.md` has the tables.
 
 use std::fmt;
 
@@ -13,11 +13,11 @@ use stickslip_core::tick::Measurement;
 use stickslip_core::cycle::Voltages;
 
 /// First bytes of every frame.
-pub(crate) const MARK: [u8; 4] = *b"SSIO";
+pub(crate) const MARK: [u8; 2] = *b"SI";
 /// Version of the layout.
-pub(crate) const VERSION: u16 = 1;
+pub(crate) const VERSION: u8 = 2;
 /// Bytes before the numbers.
-pub(crate) const HEAD: usize = 16;
+pub(crate) const HEAD: usize = 12;
 /// Bytes behind them.
 const TAIL: usize = 4;
 /// None is longer: what a slot of the shared memory holds.
@@ -150,9 +150,9 @@ pub(crate) enum Garbled {
     /// It does not begin with the mark.
     Mark,
     /// It is of another version.
-    Version(u16),
+    Version(u8),
     /// Its kind is unknown.
-    Kind(u16),
+    Kind(u8),
     /// It has not the length of its kind.
     Length(usize),
     /// Its bytes are not those that were sent.
@@ -162,7 +162,7 @@ pub(crate) enum Garbled {
 impl fmt::Display for Garbled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Garbled::Mark => write!(f, "it does not begin with SSIO"),
+            Garbled::Mark => write!(f, "it does not begin with SI"),
             Garbled::Version(version) => write!(f, "its version is {version}, here it is {VERSION}"),
             Garbled::Kind(kind) => write!(f, "its kind is {kind}"),
             Garbled::Length(length) => write!(f, "its length of {length} bytes is not that of its kind"),
@@ -221,7 +221,7 @@ fn made_of<N: Numbers<f64> + Default>(mut numbers: impl ExactSizeIterator<Item =
 
 impl Message {
     /// Its kind.
-    pub(crate) fn kind(&self) -> u16 {
+    pub(crate) fn kind(&self) -> u8 {
         match self {
             Message::Begin(_) => 1,
             Message::Begun(_) => 2,
@@ -236,7 +236,7 @@ impl Message {
     }
 
     /// Bytes of a frame of a kind; none where there is no such kind.
-    pub(crate) fn length(kind: u16) -> Option<usize> {
+    pub(crate) fn length(kind: u8) -> Option<usize> {
         let numbers = match kind {
             1 | 5 | 6 | 9 => 1,
             2 => 7,
@@ -253,8 +253,7 @@ impl Message {
     pub(crate) fn datagram(&self, sequence: u64) -> Datagram {
         let mut frame = Datagram { bytes: [0; LONGEST], length: 0 };
         frame.extend(MARK);
-        frame.extend(VERSION.to_le_bytes());
-        frame.extend(self.kind().to_le_bytes());
+        frame.extend([VERSION, self.kind()]);
         frame.extend(sequence.to_le_bytes());
         match self {
             Message::Begin(begin) | Message::Clocked(begin) => frame.numbers(begin),
@@ -274,11 +273,10 @@ impl Message {
         let length = Garbled::Length(frame.len());
         let (bytes, sum) = frame.split_last_chunk::<TAIL>().ok_or(length)?;
         let (head, payload) = bytes.split_first_chunk::<HEAD>().ok_or(length)?;
-        let [a, b, c, d, version, version_high, kind, kind_high, sequence @ ..] = *head;
-        if [a, b, c, d] != MARK {
+        let [a, b, version, kind, sequence @ ..] = *head;
+        if [a, b] != MARK {
             return Err(Garbled::Mark);
         }
-        let version = u16::from_le_bytes([version, version_high]);
         if version != VERSION {
             return Err(Garbled::Version(version));
         }
@@ -290,7 +288,6 @@ impl Message {
             return Err(length);
         }
         let numbers = eights.iter().map(|bytes| f64::from_le_bytes(*bytes));
-        let kind = u16::from_le_bytes([kind, kind_high]);
         let message = match kind {
             1 => made_of(numbers).map(Message::Begin),
             2 => made_of(numbers).map(Message::Begun),

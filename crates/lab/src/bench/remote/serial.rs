@@ -84,8 +84,7 @@ impl Found {
             self.drop(begin);
             let bytes = &self.bytes[..self.length];
             // Less than a head may become anything.
-            let kind = bytes.get(6..8)?;
-            match Message::length(u16::from_le_bytes([kind[0], kind[1]])) {
+            match Message::length(*bytes.get(3)?) {
                 Some(length) if bytes.len() < length => return None,
                 Some(length) if Message::read(&bytes[..length]).is_ok() => {
                     into[..length].copy_from_slice(&bytes[..length]);
@@ -136,9 +135,8 @@ mod tests {
         let mut garbled = frame(2);
         garbled[18] ^= 1;
         let half = &frame(3)[..17];
-        let noise = b"SSIO SSSIO\x01\x00\x05";
-        let bytes =
-            [&frame(1), &noise[..], &frame(4), &garbled, half, &frame(5), b"SSIO\x01\x00\x63\x00", &frame(6)].concat();
+        let noise = b"SI SSI\x02";
+        let bytes = [&frame(1), &noise[..], &frame(4), &garbled, half, &frame(5), b"SI\x02\x63", &frame(6)].concat();
         for piece in [1, 7, 100] {
             assert_eq!(found(&bytes, piece), [1, 4, 5, 6], "{piece}");
         }

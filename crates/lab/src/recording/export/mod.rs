@@ -55,11 +55,24 @@ trait Sink {
 }
 
 /// Kinds of files by the ends of their names.
-const KINDS: [&str; 4] = ["csv", "parquet", "mat", "mcap"];
+pub const KINDS: [&str; 4] = ["csv", "parquet", "mat", "mcap"];
 /// Name of the master channel.
 const TIME: &str = "time";
 /// Rows between two looks at whoever cancels.
 const LOOK: u64 = 16_384;
+
+/// Nothing, for an end of a file's name that is of a kind there is.
+///
+/// # Errors
+/// [`Error::Unknown`] with those that there are.
+pub fn known(kind: &str) -> Result<(), Error> {
+    if KINDS.contains(&kind) { Ok(()) } else { Err(unknown(kind.to_owned())) }
+}
+
+fn unknown(name: String) -> Error {
+    let remedy = format!("Its name must end with one of: {}.", KINDS.map(|kind| format!(".{kind}")).join(", "));
+    Error::Unknown { what: "kind of file", name, remedy }
+}
 
 /// Exports a part of the run in the MDF file `from`; what the file `to` is, its name says.
 ///
@@ -67,12 +80,8 @@ const LOOK: u64 = 16_384;
 /// A file that cannot be read or written, or is of no known kind; a signal that there is not; [`Error::Cancelled`].
 pub fn export(from: &Path, to: &Path, part: &Part, watch: &Watch) -> Result<Exported, Error> {
     let kind = to.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if !KINDS.contains(&kind.as_str()) {
-        return Err(Error::Unknown {
-            what: "kind of file",
-            name: to.display().to_string(),
-            remedy: format!("Its name must end with one of: {}.", KINDS.map(|kind| format!(".{kind}")).join(", ")),
-        });
+    if known(&kind).is_err() {
+        return Err(unknown(to.display().to_string()));
     }
     let file = Opened::open(from)?;
     let columns = columns(&file, from, &part.signals)?;

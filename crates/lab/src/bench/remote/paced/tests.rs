@@ -127,7 +127,7 @@ fn a_wrong_check_sum_loses_its_frame_alone() {
 }
 
 /// Ticks until the machine gets a frame of this kind, without an answer meanwhile.
-fn until(bench: &mut Paced, machine: &mut Scripted, from: u64, kind: u16) -> u64 {
+fn until(bench: &mut Paced, machine: &mut Scripted, from: u64, kind: u8) -> u64 {
     for tick in from..from + 3 * bench.retry {
         bench.start(tick, Voltages::default()).unwrap();
         while let Some((number, message)) = machine.next() {

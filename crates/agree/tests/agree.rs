@@ -1,5 +1,6 @@
 //! Every block gives the same bits as `f64`, in lanes, as the value of a dual and as generated C.
 
+#[path = "../../codegen/tests/support/mod.rs"]
 mod support;
 
 use support::{bits_agree, slopes_agree};
@@ -17,7 +18,7 @@ macro_rules! agree {
     };
 }
 
-include!("support/list.rs");
+include!("../../codegen/tests/support/list.rs");
 
 /// The names behind a marker in a text.
 fn names_behind<'a>(text: &'a str, marker: &str) -> Vec<&'a str> {
@@ -44,8 +45,8 @@ fn no_block_is_forgotten() {
     // Converters have no slopes to compare: these two are driven in `bench.rs`.
     blocks.retain(|block| !["VirtualMachine", "VirtualBench"].contains(&block.as_str()));
     assert!(blocks.len() >= 13, "only {blocks:?} were found: has the way to write them changed?");
-    let forgotten = forgotten(&blocks, include_str!("support/list.rs"));
-    assert_eq!(forgotten, Vec::<&str>::new(), "these have no agree! line in support/list.rs");
+    let forgotten = forgotten(&blocks, include_str!("../../codegen/tests/support/list.rs"));
+    assert_eq!(forgotten, Vec::<&str>::new(), "these have no agree! line in crates/codegen/tests/support/list.rs");
 }
 
 /// The blocks that no agree! line of a text names.

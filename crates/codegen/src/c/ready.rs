@@ -1,0 +1,58 @@
+//! Blocks whose projects are compiled with this crate: whoever generates code calls them, and compiles none of it.
+
+use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::friction::{FrictionElement, Stribeck};
+use stickslip_core::plant::{Machine, VirtualMachine};
+use stickslip_core::render::DifferenceTorque;
+use stickslip_core::sensor::{Encoder, Pickups};
+use stickslip_core::tick::{Decoder, Tick, VirtualBench};
+
+use super::NotAName;
+use super::project::{Project, project};
+
+/// A block with its parameters, ready to become a project.
+pub trait Ready {
+    /// [`project`] in `double`.
+    ///
+    /// # Errors
+    /// If C would not take the name.
+    fn double(&self, name: &str, step: f64) -> Result<Project, NotAName>;
+
+    /// [`project`] in `float`.
+    ///
+    /// # Errors
+    /// If C would not take the name.
+    fn single(&self, name: &str, step: f64) -> Result<Project, NotAName>;
+}
+
+macro_rules! ready {
+    ($($Block:ident),+ $(,)?) => {$(
+        impl Ready for $Block<f64> {
+            fn double(&self, name: &str, step: f64) -> Result<Project, NotAName> {
+                project::<Self, f64>(self, name, step)
+            }
+
+            fn single(&self, name: &str, step: f64) -> Result<Project, NotAName> {
+                project::<Self, f32>(self, name, step)
+            }
+        }
+    )+};
+}
+
+ready!(
+    Cascade,
+    CurrentControl,
+    Decoder,
+    DifferenceTorque,
+    Encoder,
+    FrictionElement,
+    Machine,
+    Pickups,
+    Pid,
+    PositionController,
+    Stribeck,
+    Tick,
+    VelocityObserver,
+    VirtualBench,
+    VirtualMachine,
+);
