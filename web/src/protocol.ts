@@ -656,7 +656,7 @@ export type Course = {
   time: number[]
   /** SI unit. */
   unit: string
-  /** Least and largest value in each; `null` where no row is. */
+  /** Least and largest value in each; `null` where rows are lost. */
   values: [(number | null)[], (number | null)[]]
 }
 /** A run that has a friction curve. */

@@ -224,6 +224,8 @@ await play(async (scene) => {
     await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '11' } })
     await dock.locator('.mark.change').first().waitFor({ state: 'attached' })
+    // At rest a stuck encoder is not found out.
+    await moving()
     await call({ call: 'inject', fault: 'encoder-stuck' })
     await dock.locator('.mark.fault').waitFor({ state: 'attached' })
     await scene.seen(ann, 'scope-window')
