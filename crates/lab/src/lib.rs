@@ -38,6 +38,9 @@ pub mod workflow;
 pub mod xcp;
 
 pub use error::Error;
-pub use preset::{Doubt, LawChoice, Model, Preset, Residual, Settings, Tracking};
+pub use preset::{
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, Doubt, FriedlandParkChoice,
+    LawChoice, Model, Preset, Residual, Settings, Tracking,
+};
 pub use summary::Summary;
 pub use watch::Watch;

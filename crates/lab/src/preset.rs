@@ -1,7 +1,13 @@
 //! What a preset file holds: the virtual machine as it is, what the software believes of it, and how the bench runs.
 
+mod compensation;
+
+pub use compensation::{
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FriedlandParkChoice,
+};
 use stickslip_core::Fields;
 use stickslip_core::control::PositionController;
+use stickslip_core::control::compensation::Hold;
 use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
 use stickslip_core::fields::{ParameterError, at_most};
 use stickslip_core::friction::{Bristles, Friction, Stribeck};
@@ -111,6 +117,10 @@ pub struct Settings<T> {
     pub observer_poles: [T; 3],
     /// The position controller.
     pub controller: PositionController<T>,
+    /// Compensation of friction beside it.
+    pub compensation: CompensationChoice<T>,
+    /// What holds a position against stiction.
+    pub hold: Hold<T>,
     /// The characteristic to be rendered.
     pub desired: Stribeck<T>,
     /// The bristles under it, for the laws that render presliding.

@@ -1,6 +1,7 @@
 //! Blocks whose projects are compiled with this crate: whoever generates code calls them, and compiles none of it.
 
-use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::compensation::{Compensation, Hold};
+use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::friction::{FrictionElement, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
 use stickslip_core::render::DifferenceTorque;
@@ -40,12 +41,15 @@ macro_rules! ready {
 }
 
 ready!(
+    AxisControl,
     Cascade,
+    Compensation,
     CurrentControl,
     Decoder,
     DifferenceTorque,
     Encoder,
     FrictionElement,
+    Hold,
     Machine,
     Pickups,
     Pid,

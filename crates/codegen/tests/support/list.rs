@@ -1,6 +1,9 @@
 // Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
 
-use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::compensation::{
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionFeedforward, Hold,
+};
+use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::drive::{TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 use stickslip_core::friction::{
@@ -80,6 +83,17 @@ agree!(
     PositionController::Pid(Pid::default()),
     PositionController::Cascade(Cascade::default())
 );
+agree!(
+    compensation,
+    Compensation,
+    Compensation::Curve(CurveFeedforward::default()),
+    Compensation::Feedforward(FrictionFeedforward { friction: rendered(), ..FrictionFeedforward::default() }),
+    Compensation::Adaptive(AdaptiveStribeck::default()),
+    Compensation::FriedlandPark(FriedlandPark::default()),
+    Compensation::DisturbanceObserver(DisturbanceObserver::default()),
+);
+agree!(hold, Hold, Hold { dead_zone: 1e-3, knock_torque: 0.3, dither_torque: 0.1, ..Hold::default() });
+agree!(axis_control, AxisControl, AxisControl::default());
 agree!(decoder, Decoder, Decoder::default());
 agree!(correction, CorrectionTable, CorrectionTable { torque: std::array::from_fn(|k| 1e-3 * (k as f64 - 7.0)), ..CorrectionTable::default() });
 agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());

@@ -1,6 +1,6 @@
 //! P-PI cascade: the structure of servo drives.
 
-use super::position::limit_and_integrate;
+use super::position::{limit_and_integrate, within_limit};
 use super::{ControllerInput, ControllerOutput};
 use crate::Fields;
 use crate::block::Block;
@@ -53,9 +53,8 @@ impl<T: Scalar> Cascade<T> {
     #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> CascadeState<T> {
         let (_, direct) = self.direct(input.finite());
-        CascadeState {
-            integral: super::finite_or(torque, T::of(0.0)).clamp(-self.torque_limit, self.torque_limit) - direct,
-        }
+        let torque = within_limit(super::finite_or(torque, T::of(0.0)), self.torque_limit, input.added_torque);
+        CascadeState { integral: torque - direct }
     }
 }
 
@@ -70,8 +69,7 @@ impl<T: Scalar> Block<T> for Cascade<T> {
         let (deviation, direct) = self.direct(input);
         let increment = self.integral_gain * deviation * dt;
         let demand = direct + state.integral;
-        let (torque, integral) =
-            limit_and_integrate(input.valid(), demand, self.torque_limit, state.integral, increment);
+        let (torque, integral) = limit_and_integrate(&input, demand, self.torque_limit, state.integral, increment);
         state.integral = integral;
         ControllerOutput { torque }
     }

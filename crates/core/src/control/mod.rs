@@ -1,24 +1,30 @@
 //! Estimation of the screw's motion and control of its two motors.
 //!
-//! Blocks over any kind of number: the velocity observer, the current control of the load motor, and the
-//! position controllers under test ([`PositionController`]) and what they follow ([`mod@reference`]). Their parameters are
-//! computed for a sampling time by `stickslip::design`; the step has no constant that depends on it.
+//! Blocks over any kind of number: the velocity observer, the current control of the load motor, the position
+//! controllers under test ([`PositionController`]), [`mod@compensation`] of friction beside them ([`AxisControl`] joins
+//! the two), and what they follow ([`mod@reference`]). Their parameters are computed for a sampling time by
+//! `stickslip::design`; the step has no constant that depends on it.
 //!
 //! A measurement that is no number must not stay in a state or reach a motor: each block says what it does instead.
 
+mod axis;
 mod cascade;
+pub mod compensation;
 mod current;
 mod pid;
 mod position;
 pub mod reference;
 mod velocity_observer;
 
+pub use axis::{AxisControl, AxisControlInput, AxisControlState};
 pub use cascade::{Cascade, CascadeState};
 pub use current::{CurrentControl, CurrentControlInput, CurrentControlOutput, CurrentControlState};
 pub use pid::{Pid, PidState};
 pub use position::{ControllerInput, ControllerOutput, PositionController, PositionControllerState};
 pub use velocity_observer::{VelocityObserver, VelocityObserverInput, VelocityObserverOutput, VelocityObserverState};
 
+#[cfg(test)]
+mod axis_tests;
 #[cfg(test)]
 mod tests;
 

@@ -1,6 +1,6 @@
 //! PID control of the position: the baseline of every comparison.
 
-use super::position::limit_and_integrate;
+use super::position::{limit_and_integrate, within_limit};
 use super::{ControllerInput, ControllerOutput, finite_or};
 use crate::Fields;
 use crate::block::Block;
@@ -74,7 +74,7 @@ impl<T: Scalar> Pid<T> {
     #[inline(always)]
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> PidState<T> {
         let input = input.finite();
-        let torque = finite_or(torque, T::of(0.0)).clamp(-self.torque_limit, self.torque_limit);
+        let torque = within_limit(finite_or(torque, T::of(0.0)), self.torque_limit, input.added_torque);
         let filtered_velocity = input.measured_velocity;
         PidState {
             integral: torque - self.direct(input, filtered_velocity),
@@ -104,7 +104,7 @@ impl<T: Scalar> Block<T> for Pid<T> {
 
         let increment = self.integral_gain * (input.reference_position - input.measured_angle) * dt;
         let demand = self.direct(input, velocity) + state.integral;
-        let (torque, integral) = limit_and_integrate(valid, demand, self.torque_limit, state.integral, increment);
+        let (torque, integral) = limit_and_integrate(&input, demand, self.torque_limit, state.integral, increment);
 
         state.integral = integral;
         state.previous_angle = valid.select(input.measured_angle, state.previous_angle);

@@ -23,10 +23,19 @@ pub struct ControllerInput<T> {
     /// Measured velocity, of the tacho.
     #[field(symbol = "ω", unit = "rad/s")]
     pub measured_velocity: T,
+    /// Torque that friction compensation adds to the controller's: the limit holds for the sum.
+    #[field(symbol = "M_c", unit = "N m")]
+    pub added_torque: T,
+    /// Whether the integral may move.
+    #[field(unit = "1", flag, default = 1.0)]
+    pub integrates: T,
+    /// Share of the integral that is forgotten, where a disturbance observer does its work.
+    #[field(unit = "1", range = 0.0..=1.0)]
+    pub forgotten: T,
 }
 
 impl<T: Scalar> ControllerInput<T> {
-    /// Whether all five are numbers that a machine can have.
+    /// Whether set-point and measurements are numbers that a machine can have.
     #[inline(always)]
     pub(super) fn valid(&self) -> T::Mask {
         measurable(
@@ -48,6 +57,7 @@ impl<T: Scalar> ControllerInput<T> {
             reference_acceleration: finite_or(self.reference_acceleration, zero),
             measured_angle: finite_or(self.measured_angle, zero),
             measured_velocity: finite_or(self.measured_velocity, zero),
+            ..self
         }
     }
 }
@@ -107,17 +117,26 @@ impl<T: Scalar> Block<T> for PositionController<T> {
 }
 
 /// Torque and integrator of one step, common to the controllers: limit, conditional integration, and no torque, no
-/// change where an input was no number.
+/// change where an input was no number. What is added to the torque takes its part of the limit.
 #[inline(always)]
 pub(super) fn limit_and_integrate<T: Scalar>(
-    valid: T::Mask,
+    input: &ControllerInput<T>,
     demand: T,
     torque_limit: T,
     integral: T,
     increment: T,
 ) -> (T, T) {
-    let zero = T::of(0.0);
-    let torque = valid.select(demand.clamp(-torque_limit, torque_limit), zero);
-    let moves = valid & super::may_integrate(demand, increment, torque_limit);
-    (torque, integral + moves.select(increment, zero))
+    let (zero, one) = (T::of(0.0), T::of(1.0));
+    let valid = input.valid();
+    let torque = valid.select(within_limit(demand, torque_limit, input.added_torque), zero);
+    let moves = valid & input.integrates.gt(T::of(0.5));
+    let moves = moves & super::may_integrate(demand + input.added_torque, increment, torque_limit);
+    let kept = valid.select(one - input.forgotten, one);
+    (torque, kept * integral + moves.select(increment, zero))
+}
+
+/// `torque` as far as it and what is `added` to it stay within ±`limit` together.
+#[inline(always)]
+pub(super) fn within_limit<T: Scalar>(torque: T, limit: T, added: T) -> T {
+    torque.clamp(-limit - added, limit - added)
 }

@@ -14,7 +14,7 @@ mod tests;
 
 use crate::Fields;
 use crate::block::Block as _;
-use crate::control::ControllerInput;
+use crate::control::AxisControlInput;
 use crate::control::reference::Setpoint;
 use crate::supervise::{
     Brake, Braking, HomingFault, MachineFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState,
@@ -115,7 +115,7 @@ pub struct Software {
     /// The command that was carried out last.
     command: Command,
     /// What a position controller would have read in the last tick.
-    last: ControllerInput<f64>,
+    last: AxisControlInput<f64>,
 }
 
 impl Software {
@@ -132,7 +132,7 @@ impl Software {
             spoilt: false,
             voltages: Voltages::default(),
             command: Command::default(),
-            last: ControllerInput::default(),
+            last: AxisControlInput::default(),
         }
     }
 
@@ -176,10 +176,8 @@ impl Software {
         if core::mem::take(&mut self.spoilt) {
             self.state.computed_torque = f64::NAN;
         }
-        self.last = ControllerInput {
-            reference_position: order.reference.position,
-            reference_velocity: order.reference.velocity,
-            reference_acceleration: order.reference.acceleration,
+        self.last = AxisControlInput {
+            reference: order.reference,
             measured_angle: signals.measured_angle,
             measured_velocity: signals.measured_motor_velocity,
         };
@@ -244,8 +242,9 @@ impl Software {
     /// the one before, a rendering law too.
     fn enter(&mut self, parameters: Parameters<f64>) {
         let (before, now) = (&self.parameters.tick, &parameters.tick);
-        if (now.controller, now.control_period) != (before.controller, before.control_period) {
-            self.state.controller = now.controller.take_over(self.state.commanded_torque, self.last);
+        if (now.control, now.control_period) != (before.control, before.control_period) {
+            let last = Some((&before.control, &self.state.control));
+            self.state.control = now.control.take_over(self.state.commanded_torque, self.last, last);
         }
         if (now.law, now.current) != (before.law, before.current) {
             // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.

@@ -176,7 +176,7 @@ fn a_controller_begins_where_the_load_is_and_not_where_nobody_led_it() {
     software.step(far, Some(Command::default()));
     let controller = PositionController::Cascade(Cascade::default());
     let mut parameters = *software.parameters();
-    parameters.tick.controller = controller;
+    parameters.tick.control = controller.into();
     software.change(&Change::Parameters(parameters)).unwrap();
     let torques = [(); 3].map(|()| software.step(far, Some(moving(angle, 0.0))).signals.commanded_torque);
     // A hundredth of what a radian of deviation would ask for.

@@ -231,6 +231,18 @@ impl<T: Scalar> Friction<T> {
         self.factor(&contact) * (sliding + viscous) + self.direction.offset
     }
 
+    /// Deflection of the bristles [rad] that a constant velocity [rad/s] bends; none without bristles.
+    #[inline(always)]
+    pub fn steady_deflection(&self, velocity: T) -> T {
+        let (level, stiffness) = match self.model {
+            Model::Nothing | Model::Static(_) => (T::of(0.0), T::of(1.0)),
+            Model::Dahl(model) => (model.kinetic_torque, model.bristle_stiffness),
+            Model::Lugre(model) => (model.sliding.level(velocity.abs()), model.bristle_stiffness),
+            Model::ElastoPlastic(model) => (model.lugre.sliding.level(velocity.abs()), model.lugre.bristle_stiffness),
+        };
+        velocity.sign() * level / stiffness
+    }
+
     /// A step of bristles with the factor of their direction: by the sign of the deflection, not of the velocity, so
     /// that the torque has no jump at a reversal.
     #[inline(always)]

@@ -18,6 +18,7 @@ pub use correction::{Correction, CorrectionInput, CorrectionOutput, CorrectionTa
 pub use difference::DifferenceTorque;
 pub use karnopp::Karnopp;
 pub use smooth::SmoothDifference;
+pub(crate) use smooth::smooth_sign;
 
 use crate::Fields;
 use crate::block::Block;

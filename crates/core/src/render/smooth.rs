@@ -38,12 +38,18 @@ impl<T: Scalar> Block<T> for SmoothDifference<T> {
         let speed = velocity.abs();
         let difference = self.desired.magnitude(speed) - self.own.magnitude(speed);
         let limited = difference.clamp(-self.torque_limit, self.torque_limit);
-        // s/(1 + |s|) would do without the root, but lacks twice as much at ten Ω_s.
-        let s = speed / self.smoothing_velocity;
-        let share = s / root(T::of(1.0) + s * s);
+        let rendered = limited * smooth_sign(velocity, self.smoothing_velocity);
         // Not `speed ≥ 1e9`: a NaN must give zero.
-        input.with(speed.lt(T::of(1e9)).select(limited * share * velocity.sign(), T::of(0.0)))
+        input.with(speed.lt(T::of(1e9)).select(rendered, T::of(0.0)))
     }
+}
+
+/// s/√(1 + s²) of s = `velocity`/`smoothing`: −1 … 1. s/(1 + |s|) would do without the root, but lacks twice as much
+/// at ten times the smoothing velocity.
+#[inline(always)]
+pub(crate) fn smooth_sign<T: Scalar>(velocity: T, smoothing: T) -> T {
+    let s = velocity / smoothing;
+    s / root(T::of(1.0) + s * s)
 }
 
 /// √x for 1 ≤ x, by logarithm.

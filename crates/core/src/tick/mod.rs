@@ -14,8 +14,8 @@ use crate::Fields;
 use crate::block::Block;
 use crate::control::reference::Setpoint;
 use crate::control::{
-    ControllerInput, CurrentControl, CurrentControlInput, CurrentControlState, PositionController,
-    PositionControllerState, VelocityObserver, VelocityObserverInput, VelocityObserverState,
+    AxisControl, AxisControlInput, AxisControlState, CurrentControl, CurrentControlInput, CurrentControlState,
+    VelocityObserver, VelocityObserverInput, VelocityObserverState,
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
@@ -80,8 +80,8 @@ pub struct Tick<T> {
     pub correction: Correction<T>,
     /// Current control of the load motor.
     pub current: CurrentControl<T>,
-    /// The position controller under test.
-    pub controller: PositionController<T>,
+    /// Position control: the controller under test and what it is combined with.
+    pub control: AxisControl<T>,
     /// Sampling time of the position controller.
     #[field(symbol = "T_c", unit = "s", range = 1e-5..=1.0, default = 1e-3)]
     pub control_period: T,
@@ -98,8 +98,8 @@ pub struct TickState<T> {
     pub law: LawState<T>,
     /// Current control.
     pub current: CurrentControlState<T>,
-    /// Position controller.
-    pub controller: PositionControllerState<T>,
+    /// Position control.
+    pub control: AxisControlState<T>,
     /// Drive torque computed, waiting for its sample to end.
     #[field(symbol = "M", unit = "N m")]
     pub computed_torque: T,
@@ -206,7 +206,7 @@ impl<T: Scalar> Block<T> for Tick<T> {
         let seen = VelocityObserverInput { angle: decoded.angle, acceleration };
         let estimate = self.observer.run(&mut state.observer, seen, dt);
         // The position controller first: what it asks for acts in the same tick as the load torque.
-        self.control(state, &order, decoded.angle, motor_velocity);
+        self.control_position(state, &order, decoded.angle, motor_velocity);
         let torque = nan_to_zero(state.commanded_torque + order.added_torque);
         let limit = self.scaling.servo_limit;
         let servo_voltage = (torque / self.scaling.torque_per_volt).clamp(-limit, limit);
@@ -250,25 +250,20 @@ impl<T: Scalar> Block<T> for Tick<T> {
 }
 
 impl<T: Scalar> Tick<T> {
-    /// The position controller at its own, slower rate: computed in every tick, taken over when due.
+    /// Position control at its own, slower rate: computed in every tick, taken over when due.
     #[inline(always)]
-    fn control(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {
+    fn control_position(&self, state: &mut TickState<T>, order: &Order<T>, angle: T, motor_velocity: T) {
         let half = T::of(0.5);
-        let input = ControllerInput {
-            reference_position: order.reference.position,
-            reference_velocity: order.reference.velocity,
-            reference_acceleration: order.reference.acceleration,
-            measured_angle: angle,
-            measured_velocity: motor_velocity,
-        };
-        let mut next = state.controller;
-        let output = self.controller.run(&mut next, input, self.control_period);
+        let input =
+            AxisControlInput { reference: order.reference, measured_angle: angle, measured_velocity: motor_velocity };
+        let mut next = state.control;
+        let output = self.control.run(&mut next, input, self.control_period);
         let on = order.control.gt(half);
         let due = order.control_due.gt(half);
-        let following = self.controller.take_over(T::of(0.0), input);
+        let following = self.control.take_over(T::of(0.0), input, None);
         let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
         let torque = on.select(output.torque, T::of(0.0));
-        state.controller = next.merge(&state.controller, &mut |new, old| due.select(new, old));
+        state.control = next.merge(&state.control, &mut |new, old| due.select(new, old));
         state.computed_torque = due.select(torque, state.computed_torque);
         let release = order.control_release.gt(half);
         state.commanded_torque = release.select(state.computed_torque, state.commanded_torque);

@@ -101,14 +101,14 @@ pub trait Bench {
         Ok(())
     }
 
-    /// The position controller in force from the next tick on, run every `divider` ticks; it takes the torque over.
+    /// This position controller alone in force from the next tick on, run every `divider` ticks; it takes the torque over.
     ///
     /// # Errors
     /// As [`change`](Bench::change).
     fn set_controller(&mut self, controller: PositionController<f64>, divider: u64) -> Result<(), Error> {
         let mut parameters = *self.parameters();
-        (parameters.tick.controller, parameters.tick.control_period) =
-            (controller, self.settings().tick_time() * divider as f64);
+        (parameters.tick.control, parameters.tick.control_period) =
+            (controller.into(), self.settings().tick_time() * divider as f64);
         self.change(Change::Parameters(parameters))
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Plain `f64`, may fail, runs when parameters change and never in the tick. Linear algebra is nalgebra's.
 
+mod axis_control;
 mod controllers;
 mod discretise;
 mod drive_observer;
@@ -14,6 +15,7 @@ mod riccati;
 mod software;
 mod velocity_observer;
 
+pub use axis_control::axis_control;
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub use drive_observer::{Trust, drive_observer};

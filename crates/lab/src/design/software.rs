@@ -7,7 +7,7 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::supervise::Brake;
 use stickslip_core::tick::Tick;
 
-use super::{current_control, predictive_current_control, speed_holder, velocity_observer};
+use super::{axis_control, current_control, predictive_current_control, speed_holder, velocity_observer};
 use crate::Error;
 use crate::preset::{Model, Settings};
 
@@ -27,7 +27,7 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
         law: Law::Off,
         correction: Correction::Nothing,
         current: load_current_control(&Law::Off, model, settings)?,
-        controller: settings.controller,
+        control: axis_control(model, settings)?,
         control_period: dt * settings.divider() as f64,
     })
 }

@@ -181,6 +181,7 @@ fn a_cascade_as_pid_asks_for_the_same_torque() {
         reference_acceleration: 0.0,
         measured_angle: 1.0,
         measured_velocity: 0.1,
+        ..ControllerInput::default()
     };
     let (a, b) = (cascade.step(&mut Default::default(), input, 1e-3), pid.step(&mut Default::default(), input, 1e-3));
     assert!((a.torque - b.torque).abs() < 1e-15, "{a:?} {b:?}");

@@ -46,7 +46,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let (steps, step) = settings.plant_steps();
     let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
-    tick.controller = course.controller;
+    tick.control = course.controller.into();
     let control_divider = if course.every_tick { 1 } else { divider };
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };

@@ -1,6 +1,7 @@
 //! Which blocks there are, and how each is set up from a preset.
 
-use stickslip_core::control::{Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::compensation::{Compensation, Hold};
+use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::fields::Fields;
 use stickslip_core::friction::{Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, Model, Static, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
@@ -57,11 +58,15 @@ impl Setup {
     }
 
     fn pid(&self) -> Pid<f64> {
-        if let PositionController::Pid(pid) = self.tick.controller { pid } else { Pid::default() }
+        if let PositionController::Pid(pid) = self.tick.control.controller { pid } else { Pid::default() }
     }
 
     fn cascade(&self) -> Cascade<f64> {
-        if let PositionController::Cascade(cascade) = self.tick.controller { cascade } else { Cascade::default() }
+        if let PositionController::Cascade(cascade) = self.tick.control.controller {
+            cascade
+        } else {
+            Cascade::default()
+        }
     }
 }
 
@@ -89,7 +94,10 @@ macro_rules! catalogue {
 catalogue! {
     "pid": Pid, |s| s.pid(), s.tick.control_period;
     "cascade": Cascade, |s| s.cascade(), s.tick.control_period;
-    "position_controller": PositionController, |s| s.tick.controller, s.tick.control_period;
+    "position_controller": PositionController, |s| s.tick.control.controller, s.tick.control_period;
+    "compensation": Compensation, |s| s.tick.control.compensation, s.tick.control_period;
+    "hold": Hold, |s| s.tick.control.hold, s.tick.control_period;
+    "axis_control": AxisControl, |s| s.tick.control, s.tick.control_period;
     "velocity_observer": VelocityObserver, |s| s.tick.observer, s.time;
     "current_control": CurrentControl, |s| s.tick.current, s.time;
     "decoder": Decoder, |s| s.tick.decoder, s.time;

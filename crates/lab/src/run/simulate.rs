@@ -305,8 +305,8 @@ mod tests {
         let mut meanwhile = overlay.before;
         meanwhile.safety.following_error *= 2.0;
         let new = overlay.over(&meanwhile);
-        assert_eq!(new.tick.controller, overlay.after.tick.controller);
-        assert_ne!(new.tick.controller, meanwhile.tick.controller);
+        assert_eq!(new.tick.control, overlay.after.tick.control);
+        assert_ne!(new.tick.control, meanwhile.tick.control);
         assert_eq!(new.safety, meanwhile.safety);
         assert_eq!(new.tick.law, Law::Off, "no law where there was none");
         let mut rendering = overlay.before;

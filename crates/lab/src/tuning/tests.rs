@@ -28,7 +28,7 @@ fn a_change_is_proposed_entered_undone_and_redone() {
     assert_eq!(gain(&tuning), before, "a proposal changes nothing");
     assert_eq!((proposal.differences.len(), proposal.margin), (1, None), "the rendering law stays");
     let parameters = proposal.parameters(Correction::Nothing).unwrap();
-    assert_eq!(parameters.tick.controller, proposal.preset().bench.controller);
+    assert_eq!(parameters.tick.control.controller, proposal.preset().bench.controller);
     tuning.entered(proposal);
     assert_eq!((gain(&tuning), tuning.can_undo()), (11.5, (true, false)));
     assert_eq!(tuning.differences()[0].path, GAIN);

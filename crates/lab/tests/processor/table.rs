@@ -50,7 +50,7 @@ pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
     });
     let experiment = Run { records: begin.cloned().collect(), dt: run.dt };
     let Law::Paper(law) = tick.law else { panic!("the experiment is made with the paper's law") };
-    let PositionController::Cascade(cascade) = tick.controller else { panic!("the experiment is made with a cascade") };
+    let PositionController::Cascade(cascade) = tick.control.controller else { panic!("made with a cascade") };
     for (target, single) in [(M4F, false), (M4F, true), (M7, false)] {
         macro_rules! count {
             ($name:literal, $block:expr, $run:expr) => {

@@ -1,0 +1,158 @@
+//! The whole of position control: controller, compensation of friction, and what holds against stiction.
+
+use super::compensation::{Compensation, CompensationInput, CompensationState, Hold, HoldInput, HoldState};
+use super::reference::Setpoint;
+use super::{ControllerInput, ControllerOutput, PositionController, PositionControllerState, finite_or};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::{Mask, Scalar};
+
+/// Time constant with which the difference of two feedforwards fades [s].
+const FADING: f64 = 0.01;
+
+/// A position controller and what it is combined with. The controller gives way where the sum of torques meets the
+/// limit, so that nothing winds up.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct AxisControl<T> {
+    /// The position controller under test.
+    pub controller: PositionController<T>,
+    /// Compensation of friction.
+    pub compensation: Compensation<T>,
+    /// What holds a position against stiction.
+    pub hold: Hold<T>,
+}
+
+/// What position control remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct AxisControlState<T> {
+    /// Controller.
+    pub controller: PositionControllerState<T>,
+    /// Compensation.
+    pub compensation: CompensationState<T>,
+    /// Holding.
+    pub hold: HoldState<T>,
+    /// What compensation and holding added in the sample before.
+    #[field(symbol = "M_c", unit = "N m")]
+    pub added_torque: T,
+    /// What another feedforward gave more when this one took its place; it fades.
+    #[field(symbol = "M_f", unit = "N m")]
+    pub fading_torque: T,
+    /// Torque of the sample before, in force in this one.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub torque: T,
+    /// Torque in force in the sample before.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub applied_torque: T,
+}
+
+/// What position control reads: set-point and measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct AxisControlInput<T> {
+    /// Set-point.
+    pub reference: Setpoint<T>,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub measured_angle: T,
+    /// Measured velocity, of the tacho.
+    #[field(symbol = "ω", unit = "rad/s")]
+    pub measured_velocity: T,
+}
+
+impl<T: Scalar> AxisControlInput<T> {
+    /// What a controller reads, beside which nothing else acts.
+    #[inline(always)]
+    pub fn controller(&self) -> ControllerInput<T> {
+        ControllerInput {
+            reference_position: self.reference.position,
+            reference_velocity: self.reference.velocity,
+            reference_acceleration: self.reference.acceleration,
+            measured_angle: self.measured_angle,
+            measured_velocity: self.measured_velocity,
+            ..ControllerInput::default()
+        }
+    }
+}
+
+impl<T: Scalar> From<PositionController<T>> for AxisControl<T> {
+    /// The controller alone.
+    fn from(controller: PositionController<T>) -> Self {
+        AxisControl { controller, compensation: Compensation::Nothing, hold: Hold::default() }
+    }
+}
+
+impl<T: Scalar> AxisControl<T> {
+    /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
+    ///
+    /// After the same compensation it goes on from where that is. From one feedforward to another the controller keeps
+    /// its share of the torque, and the difference of both fades. From or to anything else its integral takes the
+    /// difference: it held the friction, or what an observer took for friction, or has to from now on.
+    #[inline(always)]
+    pub fn take_over(
+        &self,
+        torque: T,
+        input: AxisControlInput<T>,
+        before: Option<(&AxisControl<T>, &AxisControlState<T>)>,
+    ) -> AxisControlState<T> {
+        let torque = finite_or(torque, T::of(0.0));
+        let (compensation, begun) = self.compensation.begin(input.compensation(torque));
+        let mut state = AxisControlState {
+            compensation,
+            added_torque: begun,
+            torque,
+            applied_torque: torque,
+            ..AxisControlState::default()
+        };
+        if let Some((control, last)) = before {
+            state.hold = last.hold;
+            if control.compensation == self.compensation {
+                state.compensation = last.compensation;
+                state.added_torque = last.added_torque;
+                state.fading_torque = last.fading_torque;
+            } else if control.compensation.feeds_forward() && self.compensation.feeds_forward() {
+                state.fading_torque = last.added_torque + last.fading_torque - begun;
+            }
+        }
+        let added_torque = state.added_torque + state.fading_torque;
+        let controlled = ControllerInput { added_torque, ..input.controller() };
+        state.controller = self.controller.take_over(torque - added_torque, controlled);
+        state
+    }
+}
+
+impl<T: Scalar> AxisControlInput<T> {
+    /// What compensation reads after a sample with this torque [N m].
+    #[inline(always)]
+    fn compensation(&self, applied_torque: T) -> CompensationInput<T> {
+        let AxisControlInput { reference, measured_velocity, .. } = *self;
+        CompensationInput { reference, measured_velocity, applied_torque }
+    }
+}
+
+impl<T: Scalar> Block<T> for AxisControl<T> {
+    type State = AxisControlState<T>;
+    type Input = AxisControlInput<T>;
+    type Output = ControllerOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let felt = input.compensation(state.applied_torque);
+        let compensation = self.compensation.run(&mut state.compensation, felt, dt);
+        let held = HoldInput { reference: input.reference, measured_angle: input.measured_angle };
+        let hold = self.hold.run(&mut state.hold, held, dt);
+        let added_torque = compensation.torque + hold.torque + state.fading_torque;
+        let controlled = ControllerInput {
+            added_torque,
+            integrates: hold.integrates,
+            forgotten: self.compensation.takes_the_integral(),
+            ..input.controller()
+        };
+        let own = self.controller.run(&mut state.controller, controlled, dt);
+        // Where an input is no number nothing acts, as with the controller alone.
+        let torque = controlled.valid().select(own.torque + added_torque, T::of(0.0));
+        state.added_torque = compensation.torque + hold.torque;
+        state.fading_torque = state.fading_torque - dt / (T::of(FADING) + dt) * state.fading_torque;
+        state.applied_torque = state.torque;
+        state.torque = torque;
+        ControllerOutput { torque }
+    }
+}

@@ -1,0 +1,96 @@
+//! Feedforward of friction along the set-point.
+
+use super::{CompensationInput, CompensationOutput, bounded};
+use crate::Fields;
+use crate::block::Block;
+use crate::control::measurable;
+use crate::friction::{Contact, Friction, Stribeck};
+use crate::render::smooth_sign;
+use crate::scalar::{Mask, Scalar};
+
+/// The believed curve at the velocity that the set-point will have when the torque acts:
+///
+///   M_c = s/√(1 + s²)·M_R(|ṙ⁺|),   s = ṙ⁺/Ω_s,   ṙ⁺ = ṙ + T_p·r̈
+///
+/// Nothing at rest: what friction holds there it does not know, and the controller must.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct CurveFeedforward<T> {
+    /// The friction that is believed.
+    pub friction: Stribeck<T>,
+    /// Velocity at which 71 % of it is fed forward.
+    #[field(symbol = "Ω_s", unit = "rad/s", range = 1e-4..=10.0, default = 0.05)]
+    pub smoothing_velocity: T,
+    /// From the sample to when its torque acts: 1.5 sampling times and the lag of the servo amplifier.
+    #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 1.8e-3)]
+    pub preview: T,
+    /// Largest torque of the compensation.
+    #[field(symbol = "M_c,max", unit = "N m", range = 0.0..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+impl<T: Scalar> Block<T> for CurveFeedforward<T> {
+    type State = ();
+    type Input = CompensationInput<T>;
+    type Output = CompensationOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, _state: &mut (), input: Self::Input, _dt: T) -> Self::Output {
+        let (velocity, _) = input.preview(self.preview);
+        let magnitude = self.friction.magnitude(velocity.abs());
+        bounded(magnitude * smooth_sign(velocity, self.smoothing_velocity), self.torque_limit)
+    }
+}
+
+/// The believed friction along the set-point as it will be when the torque acts, with the bristles that the set-point
+/// bends:
+///
+///   M_c = M_R(z, ṙ⁺),   ż = ṙ⁺ − α·σ₀·|ṙ⁺|·z/g(|ṙ⁺|),   ṙ⁺ = ṙ + T_p·r̈
+///
+/// It keeps what the bristles held when the set-point comes to rest: it neither causes nor cures hunting.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionFeedforward<T> {
+    /// The friction that is believed.
+    pub friction: Friction<T>,
+    /// From the sample to when its torque acts: 1.5 sampling times and the lag of the servo amplifier.
+    #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 1.8e-3)]
+    pub preview: T,
+    /// Largest torque of the compensation.
+    #[field(symbol = "M_c,max", unit = "N m", range = 0.0..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// What the feedforward remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionFeedforwardState<T> {
+    /// Deflection of the bristles along the set-point.
+    #[field(symbol = "z", unit = "rad")]
+    pub deflection: T,
+}
+
+impl<T: Scalar> FrictionFeedforward<T> {
+    /// Begins with the bristles that a steady motion bends; what they give [N m].
+    #[inline(always)]
+    pub(super) fn begin(&self, state: &mut FrictionFeedforwardState<T>, input: CompensationInput<T>) -> T {
+        let (velocity, angle) = input.preview(self.preview);
+        let zero = T::of(0.0);
+        let moves = measurable(velocity) & velocity.abs().gt(zero);
+        state.deflection = moves.select(self.friction.steady_deflection(velocity), zero);
+        bounded(moves.select(self.friction.steady_torque(velocity, angle, zero), zero), self.torque_limit).torque
+    }
+}
+
+impl<T: Scalar> Block<T> for FrictionFeedforward<T> {
+    type State = FrictionFeedforwardState<T>;
+    type Input = CompensationInput<T>;
+    type Output = CompensationOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let (velocity, angle) = input.preview(self.preview);
+        let (zero, before) = (T::of(0.0), state.deflection);
+        let contact = Contact { velocity, angle, load: zero, arrest: zero };
+        let (deflection, torque) = self.friction.correct(before, before, contact, dt);
+        state.deflection = measurable(deflection).select(deflection, before);
+        bounded(torque, self.torque_limit)
+    }
+}

@@ -1,0 +1,122 @@
+//! Holding a position against stiction: what ends hunting without knowing the friction.
+
+use core::f64::consts::TAU;
+
+use super::finite_or;
+use crate::Fields;
+use crate::block::Block;
+use crate::control::reference::Setpoint;
+use crate::scalar::{Mask, Scalar};
+
+/// Dead zone, knocker and dither, each of which may be 0: off.
+///
+/// - Within the dead zone the controller's integral rests, so that it does not wind up against stiction.
+/// - Once the set-point has rested, short pulses towards the set-point knock the drive free where the deviation is above
+///   the knock zone. T. Hägglund, J. Process Control 12 (2002) 897.
+/// - A sinusoidal torque keeps the contact moving; off the resonance of the coupling, please.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Hold<T> {
+    /// Deviation within which the controller's integral rests.
+    #[field(symbol = "e_d", unit = "rad", range = 0.0..=1.0)]
+    pub dead_zone: T,
+    /// Torque of a knock; two thirds of the breakaway torque are a good start.
+    #[field(symbol = "M_k", unit = "N m", range = 0.0..=100.0)]
+    pub knock_torque: T,
+    /// Duration of a knock.
+    #[field(symbol = "T_k", unit = "s", range = 1e-5..=1.0, default = 3e-3)]
+    pub knock_duration: T,
+    /// From the begin of a knock to the next.
+    #[field(symbol = "T_i", unit = "s", range = 1e-4..=100.0, default = 0.05)]
+    pub knock_interval: T,
+    /// Deviation above which there are knocks.
+    #[field(symbol = "e_k", unit = "rad", range = 0.0..=1.0, default = 1e-3)]
+    pub knock_zone: T,
+    /// How long the set-point must have rested before.
+    #[field(symbol = "T_d", unit = "s", range = 0.0..=100.0, default = 0.1)]
+    pub dwell: T,
+    /// Amplitude of the dither.
+    #[field(symbol = "M_d", unit = "N m", range = 0.0..=100.0)]
+    pub dither_torque: T,
+    /// Frequency of the dither.
+    #[field(symbol = "f_d", unit = "Hz", range = 0.1..=1e4, default = 130.0)]
+    pub dither_frequency: T,
+}
+
+/// What holding remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct HoldState<T> {
+    /// How long the set-point has rested, up to the dwell.
+    #[field(unit = "s")]
+    pub rested: T,
+    /// Since the begin of the last knock, up to the interval.
+    #[field(unit = "s")]
+    pub since_knock: T,
+    /// Torque of that knock.
+    #[field(unit = "N m")]
+    pub knock: T,
+    /// Position of the set-point in the sample before.
+    #[field(unit = "rad")]
+    pub position: T,
+    /// Phase of the dither, in turns.
+    #[field(unit = "1")]
+    pub phase: T,
+}
+
+/// What holding reads.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct HoldInput<T> {
+    /// Set-point.
+    pub reference: Setpoint<T>,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub measured_angle: T,
+}
+
+/// What holding gives.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct HoldOutput<T> {
+    /// Torque of knock and dither.
+    #[field(symbol = "M_h", unit = "N m")]
+    pub torque: T,
+    /// Whether the controller's integral may move.
+    #[field(unit = "1", flag)]
+    pub integrates: T,
+}
+
+impl<T: Scalar> Block<T> for Hold<T> {
+    type State = HoldState<T>;
+    type Input = HoldInput<T>;
+    type Output = HoldOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        // No number is no deviation: no knock.
+        let deviation = finite_or(input.reference.position - input.measured_angle, zero);
+        let moves = input.reference.velocity.abs() + input.reference.acceleration.abs();
+        let stays = input.reference.position.le(state.position) & input.reference.position.ge(state.position);
+        let rests = moves.le(zero) & stays;
+        state.position = finite_or(input.reference.position, state.position);
+        // Half a step of slack, or rounding would shift what lasts whole samples.
+        let slack = T::of(0.5) * dt;
+        let reached = |time: T, goal: T| (time + slack).ge(goal);
+
+        let knocks = rests
+            & reached(state.rested, self.dwell)
+            & reached(state.since_knock, self.knock_interval)
+            & deviation.abs().gt(self.knock_zone);
+        state.since_knock = knocks.select(zero, state.since_knock);
+        state.knock = knocks.select(self.knock_torque * deviation.sign(), state.knock);
+        let strikes = rests & !reached(state.since_knock, self.knock_duration);
+        let knock = strikes.select(state.knock, zero);
+        state.since_knock = (state.since_knock + dt).min(self.knock_interval + dt);
+        state.rested = rests.select((state.rested + dt).min(self.dwell + dt), zero);
+
+        let dither = self.dither_torque * (T::of(TAU) * state.phase).sin();
+        let phase = state.phase + self.dither_frequency * dt;
+        state.phase = phase - phase.floor();
+
+        let within = deviation.abs().lt(self.dead_zone);
+        HoldOutput { torque: knock + dither, integrates: within.select(zero, one) }
+    }
+}

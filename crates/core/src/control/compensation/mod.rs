@@ -1,0 +1,141 @@
+//! Compensation of friction, beside any position controller.
+//!
+//! One kind at a time: a disturbance observer and a feedforward would both give the torque that friction takes, and the
+//! drive would be pushed twice. Each kind is bounded, and takes what is no number for no change.
+
+mod adaptive;
+mod disturbance_observer;
+mod feedforward;
+mod friedland_park;
+mod hold;
+#[cfg(test)]
+mod tests;
+
+pub use adaptive::{AdaptiveStribeck, AdaptiveStribeckState};
+pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverState};
+pub use feedforward::{CurveFeedforward, FrictionFeedforward, FrictionFeedforwardState};
+pub use friedland_park::{FriedlandPark, FriedlandParkState};
+pub use hold::{Hold, HoldInput, HoldOutput, HoldState};
+
+use super::finite_or;
+use super::reference::Setpoint;
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::Scalar;
+
+/// What compensation of friction reads: the set-point, and what the drive did in the sample before.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct CompensationInput<T> {
+    /// Set-point.
+    pub reference: Setpoint<T>,
+    /// Measured velocity, of the tacho.
+    #[field(symbol = "ω", unit = "rad/s")]
+    pub measured_velocity: T,
+    /// Torque of the drive motor in the sample that ends.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub applied_torque: T,
+}
+
+impl<T: Scalar> CompensationInput<T> {
+    /// Velocity [rad/s] and angle [rad] of the set-point this much [s] later.
+    #[inline(always)]
+    fn preview(&self, ahead: T) -> (T, T) {
+        let Setpoint { position, velocity, acceleration } = self.reference;
+        let half = T::of(0.5) * ahead;
+        (velocity + ahead * acceleration, position + ahead * (velocity + half * acceleration))
+    }
+}
+
+/// What compensation of friction gives.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct CompensationOutput<T> {
+    /// Torque to be added to the controller's.
+    #[field(symbol = "M_c", unit = "N m")]
+    pub torque: T,
+}
+
+/// How friction is compensated.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum Compensation<T> {
+    /// Not at all.
+    Nothing,
+    /// The believed curve at the set-point's velocity.
+    Curve(CurveFeedforward<T>),
+    /// The believed friction, presliding included, along the set-point.
+    Feedforward(FrictionFeedforward<T>),
+    /// The same with a curve that is estimated while the drive runs.
+    Adaptive(AdaptiveStribeck<T>),
+    /// Coulomb friction estimated by the observer of Friedland and Park.
+    FriedlandPark(FriedlandPark<T>),
+    /// All that the drive's inertia does not explain, in place of the controller's integral.
+    DisturbanceObserver(DisturbanceObserver<T>),
+}
+
+/// The states of all kinds; only that of the chosen one moves.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct CompensationState<T> {
+    /// Of the feedforward of friction.
+    pub feedforward: FrictionFeedforwardState<T>,
+    /// Of the adaptive feedforward.
+    pub adaptive: AdaptiveStribeckState<T>,
+    /// Of the observer of Friedland and Park.
+    pub friedland_park: FriedlandParkState<T>,
+    /// Of the disturbance observer.
+    pub disturbance_observer: DisturbanceObserverState<T>,
+}
+
+impl<T: Scalar> Compensation<T> {
+    /// Whether it follows the set-point, and leaves to the controller what is no friction.
+    pub(super) fn feeds_forward(&self) -> bool {
+        matches!(self, Compensation::Curve(_) | Compensation::Feedforward(_) | Compensation::Adaptive(_))
+    }
+
+    /// Share of the controller's integral that is forgotten in a sample: a disturbance observer takes its place.
+    #[inline(always)]
+    pub(super) fn takes_the_integral(&self) -> T {
+        match self {
+            Compensation::DisturbanceObserver(observer) => observer.velocity_gain * T::of(0.5),
+            _ => T::of(0.0),
+        }
+    }
+
+    /// The state to begin from while the drive follows this set-point steadily, and what it then gives [N m].
+    #[inline(always)]
+    pub(super) fn begin(&self, input: CompensationInput<T>) -> (CompensationState<T>, T) {
+        let mut state = CompensationState::default();
+        let torque = match self {
+            Compensation::Nothing => T::of(0.0),
+            Compensation::Curve(curve) => curve.run(&mut (), input, T::of(0.0)).torque,
+            Compensation::Feedforward(feedforward) => feedforward.begin(&mut state.feedforward, input),
+            Compensation::Adaptive(adaptive) => adaptive.begin(&mut state.adaptive, input),
+            Compensation::FriedlandPark(observer) => observer.begin(&mut state.friedland_park, input),
+            Compensation::DisturbanceObserver(observer) => observer.begin(&mut state.disturbance_observer, input),
+        };
+        (state, finite_or(torque, T::of(0.0)))
+    }
+}
+
+impl<T: Scalar> Block<T> for Compensation<T> {
+    type State = CompensationState<T>;
+    type Input = CompensationInput<T>;
+    type Output = CompensationOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        match self {
+            Compensation::Nothing => CompensationOutput { torque: T::of(0.0) },
+            Compensation::Curve(curve) => curve.run(&mut (), input, dt),
+            Compensation::Feedforward(feedforward) => feedforward.run(&mut state.feedforward, input, dt),
+            Compensation::Adaptive(adaptive) => adaptive.run(&mut state.adaptive, input, dt),
+            Compensation::FriedlandPark(observer) => observer.run(&mut state.friedland_park, input, dt),
+            Compensation::DisturbanceObserver(observer) => observer.run(&mut state.disturbance_observer, input, dt),
+        }
+    }
+}
+
+/// A torque within ±`limit`; none for what is no number.
+#[inline(always)]
+fn bounded<T: Scalar>(torque: T, limit: T) -> CompensationOutput<T> {
+    CompensationOutput { torque: finite_or(torque, T::of(0.0)).clamp(-limit, limit) }
+}

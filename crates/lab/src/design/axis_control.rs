@@ -1,0 +1,167 @@
+//! Position control from what is stated of it and believed of the machine.
+
+use stickslip_core::control::AxisControl;
+use stickslip_core::control::compensation::{
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FriedlandPark,
+};
+use stickslip_core::friction::{Bristles, Stribeck};
+
+use crate::Error;
+use crate::preset::{Belief, CompensationChoice, Model, Settings};
+
+/// Speed below which an estimate of the curve rests [rad/s], however quiet the tacho is: there bristles are no curve.
+const SLOWEST_LEARNT: f64 = 0.3;
+
+/// That speed per standard deviation of the velocity: a sign that is wrong once in a while spoils the estimate.
+const LEARNT_PER_NOISE: f64 = 10.0;
+
+/// Controller, compensation and holding for what is believed of the machine and how the bench runs.
+///
+/// # Errors
+/// None yet: what is stated lies within its ranges.
+pub fn axis_control(model: &Model<f64>, settings: &Settings<f64>) -> Result<AxisControl<f64>, Error> {
+    Ok(AxisControl {
+        controller: settings.controller,
+        compensation: compensation(model, settings),
+        hold: settings.hold,
+    })
+}
+
+fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f64> {
+    let period = settings.tick_time() * settings.divider() as f64;
+    // A torque computed from this sample acts in the next one, on average in its middle, behind the servo amplifier.
+    let preview = 1.5 * period + model.servo_lag;
+    let inertia = model.drive.inertia();
+    let torque_limit = model.scaling.servo_limit * model.scaling.torque_per_volt;
+    match settings.compensation {
+        CompensationChoice::Nothing => Compensation::Nothing,
+        CompensationChoice::Curve(choice) => {
+            let (friction, _) = believed(&choice.belief, model, settings);
+            let smoothing_velocity = choice.smoothing_velocity;
+            Compensation::Curve(CurveFeedforward { friction, smoothing_velocity, preview, torque_limit })
+        }
+        CompensationChoice::Feedforward(belief) => {
+            let (friction, bristles) = believed(&belief, model, settings);
+            Compensation::Feedforward(FrictionFeedforward { friction: bristles.under(friction), preview, torque_limit })
+        }
+        CompensationChoice::Adaptive(choice) => {
+            let (friction, bristles) = believed(&choice.belief, model, settings);
+            let noise = model.tacho_noise / model.scaling.tacho;
+            Compensation::Adaptive(AdaptiveStribeck {
+                friction,
+                bristles,
+                preview,
+                inertia,
+                filter_time: choice.filter_time,
+                freeze_velocity: SLOWEST_LEARNT.max(LEARNT_PER_NOISE * noise),
+                forgetting: libm::exp(-period / choice.memory).max(0.9),
+                torque_limit,
+                ..AdaptiveStribeck::default()
+            })
+        }
+        CompensationChoice::FriedlandPark(choice) => {
+            Compensation::FriedlandPark(FriedlandPark { inertia, rate: choice.rate, torque_limit })
+        }
+        CompensationChoice::DisturbanceObserver(choice) => {
+            let decay = choice.bandwidth * period;
+            let left = -libm::expm1(-decay);
+            Compensation::DisturbanceObserver(DisturbanceObserver {
+                inertia,
+                velocity_gain: -libm::expm1(-2.0 * decay),
+                torque_gain: left * left * inertia / period,
+                torque_limit,
+            })
+        }
+    }
+}
+
+/// The friction that the drive motor is believed to feel at constant speed, its own included, and the bristles under it.
+fn believed(belief: &Belief<f64>, model: &Model<f64>, settings: &Settings<f64>) -> (Stribeck<f64>, Bristles<f64>) {
+    let desired = belief.desired > 0.5;
+    let (load, bristles) =
+        if desired { (settings.desired, settings.desired_bristles) } else { (model.own, model.own_bristles) };
+    // The motor's friction far above its Stribeck velocity is all that is added: it is small, and nobody draws it.
+    let (slow, fast) = (50.0, 100.0);
+    let at = |speed| model.motor_friction.steady_torque(speed, 0.0, 0.0);
+    let viscous = (at(fast) - at(slow)) / (fast - slow);
+    let level = at(fast) - viscous * fast;
+    let scaled = Stribeck {
+        breakaway_torque: belief.share * (load.breakaway_torque + level),
+        kinetic_torque: belief.share * (load.kinetic_torque + level),
+        viscous_friction: belief.share * (load.viscous_friction + viscous),
+        ..load
+    };
+    (scaled, bristles)
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip_core::control::compensation::CompensationInput;
+    use stickslip_core::control::reference::Setpoint;
+
+    use super::*;
+    use crate::parameters::presets;
+    use crate::preset::{AdaptiveChoice, DisturbanceObserverChoice};
+    use crate::{Preset, parameters};
+    use stickslip_core::block::Block as _;
+
+    fn preset() -> Preset<f64> {
+        presets::find("clm-bench").unwrap().read().unwrap()
+    }
+
+    fn fed_forward(preset: &Preset<f64>, velocity: f64) -> f64 {
+        let compensation = axis_control(&preset.model, &preset.bench).unwrap().compensation;
+        let reference = Setpoint { velocity, ..Setpoint::default() };
+        let input = CompensationInput { reference, measured_velocity: velocity, applied_torque: 0.0 };
+        let mut state = Default::default();
+        (0..100).map(|_| compensation.step(&mut state, input, 1e-3).torque).last().unwrap()
+    }
+
+    #[test]
+    fn what_is_fed_forward_is_the_friction_that_is_believed_and_the_motors() {
+        let mut preset = preset();
+        let motor = preset.model.motor_friction.steady_torque(8.0, 0.0, 0.0);
+        let (own, desired) = (preset.model.own.magnitude(8.0), preset.bench.desired.magnitude(8.0));
+        assert!(motor > 0.0 && (own - desired).abs() > 0.01);
+        for (belief, expected) in [
+            (Belief { desired: 0.0, share: 1.0 }, own + motor),
+            (Belief { desired: 1.0, share: 1.0 }, desired + motor),
+            (Belief { desired: 0.0, share: 0.5 }, 0.5 * (own + motor)),
+        ] {
+            preset.bench.compensation = CompensationChoice::Feedforward(belief);
+            let torque = fed_forward(&preset, 8.0);
+            // What is left of the motor's own Stribeck drop at 8 rad/s.
+            assert!((torque - expected).abs() < 1e-3, "{belief:?}: {torque} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn an_estimate_rests_below_what_the_tacho_can_tell() {
+        let mut preset = preset();
+        preset.bench.compensation = CompensationChoice::Adaptive(AdaptiveChoice::default());
+        let freeze = |preset: &Preset<f64>| match axis_control(&preset.model, &preset.bench).unwrap().compensation {
+            Compensation::Adaptive(adaptive) => adaptive.freeze_velocity,
+            other => panic!("{other:?}"),
+        };
+        preset.model.tacho_noise = 0.0287;
+        assert!((freeze(&preset) - 10.0 * 0.0287 / preset.model.scaling.tacho).abs() < 1e-12);
+        preset.model.tacho_noise = 0.0;
+        assert_eq!(freeze(&preset), SLOWEST_LEARNT);
+    }
+
+    #[test]
+    fn a_disturbance_observer_has_its_bandwidth_at_any_control_rate() {
+        for divider in ["1", "8"] {
+            let source = presets::find("clm-bench").unwrap();
+            let text = parameters::set::<Preset<f64>>(&source.text, "t", "bench.control_divider", divider).unwrap();
+            let mut preset: Preset<f64> = parameters::read(&text, "t").unwrap();
+            preset.bench.compensation =
+                CompensationChoice::DisturbanceObserver(DisturbanceObserverChoice { bandwidth: 80.0 });
+            let control = axis_control(&preset.model, &preset.bench).unwrap();
+            let Compensation::DisturbanceObserver(observer) = control.compensation else { panic!("{control:?}") };
+            let period = preset.bench.tick_time() * preset.bench.divider() as f64;
+            // 1 − l_ω is the square of the pole.
+            assert!((libm::log(1.0 - observer.velocity_gain) + 2.0 * 80.0 * period).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! What is stated of the compensation of friction; `design::axis_control` prepares it.
+
+use stickslip_core::Fields;
+
+/// How friction is compensated beside the position controller.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum CompensationChoice<T> {
+    /// Not at all.
+    Nothing,
+    /// The believed curve at the set-point's velocity: no presliding, and nothing at rest.
+    Curve(CurveChoice<T>),
+    /// The believed friction with its bristles along the set-point.
+    Feedforward(Belief<T>),
+    /// The same with levels that are estimated while the drive runs.
+    Adaptive(AdaptiveChoice<T>),
+    /// Coulomb friction estimated by the observer of Friedland and Park.
+    FriedlandPark(FriedlandParkChoice<T>),
+    /// All that the drive's inertia does not explain; the controller's integral fades meanwhile.
+    DisturbanceObserver(DisturbanceObserverChoice<T>),
+}
+
+/// Which friction is believed to act.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Belief<T> {
+    /// Whether it is the desired one, which the load motor renders, instead of the machine's own.
+    #[field(unit = "1", flag)]
+    pub desired: T,
+    /// Share of it that is compensated: above 1 it pushes, and the drive may hunt.
+    #[field(unit = "1", range = 0.0..=2.0, default = 1.0)]
+    pub share: T,
+}
+
+/// The believed curve with a smooth sign.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct CurveChoice<T> {
+    /// Which friction.
+    pub belief: Belief<T>,
+    /// Velocity at which 71 % of it is fed forward.
+    #[field(symbol = "Ω_s", unit = "rad/s", range = 1e-4..=10.0, default = 0.05)]
+    pub smoothing_velocity: T,
+}
+
+/// The levels of a Stribeck curve by recursive least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct AdaptiveChoice<T> {
+    /// Which friction to start from.
+    pub belief: Belief<T>,
+    /// How long a sample counts: what is older weighs less than 1/e.
+    #[field(symbol = "T_λ", unit = "s", range = 0.05..=1e4, default = 2.0)]
+    pub memory: T,
+    /// Time constant of the low-pass before the estimate.
+    #[field(symbol = "τ", unit = "s", range = 1e-4..=1.0, default = 5e-3)]
+    pub filter_time: T,
+}
+
+/// How fast Coulomb friction is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FriedlandParkChoice<T> {
+    /// How fast the estimate follows; above 100 1/s noise rules.
+    #[field(symbol = "λ", unit = "1/s", range = 0.1..=1000.0, default = 100.0)]
+    pub rate: T,
+}
+
+/// How fast a disturbance is observed.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct DisturbanceObserverChoice<T> {
+    /// Bandwidth of the observer, a double pole; the loop loses phase to it.
+    #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 60.0)]
+    pub bandwidth: T,
+}
