@@ -121,10 +121,10 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "controller",
         name: "Position control",
-        about: "The controller under test.",
+        about: "The controller under test, compensation of friction beside it, and what holds against stiction.",
         at: at(1, 0),
-        groups: &["bench.controller", "bench.control_divider"],
-        inside: Some("controller"),
+        groups: &["bench.controller", "bench.control_divider", "bench.compensation", "bench.hold"],
+        inside: Some("control"),
         guide: "theory-drive",
     },
     Drawn {
