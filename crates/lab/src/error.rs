@@ -123,6 +123,14 @@ pub enum Error {
         /// The number.
         value: f64,
     },
+    /// A computation on a linear system that has no answer.
+    #[error("{what} cannot be computed. {remedy}")]
+    NotSolvable {
+        /// What was asked for.
+        what: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The input does not reach, or the output does not show, all states.
     #[error(
         "the system is not {property}: the reciprocal condition of its {property} matrix is {reciprocal_condition:.1e}, \

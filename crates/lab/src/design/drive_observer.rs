@@ -63,7 +63,7 @@ fn tacho_lag(model: &Model<f64>) -> f64 {
 }
 
 /// The drive and its pickups as believed, in steps of this length [s]; nothing corrects it yet.
-pub(super) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
+pub(crate) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
     let own = model.own_bristles.under(model.own);
     let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
     let omega = TAU * model.accelerometer_bandwidth;

@@ -18,6 +18,7 @@ mod velocity_observer;
 pub use axis_control::axis_control;
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
+pub(crate) use drive_observer::believed_drive;
 pub use drive_observer::{Trust, drive_observer};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
@@ -26,7 +27,7 @@ pub use margin::{
 };
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
-pub use riccati::{KalmanFilter, kalman_filter};
+pub use riccati::{KalmanFilter, Regulator, kalman_filter, linear_quadratic_regulator};
 pub use software::{brake, difference_torque, load_current_control, parameters, software};
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
@@ -54,12 +55,12 @@ fn within(
 }
 
 /// Sampling times that make sense on a drive: 1 µs to 1 s.
-fn sampling_time(dt: f64) -> Result<(), Error> {
+pub(crate) fn sampling_time(dt: f64) -> Result<(), Error> {
     within("the sampling time", dt, "s", (1e-6, 1.0), "Give the period in seconds: 1/tick_rate.")
 }
 
 /// `Err` with the first number of a matrix that is none.
-fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
+pub(crate) fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
     match matrix.iter().find(|value| !value.is_finite()) {
         Some(&value) => Err(Error::NotFinite { what, value }),
         None => Ok(()),
@@ -67,7 +68,7 @@ fn finite(what: &'static str, matrix: &DMatrix<f64>) -> Result<(), Error> {
 }
 
 /// `Err` unless the matrix is square and finite; its order.
-fn square(what: &'static str, matrix: &DMatrix<f64>) -> Result<usize, Error> {
+pub(crate) fn square(what: &'static str, matrix: &DMatrix<f64>) -> Result<usize, Error> {
     let (found, expected) = (matrix.ncols(), matrix.nrows());
     if found != expected {
         let remedy = "A system matrix has as many columns as rows.";

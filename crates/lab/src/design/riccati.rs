@@ -1,4 +1,4 @@
-//! The stationary Kalman filter.
+//! The stationary Kalman filter, and its mirror image, the linear quadratic regulator.
 
 use nalgebra::DMatrix;
 
@@ -37,14 +37,24 @@ pub fn kalman_filter(
         Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
     };
     let inverse = r.clone().try_inverse().ok_or_else(unobservable)?;
-    let identity = DMatrix::<f64>::identity(order, order);
-    let mut step = a.transpose();
-    let mut seen = c.transpose() * inverse * c;
-    let mut covariance = q.clone();
+    let covariance = stationary(a.transpose(), c.transpose() * inverse * c, q).ok_or_else(unobservable)?;
+    finite("the covariance of the filter", &covariance)?;
+    let innovation = c * &covariance * c.transpose() + r;
+    let gain = innovation.lu().solve(&(c * &covariance)).ok_or_else(unobservable)?.transpose();
+    finite("the gain of the filter", &gain)?;
+    let covariance = (DMatrix::<f64>::identity(order, order) - &gain * c) * covariance;
+    Ok(KalmanFilter { gain, covariance })
+}
+
+/// The solution X of X = S·X·Sᵀ − … for `step` Sᵀ, what is seen G and the source Q, by structured doubling; `None` where it
+/// does not exist.
+fn stationary(mut step: DMatrix<f64>, mut seen: DMatrix<f64>, source: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let identity = DMatrix::<f64>::identity(step.nrows(), step.nrows());
+    let mut covariance = source.clone();
     for _ in 0..DOUBLINGS {
         let lu = (&identity + &seen * &covariance).lu();
-        let forward = lu.solve(&step).ok_or_else(unobservable)?;
-        let spread = (&identity + &covariance * &seen).lu().solve(&step.transpose()).ok_or_else(unobservable)?;
+        let forward = lu.solve(&step)?;
+        let spread = (&identity + &covariance * &seen).lu().solve(&step.transpose())?;
         let more = step.transpose() * &covariance * &forward;
         seen = &seen + &step * &seen * &spread;
         step = &step * &forward;
@@ -55,12 +65,49 @@ pub fn kalman_filter(
             break;
         }
     }
-    finite("the covariance of the filter", &covariance)?;
-    let innovation = c * &covariance * c.transpose() + r;
-    let gain = innovation.lu().solve(&(c * &covariance)).ok_or_else(unobservable)?.transpose();
-    finite("the gain of the filter", &gain)?;
-    let covariance = (&identity - &gain * c) * covariance;
-    Ok(KalmanFilter { gain, covariance })
+    Some(covariance)
+}
+
+/// A state feedback u = −K·x with the least cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regulator {
+    /// Gain K, a row an input and a column a state.
+    pub gain: DMatrix<f64>,
+    /// Cost P of a state: xᵀ·P·x is what it costs to bring it to rest.
+    pub cost: DMatrix<f64>,
+}
+
+/// The feedback u = −K·x of x⁺ = A·x + B·u with the least ∑ xᵀ·Q·x + 2·xᵀ·N·u + uᵀ·R·u: the Kalman filter of the dual
+/// system. Without `cross` N is 0.
+///
+/// # Errors
+/// What is no number, R that is not regular, and what does not converge: a state that the inputs do not reach and that
+/// does not die out.
+pub fn linear_quadratic_regulator(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    cross: Option<&DMatrix<f64>>,
+) -> Result<Regulator, Error> {
+    square("the system matrix", a)?;
+    let uncontrollable = || {
+        let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
+        Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+    };
+    let inverse = r.clone().try_inverse().ok_or_else(uncontrollable)?;
+    // With a cross term: u = v − R⁻¹·Nᵀ·x takes it away.
+    let shift = cross.map(|n| &inverse * n.transpose());
+    let (moved, weight) = match (&shift, cross) {
+        (Some(shift), Some(n)) => (a - b * shift, q - n * shift),
+        _ => (a.clone(), q.clone()),
+    };
+    let cost = stationary(moved.clone(), b * inverse * b.transpose(), &weight).ok_or_else(uncontrollable)?;
+    finite("the cost of the regulator", &cost)?;
+    let weighed = b.transpose() * &cost;
+    let gain = (&weighed * b + r).lu().solve(&(weighed * moved)).ok_or_else(uncontrollable)?;
+    finite("the gain of the regulator", &gain)?;
+    Ok(Regulator { gain: shift.map_or_else(|| gain.clone(), |shift| &gain + shift), cost })
 }
 
 #[cfg(test)]
@@ -91,6 +138,21 @@ mod tests {
             p = (DMatrix::identity(2, 2) - &gain * &c) * ahead;
         }
         assert!((&p - &filter.covariance).norm() < 1e-9 * p.norm(), "{p} {}", filter.covariance);
+    }
+
+    #[test]
+    fn a_state_that_no_input_reaches_is_refused_unless_it_dies_out() {
+        let one = DMatrix::identity(2, 2);
+        let b = DMatrix::from_row_slice(2, 1, &[1.0, 0.0]);
+        let r = DMatrix::from_element(1, 1, 1.0);
+        let regulator = |slow: f64| {
+            let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, slow]);
+            linear_quadratic_regulator(&a, &b, &one, &r, None)
+        };
+        assert!(regulator(1.1).is_err());
+        // The golden section, as for the filter.
+        let gain = regulator(0.5).expect("the rest dies out").gain;
+        assert!((gain[0] - (5f64.sqrt() - 1.0) / 2.0).abs() < 1e-12, "{gain}");
     }
 
     #[test]
