@@ -103,7 +103,6 @@ fn sliding_and_stuck_the_linear_axis_is_the_bench_for_small_deviations() {
         for input in [port::TORQUE, port::LOAD] {
             for output in [port::ANGLE, port::TACHO] {
                 let deviation = deviation(&preset, at, input, output);
-                println!("{at:?}, input {input}, output {output}: {deviation:.1e}");
                 // A deviation of 1e-6 N m bends the friction curve by as little; counts of 1e-15 turns are the rest.
                 assert!(deviation < 1e-4, "{at:?}, input {input}, output {output}: {deviation:.1e}");
             }

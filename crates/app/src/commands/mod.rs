@@ -16,6 +16,7 @@ mod machine;
 mod measure;
 mod params;
 mod plant;
+mod position_loop;
 mod render;
 mod replay;
 mod report;
@@ -58,6 +59,9 @@ pub(crate) enum Command {
                             Example: stickslip design --from clm-bench --point 0=0.3 --point 2=0.17 --point 12=0.13"
     )]
     Design(design::DesignCommand),
+    /// How far the loop of a position controller is from oscillation, the load sliding and stuck: margins, sensitivity, noise.
+    #[command(name = "loop", after_help = "Example: stickslip loop\nExample: stickslip loop --control pid --tune")]
+    Loop(position_loop::LoopCommand),
     /// Let the load motor render the difference of desired and own friction, and measure again.
     #[command(
         after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
@@ -170,6 +174,7 @@ impl Command {
             }
             Command::Calibrate(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Design(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Loop(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
@@ -197,6 +202,10 @@ impl Command {
             }
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
+            Command::Loop(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
             Command::Render(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)

@@ -9,7 +9,7 @@ use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
 use crate::markdown::{Page, Table};
-use crate::{DRIVE_ENGINEER, LABORATORY, MICROCONTROLLER, TEACHER};
+use crate::{DRIVE_ENGINEER, LABORATORY, LOOP, MICROCONTROLLER, TEACHER};
 
 /// The tables below headings that begin with `stickslip COMMAND`.
 fn of_command(page: &Page, command: &str) -> Vec<Table> {
@@ -97,6 +97,11 @@ fn what_measure_fit_design_and_render_write_is_described() {
     ] {
         assert_eq!(wrong(&page, command, &out.join(folder)), [] as [String; 0]);
     }
+}
+
+#[test]
+fn what_loop_writes_is_described() {
+    assert_eq!(wrong(&Page::read("files.md"), "loop", &LOOP.path().join("stickslip-out/loop")), [] as [String; 0]);
 }
 
 #[test]

@@ -20,6 +20,7 @@ const OTHERS: [&str; 3] = ["introduction.md", "files.md", "errors.md"];
 /// Recipes whose files other tests look at, too.
 pub(crate) static DRIVE_ENGINEER: LazyLock<TempDir> = LazyLock::new(|| run("drive-engineer.md"));
 pub(crate) static LABORATORY: LazyLock<TempDir> = LazyLock::new(|| run("laboratory.md"));
+pub(crate) static LOOP: LazyLock<TempDir> = LazyLock::new(|| run("loop.md"));
 pub(crate) static MICROCONTROLLER: LazyLock<TempDir> = LazyLock::new(|| run("microcontroller.md"));
 pub(crate) static TEACHER: LazyLock<TempDir> = LazyLock::new(|| run("teacher.md"));
 
@@ -49,6 +50,11 @@ fn the_recipe_for_hardware_runs() {
 }
 
 #[test]
+fn the_page_on_loops_runs_and_shows_its_figures() {
+    compare_figures("loop", &LOOP.path().join("stickslip-out/loop"));
+}
+
+#[test]
 fn introduction_and_reference_run() {
     for page in OTHERS {
         run(page);
@@ -62,14 +68,21 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
         .filter(|page| page.blocks().iter().any(|block| block.kind == "sh"))
         .map(|page| page.name)
         .collect();
-    let recipes =
-        ["drive-engineer.md", "laboratory.md", "microcontroller.md", "own-hardware.md", "researcher.md", "teacher.md"];
+    let recipes = [
+        "drive-engineer.md",
+        "laboratory.md",
+        "loop.md",
+        "microcontroller.md",
+        "own-hardware.md",
+        "researcher.md",
+        "teacher.md",
+    ];
     let run: BTreeSet<&str> = recipes.into_iter().chain(OTHERS).collect();
     assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");
     let figures: BTreeSet<_> = figures.map(|entry| entry.expect("it can be listed").file_name()).collect();
     // Those of the page are pictures of a browser, which no command draws.
-    assert_eq!(figures, ["demo", "fidelity", "identify", "page", "render"].map(Into::into).into());
+    assert_eq!(figures, ["demo", "fidelity", "identify", "loop", "page", "render"].map(Into::into).into());
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod law;
 mod lyapunov;
 mod margin;
 mod placement;
+mod position_loop;
 mod region;
 mod riccati;
 mod software;
@@ -26,6 +27,9 @@ pub use margin::{
     CHATTER_LIMIT, LARGEST_DELAY, LARGEST_GAIN, Margin, STIFFNESSES, desired_stiffness, margin, stiffness_limit,
 };
 pub use placement::{ObserverForm, observer_gain, place_poles};
+pub use position_loop::{
+    CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,
+};
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use riccati::{KalmanFilter, Regulator, kalman_filter, linear_quadratic_regulator};
 pub use software::{brake, difference_torque, load_current_control, parameters, software};

@@ -11,6 +11,7 @@ pub(crate) mod draw;
 pub mod experiment;
 pub mod fit;
 pub mod measure;
+pub mod position_loop;
 pub mod render;
 pub mod sketch;
 pub(crate) mod tell;

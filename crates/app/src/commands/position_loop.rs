@@ -1,0 +1,71 @@
+//! `stickslip loop`: how far the loop of a position controller is from oscillation.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use stickslip::Watch;
+use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// Which loop to judge.
+#[derive(Args)]
+pub(crate) struct LoopCommand {
+    /// Name of a preset, or a parameter file: its model is the axis, its bench.controller the controller.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    pub(super) preset: String,
+    /// Change a value of the preset (bench.controller.velocity_gain=0.2); may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// The controller as the PID controller that it is, or as a cascade.
+    #[arg(long, value_enum)]
+    control: Option<Control>,
+    /// Tune its gains first, as every controller is tuned: the least deviation after a step of the load torque within limits
+    /// of sensitivity and noise. Takes seconds.
+    #[arg(long)]
+    tune: bool,
+    /// Speed at which the load slides, in rad/s.
+    #[arg(long, value_name = "RAD/S", default_value_t = 10.0)]
+    speed: f64,
+    /// Folder for the preset with this controller, figures, report and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/loop")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Control {
+    /// One PID controller of the position.
+    Pid,
+    /// P control of the position around PI control of the velocity.
+    Cascade,
+}
+
+impl LoopCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let mut preset = source::preset(&self.preset, self.set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
+        let controller = &mut preset.bench.controller;
+        match self.control {
+            Some(Control::Pid) => *controller = as_pid(controller),
+            Some(Control::Cascade) => *controller = as_cascade(controller),
+            None => {}
+        }
+        let run =
+            if self.tune { LoopRun::tuned(&preset, self.speed, watch)? } else { LoopRun::new(&preset, self.speed)? };
+        let summary = run.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for line in run.table().lines() {
+                writeln!(out, "{line}")?;
+            }
+            for remark in run.remarks() {
+                writeln!(out, "{remark}")?;
+            }
+            writeln!(out, "The bench with this controller: --preset {}", self.out.join(PRESET).display())?;
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })
+    }
+}

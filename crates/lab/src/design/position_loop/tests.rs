@@ -1,0 +1,82 @@
+use super::*;
+use crate::Preset;
+use crate::parameters::presets;
+use stickslip_core::control::{Cascade, Pid};
+
+const SLIDING: Operating = Operating::Sliding(10.0);
+
+fn bench() -> Preset<f64> {
+    presets::find("clm-bench").unwrap().read().unwrap()
+}
+
+fn with(preset: &Preset<f64>, controller: PositionController<f64>, at: Operating) -> PositionLoop {
+    PositionLoop::new(&controller, &preset.model, &preset.bench, at).unwrap()
+}
+
+fn one(system: &StateSpace, input: usize, output: usize, frequency: f64) -> Complex<f64> {
+    system.at_frequency(frequency).unwrap()[(output, input)]
+}
+
+#[test]
+fn the_closed_loop_is_that_of_its_gain() {
+    let preset = bench();
+    for at in [SLIDING, Operating::Stuck] {
+        let closes = with(&preset, preset.bench.controller, at);
+        let (gain, closed) = (closes.gain().unwrap(), closes.closed().unwrap());
+        for frequency in [3.0, 30.0, 300.0, 1500.0] {
+            let l = one(&gain, 0, 0, frequency);
+            let load = one(&closes.axis, port::LOAD, port::ANGLE, frequency);
+            // What the load's torque does is what the axis makes of it, and of what the controller answers.
+            let answers = closes.back().unwrap();
+            let seen = one(&answers, 0, 0, frequency) * load
+                + one(&answers, 1, 0, frequency) * one(&closes.axis, port::LOAD, port::TACHO, frequency);
+            let expected = load + one(&closes.axis, port::TORQUE, port::ANGLE, frequency) * seen / (l + 1.0);
+            let found = one(&closed, 2, 0, frequency);
+            let off = libm::hypot((found - expected).re, (found - expected).im) / libm::hypot(expected.re, expected.im);
+            assert!(off < 1e-9, "{at:?} at {frequency}: {off:.1e}");
+        }
+    }
+}
+
+#[test]
+fn a_cascade_and_the_pid_controller_that_it_is_have_the_same_loop() {
+    let preset = bench();
+    let cascade = Cascade::default();
+    let pid = crate::design::cascade_as_pid(&cascade);
+    let quality = |controller| with(&preset, controller, SLIDING).quality(&preset.model).unwrap();
+    let (one, other) = (quality(PositionController::Cascade(cascade)), quality(PositionController::Pid(pid)));
+    assert!((one.margins.sensitivity.value / other.margins.sensitivity.value - 1.0).abs() < 1e-9);
+    assert!((one.noise_torque / other.noise_torque - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_loop_that_is_pushed_to_its_gain_margin_oscillates() {
+    let preset = bench();
+    let cascade = Cascade::default();
+    let scaled = |factor: f64| {
+        let (velocity_gain, integral_gain) = (factor * cascade.velocity_gain, factor * cascade.integral_gain);
+        let controller = PositionController::Cascade(Cascade { velocity_gain, integral_gain, ..cascade });
+        with(&preset, controller, SLIDING).quality(&preset.model).unwrap()
+    };
+    let margin = scaled(1.0).margins.gain.unwrap().value;
+    let (within, beyond) = (scaled(0.99 * margin), scaled(1.01 * margin));
+    assert!(within.stable && within.noise_torque.is_finite());
+    assert!(!beyond.stable && beyond.noise_torque.is_infinite());
+    // Close to the margin the sensitivity is one over what is left of it.
+    assert!(within.margins.sensitivity.value > 50.0, "{:?}", within.margins.sensitivity);
+}
+
+#[test]
+fn the_corners_are_worse_than_the_machine_as_believed() {
+    let preset = bench();
+    let both = [SLIDING, Operating::Stuck];
+    let found = corners(&preset.bench.controller, &preset.model, &preset.bench, &both).unwrap();
+    assert_eq!(found.len(), 8);
+    let nominal =
+        both.map(|at| with(&preset, preset.bench.controller, at).gain().unwrap().margins().unwrap().sensitivity.value);
+    assert!(found[0].sensitivity > nominal[0].max(nominal[1]), "{found:?} {nominal:?}");
+    // A controller that is far too stiff is unstable there, and said to be.
+    let stiff = PositionController::Pid(Pid { derivative_gain: 5.0, ..Pid::default() });
+    let found = corners(&stiff, &preset.model, &preset.bench, &both).unwrap();
+    assert!(found[0].sensitivity.is_infinite());
+}

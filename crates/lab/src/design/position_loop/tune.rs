@@ -1,0 +1,320 @@
+//! The fair tuning: one criterion and the same limits for every controller.
+//!
+//!   min ln IAE + 0.3·ln ê   of the angle after a step of the load torque, the load sliding,
+//!
+//! under M_s ≤ 1.8 sliding and stuck, M_s ≤ 2.5 in the corners of load inertia and coupling stiffness, and a noise of the
+//! commanded torque of at most 4 % of its limit. By Nelder and Mead's simplex on the logarithms of the gains, from several
+//! starts; what is beyond a limit is paid for at a price that no gain of the criterion is worth.
+
+use nalgebra::Complex;
+use stickslip_core::control::PositionController;
+
+use super::{CORNER_LIMIT, CORNERS, Operating, PositionLoop, SENSITIVITY_LIMIT, size};
+use crate::Error;
+use crate::linear::{StateSpace, axis_under_control, port};
+use crate::preset::{Model, Settings};
+use crate::watch::Watch;
+
+/// Largest noise of the commanded torque, as a share of its limit.
+pub const NOISE_LIMIT: f64 = 0.04;
+/// Time in which the angle after a step of the load torque counts [s].
+const HORIZON: f64 = 2.0;
+/// Price of a limit that is exceeded, per share of it, and of a loop that is not stable.
+const PRICE: f64 = 30.0;
+const UNSTABLE: f64 = 1e3;
+/// A grid of frequencies does not see the very top of a peak.
+const GRID: f64 = 0.995;
+/// Factors of all gains from which the search starts.
+const STARTS: [f64; 3] = [1.0, 0.5, 1.7];
+/// Values of the criterion that a start may ask for.
+const EVALUATIONS: usize = 220;
+
+/// A controller that was tuned, and at what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tuned {
+    /// The controller.
+    pub controller: PositionController<f64>,
+    /// Integral of |angle| after a load torque of 1 N m [rad s].
+    pub absolute_error: f64,
+    /// Largest |angle| after it [rad].
+    pub peak: f64,
+    /// Noise of the commanded torque [N m RMS].
+    pub noise_torque: f64,
+}
+
+/// A machine on which a controller is judged.
+struct Bed {
+    axis: StateSpace,
+    /// From commanded torque to angle and tacho, at the frequencies of the grid.
+    response: Vec<[Complex<f64>; 2]>,
+    frequencies: Vec<f64>,
+    limit: f64,
+}
+
+/// Tunes the gains of a controller; its kind, limits and switches stay.
+///
+/// # Errors
+/// What the linearisation refuses; [`Error::NotSolvable`] where no start led to a loop that keeps the limits;
+/// [`Error::Cancelled`].
+pub fn tune(
+    controller: &PositionController<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+    velocity: f64,
+    watch: &Watch,
+) -> Result<Tuned, Error> {
+    let beds = beds(model, settings, velocity)?;
+    let judge = |gains: &[f64]| price(&beds, &with_gains(controller, gains), model).map(|(price, _)| price);
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for (k, factor) in STARTS.into_iter().enumerate() {
+        let start: Vec<f64> = gains(controller).iter().map(|gain| gain + libm::log(factor)).collect();
+        let mut asked = 0;
+        let found = simplex(&start, EVALUATIONS, |gains| {
+            asked += 1;
+            let done = (k as f64 + f64::from(asked) / EVALUATIONS as f64) / STARTS.len() as f64;
+            watch.stage("tune", done)?;
+            judge(gains)
+        })?;
+        if best.as_ref().is_none_or(|(least, _)| found.0 < *least) {
+            best = Some(found);
+        }
+    }
+    let nothing = Error::NotSolvable {
+        what: "a tuning within the limits of sensitivity and noise",
+        remedy: "Start from softer gains, or make the believed machine stiffer or its sensors quieter.",
+    };
+    let Some((_, gains)) = best else { return Err(nothing) };
+    let controller = with_gains(controller, &gains);
+    let (_, outcome) = price(&beds, &controller, model)?;
+    outcome.filter(|outcome| outcome.beyond <= 0.01).map_or(Err(nothing), |outcome| {
+        let Outcome { absolute_error, peak, noise_torque, .. } = outcome;
+        Ok(Tuned { controller, absolute_error, peak, noise_torque })
+    })
+}
+
+/// The machine as believed, sliding and stuck, and its corners.
+fn beds(model: &Model<f64>, settings: &Settings<f64>, velocity: f64) -> Result<Vec<Bed>, Error> {
+    let mut beds = Vec::new();
+    for at in [Operating::Sliding(velocity), Operating::Stuck] {
+        beds.push(Bed::new(model, settings, at, SENSITIVITY_LIMIT)?);
+        for load_inertia in CORNERS {
+            for coupling_stiffness in CORNERS {
+                let mut off = *model;
+                off.drive.load_inertia *= load_inertia;
+                off.drive.coupling_stiffness *= coupling_stiffness;
+                beds.push(Bed::new(&off, settings, at, CORNER_LIMIT)?);
+            }
+        }
+    }
+    Ok(beds)
+}
+
+impl Bed {
+    fn new(model: &Model<f64>, settings: &Settings<f64>, at: Operating, limit: f64) -> Result<Self, Error> {
+        let axis = axis_under_control(model, settings, at)?;
+        let torque = axis.select(&[port::TORQUE], &[port::ANGLE, port::TACHO])?;
+        let slowest = 1.0;
+        let frequencies: Vec<f64> = torque.channel(0, 0)?.frequencies()?.into_iter().filter(|&f| f > slowest).collect();
+        let infinite = Complex::new(f64::INFINITY, 0.0);
+        let at_once =
+            |frequency: &f64| torque.at_frequency(*frequency).map_or([infinite; 2], |g| [g[(0, 0)], g[(1, 0)]]);
+        let response = frequencies.iter().map(at_once).collect();
+        Ok(Bed { axis, response, frequencies, limit })
+    }
+
+    /// Peak of the sensitivity on the grid.
+    fn sensitivity(&self, back: &StateSpace) -> f64 {
+        let gains = self.frequencies.iter().zip(&self.response).filter_map(|(&frequency, [angle, tacho])| {
+            let controller = back.at_frequency(frequency)?;
+            Some(1.0 / size(Complex::new(1.0, 0.0) - controller[(0, 0)] * angle - controller[(0, 1)] * tacho))
+        });
+        gains.fold(0.0, f64::max)
+    }
+}
+
+/// What a controller comes to.
+struct Outcome {
+    absolute_error: f64,
+    peak: f64,
+    noise_torque: f64,
+    /// Share by which it exceeds limits, all together.
+    beyond: f64,
+}
+
+/// The price of a controller, and what it comes to where all loops are stable.
+fn price(
+    beds: &[Bed],
+    controller: &PositionController<f64>,
+    model: &Model<f64>,
+) -> Result<(f64, Option<Outcome>), Error> {
+    let (mut radius, mut beyond) = (0.0f64, 0.0);
+    let mut first = None;
+    for bed in beds {
+        let closes = PositionLoop::over(bed.axis.clone(), controller)?;
+        let closed = closes.closed()?;
+        let slowest = closed.poles()?.iter().map(|&pole| size(pole)).fold(0.0, f64::max);
+        radius = radius.max(slowest);
+        if slowest < 1.0 {
+            beyond += (closes.back().map(|back| bed.sensitivity(&back))? / (GRID * bed.limit) - 1.0).max(0.0);
+        }
+        first = first.or(Some((closes, closed)));
+    }
+    let Some((closes, closed)) = first.filter(|_| radius < 1.0) else { return Ok((UNSTABLE * radius, None)) };
+    let noise_torque = closes.noise_torque(&closed, model)?;
+    beyond += (noise_torque / (NOISE_LIMIT * torque_limit(controller)) - 1.0).max(0.0);
+    let dt = closed.dt.unwrap_or(HORIZON);
+    let answers = closed.channel(2, 0)?.step_response((HORIZON / dt) as usize, dt)?;
+    let absolute_error = dt * answers.iter().map(|angle| angle.abs()).sum::<f64>();
+    let peak = answers.iter().fold(0.0, |peak: f64, angle| peak.max(angle.abs()));
+    let criterion = libm::log(absolute_error) + 0.3 * libm::log(peak);
+    Ok((criterion + PRICE * beyond, Some(Outcome { absolute_error, peak, noise_torque, beyond })))
+}
+
+fn torque_limit(controller: &PositionController<f64>) -> f64 {
+    match controller {
+        PositionController::Cascade(cascade) => cascade.torque_limit,
+        PositionController::Pid(pid) => pid.torque_limit,
+    }
+}
+
+/// Logarithms of what is tuned.
+fn gains(controller: &PositionController<f64>) -> Vec<f64> {
+    let gains = match controller {
+        PositionController::Cascade(it) => vec![it.position_gain, it.velocity_gain, it.integral_gain],
+        PositionController::Pid(it) if it.use_tacho > 0.5 => {
+            vec![it.proportional_gain, it.integral_gain, it.derivative_gain]
+        }
+        PositionController::Pid(it) => {
+            vec![it.proportional_gain, it.integral_gain, it.derivative_gain, it.filter_time]
+        }
+    };
+    // A gain of 0 has no logarithm: it starts small.
+    gains.into_iter().map(|gain| libm::log(gain.max(1e-6))).collect()
+}
+
+/// The controller with these gains.
+fn with_gains(controller: &PositionController<f64>, gains: &[f64]) -> PositionController<f64> {
+    let mut controller = *controller;
+    let targets: Vec<&mut f64> = match &mut controller {
+        PositionController::Cascade(it) => vec![&mut it.position_gain, &mut it.velocity_gain, &mut it.integral_gain],
+        PositionController::Pid(it) => {
+            vec![&mut it.proportional_gain, &mut it.integral_gain, &mut it.derivative_gain, &mut it.filter_time]
+        }
+    };
+    for (target, gain) in targets.into_iter().zip(gains) {
+        *target = libm::exp(*gain);
+    }
+    controller
+}
+
+/// The lowest value and where it is, by Nelder and Mead's simplex (1965) with the usual factors.
+fn simplex(
+    start: &[f64],
+    evaluations: usize,
+    mut judge: impl FnMut(&[f64]) -> Result<f64, Error>,
+) -> Result<(f64, Vec<f64>), Error> {
+    /// First edges, and how close the corners come before it ends.
+    const EDGE: f64 = 0.3;
+    const END: f64 = 1e-3;
+    let mut left = evaluations;
+    let mut at = |point: Vec<f64>| {
+        left = left.saturating_sub(1);
+        Ok::<_, Error>((judge(&point)?, point, left))
+    };
+    let mut corners = Vec::new();
+    for k in 0..=start.len() {
+        let mut point = start.to_vec();
+        if k > 0 {
+            point[k - 1] += EDGE;
+        }
+        let (value, point, _) = at(point)?;
+        corners.push((value, point));
+    }
+    loop {
+        corners.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let count = corners.len();
+        let worst = corners[count - 1].clone();
+        let spread = (0..start.len()).map(|j| (worst.1[j] - corners[0].1[j]).abs()).fold(0.0, f64::max);
+        let middle: Vec<f64> = (0..start.len())
+            .map(|j| corners[..count - 1].iter().map(|corner| corner.1[j]).sum::<f64>() / (count - 1) as f64)
+            .collect();
+        let along = |factor: f64| (0..start.len()).map(|j| middle[j] + factor * (worst.1[j] - middle[j])).collect();
+        let (value, point, left) = at(along(-1.0))?;
+        let better = if value < corners[0].0 {
+            let (further, far, _) = at(along(-2.0))?;
+            if further < value { Some((further, far)) } else { Some((value, point)) }
+        } else if value < corners[count - 2].0 {
+            Some((value, point))
+        } else {
+            let (near, close, _) = at(along(if value < worst.0 { -0.5 } else { 0.5 }))?;
+            (near < worst.0.min(value)).then_some((near, close))
+        };
+        match better {
+            Some(better) => corners[count - 1] = better,
+            None => {
+                let best = corners[0].1.clone();
+                for corner in &mut corners[1..] {
+                    let point = corner.1.iter().zip(&best).map(|(x, b)| 0.5 * (x + b)).collect();
+                    let (value, point, _) = at(point)?;
+                    *corner = (value, point);
+                }
+            }
+        }
+        if left == 0 || spread < END {
+            corners.sort_by(|one, other| one.0.total_cmp(&other.0));
+            return Ok(corners.swap_remove(0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Preset;
+    use crate::design::{cascade_as_pid, corners};
+    use crate::parameters::presets;
+    use stickslip_core::control::{Cascade, Pid};
+
+    #[test]
+    fn the_simplex_walks_down_a_crooked_valley() {
+        let rosenbrock = |p: &[f64]| Ok((1.0 - p[0]).powi(2) + 100.0 * (p[1] - p[0] * p[0]).powi(2));
+        let (value, point) = simplex(&[-1.2, 1.0], 1000, rosenbrock).unwrap();
+        assert!(value < 1e-5 && (point[0] - 1.0).abs() < 1e-2, "{value} at {point:?}");
+    }
+
+    #[test]
+    fn a_fair_tuning_keeps_all_limits_and_pid_and_cascade_come_out_alike() {
+        let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+        let cascade = Cascade::default();
+        let tuned = |controller| tune(&controller, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap();
+        let [one, other] =
+            [PositionController::Cascade(cascade), PositionController::Pid(cascade_as_pid(&cascade))].map(tuned);
+        let both = [Operating::Sliding(10.0), Operating::Stuck];
+        for found in [one, other] {
+            for at in both {
+                let closes = PositionLoop::new(&found.controller, &preset.model, &preset.bench, at).unwrap();
+                let quality = closes.quality(&preset.model).unwrap();
+                // A hundredth is what the search may leave.
+                assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
+            }
+            let worst = corners(&found.controller, &preset.model, &preset.bench, &both).unwrap()[0];
+            assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
+            assert!(found.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
+        }
+        // The same family: the cascade's zeros are real, which costs a little.
+        assert!((one.absolute_error / other.absolute_error - 1.0).abs() < 0.15, "{one:?} {other:?}");
+        let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
+        let (_, before) = price(&before, &PositionController::Cascade(cascade), &preset.model).unwrap();
+        assert!(before.is_none_or(|before| before.beyond > 0.0 || before.absolute_error > one.absolute_error));
+    }
+
+    #[test]
+    fn limits_that_no_gain_keeps_are_refused() {
+        let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+        // A tacho of nothing but noise, and a drive that may do next to nothing.
+        preset.model.tacho_noise = 1.0;
+        let pid = PositionController::Pid(Pid { torque_limit: 1e-6, ..Pid::default() });
+        let refused = tune(&pid, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err().to_string();
+        assert!(refused.contains("within the limits of sensitivity and noise"), "{refused}");
+    }
+}

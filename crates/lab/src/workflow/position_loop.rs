@@ -1,0 +1,364 @@
+//! The loop of a position controller on the believed axis: how stable, how fast, how noisy, in numbers and figures.
+
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use nalgebra::Complex;
+use stickslip_core::control::{Cascade, Pid, PositionController};
+
+use super::draw::Captioned;
+use crate::design::{
+    CORNER_LIMIT, Corner, LoopQuality, PositionLoop, SENSITIVITY_LIMIT, cascade_as_pid, corners, tune,
+};
+use crate::figure::{Axis, Figure, Role, Series};
+use crate::linear::{Operating, StateSpace};
+use crate::quantity::{Estimate, number};
+use crate::report::{Cell, Provenance, Report, Table};
+use crate::{Error, Preset, Summary, Watch, output, parameters};
+
+/// Name of the file that other commands take as `--preset`: the bench with the controller that was judged.
+pub const PRESET: &str = "preset.toml";
+
+/// Time over which steps are shown [s].
+const SHOWN: f64 = 0.4;
+
+/// What a search may leave of a limit.
+const TOLERANCE: f64 = 1.01;
+
+/// A loop about one operating point.
+#[derive(Clone, Debug)]
+pub struct OperatingLoop {
+    /// `sliding` or `stuck`.
+    pub name: &'static str,
+    /// What the load does.
+    pub at: Operating,
+    /// What the loop is worth.
+    pub quality: LoopQuality,
+    gain: StateSpace,
+    closed: StateSpace,
+    frequencies: Vec<f64>,
+}
+
+/// The loop of a controller, the load sliding and stuck, and its corners.
+#[derive(Clone, Debug)]
+pub struct LoopRun {
+    /// The bench, with the controller that was judged.
+    pub preset: Preset<f64>,
+    /// Sliding, then stuck.
+    pub operating: [OperatingLoop; 2],
+    /// What the corners of load inertia and coupling stiffness do, the worst first.
+    pub corners: Vec<Corner>,
+}
+
+/// The controller of a preset as the other kind of the same family.
+pub fn as_pid(controller: &PositionController<f64>) -> PositionController<f64> {
+    match controller {
+        PositionController::Cascade(cascade) => PositionController::Pid(cascade_as_pid(cascade)),
+        other => *other,
+    }
+}
+
+/// The cascade of a preset, or that of the defaults where it has another controller.
+pub fn as_cascade(controller: &PositionController<f64>) -> PositionController<f64> {
+    match controller {
+        PositionController::Cascade(_) => *controller,
+        PositionController::Pid(Pid { torque_limit, .. }) => {
+            PositionController::Cascade(Cascade { torque_limit: *torque_limit, ..Cascade::default() })
+        }
+    }
+}
+
+impl LoopRun {
+    /// Judges the controller of a preset on what the preset believes, the load sliding at `velocity` [rad/s] and stuck.
+    ///
+    /// # Errors
+    /// What the linearisation refuses.
+    pub fn new(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
+        let both = [("sliding", Operating::Sliding(velocity)), ("stuck", Operating::Stuck)];
+        let judge = |(name, at): (&'static str, Operating)| -> Result<_, Error> {
+            let closes = PositionLoop::new(&preset.bench.controller, &preset.model, &preset.bench, at)?;
+            let (gain, closed) = (closes.gain()?, closes.closed()?);
+            let frequencies = gain.frequencies()?;
+            Ok(OperatingLoop { name, at, quality: closes.quality(&preset.model)?, gain, closed, frequencies })
+        };
+        let [sliding, stuck] = both.map(judge);
+        let corners = corners(&preset.bench.controller, &preset.model, &preset.bench, &both.map(|(_, at)| at))?;
+        Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners })
+    }
+
+    /// The same with a controller that is tuned first, see [`tune`].
+    ///
+    /// # Errors
+    /// As [`tune`].
+    pub fn tuned(preset: &Preset<f64>, velocity: f64, watch: &Watch) -> Result<Self, Error> {
+        let Preset { model, bench, .. } = preset;
+        let tuned = tune(&bench.controller, model, bench, velocity, watch)?;
+        let mut preset = *preset;
+        preset.bench.controller = tuned.controller;
+        Self::new(&preset, velocity)
+    }
+
+    /// Whether the loop keeps what a fair tuning asks for.
+    pub fn is_fair(&self) -> bool {
+        let within = |it: &OperatingLoop| {
+            it.quality.stable && it.quality.margins.sensitivity.value <= TOLERANCE * SENSITIVITY_LIMIT
+        };
+        self.operating.iter().all(within)
+            && self.corners.iter().all(|corner| corner.sensitivity <= TOLERANCE * CORNER_LIMIT)
+    }
+
+    /// What a reader should know.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = Vec::new();
+        for it in &self.operating {
+            let peak = it.quality.margins.sensitivity;
+            if !it.quality.stable {
+                remarks.push(format!("The loop is not stable while the load is {}: lower its gains.", it.name));
+            } else if peak.value > TOLERANCE * SENSITIVITY_LIMIT {
+                remarks.push(format!(
+                    "While the load is {} the sensitivity rises to {} at {} Hz, beyond the {} of a fair tuning.",
+                    it.name,
+                    number(peak.value, 2),
+                    number(peak.frequency / TAU, 0),
+                    number(SENSITIVITY_LIMIT, 1)
+                ));
+            }
+        }
+        if let Some(worst) = self.corners.first().filter(|worst| worst.sensitivity > TOLERANCE * CORNER_LIMIT) {
+            remarks.push(format!(
+                "With {} × the load inertia and {} × the coupling stiffness {}: it does not bear what may be wrong with \
+                 the model.",
+                worst.load_inertia,
+                worst.coupling_stiffness,
+                if worst.sensitivity.is_finite() {
+                    format!("the sensitivity rises to {}", number(worst.sensitivity, 2))
+                } else {
+                    "the loop is not stable".into()
+                }
+            ));
+        }
+        if remarks.is_empty() {
+            remarks.push("The loop keeps what a fair tuning asks for, sliding, stuck and in all corners.".into());
+        }
+        remarks
+    }
+
+    /// Numbers of both operating points beside each other.
+    pub fn table(&self) -> Table {
+        let [sliding, stuck] = &self.operating;
+        let numbers = |it: &OperatingLoop| numbers(&it.quality);
+        let head = Table::new(["number", "sliding", "stuck"]).caption("The loop, opened at the commanded torque.");
+        numbers(sliding).into_iter().zip(numbers(stuck)).fold(head, |table, ((_, words, unit, one), (.., other))| {
+            let cell = |value: Option<f64>| match value {
+                Some(value) if value.is_finite() => Cell::Estimate(Estimate::new(value, unit)),
+                _ => "no limit".into(),
+            };
+            table.row([words.into(), cell(one), cell(other)])
+        })
+    }
+
+    /// The numbers, under their stable names.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("loop");
+        for it in &self.operating {
+            for (key, _, unit, value) in numbers(&it.quality) {
+                summary.result(&format!("loop.{}.{key}", it.name), value.unwrap_or(f64::INFINITY), unit);
+            }
+            let stable = f64::from(u8::from(it.quality.stable));
+            summary.result(&format!("loop.{}.stable", it.name), stable, "1");
+            for pole in &it.quality.poles {
+                summary.row([
+                    ("kind", "pole".into()),
+                    ("load", it.name.into()),
+                    ("real", pole.re.into()),
+                    ("imaginary", pole.im.into()),
+                ]);
+            }
+        }
+        for corner in &self.corners {
+            summary.row([
+                ("kind", "corner".into()),
+                ("load", if corner.at == Operating::Stuck { "stuck" } else { "sliding" }.into()),
+                ("load_inertia", corner.load_inertia.into()),
+                ("coupling_stiffness", corner.coupling_stiffness.into()),
+                ("sensitivity_peak", corner.sensitivity.into()),
+            ]);
+        }
+        let worst = self.corners.first().map_or(f64::NAN, |corner| corner.sensitivity);
+        summary.result("loop.worst_corner.sensitivity_peak", worst, "1").result(
+            "loop.fair",
+            f64::from(u8::from(self.is_fair())),
+            "1",
+        );
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, None, parameters::write_commented(&self.preset));
+        let report = Report::new("Loop of the position controller", provenance)
+            .summary(self.remarks().join(" "))
+            .table(self.table());
+        self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
+    }
+
+    /// Writes figures, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        output::write(&directory.join(PRESET), parameters::write_commented(&self.preset))?;
+        summary.file(PRESET);
+        for (name, figure, _) in self.figures() {
+            output::write(&directory.join(name), figure.svg())?;
+            summary.file(name);
+        }
+        self.report(command).write_all(summary, [], directory)
+    }
+
+    /// A line each for sliding and stuck.
+    fn both(&self, figure: Figure, line: impl Fn(&OperatingLoop, &[Complex<f64>]) -> Vec<(f64, f64)>) -> Figure {
+        self.operating.iter().enumerate().fold(figure, |figure, (index, it)| {
+            let gains = it.gain.response(&it.frequencies);
+            figure.series(Series::line(Role::Trace(index), it.name, line(it, &gains)))
+        })
+    }
+
+    /// All figures with the names of their files.
+    fn figures(&self) -> Vec<Captioned> {
+        let frequency = || Axis::new("frequency", "Hz").stretched();
+        let hertz = |it: &OperatingLoop, k: usize| it.frequencies[k] / TAU;
+        let over = |measure: fn(Complex<f64>) -> f64| {
+            move |it: &OperatingLoop, gains: &[Complex<f64>]| {
+                gains.iter().enumerate().map(|(k, l)| (hertz(it, k), measure(*l))).collect::<Vec<_>>()
+            }
+        };
+        let magnitude = Figure::new("Loop gain").x(frequency()).y(Axis::new("magnitude", "dB").range(-60.0, 60.0));
+        let magnitude = self.both(magnitude, over(|l| decibels(size(l)).clamp(-60.0, 60.0)));
+        let phase = Figure::new("Phase of the loop gain").x(frequency()).y(Axis::new("phase", "°"));
+        let phase = self.both(phase, |it, gains| {
+            unwrapped(gains).into_iter().enumerate().map(|(k, p)| (hertz(it, k), p)).collect()
+        });
+        let circle = (0..=120).map(|k| f64::from(k) * TAU / 120.0).map(|angle| {
+            let radius = 1.0 / SENSITIVITY_LIMIT;
+            (radius * libm::cos(angle) - 1.0, radius * libm::sin(angle))
+        });
+        let plane = Figure::new("Loop gain in the complex plane")
+            .x(Axis::new("real part", "1").range(-3.0, 1.5))
+            .y(Axis::new("imaginary part", "1").range(-2.0, 1.0));
+        let inside = |l: &Complex<f64>| (-3.0..=1.5).contains(&l.re) && (-2.0..=1.0).contains(&l.im);
+        let nyquist = self
+            .both(plane, |_, gains| {
+                gains.iter().map(|l| if inside(l) { (l.re, l.im) } else { (f64::NAN, f64::NAN) }).collect()
+            })
+            .series(Series::line(Role::Reference, "M_s = 1.8", circle))
+            .series(Series::points(Role::Reference, "−1", [(-1.0, 0.0)]).large());
+        let sensitivity = Figure::new("Sensitivity").x(frequency()).y(Axis::new("|1/(1 + L)|", "1"));
+        let last = self.operating[0].frequencies.last().map_or(1.0, |last| last / TAU);
+        let sensitivity = self.both(sensitivity, over(|l| 1.0 / size(l + 1.0))).series(Series::line(
+            Role::Reference,
+            "limit of a fair tuning",
+            [0.0, last].map(|f| (f, SENSITIVITY_LIMIT)),
+        ));
+        let step = |title: &str, unit: &str, input: usize, scale: f64| {
+            let figure = Figure::new(title).x(Axis::new("time", "s")).y(Axis::new("angle", unit));
+            self.both(figure, |it, _| {
+                let dt = it.closed.dt.unwrap_or(SHOWN);
+                let channel = it.closed.channel(input, 0).and_then(|way| way.step_response((SHOWN / dt) as usize, dt));
+                let answers = channel.unwrap_or_default().into_iter().enumerate();
+                answers.map(|(k, angle)| (k as f64 * dt, scale * angle)).collect()
+            })
+        };
+        let poles = Figure::new("Poles of the closed loop")
+            .x(Axis::new("real part", "1").range(-1.6, 1.6))
+            .y(Axis::new("imaginary part", "1").range(-1.1, 1.1))
+            .series(Series::line(
+                Role::Reference,
+                "limit of stability",
+                (0..=120).map(|k| {
+                    let angle = f64::from(k) * PI / 60.0;
+                    (libm::cos(angle), libm::sin(angle))
+                }),
+            ));
+        let poles = self.operating.iter().enumerate().fold(poles, |figure, (index, it)| {
+            let points = it.quality.poles.iter().map(|pole| (pole.re, pole.im));
+            figure.series(Series::points(Role::Trace(index), it.name, points).large())
+        });
+        vec![
+            (
+                "magnitude.svg",
+                magnitude,
+                "Where it is above 0 dB the controller decides, below it the axis does.".into(),
+            ),
+            ("phase.svg", phase, "At −180° the loop gain must be below 0 dB.".into()),
+            (
+                "nyquist.svg",
+                nyquist,
+                "A loop that stays outside the circle has a sensitivity below 1.8 everywhere.".into(),
+            ),
+            (
+                "sensitivity.svg",
+                sensitivity,
+                "By how much the loop amplifies what disturbs it; below 1 it helps.".into(),
+            ),
+            (
+                "setpoint_step.svg",
+                step("Step of the set-point", "rad", 0, 1.0),
+                "The angle after a set-point of 1 rad, no limit reached.".into(),
+            ),
+            (
+                "load_step.svg",
+                step("Step of the load torque", "mrad", 2, 100.0),
+                "The angle after 0.1 N·m against the load.".into(),
+            ),
+            ("poles.svg", poles, "In z: what lies within the circle dies out.".into()),
+        ]
+    }
+}
+
+/// Key, words, unit and value of what a loop is worth; no value where nothing limits it.
+fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'static str, Option<f64>)> {
+    let LoopQuality { margins, bandwidth, noise_torque, .. } = quality;
+    let degrees = margins.phase.map(|phase| phase.value.to_degrees());
+    vec![
+        ("sensitivity_peak", "peak of the sensitivity M_s", "1", Some(margins.sensitivity.value)),
+        ("sensitivity_peak_at", "… at", "Hz", Some(margins.sensitivity.frequency / TAU)),
+        ("complementary_peak", "peak of the complementary sensitivity M_t", "1", Some(margins.complementary.value)),
+        ("gain_margin", "gain margin", "1", margins.gain.map(|gain| gain.value)),
+        (
+            "gain_reduction",
+            "gain down to which it is stable",
+            "1",
+            Some(margins.gain_reduction.map_or(0.0, |gain| gain.value)),
+        ),
+        ("phase_margin", "phase margin", "°", degrees),
+        ("delay_margin", "delay margin", "s", margins.delay.map(|delay| delay.value)),
+        ("crossover", "crossover", "Hz", margins.phase.map(|phase| phase.frequency / TAU)),
+        ("bandwidth", "bandwidth", "Hz", bandwidth.map(|bandwidth| bandwidth / TAU)),
+        ("noise_torque", "noise of the commanded torque, RMS", "N m", Some(*noise_torque)),
+    ]
+}
+
+fn size(value: Complex<f64>) -> f64 {
+    libm::hypot(value.re, value.im)
+}
+
+fn decibels(magnitude: f64) -> f64 {
+    20.0 * libm::log10(magnitude)
+}
+
+/// Phases without jumps [°], the first between −360 and 0.
+fn unwrapped(gains: &[Complex<f64>]) -> Vec<f64> {
+    let mut last = -180.0;
+    let phase = |gain: &Complex<f64>| libm::atan2(gain.im, gain.re).to_degrees();
+    gains
+        .iter()
+        .map(|gain| {
+            let phase = phase(gain);
+            last = phase + 360.0 * ((last - phase) / 360.0).round();
+            last
+        })
+        .collect()
+}
