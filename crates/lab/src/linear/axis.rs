@@ -49,7 +49,7 @@ pub mod port {
 }
 
 /// The believed axis from commanded torque and load torque to encoder angle, tacho and load velocity, sampled with the
-/// tick, as written in one tick and acting from the next one's begin on: the tick's own delay is in it.
+/// tick. A command is written in one tick and acts from the next one's begin on: the tick's own delay is in it.
 ///
 /// Drive, coupling, friction, lags of servo amplifier and tacho, and the load motor held without current by its control
 /// on the velocity observer: what its voltage does late is damping. Quantisation and noise have no slope.
@@ -57,7 +57,8 @@ pub mod port {
 /// # Errors
 /// What the design of observer and current control refuses; a speed at which the bristles do not come to slide.
 pub fn axis(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
-    Ok(acting_at_once(model, settings, at)?.delayed(1)?.trimmed())
+    // The load's torque waits for nobody: only the command is late.
+    Ok(acting_at_once(model, settings, at)?.late_input(port::TORQUE)?.trimmed())
 }
 
 /// The same at the rate of the position controller: its torque comes into force one of its samples late and is held over
@@ -67,7 +68,6 @@ pub fn axis(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Resu
 /// As [`axis`].
 pub fn axis_under_control(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
     let slow = acting_at_once(model, settings, at)?.slower(settings.divider() as usize)?;
-    // The load's torque waits for nobody: only the command is late.
     Ok(slow.late_input(port::TORQUE)?.trimmed())
 }
 

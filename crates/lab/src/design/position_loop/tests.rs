@@ -39,14 +39,17 @@ fn the_closed_loop_is_that_of_its_gain() {
 }
 
 #[test]
-fn a_cascade_and_the_pid_controller_that_it_is_have_the_same_loop() {
+fn a_cascade_and_the_pid_controller_that_it_is_have_nearly_the_same_loop() {
     let preset = bench();
-    let cascade = Cascade::default();
+    // Soft, for a stiff one feels on which side of the coupling its velocity is measured.
+    let cascade = Cascade { velocity_gain: 0.03, integral_gain: 0.4, ..Cascade::default() };
     let pid = crate::design::cascade_as_pid(&cascade);
     let quality = |controller| with(&preset, controller, SLIDING).quality(&preset.model).unwrap();
     let (one, other) = (quality(PositionController::Cascade(cascade)), quality(PositionController::Pid(pid)));
-    assert!((one.margins.sensitivity.value / other.margins.sensitivity.value - 1.0).abs() < 1e-9);
-    assert!((one.noise_torque / other.noise_torque - 1.0).abs() < 1e-9);
+    let [m_s, noise] =
+        [one.margins.sensitivity.value / other.margins.sensitivity.value, one.noise_torque / other.noise_torque];
+    // The cascade integrates the tacho of the motor, the PID controller has the encoder of the load.
+    assert!((m_s - 1.0).abs() < 0.03 && (noise - 1.0).abs() < 0.03, "{m_s} {noise}");
 }
 
 #[test]
@@ -79,4 +82,24 @@ fn the_corners_are_worse_than_the_machine_as_believed() {
     let stiff = PositionController::Pid(Pid { derivative_gain: 5.0, ..Pid::default() });
     let found = corners(&stiff, &preset.model, &preset.bench, &both).unwrap();
     assert!(found[0].sensitivity.is_infinite());
+}
+
+#[test]
+fn noise_of_the_torque_is_at_least_what_the_tacho_makes_at_once() {
+    let preset = bench();
+    // Stuck, the integral's pole lies at 0.02 Hz: its covariance is thousands of times that of the torque.
+    for (position_gain, velocity_gain, integral_gain) in
+        [(29.0, 0.0569, 1.65), (41.8, 0.0526, 0.8316), (20.0, 0.05, 1.0)]
+    {
+        let cascade = Cascade { position_gain, velocity_gain, integral_gain, ..Cascade::default() };
+        let at_once = velocity_gain * preset.model.tacho_noise / preset.model.scaling.tacho;
+        for at in [SLIDING, Operating::Stuck] {
+            let quality = with(&preset, PositionController::Cascade(cascade), at).quality(&preset.model).unwrap();
+            assert!(
+                (1.0..3.0).contains(&(quality.noise_torque / at_once)),
+                "{at:?}: {} {at_once}",
+                quality.noise_torque
+            );
+        }
+    }
 }

