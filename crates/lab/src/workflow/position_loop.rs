@@ -8,7 +8,7 @@ use stickslip_core::control::{Cascade, Pid, PositionController};
 
 use super::draw::Captioned;
 use crate::design::{
-    CORNER_LIMIT, Corner, LoopQuality, PositionLoop, SENSITIVITY_LIMIT, cascade_as_pid, corners, tune,
+    CORNER_LIMIT, Corner, LoopQuality, PositionLoop, SENSITIVITY_LIMIT, axis_control, cascade_as_pid, corners, tune,
 };
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::linear::{Operating, StateSpace};
@@ -75,14 +75,15 @@ impl LoopRun {
     /// What the linearisation refuses.
     pub fn new(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
         let both = [("sliding", Operating::Sliding(velocity)), ("stuck", Operating::Stuck)];
+        let control = axis_control(&preset.model, &preset.bench)?;
         let judge = |(name, at): (&'static str, Operating)| -> Result<_, Error> {
-            let closes = PositionLoop::new(&preset.bench.controller, &preset.model, &preset.bench, at)?;
+            let closes = PositionLoop::new(control, &preset.model, &preset.bench, at)?;
             let (gain, closed) = (closes.gain()?, closes.closed()?);
             let frequencies = gain.frequencies()?;
             Ok(OperatingLoop { name, at, quality: closes.quality(&preset.model)?, gain, closed, frequencies })
         };
         let [sliding, stuck] = both.map(judge);
-        let corners = corners(&preset.bench.controller, &preset.model, &preset.bench, &both.map(|(_, at)| at))?;
+        let corners = corners(control, &preset.model, &preset.bench, &both.map(|(_, at)| at))?;
         Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners })
     }
 

@@ -11,7 +11,9 @@ mod tune;
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix};
-use stickslip_core::control::{ControllerInput, PositionController, PositionControllerState};
+use stickslip_core::control::compensation::{Compensation, Hold};
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::control::{AxisControl, AxisControlInput};
 
 use super::drive_observer::CONVERTER_NOISE;
 pub use tune::{NOISE_LIMIT, Tuned, tune};
@@ -20,7 +22,7 @@ use crate::Error;
 use crate::linear::{Margins, Operating, StateSpace, axis_under_control, linearise, port};
 use crate::preset::{Model, Settings};
 
-/// Inputs of a controller, in the order of [`ControllerInput`].
+/// Inputs of position control, in the order of [`AxisControlInput`].
 const REFERENCE: usize = 0;
 const REFERENCE_VELOCITY: usize = 1;
 const ANGLE: usize = 3;
@@ -71,29 +73,37 @@ pub struct Corner {
 }
 
 impl PositionLoop {
-    /// The loop of a controller on the axis that is believed.
+    /// The loop of a controller, with its compensation where it has one, on the axis that is believed.
     ///
     /// # Errors
     /// What the linearisation of the axis refuses.
     pub fn new(
-        controller: &PositionController<f64>,
+        control: impl Into<AxisControl<f64>>,
         model: &Model<f64>,
         settings: &Settings<f64>,
         at: Operating,
     ) -> Result<Self, Error> {
-        Self::over(axis_under_control(model, settings, at)?, controller)
+        let velocity = if let Operating::Sliding(velocity) = at { velocity } else { 0.0 };
+        Self::over(axis_under_control(model, settings, at)?, control, velocity)
     }
 
-    /// The loop of a controller over an axis at its rate.
+    /// The loop over an axis at the controller's rate that slides with a velocity [rad/s].
     ///
     /// # Errors
     /// What the linearisation of the controller refuses.
-    pub fn over(axis: StateSpace, controller: &PositionController<f64>) -> Result<Self, Error> {
+    pub fn over(axis: StateSpace, control: impl Into<AxisControl<f64>>, velocity: f64) -> Result<Self, Error> {
         let dt = axis.dt.unwrap_or_default();
+        // A dead zone is left as soon as it matters.
+        let control = AxisControl { hold: Hold::default(), ..control.into() };
+        // What is fed forward or learns slowly is no part of the loop; the sign in an observer of friction is.
+        let slides = matches!(control.compensation, Compensation::FriedlandPark(_));
+        let velocity = if slides { velocity } else { 0.0 };
+        let reference = Setpoint { velocity, ..Setpoint::default() };
+        let input = AxisControlInput { reference, measured_velocity: velocity, ..AxisControlInput::default() };
         // In the middle of its range, with a sample behind it: no limit is near.
-        let mut state = PositionControllerState::default();
-        state.pid.started = 1.0;
-        let controller = linearise(controller, &state, &ControllerInput::default(), dt)?.trimmed();
+        let mut state = control.take_over(0.0, input, None);
+        state.controller.pid.started = 1.0;
+        let controller = linearise(&control, &state, &input, dt)?.trimmed();
         Ok(PositionLoop { axis, controller })
     }
 
@@ -201,11 +211,12 @@ impl PositionLoop {
 /// # Errors
 /// As [`PositionLoop::new`].
 pub fn corners(
-    controller: &PositionController<f64>,
+    control: impl Into<AxisControl<f64>>,
     model: &Model<f64>,
     settings: &Settings<f64>,
     operating: &[Operating],
 ) -> Result<Vec<Corner>, Error> {
+    let control = control.into();
     let mut found = Vec::new();
     for &at in operating {
         for load_inertia in CORNERS {
@@ -213,7 +224,7 @@ pub fn corners(
                 let mut off = *model;
                 off.drive.load_inertia *= load_inertia;
                 off.drive.coupling_stiffness *= coupling_stiffness;
-                let closes = PositionLoop::new(controller, &off, settings, at)?;
+                let closes = PositionLoop::new(control, &off, settings, at)?;
                 let stable = closes.closed()?.is_stable()?;
                 let peak = if stable { closes.gain()?.margins()?.sensitivity.value } else { f64::INFINITY };
                 found.push(Corner { at, load_inertia, coupling_stiffness, sensitivity: peak });

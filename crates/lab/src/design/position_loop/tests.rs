@@ -1,7 +1,7 @@
 use super::*;
 use crate::Preset;
 use crate::parameters::presets;
-use stickslip_core::control::{Cascade, Pid};
+use stickslip_core::control::{Cascade, Pid, PositionController};
 
 const SLIDING: Operating = Operating::Sliding(10.0);
 
@@ -10,7 +10,7 @@ fn bench() -> Preset<f64> {
 }
 
 fn with(preset: &Preset<f64>, controller: PositionController<f64>, at: Operating) -> PositionLoop {
-    PositionLoop::new(&controller, &preset.model, &preset.bench, at).unwrap()
+    PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap()
 }
 
 fn one(system: &StateSpace, input: usize, output: usize, frequency: f64) -> Complex<f64> {
@@ -73,14 +73,14 @@ fn a_loop_that_is_pushed_to_its_gain_margin_oscillates() {
 fn the_corners_are_worse_than_the_machine_as_believed() {
     let preset = bench();
     let both = [SLIDING, Operating::Stuck];
-    let found = corners(&preset.bench.controller, &preset.model, &preset.bench, &both).unwrap();
+    let found = corners(preset.bench.controller, &preset.model, &preset.bench, &both).unwrap();
     assert_eq!(found.len(), 8);
     let nominal =
         both.map(|at| with(&preset, preset.bench.controller, at).gain().unwrap().margins().unwrap().sensitivity.value);
     assert!(found[0].sensitivity > nominal[0].max(nominal[1]), "{found:?} {nominal:?}");
     // A controller that is far too stiff is unstable there, and said to be.
     let stiff = PositionController::Pid(Pid { derivative_gain: 5.0, ..Pid::default() });
-    let found = corners(&stiff, &preset.model, &preset.bench, &both).unwrap();
+    let found = corners(stiff, &preset.model, &preset.bench, &both).unwrap();
     assert!(found[0].sensitivity.is_infinite());
 }
 
@@ -102,4 +102,26 @@ fn noise_of_the_torque_is_at_least_what_the_tacho_makes_at_once() {
             );
         }
     }
+}
+
+#[test]
+fn a_disturbance_observer_is_a_part_of_the_loop_and_a_feedforward_is_not() {
+    use crate::{CompensationChoice, DisturbanceObserverChoice};
+    let mut preset = bench();
+    let cascade = Cascade { velocity_gain: 0.05, integral_gain: 0.8, ..Cascade::default() };
+    preset.bench.controller = PositionController::Cascade(cascade);
+    let mut peak = |compensation| {
+        preset.bench.compensation = compensation;
+        let control = crate::design::axis_control(&preset.model, &preset.bench).unwrap();
+        let closes = PositionLoop::new(control, &preset.model, &preset.bench, SLIDING).unwrap();
+        closes.quality(&preset.model).unwrap().margins.sensitivity.value
+    };
+    let alone = peak(CompensationChoice::Nothing);
+    assert!((peak(CompensationChoice::Feedforward(Default::default())) / alone - 1.0).abs() < 1e-9);
+    assert!((peak(CompensationChoice::Adaptive(Default::default())) / alone - 1.0).abs() < 1e-9);
+    let [slow, fast] = [10.0, 60.0]
+        .map(|bandwidth| peak(CompensationChoice::DisturbanceObserver(DisturbanceObserverChoice { bandwidth })));
+    assert!(fast > 1.1 * slow && fast > 1.1 * alone, "{alone} alone, {slow} with a slow one, {fast} with a fast one");
+    let estimating = peak(CompensationChoice::FriedlandPark(Default::default()));
+    assert!(estimating > 1.02 * alone, "{estimating}");
 }

@@ -162,7 +162,7 @@ fn price(
     let (mut radius, mut beyond) = (0.0f64, 0.0);
     let mut first = None;
     for bed in beds {
-        let closes = PositionLoop::over(bed.axis.clone(), controller)?;
+        let closes = PositionLoop::over(bed.axis.clone(), *controller, 0.0)?;
         let closed = closes.closed()?;
         let slowest = closed.poles()?.iter().map(|&pole| size(pole)).fold(0.0, f64::max);
         radius = radius.max(slowest);
@@ -304,12 +304,12 @@ mod tests {
         let both = [Operating::Sliding(10.0), Operating::Stuck];
         for found in [one, other] {
             for at in both {
-                let closes = PositionLoop::new(&found.controller, &preset.model, &preset.bench, at).unwrap();
+                let closes = PositionLoop::new(found.controller, &preset.model, &preset.bench, at).unwrap();
                 let quality = closes.quality(&preset.model).unwrap();
                 // A hundredth is what the search may leave.
                 assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
             }
-            let worst = corners(&found.controller, &preset.model, &preset.bench, &both).unwrap()[0];
+            let worst = corners(found.controller, &preset.model, &preset.bench, &both).unwrap()[0];
             assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
             assert!(found.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
         }
