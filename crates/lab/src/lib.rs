@@ -40,8 +40,8 @@ pub mod xcp;
 
 pub use error::Error;
 pub use preset::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, Doubt, FriedlandParkChoice,
-    LawChoice, Model, Preset, Residual, Settings, Tracking,
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, Doubt, FeedforwardChoice,
+    FriedlandParkChoice, LawChoice, Model, Preset, Residual, Settings, Tracking,
 };
 pub use summary::Summary;
 pub use watch::Watch;

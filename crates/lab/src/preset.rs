@@ -3,7 +3,8 @@
 mod compensation;
 
 pub use compensation::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FriedlandParkChoice,
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
+    FriedlandParkChoice,
 };
 use stickslip_core::Fields;
 use stickslip_core::control::PositionController;

@@ -40,8 +40,8 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f6
             let smoothing_velocity = choice.smoothing_velocity;
             Compensation::Curve(CurveFeedforward { friction, smoothing_velocity, preview, torque_limit })
         }
-        CompensationChoice::Feedforward(belief) => {
-            let (friction, bristles) = believed(&belief, model, settings);
+        CompensationChoice::Feedforward(choice) => {
+            let (friction, bristles) = believed(&choice.belief, model, settings);
             Compensation::Feedforward(FrictionFeedforward { friction: bristles.under(friction), preview, torque_limit })
         }
         CompensationChoice::Adaptive(choice) => {
@@ -101,7 +101,7 @@ mod tests {
 
     use super::*;
     use crate::parameters::presets;
-    use crate::preset::{AdaptiveChoice, DisturbanceObserverChoice};
+    use crate::preset::{AdaptiveChoice, DisturbanceObserverChoice, FeedforwardChoice};
     use crate::{Preset, parameters};
     use stickslip_core::block::Block as _;
 
@@ -128,7 +128,7 @@ mod tests {
             (Belief { desired: 1.0, share: 1.0 }, desired + motor),
             (Belief { desired: 0.0, share: 0.5 }, 0.5 * (own + motor)),
         ] {
-            preset.bench.compensation = CompensationChoice::Feedforward(belief);
+            preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice { belief });
             let torque = fed_forward(&preset, 8.0);
             // What is left of the motor's own Stribeck drop at 8 rad/s.
             assert!((torque - expected).abs() < 1e-3, "{belief:?}: {torque} instead of {expected}");

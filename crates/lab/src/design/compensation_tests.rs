@@ -10,7 +10,8 @@ use super::software;
 use crate::noise::{Normals, Ticks};
 use crate::parameters::{self, presets};
 use crate::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, FriedlandParkChoice, Preset, Settings, Watch, integrator,
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice, Preset, Settings,
+    Watch, integrator,
 };
 
 /// The drive of the comparisons with nominal friction, its control at 1 kHz.
@@ -70,12 +71,13 @@ fn compensation_takes_the_peaks_off_the_reversals() {
     let preset = tuned();
     let peak = |compensation| 1e3 * reversal_peak(&preset, compensation);
     let believed = |share| Belief { desired: 0.0, share };
+    let fed_forward = |share| CompensationChoice::Feedforward(FeedforwardChoice { belief: believed(share) });
     let adaptive_from =
         |share| CompensationChoice::Adaptive(AdaptiveChoice { belief: believed(share), ..AdaptiveChoice::default() });
     let alone = peak(CompensationChoice::Nothing);
     let curve = peak(CompensationChoice::Curve(CurveChoice::default()));
-    let bristles = peak(CompensationChoice::Feedforward(believed(1.0)));
-    let half = peak(CompensationChoice::Feedforward(believed(0.5)));
+    let bristles = peak(fed_forward(1.0));
+    let half = peak(fed_forward(0.5));
     let adaptive = peak(adaptive_from(1.0));
     let half_adaptive = peak(adaptive_from(0.5));
     let estimated = peak(CompensationChoice::FriedlandPark(FriedlandParkChoice::default()));
@@ -100,7 +102,7 @@ fn the_peaks_are_those_that_an_independent_simulation_found() {
     for (compensation, found) in [
         (CompensationChoice::Nothing, 36.5),
         (CompensationChoice::Curve(CurveChoice::default()), 8.1),
-        (CompensationChoice::Feedforward(Belief { desired: 0.0, share: 1.0 }), 7.7),
+        (CompensationChoice::Feedforward(FeedforwardChoice::default()), 7.7),
     ] {
         let peak = 1e3 * reversal_peak(&preset, compensation);
         assert!((peak / found - 1.0).abs() < 0.2, "{compensation:?}: {peak} instead of {found} mrad");

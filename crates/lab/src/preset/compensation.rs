@@ -11,7 +11,7 @@ pub enum CompensationChoice<T> {
     /// The believed curve at the set-point's velocity: no presliding, and nothing at rest.
     Curve(CurveChoice<T>),
     /// The believed friction with its bristles along the set-point.
-    Feedforward(Belief<T>),
+    Feedforward(FeedforwardChoice<T>),
     /// The same with levels that are estimated while the drive runs.
     Adaptive(AdaptiveChoice<T>),
     /// Coulomb friction estimated by the observer of Friedland and Park.
@@ -29,6 +29,13 @@ pub struct Belief<T> {
     /// Share of it that is compensated: above 1 it pushes, and the drive may hunt.
     #[field(unit = "1", range = 0.0..=2.0, default = 1.0)]
     pub share: T,
+}
+
+/// The believed friction along the set-point.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FeedforwardChoice<T> {
+    /// Which friction.
+    pub belief: Belief<T>,
 }
 
 /// The believed curve with a smooth sign.
