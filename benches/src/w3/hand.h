@@ -22,6 +22,8 @@ typedef struct {
 
 typedef struct {
     double reference_position, reference_velocity, reference_acceleration, measured_angle, measured_velocity;
+    /* For friction compensation, which this tick does not have. */
+    double added_torque, integrates, forgotten;
     double acceleration, current;
 } hand_input;
 

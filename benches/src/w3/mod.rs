@@ -171,6 +171,7 @@ fn inputs() -> Vec<PaperTickInput<f64>> {
                     reference_acceleration: -12.0 * rate * sine,
                     measured_angle: (angle / count).floor() * count,
                     measured_velocity: 12.0 * cosine + 0.01 * (7.0 * k as f64).sin(),
+                    ..ControllerInput::default()
                 },
                 acceleration: -12.0 * rate * sine / 1256.637 + 0.02,
                 current: 0.5 * cosine,

@@ -185,8 +185,7 @@ fn the_adaptive_curve_stays_friction_and_its_covariance_bounded() {
 fn friedland_and_park_find_coulomb_friction_at_their_rate() {
     let observer = FriedlandPark::<f64>::default();
     let mut drive = Sliding::at(5.0, |velocity: f64| 0.2 * velocity.signum());
-    let mut state = FriedlandParkState::default();
-    state.level = observer.rate * observer.inertia * drive.velocity;
+    let mut state = FriedlandParkState { level: observer.rate * observer.inertia * drive.velocity };
     for k in 0..100 {
         let torque = observer.step(&mut state, drive.input(), DT).torque;
         let expected = 0.2 * (1.0 - 0.9f64.powi(k));
