@@ -36,7 +36,7 @@ pub fn kalman_filter(
         let remedy = "Measure more, or leave out the states that the outputs do not show.";
         Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
     };
-    let inverse = r.clone().try_inverse().ok_or_else(unobservable)?;
+    let inverse = inverse_of_weight(r)?;
     let covariance = stationary(a.transpose(), c.transpose() * inverse * c, q).ok_or_else(unobservable)?;
     finite("the covariance of the filter", &covariance)?;
     let innovation = c * &covariance * c.transpose() + r;
@@ -44,6 +44,14 @@ pub fn kalman_filter(
     finite("the gain of the filter", &gain)?;
     let covariance = (DMatrix::<f64>::identity(order, order) - &gain * c) * covariance;
     Ok(KalmanFilter { gain, covariance })
+}
+
+/// R⁻¹ of a positive definite R.
+fn inverse_of_weight(r: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
+    square("the weight R", r)?;
+    let remedy = "Give each output a noise, or each input a cost, that is above 0.";
+    let indefinite = || Error::NotSolvable { what: "the inverse of the weight R", remedy };
+    Ok(r.clone().cholesky().ok_or_else(indefinite)?.inverse())
 }
 
 /// The solution X of X = S·X·Sᵀ − … for `step` Sᵀ, what is seen G and the source Q, by structured doubling; `None` where it
@@ -62,10 +70,10 @@ fn stationary(mut step: DMatrix<f64>, mut seen: DMatrix<f64>, source: &DMatrix<f
         covariance = 0.5 * (&covariance + covariance.transpose());
         seen = 0.5 * (&seen + seen.transpose());
         if more.amax() <= 1e-14 * covariance.amax() {
-            break;
+            return Some(covariance);
         }
     }
-    Some(covariance)
+    None
 }
 
 /// A state feedback u = −K·x with the least cost.
@@ -81,7 +89,7 @@ pub struct Regulator {
 /// system. Without `cross` N is 0.
 ///
 /// # Errors
-/// What is no number, R that is not regular, and what does not converge: a state that the inputs do not reach and that
+/// What is no number, R that is not positive definite, and what does not converge: a state that the inputs do not reach and that
 /// does not die out.
 pub fn linear_quadratic_regulator(
     a: &DMatrix<f64>,
@@ -95,7 +103,7 @@ pub fn linear_quadratic_regulator(
         let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
         Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
     };
-    let inverse = r.clone().try_inverse().ok_or_else(uncontrollable)?;
+    let inverse = inverse_of_weight(r)?;
     // With a cross term: u = v − R⁻¹·Nᵀ·x takes it away.
     let shift = cross.map(|n| &inverse * n.transpose());
     let (moved, weight) = match (&shift, cross) {
@@ -165,5 +173,28 @@ mod tests {
             kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 0.0)).is_err(),
             "without noise there is nothing to weigh"
         );
+    }
+
+    #[test]
+    fn what_neither_dies_out_nor_is_seen_or_reached_has_no_stationary_solution() {
+        let a = DMatrix::<f64>::identity(2, 2);
+        let seen = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let (q, r) = (DMatrix::identity(2, 2), DMatrix::from_element(1, 1, 1.0));
+        let refused = kalman_filter(&a, &seen, &q, &r).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+        let refused = linear_quadratic_regulator(&a, &seen.transpose(), &q, &r, None).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+    }
+
+    #[test]
+    fn a_weight_that_is_not_positive_is_refused() {
+        let one = DMatrix::<f64>::identity(1, 1);
+        for weight in [-1.0, 0.0] {
+            let r = DMatrix::from_element(1, 1, weight);
+            let refused = kalman_filter(&one, &one, &one, &r).unwrap_err().to_string();
+            assert!(refused.contains("above 0"), "{refused}");
+            let refused = linear_quadratic_regulator(&one, &one, &one, &r, None).unwrap_err().to_string();
+            assert!(refused.contains("above 0"), "{refused}");
+        }
     }
 }
