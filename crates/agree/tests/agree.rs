@@ -10,10 +10,15 @@ macro_rules! agree {
     ($test:ident, $Block:ident $(, $parameters:expr)+ $(,)?) => {
         #[test]
         fn $test() {
-            $(
-                bits_agree::<$Block<f64>>($parameters, DT);
-                slopes_agree::<$Block<f64>>($parameters, DT);
-            )+
+            // Not optimised, each of a tick's values in 32 lanes has a place of its own.
+            let roomy = std::thread::Builder::new().stack_size(64 << 20);
+            let agrees = roomy.spawn(|| {
+                $(
+                    bits_agree::<$Block<f64>>($parameters, DT);
+                    slopes_agree::<$Block<f64>>($parameters, DT);
+                )+
+            });
+            agrees.expect("memory for a stack").join().expect("all agree");
         }
     };
 }

@@ -331,9 +331,14 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
         core::array::from_fn(|index| self[index].map(convert))
     }
 
-    #[inline]
+    #[inline(always)]
     fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self {
-        core::array::from_fn(|index| self[index].merge(&other[index], join))
+        // Not `from_fn`: that may stay a call, and lanes want none.
+        let mut merged = *self;
+        for (one, other) in merged.iter_mut().zip(other) {
+            *one = one.merge(other, join);
+        }
+        merged
     }
 
     fn laws(&self, laws: &mut dyn Laws<T>) {

@@ -166,7 +166,7 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
                 }
             }
 
-            #[inline]
+            #[inline(always)]
             fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
                 #name {
                     #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)*
@@ -293,7 +293,7 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
                 match self { #(#map,)* }
             }
 
-            #[inline]
+            #[inline(always)]
             fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
                 match (self, other) {
                     #(#merge,)*

@@ -50,8 +50,9 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     out += &format!("    {name}_raw_step({});\n", arguments.join(", "));
     let computed = [
         vec!["isfinite(dt)".into(), format!("(dt > {})", literal::<F>(0.0))],
-        finite("s", &step.state),
-        finite("out", &step.output),
+        // What the step leaves as it is cannot have become wrong.
+        finite("s", &step.state, |number| !step.keeps(number)),
+        finite("out", &step.output, |_| true),
     ];
     // No truth value of its own: clang would load the numbers side by side right after they were stored one by one,
     // and wait.
@@ -62,7 +63,7 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     let zeros = vec![0.0; step.output.numbers()];
     out += &assign::<F>("out", &step.output, &zeros).replace("    out->", "        out->");
     out += &format!("        status = {not_computed};\n");
-    let inputs = finite("in", &step.input);
+    let inputs = finite("in", &step.input, |_| true);
     if !inputs.is_empty() {
         out += &wrap("    ", &format!("}} else if (!({})) {{", inputs.join(" && ")));
         out += &format!("        status = {input_not_finite};\n");
@@ -70,7 +71,9 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     out + &format!("    }} else {{\n        status = {ok};\n    }}\n    return status;\n")
 }
 
-/// A condition for each number.
-fn finite(base: &str, tree: &Tree) -> Vec<String> {
-    tree.paths().iter().map(|number| format!("isfinite({base}->{})", path(number))).collect()
+/// A condition for each number that counts.
+fn finite(base: &str, tree: &Tree, counts: impl Fn(usize) -> bool) -> Vec<String> {
+    let paths = tree.paths();
+    let counted = paths.iter().enumerate().filter(|(number, _)| counts(*number));
+    counted.map(|(_, names)| format!("isfinite({base}->{})", path(names))).collect()
 }

@@ -121,9 +121,12 @@ pub(super) fn plan<'a>(step: &'a Step, steps: &'a [Step], labels: &[String], typ
         let name = if all == 1 { label.clone() } else { format!("{label}_{}", letters(before)) };
         let results = results(graph, number, callee.new_state.len() + callee.results.len());
         let (new_state, output) = results.split_at(callee.new_state.len());
+        // What the callee leaves as it is, is where it was.
+        let after = |i: usize| if callee.keeps(i) { call.state[i] } else { new_state[i] };
+        let new_state: Vec<Id> = (0..new_state.len()).map(after).collect();
         let parameters = planner.argument(&callee.parameters, &call.parameters);
         let input = planner.argument(&callee.input, &call.input);
-        let state = planner.state(&callee.state, &call.state, new_state, &name);
+        let state = planner.state(&callee.state, &call.state, &new_state, &name);
         let output = (!output.is_empty()).then(|| {
             let access = Access { base: format!("{name}_out"), pointer: false, path: String::new() };
             planner.add(access.clone(), &callee.output, output.to_vec(), false);

@@ -1,6 +1,6 @@
 //! Blocks whose projects are compiled with this crate: whoever generates code calls them, and compiles none of it.
 
-use stickslip_core::control::compensation::{Compensation, Hold};
+use stickslip_core::control::compensation::{Compensation, StictionHold};
 use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::friction::{FrictionElement, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
@@ -49,11 +49,11 @@ ready!(
     DifferenceTorque,
     Encoder,
     FrictionElement,
-    Hold,
     Machine,
     Pickups,
     Pid,
     PositionController,
+    StictionHold,
     Stribeck,
     Tick,
     VelocityObserver,

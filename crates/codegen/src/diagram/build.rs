@@ -185,10 +185,16 @@ impl<'a> Builder<'a> {
         let first = first as usize;
         let kept = state.iter().zip(first..).enumerate().all(|(number, (id, place))| {
             let new = self.step.new_state[place];
+            let uses = |id: Id| self.reading.uses[id.index()];
             graph.node(*id) == record::Node::Source(Source::State, place as u32)
-                && graph.node(new) == record::Node::Result(call as u32, number as u32)
-                && self.reading.uses[id.index()] == 1
-                && self.reading.uses[new.index()] == 1
+                && if new == *id {
+                    // The call leaves it as it is, and so does the page.
+                    uses(new) == 2
+                } else {
+                    graph.node(new) == record::Node::Result(call as u32, number as u32)
+                        && uses(*id) == 1
+                        && uses(new) == 1
+                }
         });
         kept.then_some(first)
     }

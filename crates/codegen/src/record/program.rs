@@ -34,6 +34,13 @@ pub struct Step {
     pub results: Vec<Id>,
 }
 
+impl Step {
+    /// Whether the step leaves a number of its state as it is.
+    pub fn keeps(&self, number: usize) -> bool {
+        self.graph.node(self.new_state[number]) == Node::Source(Source::State, number as u32)
+    }
+}
+
 /// A block and the blocks that it calls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
@@ -142,7 +149,7 @@ pub(super) fn call<F: Precision, B: Block<Recorded<F>>>(
     dt: Recorded<F>,
 ) -> B::Output {
     let (step, new_state, output) = record_step(block, state, &input);
-    let numbers = step.new_state.len() as u32;
+    let kept: Vec<bool> = (0..step.new_state.len()).map(|number| step.keeps(number)).collect();
     let function = recorder(|s| {
         s.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
             s.steps.push(step);
@@ -151,8 +158,12 @@ pub(super) fn call<F: Precision, B: Block<Recorded<F>>>(
     });
     let call = Call { function, parameters: ids(block), state: ids(state), input: ids(&input), step: dt.id };
     let call = graph(|g| g.call(call));
-    *state = renumber(&new_state, |i| Node::Result(call, i));
-    renumber(&output, |i| Node::Result(call, numbers + i))
+    let mut number = 0;
+    *state = state.merge(&new_state, &mut |before, _| {
+        number += 1;
+        if kept[number - 1] { before } else { self::number(Node::Result(call, number as u32 - 1)) }
+    });
+    renumber(&output, |i| Node::Result(call, kept.len() as u32 + i))
 }
 
 /// Records a block in the precision `F`. Choices in the parameters are made here; numbers stay open.

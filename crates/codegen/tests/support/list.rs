@@ -1,7 +1,7 @@
 // Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
 
 use stickslip_core::control::compensation::{
-    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionFeedforward, Hold,
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionFeedforward, StictionHold,
 };
 use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::drive::{TwoMass, Winding};
@@ -83,17 +83,26 @@ agree!(
     PositionController::Pid(Pid::default()),
     PositionController::Cascade(Cascade::default())
 );
+agree!(compensation, Compensation, Compensation::Curve(CurveFeedforward::default()));
+agree!(curve_feedforward, CurveFeedforward, CurveFeedforward::default());
 agree!(
-    compensation,
-    Compensation,
-    Compensation::Curve(CurveFeedforward::default()),
-    Compensation::Feedforward(FrictionFeedforward { friction: rendered(), ..FrictionFeedforward::default() }),
-    Compensation::Adaptive(AdaptiveStribeck::default()),
-    Compensation::FriedlandPark(FriedlandPark::default()),
-    Compensation::DisturbanceObserver(DisturbanceObserver::default()),
+    friction_feedforward,
+    FrictionFeedforward,
+    FrictionFeedforward { friction: rendered(), ..FrictionFeedforward::default() }
 );
-agree!(hold, Hold, Hold { dead_zone: 1e-3, knock_torque: 0.3, dither_torque: 0.1, ..Hold::default() });
-agree!(axis_control, AxisControl, AxisControl::default());
+agree!(adaptive_stribeck, AdaptiveStribeck, AdaptiveStribeck::default());
+agree!(friedland_park, FriedlandPark, FriedlandPark::default());
+agree!(disturbance_observer, DisturbanceObserver, DisturbanceObserver::default());
+agree!(
+    stiction_hold,
+    StictionHold,
+    StictionHold { dead_zone: 1e-3, knock_torque: 0.3, dither_torque: 0.1, ..StictionHold::default() }
+);
+agree!(
+    axis_control,
+    AxisControl,
+    AxisControl { compensation: Compensation::Curve(CurveFeedforward::default()), ..AxisControl::default() }
+);
 agree!(decoder, Decoder, Decoder::default());
 agree!(correction, CorrectionTable, CorrectionTable { torque: std::array::from_fn(|k| 1e-3 * (k as f64 - 7.0)), ..CorrectionTable::default() });
 agree!(difference_torque, DifferenceTorque, DifferenceTorque::default());

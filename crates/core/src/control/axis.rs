@@ -1,6 +1,6 @@
 //! The whole of position control: controller, compensation of friction, and what holds against stiction.
 
-use super::compensation::{Compensation, CompensationInput, CompensationState, Hold, HoldInput, HoldState};
+use super::compensation::{Compensation, CompensationInput, CompensationState, Hold, HoldInput, HoldOutput, HoldState};
 use super::reference::Setpoint;
 use super::{ControllerInput, ControllerOutput, PositionController, PositionControllerState, finite_or};
 use crate::Fields;
@@ -76,14 +76,15 @@ impl<T: Scalar> AxisControlInput<T> {
 impl<T: Scalar> From<PositionController<T>> for AxisControl<T> {
     /// The controller alone.
     fn from(controller: PositionController<T>) -> Self {
-        AxisControl { controller, compensation: Compensation::Nothing, hold: Hold::default() }
+        AxisControl { controller, compensation: Compensation::Nothing, hold: Hold::Nothing }
     }
 }
 
 impl<T: Scalar> AxisControl<T> {
     /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it.
     ///
-    /// After the same compensation it goes on from where that is. From one feedforward to another the controller keeps
+    /// `last` is the state before, of another control or of nothing that acts. After the same compensation it goes on from
+    /// where that is. From one feedforward to another the controller keeps
     /// its share of the torque, and the difference of both fades. From or to anything else its integral takes the
     /// difference: it held the friction, or what an observer took for friction, or has to from now on.
     #[inline(always)]
@@ -91,26 +92,21 @@ impl<T: Scalar> AxisControl<T> {
         &self,
         torque: T,
         input: AxisControlInput<T>,
-        before: Option<(&AxisControl<T>, &AxisControlState<T>)>,
+        last: &AxisControlState<T>,
+        from: Option<&AxisControl<T>>,
     ) -> AxisControlState<T> {
         let torque = finite_or(torque, T::of(0.0));
-        let (compensation, begun) = self.compensation.begin(input.compensation(torque));
-        let mut state = AxisControlState {
-            compensation,
-            added_torque: begun,
-            torque,
-            applied_torque: torque,
-            ..AxisControlState::default()
-        };
-        if let Some((control, last)) = before {
-            state.hold = last.hold;
-            if control.compensation == self.compensation {
-                state.compensation = last.compensation;
-                state.added_torque = last.added_torque;
-                state.fading_torque = last.fading_torque;
-            } else if control.compensation.feeds_forward() && self.compensation.feeds_forward() {
-                state.fading_torque = last.added_torque + last.fading_torque - begun;
-            }
+        // What is not in force stays as it is.
+        let mut state = AxisControlState { torque, applied_torque: torque, ..*last };
+        let stays = from.is_some_and(|from| from.compensation == self.compensation);
+        if !stays {
+            let added = last.added_torque + last.fading_torque;
+            state.added_torque = self.compensation.begin(&mut state.compensation, input.compensation(torque));
+            let fades = from.is_some_and(|from| from.compensation.feeds_forward() && self.compensation.feeds_forward());
+            state.fading_torque = if fades { added - state.added_torque } else { T::of(0.0) };
+        }
+        if let (Hold::Stiction(_), None) = (self.hold, from) {
+            state.hold = HoldState::default();
         }
         let added_torque = state.added_torque + state.fading_torque;
         let controlled = ControllerInput { added_torque, ..input.controller() };
@@ -137,8 +133,13 @@ impl<T: Scalar> Block<T> for AxisControl<T> {
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let felt = input.compensation(state.applied_torque);
         let compensation = self.compensation.run(&mut state.compensation, felt, dt);
-        let held = HoldInput { reference: input.reference, measured_angle: input.measured_angle };
-        let hold = self.hold.run(&mut state.hold, held, dt);
+        let hold = match self.hold {
+            Hold::Nothing => HoldOutput { torque: T::of(0.0), integrates: T::of(1.0) },
+            Hold::Stiction(stiction) => {
+                let held = HoldInput { reference: input.reference, measured_angle: input.measured_angle };
+                stiction.run(&mut state.hold, held, dt)
+            }
+        };
         let added_torque = compensation.torque + hold.torque + state.fading_torque;
         let controlled = ControllerInput {
             added_torque,

@@ -40,7 +40,7 @@ fn all() -> Vec<AxisControl<f64>> {
         }),
     ];
     let joined =
-        |controller| compensations.map(|compensation| AxisControl { controller, compensation, hold: Hold::default() });
+        |controller| compensations.map(|compensation| AxisControl { controller, compensation, hold: Hold::Nothing });
     controllers.into_iter().flat_map(joined).collect()
 }
 
@@ -83,7 +83,7 @@ fn follow(from: &AxisControl<f64>, to: Option<&AxisControl<f64>>, at: u32) -> (f
     for k in 0..at + 200 {
         let input = axis.input(sine(k));
         if let (true, Some(to)) = (k == at, to) {
-            state = to.take_over(before, last, Some((from, &state)));
+            state = to.take_over(before, last, &state, Some(from));
             // What the first sample asks for anyway: the set-point has moved on.
             let asked = to.controller.step(&mut { state.controller }, input.controller(), DT).torque;
             let same = to.controller.step(&mut { state.controller }, last.controller(), DT).torque;
@@ -154,7 +154,7 @@ fn a_disturbance_observer_takes_the_place_of_the_integral() {
         let observer = DisturbanceObserver::default();
         let compensation = if observes { Compensation::DisturbanceObserver(observer) } else { Compensation::Nothing };
         let controller = PositionController::Cascade(Cascade::default());
-        let control = AxisControl { controller, compensation, hold: Hold::default() };
+        let control = AxisControl { controller, compensation, hold: Hold::Nothing };
         let (mut axis, mut state) = (Axis::default(), AxisControlState::default());
         for k in 0..4000 {
             let position = 3.0 * DT * f64::from(k);

@@ -243,8 +243,8 @@ impl Software {
     fn enter(&mut self, parameters: Parameters<f64>) {
         let (before, now) = (&self.parameters.tick, &parameters.tick);
         if (now.control, now.control_period) != (before.control, before.control_period) {
-            let last = Some((&before.control, &self.state.control));
-            self.state.control = now.control.take_over(self.state.commanded_torque, self.last, last);
+            let (torque, last) = (self.state.commanded_torque, self.state.control);
+            self.state.control = now.control.take_over(torque, self.last, &last, Some(&before.control));
         }
         if (now.law, now.current) != (before.law, before.current) {
             // What the integrator held of the voltage drop, the new control may feed forward, or the other way round.

@@ -260,7 +260,7 @@ impl<T: Scalar> Tick<T> {
         let output = self.control.run(&mut next, input, self.control_period);
         let on = order.control.gt(half);
         let due = order.control_due.gt(half);
-        let following = self.control.take_over(T::of(0.0), input, None);
+        let following = self.control.take_over(T::of(0.0), input, &state.control, None);
         let next = next.merge(&following, &mut |on_value, off_value| on.select(on_value, off_value));
         let torque = on.select(output.torque, T::of(0.0));
         state.control = next.merge(&state.control, &mut |new, old| due.select(new, old));

@@ -36,8 +36,6 @@ pub use software::{brake, difference_torque, load_current_control, parameters, s
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]
-mod compensation_tests;
-#[cfg(test)]
 mod tests;
 
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,6 @@
 //! Which blocks there are, and how each is set up from a preset.
 
-use stickslip_core::control::compensation::{Compensation, Hold};
+use stickslip_core::control::compensation::{Compensation, Hold, StictionHold};
 use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
 use stickslip_core::fields::Fields;
 use stickslip_core::friction::{Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, Model, Static, Stribeck};
@@ -61,6 +61,10 @@ impl Setup {
         if let PositionController::Pid(pid) = self.tick.control.controller { pid } else { Pid::default() }
     }
 
+    fn stiction_hold(&self) -> StictionHold<f64> {
+        if let Hold::Stiction(hold) = self.tick.control.hold { hold } else { StictionHold::default() }
+    }
+
     fn cascade(&self) -> Cascade<f64> {
         if let PositionController::Cascade(cascade) = self.tick.control.controller {
             cascade
@@ -96,7 +100,7 @@ catalogue! {
     "cascade": Cascade, |s| s.cascade(), s.tick.control_period;
     "position_controller": PositionController, |s| s.tick.control.controller, s.tick.control_period;
     "compensation": Compensation, |s| s.tick.control.compensation, s.tick.control_period;
-    "hold": Hold, |s| s.tick.control.hold, s.tick.control_period;
+    "stiction_hold": StictionHold, |s| s.stiction_hold(), s.tick.control_period;
     "axis_control": AxisControl, |s| s.tick.control, s.tick.control_period;
     "velocity_observer": VelocityObserver, |s| s.tick.observer, s.time;
     "current_control": CurrentControl, |s| s.tick.current, s.time;

@@ -8,6 +8,16 @@ use crate::block::Block;
 use crate::control::reference::Setpoint;
 use crate::scalar::{Mask, Scalar};
 
+/// What holds a position against stiction.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum Hold<T> {
+    /// The controller alone.
+    Nothing,
+    /// Dead zone, knocker and dither.
+    Stiction(StictionHold<T>),
+}
+
 /// Dead zone, knocker and dither, each of which may be 0: off.
 ///
 /// - Within the dead zone the controller's integral rests, so that it does not wind up against stiction.
@@ -15,7 +25,7 @@ use crate::scalar::{Mask, Scalar};
 ///   the knock zone. T. Hägglund, J. Process Control 12 (2002) 897.
 /// - A sinusoidal torque keeps the contact moving; off the resonance of the coupling, please.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Hold<T> {
+pub struct StictionHold<T> {
     /// Deviation within which the controller's integral rests.
     #[field(symbol = "e_d", unit = "rad", range = 0.0..=1.0)]
     pub dead_zone: T,
@@ -83,7 +93,7 @@ pub struct HoldOutput<T> {
     pub integrates: T,
 }
 
-impl<T: Scalar> Block<T> for Hold<T> {
+impl<T: Scalar> Block<T> for StictionHold<T> {
     type State = HoldState<T>;
     type Input = HoldInput<T>;
     type Output = HoldOutput<T>;
@@ -99,15 +109,12 @@ impl<T: Scalar> Block<T> for Hold<T> {
         state.position = finite_or(input.reference.position, state.position);
         // Half a step of slack, or rounding would shift what lasts whole samples.
         let slack = T::of(0.5) * dt;
-        let reached = |time: T, goal: T| (time + slack).ge(goal);
-
-        let knocks = rests
-            & reached(state.rested, self.dwell)
-            & reached(state.since_knock, self.knock_interval)
-            & deviation.abs().gt(self.knock_zone);
+        let (rested, since_knock) = (state.rested + slack, state.since_knock + slack);
+        let dwelt = rested.ge(self.dwell) & since_knock.ge(self.knock_interval);
+        let knocks = rests & dwelt & deviation.abs().gt(self.knock_zone);
         state.since_knock = knocks.select(zero, state.since_knock);
         state.knock = knocks.select(self.knock_torque * deviation.sign(), state.knock);
-        let strikes = rests & !reached(state.since_knock, self.knock_duration);
+        let strikes = rests & (state.since_knock + slack).lt(self.knock_duration);
         let knock = strikes.select(state.knock, zero);
         state.since_knock = (state.since_knock + dt).min(self.knock_interval + dt);
         state.rested = rests.select((state.rested + dt).min(self.dwell + dt), zero);

@@ -15,7 +15,7 @@ pub use adaptive::{AdaptiveStribeck, AdaptiveStribeckState};
 pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverState};
 pub use feedforward::{CurveFeedforward, FrictionFeedforward, FrictionFeedforwardState};
 pub use friedland_park::{FriedlandPark, FriedlandParkState};
-pub use hold::{Hold, HoldInput, HoldOutput, HoldState};
+pub use hold::{Hold, HoldInput, HoldOutput, HoldState, StictionHold};
 
 use super::finite_or;
 use super::reference::Setpoint;
@@ -100,10 +100,9 @@ impl<T: Scalar> Compensation<T> {
         }
     }
 
-    /// The state to begin from while the drive follows this set-point steadily, and what it then gives [N m].
-    #[inline(always)]
-    pub(super) fn begin(&self, input: CompensationInput<T>) -> (CompensationState<T>, T) {
-        let mut state = CompensationState::default();
+    /// Begins while the drive follows this set-point steadily; what it then gives [N m]. States of other kinds stay.
+    #[inline(never)]
+    pub(super) fn begin(&self, state: &mut CompensationState<T>, input: CompensationInput<T>) -> T {
         let torque = match self {
             Compensation::Nothing => T::of(0.0),
             Compensation::Curve(curve) => curve.run(&mut (), input, T::of(0.0)).torque,
@@ -112,7 +111,7 @@ impl<T: Scalar> Compensation<T> {
             Compensation::FriedlandPark(observer) => observer.begin(&mut state.friedland_park, input),
             Compensation::DisturbanceObserver(observer) => observer.begin(&mut state.disturbance_observer, input),
         };
-        (state, finite_or(torque, T::of(0.0)))
+        finite_or(torque, T::of(0.0))
     }
 }
 
@@ -121,7 +120,8 @@ impl<T: Scalar> Block<T> for Compensation<T> {
     type Input = CompensationInput<T>;
     type Output = CompensationOutput<T>;
 
-    #[inline(always)]
+    // Out of line like the laws: long, and not in every tick.
+    #[inline(never)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         match self {
             Compensation::Nothing => CompensationOutput { torque: T::of(0.0) },

@@ -40,6 +40,13 @@ fn all() -> [Compensation<f64>; 5] {
     ]
 }
 
+/// Begins in a steady motion: the state and what is given then.
+fn begin(compensation: &Compensation<f64>, input: CompensationInput<f64>) -> (CompensationState<f64>, f64) {
+    let mut state = CompensationState::default();
+    let torque = compensation.begin(&mut state, input);
+    (state, torque)
+}
+
 fn moving(velocity: f64, acceleration: f64) -> Setpoint<f64> {
     Setpoint { position: 0.0, velocity, acceleration }
 }
@@ -83,7 +90,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
     for velocity in [-20.0, -0.5, 0.3, 5.0] {
         let expected = curve().torque(velocity);
         for compensation in &all()[..3] {
-            let (mut state, begun) = compensation.begin(input(velocity, expected));
+            let (mut state, begun) = begin(&compensation, input(velocity, expected));
             let mut torque = 0.0;
             for _ in 0..200 {
                 torque = compensation.step(&mut state, input(velocity, expected), DT).torque;
@@ -100,7 +107,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
 fn feedforward_is_that_of_the_moment_when_it_acts() {
     for compensation in &all()[..3] {
         // A reversal at −30 rad/s²: 60 samples of ±1.8 rad/s.
-        let (mut state, _) = compensation.begin(input(1.8, curve().torque(1.8)));
+        let (mut state, _) = begin(&compensation, input(1.8, curve().torque(1.8)));
         let mut last_positive = 0.0;
         for k in 0..120 {
             let velocity = 1.8 - 30.0 * f64::from(k) * DT;
@@ -119,7 +126,7 @@ fn feedforward_is_that_of_the_moment_when_it_acts() {
 #[test]
 fn what_the_bristles_hold_stays_when_the_set_point_rests() {
     let compensation = all()[1];
-    let (mut state, _) = compensation.begin(input(2.0, 0.0));
+    let (mut state, _) = begin(&compensation, input(2.0, 0.0));
     let mut torques = [0.0; 2];
     for k in 0..1000 {
         // From 2 rad/s to rest within 0.1 s.
@@ -220,7 +227,7 @@ fn the_disturbance_observer_has_the_double_pole_that_it_is_designed_for() {
 #[test]
 fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
     for compensation in all() {
-        let (mut state, _) = compensation.begin(input(2.0, 0.3));
+        let (mut state, _) = begin(&compensation, input(2.0, 0.3));
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e300, 1e9] {
             let good = input(2.0, 0.3);
             let reference = Setpoint { position: bad, velocity: bad, acceleration: bad };
@@ -241,12 +248,12 @@ fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
     }
 }
 
-fn hold() -> Hold<f64> {
-    Hold { dead_zone: 1.2e-3, knock_torque: 0.3, knock_zone: 0.9e-3, ..Hold::default() }
+fn hold() -> StictionHold<f64> {
+    StictionHold { dead_zone: 1.2e-3, knock_torque: 0.3, knock_zone: 0.9e-3, ..StictionHold::default() }
 }
 
 /// Torques of so many samples at a set-point and an angle.
-fn holding(hold: &Hold<f64>, state: &mut HoldState<f64>, position: f64, angle: f64, samples: u32) -> Vec<f64> {
+fn holding(hold: &StictionHold<f64>, state: &mut HoldState<f64>, position: f64, angle: f64, samples: u32) -> Vec<f64> {
     let reference = Setpoint { position, ..Setpoint::default() };
     (0..samples).map(|_| hold.step(state, HoldInput { reference, measured_angle: angle }, DT).torque).collect()
 }
@@ -292,7 +299,7 @@ fn within_the_dead_zone_the_integral_rests() {
 
 #[test]
 fn dither_has_its_amplitude_and_its_frequency() {
-    let hold = Hold { dither_torque: 0.2, dither_frequency: 50.0, ..Hold::default() };
+    let hold = StictionHold { dither_torque: 0.2, dither_frequency: 50.0, ..StictionHold::default() };
     let torques = holding(&hold, &mut HoldState::default(), 0.0, 0.0, 1000);
     let most = torques.iter().fold(0.0f64, |most, &torque| most.max(torque.abs()));
     assert!((most - 0.2).abs() < 1e-3, "{most}");

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
 use stickslip_core::control::compensation::{Compensation, Hold};
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::control::{AxisControl, AxisControlInput};
+use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState};
 
 use super::drive_observer::CONVERTER_NOISE;
 pub use tune::{NOISE_LIMIT, Tuned, tune};
@@ -94,14 +94,14 @@ impl PositionLoop {
     pub fn over(axis: StateSpace, control: impl Into<AxisControl<f64>>, velocity: f64) -> Result<Self, Error> {
         let dt = axis.dt.unwrap_or_default();
         // A dead zone is left as soon as it matters.
-        let control = AxisControl { hold: Hold::default(), ..control.into() };
+        let control = AxisControl { hold: Hold::Nothing, ..control.into() };
         // What is fed forward or learns slowly is no part of the loop; the sign in an observer of friction is.
         let slides = matches!(control.compensation, Compensation::FriedlandPark(_));
         let velocity = if slides { velocity } else { 0.0 };
         let reference = Setpoint { velocity, ..Setpoint::default() };
         let input = AxisControlInput { reference, measured_velocity: velocity, ..AxisControlInput::default() };
         // In the middle of its range, with a sample behind it: no limit is near.
-        let mut state = control.take_over(0.0, input, None);
+        let mut state = control.take_over(0.0, input, &AxisControlState::default(), None);
         state.controller.pid.started = 1.0;
         let controller = linearise(&control, &state, &input, dt)?.trimmed();
         Ok(PositionLoop { axis, controller })

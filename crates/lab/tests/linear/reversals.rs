@@ -1,15 +1,15 @@
 //! What compensation does for a position controller at a reversal, where friction turns over.
 
+use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::{Generator, Reference, Sine};
 use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::plant::{PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
-use super::position_loop::tune;
-use super::software;
-use crate::noise::{Normals, Ticks};
-use crate::parameters::{self, presets};
-use crate::{
+use stickslip::design::{software, tune};
+use stickslip::noise::Normals;
+use stickslip::parameters::{self, presets};
+use stickslip::{
     AdaptiveChoice, Belief, CompensationChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice, Preset, Settings,
     Watch, integrator,
 };
@@ -46,7 +46,7 @@ fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) ->
     let bench = VirtualBench { machine, tick: software(&preset.model, settings).unwrap() };
     let mut state = BenchState::default();
     state.measurement = bench.machine.take(0, &mut state.plant, PlantInput::default(), step);
-    let (normals, ticks) = (Normals::new(7), Ticks::new(steps, step, 0.0));
+    let normals = Normals::new(7);
     let sine = Sine { amplitude: 20.0, frequency: 0.1, fade_time: 0.0 };
     let mut setpoints = Generator::new(Reference::Sine(sine), settings.tick_rate);
     let mut peaks = [0.0f64; 2];
@@ -54,7 +54,7 @@ fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) ->
         let mut order = Order { control: 1.0, reference: setpoints.next(), ..Order::default() };
         order.schedule(cycle, settings.divider());
         let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
-        bench.tick_of(ticks.steps(&normals, cycle), &mut state, input, dt);
+        bench.step(&mut state, input, dt);
         let time = cycle as f64 * dt;
         // It turns at a quarter and at three quarters of its period.
         for (peak, reversal) in peaks.iter_mut().zip([2.5, 7.5]) {
