@@ -90,7 +90,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
     for velocity in [-20.0, -0.5, 0.3, 5.0] {
         let expected = curve().torque(velocity);
         for compensation in &all()[..3] {
-            let (mut state, begun) = begin(&compensation, input(velocity, expected));
+            let (mut state, begun) = begin(compensation, input(velocity, expected));
             let mut torque = 0.0;
             for _ in 0..200 {
                 torque = compensation.step(&mut state, input(velocity, expected), DT).torque;
@@ -107,7 +107,7 @@ fn feedforward_along_a_constant_speed_is_the_curve() {
 fn feedforward_is_that_of_the_moment_when_it_acts() {
     for compensation in &all()[..3] {
         // A reversal at −30 rad/s²: 60 samples of ±1.8 rad/s.
-        let (mut state, _) = begin(&compensation, input(1.8, curve().torque(1.8)));
+        let (mut state, _) = begin(compensation, input(1.8, curve().torque(1.8)));
         let mut last_positive = 0.0;
         for k in 0..120 {
             let velocity = 1.8 - 30.0 * f64::from(k) * DT;

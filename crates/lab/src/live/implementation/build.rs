@@ -110,7 +110,7 @@ enum Broken {
 
 impl Builder {
     /// By this compiler, with so much time.
-    #[cfg(test)]
+    #[cfg(all(test, unix))]
     pub(super) fn by(compiler: &Path, limit: Duration) -> Self {
         Builder { compiler: compiler.to_owned(), limit, ..Builder::default() }
     }

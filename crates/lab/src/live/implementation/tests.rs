@@ -118,11 +118,13 @@ fn the_time_of_each_cycle_is_in_a_bar() {
     live.stop();
 }
 
+#[cfg(unix)]
 fn generated() -> Arc<Generated> {
     let preset = presets::find("clm-bench").unwrap().read::<crate::Preset<f64>>().unwrap();
     Arc::new(generate::generate("tick", &preset, generate::Precision::Double, None).unwrap())
 }
 
+#[cfg(unix)]
 fn built(mut builder: Builder, cancel: bool) -> BuildProgress {
     let folder = tempfile::tempdir().unwrap();
     builder.begin(generated(), folder.path()).unwrap();
