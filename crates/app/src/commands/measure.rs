@@ -1,4 +1,4 @@
-//! `stickslip measure`: friction at constant speeds, breakaway, presliding.
+//! `stickslip measure`: friction at constant speeds, breakaway, presliding, frequency response.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use stickslip::bench::remote::Address;
 use stickslip::bench::{ClockedBench, RemoteBench, Wishes};
-use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
+use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan, ResponsePlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
 use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
@@ -30,6 +30,11 @@ pub(crate) enum Measure {
     /// Bristle stiffness and damping by small torque cycles below breakaway, after a friction curve.
     #[command(after_help = "Example: stickslip measure presliding --set plan.quick_cycles=4")]
     Presliding(How),
+    /// Frequency response from the commanded torque to encoder and tacho, under control, beside that of the axis that is
+    /// believed.
+    #[command(after_help = "Example: stickslip measure response --linings released\n\
+                            Example: stickslip measure response --set plan.velocity=0 --set plan.chirp=true")]
+    Response(How),
 }
 
 /// On which bench, how long, and where to.
@@ -87,7 +92,8 @@ enum Linings {
 
 impl Measure {
     pub(crate) fn shown(&self) -> Shown {
-        let (Measure::Friction(how) | Measure::Breakaway(how) | Measure::Presliding(how)) = self;
+        let (Measure::Friction(how) | Measure::Breakaway(how) | Measure::Presliding(how) | Measure::Response(how)) =
+            self;
         how.shown
     }
 
@@ -97,6 +103,7 @@ impl Measure {
             Measure::Friction(how) => (how, FrictionPlan::<f64>::KIND),
             Measure::Breakaway(how) => (how, BreakawayPlan::<f64>::KIND),
             Measure::Presliding(how) => (how, PreslidingPlan::<f64>::KIND),
+            Measure::Response(how) => (how, ResponsePlan::<f64>::KIND),
         };
         (how.folder(kind), how.preset.clone())
     }
@@ -106,6 +113,7 @@ impl Measure {
             Measure::Friction(how) => how.run::<FrictionPlan<f64>>(out, watch),
             Measure::Breakaway(how) => how.run::<BreakawayPlan<f64>>(out, watch),
             Measure::Presliding(how) => how.run::<PreslidingPlan<f64>>(out, watch),
+            Measure::Response(how) => how.run::<ResponsePlan<f64>>(out, watch),
         }
     }
 }

@@ -100,8 +100,10 @@ fn what_measure_fit_design_and_render_write_is_described() {
 }
 
 #[test]
-fn what_loop_writes_is_described() {
-    assert_eq!(wrong(&Page::read("files.md"), "loop", &LOOP.path().join("stickslip-out/loop")), [] as [String; 0]);
+fn what_loop_and_measure_response_write_is_described() {
+    let (page, out) = (Page::read("files.md"), LOOP.path().join("stickslip-out"));
+    assert_eq!(wrong(&page, "loop", &out.join("loop")), [] as [String; 0]);
+    assert_eq!(wrong(&page, "measure response", &out.join("measure-response")), [] as [String; 0]);
 }
 
 #[test]

@@ -40,11 +40,12 @@ pub(super) struct Facts {
 }
 
 /// Of each kind, what it is called and the result that a reader looks for first.
-const KINDS: [(&str, &str, &str); 13] = [
+const KINDS: [(&str, &str, &str); 14] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
     ("measure presliding", "presliding", "measure.bristle_stiffness"),
+    ("measure response", "frequency response", "measure.tacho.magnitude_deviation"),
     ("calibrate", "calibration", "calibrate.load_inertia"),
     ("fit", "fit", "fit.breakaway_torque"),
     ("design", "design", "desired.breakaway_torque"),

@@ -22,7 +22,7 @@ use crate::{Error, Watch};
 /// Time over which the speed is judged [s].
 const WINDOW: f64 = 0.025;
 /// Speed between the ramps [rad/s], and how fast it changes [rad/s²].
-const TRAVEL: [f64; 2] = [2.0, 50.0];
+pub(super) const TRAVEL: [f64; 2] = [2.0, 50.0];
 
 /// Plan of a breakaway measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -225,7 +225,7 @@ fn visit(
         for _ in 0..plan.repetitions as u64 {
             for direction in [1.0, -1.0] {
                 watch.stage("breakaway from rest", ramps.len() as f64 / all)?;
-                go_to(bench, position, angle, watch)?;
+                go_to(bench, position, angle, TRAVEL, watch)?;
                 let mark = ramps.len() as u32 + 1;
                 let (applied, stop) = ramp(plan, bench, mark, direction, angle, watch)?;
                 let torque = applied.map(|applied| applied - motor_friction);
@@ -239,10 +239,15 @@ fn visit(
     Ok(())
 }
 
-/// Goes from rest to rest at another angle under control.
-pub(super) fn go_to(bench: &mut dyn Bench, from: f64, to: f64, watch: &Watch) -> Result<(), Error> {
+/// Goes from rest to rest at another angle under control, with this speed [rad/s] and acceleration [rad/s²].
+pub(super) fn go_to(
+    bench: &mut dyn Bench,
+    from: f64,
+    to: f64,
+    [speed, acceleration]: [f64; 2],
+    watch: &Watch,
+) -> Result<(), Error> {
     let dt = bench.settings().tick_time();
-    let [speed, acceleration] = TRAVEL;
     let mut traveller = Traveller::new(from, acceleration, dt);
     let sign = if to < from { -1.0 } else { 1.0 };
     let under_control = |setpoint| Command { setpoint, control: true, ..Command::default() };

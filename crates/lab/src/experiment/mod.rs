@@ -14,6 +14,7 @@ mod plan;
 mod plateau;
 mod presliding;
 mod rendering;
+mod response;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
 pub(crate) use friction::hold_speed;
@@ -27,6 +28,7 @@ pub use rendering::{
     PreloadAdvice, Pressed, advise_preload, advise_preload_from, expected_deviation, expected_inside_fade,
     sweep_through_standstill,
 };
+pub use response::{Answer, COHERENT, Line, Response, ResponsePlan, measure_response};
 
 use crate::Error;
 use crate::bench::Bench;

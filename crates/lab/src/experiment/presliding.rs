@@ -14,7 +14,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::friction::{Bend, DampingVelocity, ElastoPlastic, Fading, LuGre, Static, Stribeck, advance};
 use stickslip_core::scalar::{Dual, Scalar};
 
-use super::breakaway::go_to;
+use super::breakaway::{TRAVEL, go_to};
 use super::friction::hold_speed;
 use super::{give_back, kept};
 use crate::bench::{Bench, Command, Frame};
@@ -163,7 +163,8 @@ pub fn measure_presliding(
     let first = bench.step(Command::default())?;
     hold_speed(bench)?;
     let mut loops = Vec::new();
-    let ended = go_to(bench, first.angle, plan.angle, watch).and_then(|()| visit(plan, bench, watch, &mut loops));
+    let ended =
+        go_to(bench, first.angle, plan.angle, TRAVEL, watch).and_then(|()| visit(plan, bench, watch, &mut loops));
     let complete = kept(give_back(bench, ended), !loops.is_empty())?;
     let last = bench.step(Command::default())?;
     let dt = bench.settings().tick_time();

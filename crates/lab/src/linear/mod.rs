@@ -18,4 +18,6 @@ mod tests;
 pub use axis::{Operating, axis, axis_under_control, port};
 pub use linearise::linearise;
 pub use margins::{Margins, Peak};
+pub(crate) use response::{decibels, unwrapped};
+pub(crate) use spectrum::size;
 pub use state_space::{Port, StateSpace};

@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StateSpace;
+use super::spectrum::size;
 use crate::Error;
 
 impl StateSpace {
@@ -70,4 +71,20 @@ impl StateSpace {
         }
         Ok(answers)
     }
+}
+
+/// Magnitude [dB].
+pub(crate) fn decibels(gain: Complex<f64>) -> f64 {
+    20.0 * libm::log10(size(gain))
+}
+
+/// Phases without jumps [°], the first within half a turn of `near`.
+pub(crate) fn unwrapped(gains: impl IntoIterator<Item = Complex<f64>>, near: f64) -> Vec<f64> {
+    let mut last = near;
+    let next = |gain: Complex<f64>| {
+        let phase = libm::atan2(gain.im, gain.re).to_degrees();
+        last = phase + 360.0 * ((last - phase) / 360.0).round();
+        last
+    };
+    gains.into_iter().map(next).collect()
 }

@@ -11,7 +11,7 @@ use crate::design::{
     CORNER_LIMIT, Corner, LoopQuality, PositionLoop, SENSITIVITY_LIMIT, axis_control, cascade_as_pid, corners, tune,
 };
 use crate::figure::{Axis, Figure, Role, Series};
-use crate::linear::{Operating, StateSpace};
+use crate::linear::{Operating, StateSpace, decibels, size, unwrapped};
 use crate::quantity::{Estimate, number};
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::{Error, Preset, Summary, Watch, output, parameters};
@@ -237,10 +237,10 @@ impl LoopRun {
             }
         };
         let magnitude = Figure::new("Loop gain").x(frequency()).y(Axis::new("magnitude", "dB").range(-60.0, 60.0));
-        let magnitude = self.both(magnitude, over(|l| decibels(size(l)).clamp(-60.0, 60.0)));
+        let magnitude = self.both(magnitude, over(|l| decibels(l).clamp(-60.0, 60.0)));
         let phase = Figure::new("Phase of the loop gain").x(frequency()).y(Axis::new("phase", "°"));
         let phase = self.both(phase, |it, gains| {
-            unwrapped(gains).into_iter().enumerate().map(|(k, p)| (hertz(it, k), p)).collect()
+            unwrapped(gains.iter().copied(), -180.0).into_iter().enumerate().map(|(k, p)| (hertz(it, k), p)).collect()
         });
         let circle = (0..=120).map(|k| f64::from(k) * TAU / 120.0).map(|angle| {
             let radius = 1.0 / SENSITIVITY_LIMIT;
@@ -340,26 +340,4 @@ fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'static s
         ("bandwidth", "bandwidth", "Hz", bandwidth.map(|bandwidth| bandwidth / TAU)),
         ("noise_torque", "noise of the commanded torque, RMS", "N m", Some(*noise_torque)),
     ]
-}
-
-fn size(value: Complex<f64>) -> f64 {
-    libm::hypot(value.re, value.im)
-}
-
-fn decibels(magnitude: f64) -> f64 {
-    20.0 * libm::log10(magnitude)
-}
-
-/// Phases without jumps [°], the first between −360 and 0.
-fn unwrapped(gains: &[Complex<f64>]) -> Vec<f64> {
-    let mut last = -180.0;
-    let phase = |gain: &Complex<f64>| libm::atan2(gain.im, gain.re).to_degrees();
-    gains
-        .iter()
-        .map(|gain| {
-            let phase = phase(gain);
-            last = phase + 360.0 * ((last - phase) / 360.0).round();
-            last
-        })
-        .collect()
 }

@@ -1,6 +1,7 @@
 //! The linearised axis is what the virtual bench does for small deviations.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
+mod responses;
 mod reversals;
 
 use stickslip::linear::{Operating, StateSpace, axis, axis_under_control, port};

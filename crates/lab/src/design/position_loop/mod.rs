@@ -19,7 +19,7 @@ use super::drive_observer::CONVERTER_NOISE;
 pub use tune::{NOISE_LIMIT, Tuned, tune};
 
 use crate::Error;
-use crate::linear::{Margins, Operating, StateSpace, axis_under_control, linearise, port};
+use crate::linear::{Margins, Operating, StateSpace, axis_under_control, linearise, port, size};
 use crate::preset::{Model, Settings};
 
 /// Inputs of position control, in the order of [`AxisControlInput`].
@@ -233,9 +233,4 @@ pub fn corners(
     }
     found.sort_by(|one, other| other.sensitivity.total_cmp(&one.sensitivity));
     Ok(found)
-}
-
-/// |z|.
-fn size(z: Complex<f64>) -> f64 {
-    libm::hypot(z.re, z.im)
 }

@@ -3,6 +3,7 @@
 pub(crate) mod breakaway;
 mod friction;
 mod presliding;
+mod response;
 
 use std::path::Path;
 
@@ -70,6 +71,11 @@ pub trait Outcome {
 
     /// The picture, and what one sees.
     fn figure(&self) -> (Figure, String);
+
+    /// Pictures below it in the report.
+    fn further(&self) -> Vec<(Figure, String)> {
+        Vec::new()
+    }
 
     /// The numbers for scripts, and a row for each single value.
     fn tell(&self, summary: &mut Summary);
@@ -199,6 +205,8 @@ impl<P: Plan> Measurement<P> {
             ))
             .table(self.outcome.table())
             .figure(figure, caption);
+        let further = self.outcome.further().into_iter();
+        let report = further.fold(report, |report, (figure, caption)| report.figure(figure, caption));
         let report = match &self.clocked {
             Some(clocked) => report.table(clocked.table().caption("Lateness of the ticks, and how long each took.")),
             None => report,
