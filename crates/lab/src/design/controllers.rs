@@ -65,8 +65,9 @@ pub fn pid_by_bandwidth(base: Pid<f64>, inertia: f64, bandwidth: f64) -> Result<
     })
 }
 
-/// The PID controller with the tacho that is the same controller as this cascade without its inertia feedforward:
-/// K_p = K_v·K_pos + K_i, K_i' = K_i·K_pos, K_d = K_v. A ranking of one over the other would rank their tuning.
+/// The PID controller with the tacho that is nearly the same controller as this cascade without its inertia feedforward:
+/// K_p = K_v·K_pos + K_i, K_i' = K_i·K_pos, K_d = K_v. They differ where the coupling twists, for the cascade's integral
+/// goes by the tacho on the motor. A ranking of one over the other would rank their tuning.
 pub fn cascade_as_pid(cascade: &Cascade<f64>) -> Pid<f64> {
     Pid {
         proportional_gain: cascade.velocity_gain * cascade.position_gain + cascade.integral_gain,

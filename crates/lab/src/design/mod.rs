@@ -31,7 +31,9 @@ pub use position_loop::{
     CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,
 };
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
-pub use riccati::{KalmanFilter, Regulator, kalman_filter, linear_quadratic_regulator};
+pub use riccati::{
+    KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,
+};
 pub use software::{brake, difference_torque, load_current_control, parameters, software};
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 

@@ -118,9 +118,85 @@ pub fn linear_quadratic_regulator(
     Ok(Regulator { gain: shift.map_or_else(|| gain.clone(), |shift| &gain + shift), cost })
 }
 
+/// The feedback u = −K·x of ẋ = A·x + B·u with the least ∫ xᵀ·Q·x + uᵀ·R·u dt.
+///
+/// Aᵀ·P + P·A − P·B·R⁻¹·Bᵀ·P + Q = 0 becomes that of a sampled system by the bilinear map (A + γ)/(A − γ), whose
+/// doubling is that of [`linear_quadratic_regulator`] (Chu, Fan, Lin 2005).
+///
+/// # Errors
+/// As [`linear_quadratic_regulator`].
+pub fn continuous_regulator(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<Regulator, Error> {
+    let order = square("the system matrix", a)?;
+    let uncontrollable = || {
+        let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
+        Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+    };
+    let inverse = inverse_of_weight(r)?;
+    let reached = b * &inverse * b.transpose();
+    finite("the system matrix", a)?;
+    // Beyond every pole, so that none is mapped far out; powers of two round nothing.
+    let rate = libm::exp2(libm::ceil(libm::log2(2.0 * a.norm().max(reached.norm()).max(1e-300))));
+    let identity = DMatrix::<f64>::identity(order, order);
+    let back = (a - rate * &identity).try_inverse().ok_or_else(uncontrollable)?;
+    let joint = (a.transpose() - rate * &identity + q * &back * &reached).lu();
+    let weight = 2.0 * rate * joint.solve(&(q * &back)).ok_or_else(uncontrollable)?;
+    let both = (a - rate * &identity + &reached * back.transpose() * q).lu();
+    let step = &identity + 2.0 * rate * both.solve(&identity).ok_or_else(uncontrollable)?;
+    let seen = 2.0 * rate * both.solve(&(&reached * back.transpose())).ok_or_else(uncontrollable)?;
+    let half = |matrix: DMatrix<f64>| 0.5 * (&matrix + matrix.transpose());
+    let cost = stationary(step, half(seen), &half(weight)).ok_or_else(uncontrollable)?;
+    finite("the cost of the regulator", &cost)?;
+    Ok(Regulator { gain: inverse * b.transpose() * &cost, cost })
+}
+
+/// The stationary Kalman–Bucy filter for ẋ = A·x + w, y = C·x + v with white w and v of densities Q and R: the gain L of
+/// x̂˙ = A·x̂ + L·(y − C·x̂), and the covariance of x̂. It is the dual of [`continuous_regulator`].
+///
+/// # Errors
+/// As [`kalman_filter`].
+pub fn kalman_bucy_filter(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<KalmanFilter, Error> {
+    let remedy = "Measure more, or leave out the states that the outputs do not show.";
+    let dual = continuous_regulator(&a.transpose(), &c.transpose(), q, r).map_err(|error| match error {
+        Error::NotReachable { reciprocal_condition, limit, .. } => {
+            Error::NotReachable { property: "observable", reciprocal_condition, limit, remedy }
+        }
+        error => error,
+    })?;
+    Ok(KalmanFilter { gain: dual.gain.transpose(), covariance: dual.cost })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_double_integrator_has_the_regulator_of_the_textbook() {
+        // Q = diag(1, 0), R = 1: K = [1, √2].
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
+        let b = DMatrix::from_row_slice(2, 1, &[0.0, 1.0]);
+        let q = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+        let one = DMatrix::from_element(1, 1, 1.0);
+        let regulator = continuous_regulator(&a, &b, &q, &one).unwrap();
+        let root = 2f64.sqrt();
+        assert!((regulator.gain - DMatrix::from_row_slice(1, 2, &[1.0, root])).amax() < 1e-12);
+        assert!((regulator.cost - DMatrix::from_row_slice(2, 2, &[root, 1.0, 1.0, root])).amax() < 1e-12);
+        let filter = kalman_bucy_filter(&a.transpose(), &b.transpose(), &q, &one).unwrap();
+        assert!((filter.gain - DMatrix::from_row_slice(2, 1, &[1.0, root])).amax() < 1e-12);
+        let refused = continuous_regulator(&a, &DMatrix::zeros(2, 1), &q, &one).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+        let refused = kalman_bucy_filter(&a, &DMatrix::zeros(1, 2), &q, &one).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+    }
 
     #[test]
     fn a_wandering_number_is_filtered_as_the_closed_form_says() {

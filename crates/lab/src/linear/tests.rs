@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use super::spectrum::size;
 use super::*;
-use crate::design::{kalman_filter, linear_quadratic_regulator};
+use crate::design::{continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator};
 
 /// What double precision leaves on well conditioned systems of order 10.
 const DIGITS: f64 = 1e-9;
@@ -108,6 +108,12 @@ fn gains_and_discretisations_are_those_of_scipy() {
             let held = system.sampled(0.05).unwrap();
             assert_close(&held.a, &matrix(&case["held_a"]), "Φ");
             assert_close(&held.b, &matrix(&case["held_b"]), "Γ");
+            let states = DMatrix::identity(system.order(), system.order());
+            let ports = DMatrix::identity(system.b.ncols(), system.b.ncols()) * 0.7;
+            let regulator = continuous_regulator(&system.a, &system.b, &states, &ports).unwrap();
+            assert_close(&regulator.gain, &matrix(&case["continuous_regulator"]), "continuous regulator");
+            let filter = kalman_bucy_filter(&system.a, &system.c, &states, &ports).unwrap();
+            assert_close(&filter.gain, &matrix(&case["continuous_filter"]), "continuous filter");
         }
     }
 }
