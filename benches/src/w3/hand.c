@@ -42,7 +42,8 @@ static double control_current(const hand_parameters *p, hand_state *s, double wa
     const double limit = p->voltage_limit < p->amplifier_gain * p->converter_limit
         ? p->voltage_limit : p->amplifier_gain * p->converter_limit;
     const double deviation = limited(wanted, p->current_limit) - measured;
-    const double demand = p->current_gain * deviation + s->current_integral - p->torque_constant * velocity;
+    const double demand = p->current_gain * deviation + p->resistance * measured + s->current_integral
+        - p->torque_constant * velocity;
     const double increment = p->current_integral_gain * deviation * dt;
     if (fabs(demand) <= limit || demand * increment <= 0.0) {
         s->current_integral += increment;

@@ -10,7 +10,7 @@ typedef struct {
     double screw_ratio, angle_gain, observer_gain, offset_gain;
     hand_curve desired, own;
     double fade_velocity, torque_limit;
-    double current_gain, current_integral_gain, torque_constant, current_limit, voltage_limit, amplifier_gain,
+    double current_gain, current_integral_gain, resistance, torque_constant, current_limit, voltage_limit, amplifier_gain,
         converter_limit;
     double position_gain, velocity_gain, integral_gain, inertia, drive_limit;
 } hand_parameters;
