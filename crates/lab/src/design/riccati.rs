@@ -32,10 +32,6 @@ pub fn kalman_filter(
     r: &DMatrix<f64>,
 ) -> Result<KalmanFilter, Error> {
     let order = square("the system matrix", a)?;
-    let unobservable = || {
-        let remedy = "Measure more, or leave out the states that the outputs do not show.";
-        Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
-    };
     let inverse = inverse_of_weight(r)?;
     let covariance = stationary(a.transpose(), c.transpose() * inverse * c, q).ok_or_else(unobservable)?;
     finite("the covariance of the filter", &covariance)?;
@@ -44,6 +40,18 @@ pub fn kalman_filter(
     finite("the gain of the filter", &gain)?;
     let covariance = (DMatrix::<f64>::identity(order, order) - &gain * c) * covariance;
     Ok(KalmanFilter { gain, covariance })
+}
+
+/// What no output shows and does not die out.
+fn unobservable() -> Error {
+    let remedy = "Measure more, or leave out the states that the outputs do not show.";
+    Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+}
+
+/// What no input reaches and does not die out.
+fn uncontrollable() -> Error {
+    let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
+    Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
 }
 
 /// R⁻¹ of a positive definite R.
@@ -99,10 +107,6 @@ pub fn linear_quadratic_regulator(
     cross: Option<&DMatrix<f64>>,
 ) -> Result<Regulator, Error> {
     square("the system matrix", a)?;
-    let uncontrollable = || {
-        let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
-        Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
-    };
     let inverse = inverse_of_weight(r)?;
     // With a cross term: u = v − R⁻¹·Nᵀ·x takes it away.
     let shift = cross.map(|n| &inverse * n.transpose());
@@ -132,10 +136,6 @@ pub fn continuous_regulator(
     r: &DMatrix<f64>,
 ) -> Result<Regulator, Error> {
     let order = square("the system matrix", a)?;
-    let uncontrollable = || {
-        let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
-        Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
-    };
     let inverse = inverse_of_weight(r)?;
     let reached = b * &inverse * b.transpose();
     finite("the system matrix", a)?;
@@ -165,11 +165,8 @@ pub fn kalman_bucy_filter(
     q: &DMatrix<f64>,
     r: &DMatrix<f64>,
 ) -> Result<KalmanFilter, Error> {
-    let remedy = "Measure more, or leave out the states that the outputs do not show.";
     let dual = continuous_regulator(&a.transpose(), &c.transpose(), q, r).map_err(|error| match error {
-        Error::NotReachable { reciprocal_condition, limit, .. } => {
-            Error::NotReachable { property: "observable", reciprocal_condition, limit, remedy }
-        }
+        Error::NotReachable { .. } => unobservable(),
         error => error,
     })?;
     Ok(KalmanFilter { gain: dual.gain.transpose(), covariance: dual.cost })

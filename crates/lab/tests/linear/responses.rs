@@ -46,7 +46,8 @@ fn sliding_it_is_that_of_the_axis_within_1_db_and_5_degrees_wherever_it_is_coher
         by.abs() <= magnitude && turned.abs() <= phase + early(*frequency)
     };
     let share = coherent.iter().filter(holds).count() as f64 / coherent.len() as f64;
-    assert!(share > 0.8, "{share}");
+    // Both at once: 0.95² of them.
+    assert!(share > 0.85, "{share}");
     assert!(coherent.iter().all(|(_, answer)| answer.interval()[0] < 1.5));
 }
 

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::Complex;
 
-use super::{ResponsePlan, Sample};
+use super::{ResponsePlan, Seen};
+use crate::Error;
 use crate::fit::student_t95;
 use crate::linear::{Operating, StateSpace, decibels, port};
 
@@ -61,6 +62,8 @@ pub struct Response {
     pub lines: Vec<Line>,
     /// Periods that count.
     pub periods: usize,
+    /// Periods that were left out, because ticks were missed in them.
+    pub broken: usize,
     /// Share of the time in which a load that should slide was slower than a tenth of its velocity.
     pub stuck: f64,
     /// Way of a load that should rest [rad].
@@ -101,6 +104,13 @@ impl Response {
                 self.crept
             ));
         }
+        if self.broken > 0 {
+            warnings.push(format!(
+                "{} of {} periods were left out: ticks were missed in them.",
+                self.broken,
+                self.broken + self.periods
+            ));
+        }
         if self.motor_friction > 0.01 {
             warnings.push(format!(
                 "The drive motor's own friction, {:.0} % of the excitation's RMS torque, damps an axis at rest; the axis \
@@ -132,38 +142,63 @@ fn spectrum(values: impl Iterator<Item = f64>, multiple: usize, turn: &[Complex<
     sum / samples as f64
 }
 
+/// Periods that are whole, each with its number, and how many others there are behind which more came.
+fn whole(seen: &[Seen], length: usize) -> (Vec<(usize, &[Seen])>, usize) {
+    let mut all: Vec<&[Seen]> = seen.chunk_by(|one, next| one.period == next.period).collect();
+    let without_gap =
+        |period: &&[Seen]| period.len() == length && period[length - 1].cycle - period[0].cycle == length as u64 - 1;
+    // The last may have been cancelled.
+    if all.last().is_some_and(|last| !without_gap(last)) {
+        all.pop();
+    }
+    let begun = all.len();
+    let kept: Vec<_> = all.into_iter().filter(without_gap).map(|period| (period[0].period, period)).collect();
+    let broken = begun - kept.len();
+    (kept, broken)
+}
+
 pub(super) fn evaluate(
     plan: &ResponsePlan<f64>,
     believed: &StateSpace,
     multiples: &[usize],
     waves: &[Vec<f64>],
-    seen: &[Sample],
+    seen: &[Seen],
     count: f64,
-) -> Response {
+) -> Result<Response, Error> {
     let length = waves[0].len();
-    let periods: Vec<&[Sample]> = seen.chunks_exact(length).collect();
+    let (periods, broken) = whole(seen, length);
+    if periods.len() < 2 {
+        let remedy = "Take more periods (plan.periods), shorter ones (plan.period), or a slower tick.";
+        return Err(Error::TooFew {
+            what: "periods in which no tick was missed",
+            found: periods.len(),
+            needed: 2,
+            remedy,
+        });
+    }
     let turn: Vec<Complex<f64>> = (0..length)
         .map(|k| {
             let angle = -TAU * k as f64 / length as f64;
             Complex::new(libm::cos(angle), libm::sin(angle))
         })
         .collect();
-    let counted = || periods.iter().flat_map(|period| period.iter());
-    let slow = |s: &&Sample| s[2] * plan.velocity.signum() < 0.1 * plan.velocity.abs();
+    let dt = believed.dt.unwrap_or_default();
+    let counted = || periods.iter().flat_map(|(_, period)| period.iter().map(|tick| tick.sample));
+    let slow = |s: &[f64; 3]| s[2] * plan.velocity.signum() < 0.1 * plan.velocity.abs();
     let slides = plan.velocity != 0.0;
     let all = counted().count().max(1) as f64;
     let [low, high] =
         counted().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], s| [low.min(s[1]), high.max(s[1])]);
     let way = high - low;
     let line = |&multiple: &usize| {
-        let waves = waves.iter().zip(&periods);
         let excited: Vec<Complex<f64>> =
-            waves.map(|(wave, _)| spectrum(wave.iter().copied(), multiple, &turn)).collect();
+            periods.iter().map(|(number, _)| spectrum(waves[*number].iter().copied(), multiple, &turn)).collect();
         let of = |index: usize| -> Vec<Complex<f64>> {
-            periods.iter().map(|period| spectrum(period.iter().map(|s| s[index]), multiple, &turn)).collect()
+            let one = |period: &[Seen]| spectrum(period.iter().map(|tick| tick.sample[index]), multiple, &turn);
+            periods.iter().map(|(_, period)| one(period)).collect()
         };
         let torque = of(0);
-        let frequency = multiple as f64 / plan.period;
+        let frequency = multiple as f64 / (length as f64 * dt);
         let expected = believed.at_frequency(TAU * frequency);
         let answer = |index: usize, output: usize| {
             let expected = expected.as_ref().map_or(Complex::new(f64::NAN, 0.0), |g| g[(output, port::TORQUE)]);
@@ -175,17 +210,18 @@ pub(super) fn evaluate(
         }
         Line { frequency, angle, velocity: answer(2, port::TACHO) }
     };
-    Response {
+    Ok(Response {
         operating: plan.operating(),
         lines: multiples.iter().map(line).collect(),
         periods: periods.len(),
+        broken,
         stuck: if slides { counted().filter(slow).count() as f64 / all } else { 0.0 },
         // To and fro over one count is no way.
         crept: if !slides && way > 2.5 * count { way } else { 0.0 },
         motor_friction: 0.0,
         complete: true,
         duration: 0.0,
-    }
+    })
 }
 
 /// Gain, its interval and coherence from each period's excitation, torque and answer.
@@ -211,5 +247,24 @@ fn answer(excited: &[Complex<f64>], torque: &[Complex<f64>], found: &[Complex<f6
         half_width: student_t95(freedom) * libm::sqrt(0.5 * variance),
         coherence: share(y, power(found)).min(share(u, power(torque))),
         expected,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_period_with_a_hole_is_left_out_and_counted_a_cancelled_one_is_not() {
+        let tick = |period: usize, cycle: u64| Seen { period, cycle, sample: [0.0; 3] };
+        let run = |period: usize, from: u64| (from..from + 4).map(move |cycle| tick(period, cycle));
+        let mut seen: Vec<Seen> = run(0, 100).chain(run(1, 110)).chain(run(2, 120)).collect();
+        assert_eq!(whole(&seen, 4).0.len(), 3);
+        // A tick was missed, once without its frame and once by a cycle more.
+        seen.remove(5);
+        seen[10].cycle += 1;
+        seen.extend(run(3, 130).take(2));
+        let (kept, broken) = whole(&seen, 4);
+        assert_eq!((kept.iter().map(|(number, _)| *number).collect::<Vec<_>>(), broken), (vec![0], 2));
     }
 }

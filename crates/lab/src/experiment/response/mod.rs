@@ -29,15 +29,22 @@ use plan::{ACCELERATION, Pass, RUN_IN, SETTLING};
 /// Highest frequency over that of the ticks.
 const HIGHEST: f64 = 0.4;
 
-/// A tick: torque, angle from the set-point, and velocity by the tacho.
-type Sample = [f64; 3];
+/// A tick that counts.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Number of its period.
+    period: usize,
+    cycle: u64,
+    /// Torque, angle from the set-point, and velocity by the tacho.
+    sample: [f64; 3],
+}
 
 /// Measures the frequency response of the axis. The bench must be homed and running.
 ///
 /// # Errors
 /// [`Error::NotHomed`]; [`Error::OutOfRange`] for frequencies that the ticks cannot tell, and a velocity at which the
-/// load creeps; [`Error::BenchFault`], at the ends of the stroke as well; [`Error::Cancelled`] before two periods have
-/// ended, afterwards what was measured comes back as not complete.
+/// load creeps; [`Error::BenchFault`], at the ends of the stroke as well; [`Error::TooFew`] where ticks were missed in all periods but
+/// one; [`Error::Cancelled`] before two periods have ended, afterwards what was measured comes back as not complete.
 pub fn measure_response(plan: &ResponsePlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Response, Error> {
     if bench.zero().is_none() {
         return Err(Error::NotHomed);
@@ -76,7 +83,7 @@ pub fn measure_response(plan: &ResponsePlan<f64>, bench: &mut dyn Bench, watch: 
             model.motor_friction.steady_torque(1e-9, 0.0, 0.0) / (plan.share * model.own.breakaway_torque)
         }
     };
-    Ok(Response { motor_friction, complete, duration, ..evaluate(plan, &believed, &multiples, &waves, &seen, count) })
+    Ok(Response { motor_friction, complete, duration, ..evaluate(plan, &believed, &multiples, &waves, &seen, count)? })
 }
 
 fn visit(
@@ -86,16 +93,17 @@ fn visit(
     from: f64,
     bench: &mut dyn Bench,
     watch: &Watch,
-    seen: &mut Vec<Sample>,
+    seen: &mut Vec<Seen>,
 ) -> Result<(), Error> {
     let pace = [plan.velocity.abs(), ACCELERATION];
     let mut here = from;
-    for (number, some) in waves.chunks(pass.periods).enumerate() {
+    let numbered: Vec<(usize, &Vec<f64>)> = waves.iter().enumerate().collect();
+    for some in numbered.chunks(pass.periods) {
         if here != pass.begin && plan.velocity != 0.0 {
             go_to(bench, here, pass.begin, pace, watch)?;
             here = pass.begin;
         }
-        watch.stage("frequency response", (number * pass.periods) as f64 / plan.periods)?;
+        watch.stage("frequency response", some[0].0 as f64 / plan.periods)?;
         here = excite(plan, here, some, bench, watch, seen)?;
     }
     Ok(())
@@ -105,10 +113,10 @@ fn visit(
 fn excite(
     plan: &ResponsePlan<f64>,
     begin: f64,
-    waves: &[Vec<f64>],
+    waves: &[(usize, &Vec<f64>)],
     bench: &mut dyn Bench,
     watch: &Watch,
-    seen: &mut Vec<Sample>,
+    seen: &mut Vec<Seen>,
 ) -> Result<f64, Error> {
     let dt = bench.settings().tick_time();
     let model = bench.model();
@@ -126,17 +134,18 @@ fn excite(
     for _ in 0..(SETTLING / dt) as u64 {
         bench.hand_over(go(traveller.toward(plan.velocity)))?;
     }
-    let counts = 1;
-    let see = |seen: &mut Vec<Sample>, frame: &Frame| {
-        if frame.command.mark == counts {
-            let signals = &frame.signals;
-            let from = frame.angle - frame.command.setpoint.position;
-            seen.push([signals.commanded_torque, from, signals.measured_motor_velocity]);
-        }
+    let see = |seen: &mut Vec<Seen>, frame: &Frame| {
+        // The mark is the number of the period that counts, from 1.
+        let Some(period) = (frame.command.mark as usize).checked_sub(1) else { return };
+        let signals = &frame.signals;
+        let from = frame.angle - frame.command.setpoint.position;
+        let sample = [signals.commanded_torque, from, signals.measured_motor_velocity];
+        seen.push(Seen { period, cycle: frame.cycle, sample });
     };
     let run_in = (RUN_IN / dt) as usize;
-    for wave in waves {
+    for (number, wave) in waves {
         watch.check()?;
+        let counts = *number as u32 + 1;
         // The end of the same wave goes before it.
         let before = (0..run_in).rev().map(|k| (wave[wave.len() - 1 - k % wave.len()], 0));
         for (value, mark) in before.chain(wave.iter().map(|value| (*value, counts))) {

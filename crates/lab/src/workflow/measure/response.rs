@@ -115,7 +115,8 @@ impl Response {
             figure.series(Series::line(Role::Trace(index), sensor.name, points))
         });
         let caption = format!(
-            "Share of each sensor's power that comes again in each of {} periods: noise alone has {}.",
+            "Share of the power that follows the excitation, of the sensor's or of the torque's, whichever is less; noise \
+             alone has {1} over {0} periods.",
             self.periods,
             Estimate::new(1.0 / self.periods as f64, "1")
         );
@@ -139,8 +140,9 @@ impl Outcome for Response {
     }
 
     fn table(&self) -> Table {
-        let table = Table::new(["", "coherent frequencies", "magnitude off by", "phase off by"])
-            .caption("Largest deviation from the axis that is believed, where the coherence is above 0.9.");
+        let table = Table::new(["", "coherent frequencies", "magnitude off by", "phase off by"]).caption(format!(
+            "Largest deviation from the axis that is believed, where the coherence is above {COHERENT}."
+        ));
         SENSORS.iter().fold(table, |table, sensor| {
             let ([magnitude, phase], count) = self.deviation(sensor.answer);
             table.row([
