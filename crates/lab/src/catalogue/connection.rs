@@ -1,7 +1,7 @@
 //! The file: opened, brought to this version's form, and its refusals in words.
 
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rusqlite::{Connection, ErrorCode, OpenFlags, Transaction, TransactionBehavior};
 
@@ -72,6 +72,19 @@ impl Catalogue {
     }
 
     fn open(&self, flags: OpenFlags, create: bool) -> Result<Connection, Error> {
+        let begun = Instant::now();
+        loop {
+            match self.try_open(flags, create) {
+                // SQLite does not wait for whoever sets up the journal or recovers it, though it was told to.
+                Err(Error::Catalogue { remedy: BUSY, .. }) if begun.elapsed() < PATIENCE => {
+                    std::thread::sleep(Duration::from_millis(5));
+                }
+                opened => return opened,
+            }
+        }
+    }
+
+    fn try_open(&self, flags: OpenFlags, create: bool) -> Result<Connection, Error> {
         let mut connection =
             Connection::open_with_flags(&self.file, flags | OpenFlags::SQLITE_OPEN_NO_MUTEX).map_err(self.refused())?;
         connection.busy_timeout(PATIENCE).map_err(self.refused())?;
@@ -134,7 +147,7 @@ impl Catalogue {
                 Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen | ErrorCode::PermissionDenied) => {
                     "Get the right to write it, and its folder."
                 }
-                Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => "Another program holds it: try again.",
+                Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => BUSY,
                 _ => REBUILD,
             };
             self.fault(&error.to_string(), remedy)
@@ -146,6 +159,7 @@ impl Catalogue {
     }
 }
 
+const BUSY: &str = "Another program holds it: try again.";
 const NEWER: &str =
     "Use the version of stickslip that made it, or build it again from the folders: `stickslip runs --rebuild`.";
 const REBUILD: &str = "Build it again from the folders: `stickslip runs --rebuild`.";

@@ -1,5 +1,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Barrier;
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -226,6 +227,22 @@ fn many_at_once_lose_nothing() {
     numbers.sort_unstable();
     assert_eq!(numbers, (1..=72).collect::<Vec<i64>>());
     assert_eq!(catalogue.runs("tag:w3", 100).unwrap().of as usize, EACH);
+}
+
+#[test]
+fn whoever_comes_first_refuses_nobody() {
+    for _ in 0..40 {
+        let (_folder, catalogue) = project();
+        let together = Barrier::new(8);
+        thread::scope(|scope| {
+            for _ in 0..8 {
+                scope.spawn(|| {
+                    together.wait();
+                    catalogue.write().unwrap();
+                });
+            }
+        });
+    }
 }
 
 #[test]
