@@ -61,12 +61,13 @@ fn is_finite<T: Scalar>(value: T) -> T::Mask {
 }
 
 fn all_finite<T: Scalar<Mask = bool>, V: Fields<T>>(value: &V) -> bool {
-    let mut all = true;
+    // 0·x is 0 unless x is infinite or no number. A chain of comparisons keeps LLVM 22 busy without end.
+    let mut sum = T::of(0.0);
     value.map(&mut |number: T| {
-        all &= is_finite(number);
+        sum += number * T::of(0.0);
         number
     });
-    all
+    is_finite(sum)
 }
 
 #[cfg(test)]

@@ -40,8 +40,9 @@ pub mod xcp;
 
 pub use error::Error;
 pub use preset::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, Doubt, FeedforwardChoice,
-    FriedlandParkChoice, LawChoice, Model, Preset, Residual, Settings, Tracking,
+    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, DisturbanceObserverChoice, Disturbances,
+    Doubt, FeedforwardChoice, FriedlandParkChoice, LawChoice, Model, Observation, Poles, Preset, Quadratic, Regulation,
+    Residual, Settings, StateFeedback, Tracking,
 };
 pub use summary::Summary;
 pub use watch::Watch;

@@ -1,13 +1,14 @@
 //! What a preset file holds: the virtual machine as it is, what the software believes of it, and how the bench runs.
 
 mod compensation;
+mod controller;
 
 pub use compensation::{
     AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
     FriedlandParkChoice,
 };
+pub use controller::{ControllerChoice, Disturbances, Observation, Poles, Quadratic, Regulation, StateFeedback};
 use stickslip_core::Fields;
-use stickslip_core::control::PositionController;
 use stickslip_core::control::compensation::Hold;
 use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
 use stickslip_core::fields::{ParameterError, at_most};
@@ -117,7 +118,7 @@ pub struct Settings<T> {
     #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 250.0)]
     pub observer_poles: [T; 3],
     /// The position controller.
-    pub controller: PositionController<T>,
+    pub controller: ControllerChoice<T>,
     /// Compensation of friction beside it.
     pub compensation: CompensationChoice<T>,
     /// What holds a position against stiction.
@@ -192,6 +193,11 @@ impl Settings<f64> {
         } else {
             (self.tick_rate / 1000.0).round().max(1.0) as u64
         }
+    }
+
+    /// Sampling time of the position controller [s].
+    pub fn control_period(&self) -> f64 {
+        self.tick_time() * self.divider() as f64
     }
 
     /// Steps of the virtual machine in a tick, and the length of one [s].

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use stickslip::Watch;
-use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid};
+use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid, as_state_feedback};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -20,7 +20,7 @@ pub(crate) struct LoopCommand {
     /// Change a value of the preset (bench.controller.velocity_gain=0.2); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// The controller as the PID controller that it is, or as a cascade.
+    /// The controller as the PID controller that it is, as a cascade, or a state feedback in its place.
     #[arg(long, value_enum)]
     control: Option<Control>,
     /// Tune its gains first, as every controller is tuned: the least deviation after a step of the load torque within limits
@@ -43,6 +43,8 @@ enum Control {
     Pid,
     /// P control of the position around PI control of the velocity.
     Cascade,
+    /// Feedback of all states of the drive, which an observer estimates.
+    StateFeedback,
 }
 
 impl LoopCommand {
@@ -52,6 +54,7 @@ impl LoopCommand {
         match self.control {
             Some(Control::Pid) => *controller = as_pid(controller),
             Some(Control::Cascade) => *controller = as_cascade(controller),
+            Some(Control::StateFeedback) => *controller = as_state_feedback(controller),
             None => {}
         }
         let run =

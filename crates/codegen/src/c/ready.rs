@@ -1,7 +1,9 @@
 //! Blocks whose projects are compiled with this crate: whoever generates code calls them, and compiles none of it.
 
 use stickslip_core::control::compensation::{Compensation, StictionHold};
-use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::{
+    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+};
 use stickslip_core::friction::{FrictionElement, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
 use stickslip_core::render::DifferenceTorque;
@@ -49,6 +51,7 @@ ready!(
     DifferenceTorque,
     Encoder,
     FrictionElement,
+    LinearController,
     Machine,
     Pickups,
     Pid,

@@ -3,7 +3,9 @@
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionFeedforward, StictionHold,
 };
-use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::{
+    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+};
 use stickslip_core::drive::{TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 use stickslip_core::friction::{
@@ -37,6 +39,20 @@ fn believed() -> DriveModel<f64> {
 
 fn rendered() -> Friction<f64> {
     Bristles::default().under(Stribeck { kinetic_torque: 0.12, ..Stribeck::default() })
+}
+
+/// A stable one that uses every number.
+fn linear() -> LinearController<f64> {
+    let some = |i: usize, j: usize| 0.02 * ((3 * i + 5 * j) % 7) as f64 - 0.06;
+    LinearController {
+        system: std::array::from_fn(|j| std::array::from_fn(|i| if i == j { 0.6 } else { some(i, j) })),
+        input: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
+        output: std::array::from_fn(|i| some(i, 2)),
+        direct: [-5.0, -0.15, 2.0, 0.15, 1e-3, -0.1],
+        settled: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
+        integral_gain: 45.0,
+        ..LinearController::default()
+    }
 }
 
 /// Gains of a stationary Kalman filter at this tick.
@@ -77,11 +93,13 @@ agree!(
 agree!(cascade, Cascade, Cascade::default());
 agree!(current_control, CurrentControl, CurrentControl::default());
 agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
+agree!(linear_controller, LinearController, linear());
 agree!(
     position_controller,
     PositionController,
     PositionController::Pid(Pid::default()),
-    PositionController::Cascade(Cascade::default())
+    PositionController::Cascade(Cascade::default()),
+    PositionController::Linear(linear())
 );
 agree!(compensation, Compensation, Compensation::Curve(CurveFeedforward::default()));
 agree!(curve_feedforward, CurveFeedforward, CurveFeedforward::default());

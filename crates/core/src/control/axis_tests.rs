@@ -23,6 +23,7 @@ fn all() -> Vec<AxisControl<f64>> {
         PositionController::Cascade(Cascade::default()),
         PositionController::Pid(Pid::default()),
         PositionController::Pid(Pid { use_tacho: 0.0, ..Pid::default() }),
+        PositionController::Linear(LinearController::observing()),
     ];
     let compensations = [
         Compensation::Nothing,

@@ -1,6 +1,6 @@
 //! What all position controllers have in common, and the choice between them.
 
-use super::{Cascade, CascadeState, Pid, PidState, finite_or, measurable};
+use super::{Cascade, CascadeState, LinearController, LinearState, Pid, PidState, finite_or, measurable};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
@@ -78,6 +78,8 @@ pub enum PositionController<T> {
     Cascade(Cascade<T>),
     /// One PID controller of the position.
     Pid(Pid<T>),
+    /// Any other linear one, as state feedback with an observer.
+    Linear(LinearController<T>),
 }
 
 /// The states of all controllers; only that of the chosen one moves.
@@ -87,6 +89,8 @@ pub struct PositionControllerState<T> {
     pub cascade: CascadeState<T>,
     /// Of the PID controller.
     pub pid: PidState<T>,
+    /// Of the linear controller.
+    pub linear: LinearState<T>,
 }
 
 impl<T: Scalar> PositionController<T> {
@@ -97,6 +101,7 @@ impl<T: Scalar> PositionController<T> {
         match self {
             PositionController::Cascade(cascade) => state.cascade = cascade.take_over(torque, input),
             PositionController::Pid(pid) => state.pid = pid.take_over(torque, input),
+            PositionController::Linear(linear) => state.linear = linear.take_over(torque, input),
         }
         state
     }
@@ -112,6 +117,7 @@ impl<T: Scalar> Block<T> for PositionController<T> {
         match self {
             PositionController::Cascade(cascade) => cascade.run(&mut state.cascade, input, dt),
             PositionController::Pid(pid) => pid.run(&mut state.pid, input, dt),
+            PositionController::Linear(linear) => linear.run(&mut state.linear, input, dt),
         }
     }
 }

@@ -1,17 +1,61 @@
 //! Laws that every position controller keeps.
 
+use std::vec;
+
 use super::*;
 use crate::block::Block;
 
 const DT: f64 = 1e-3;
 const INERTIA: f64 = 1.01e-3;
 
-fn all() -> [PositionController<f64>; 3] {
+fn all() -> [PositionController<f64>; 5] {
     [
         PositionController::Cascade(Cascade::default()),
         PositionController::Pid(Pid::default()),
         PositionController::Pid(Pid { use_tacho: 0.0, ..Pid::default() }),
+        PositionController::Linear(LinearController::without_states()),
+        PositionController::Linear(LinearController::observing()),
     ]
+}
+
+impl LinearController<f64> {
+    /// The gains of a PID controller with the tacho.
+    pub(super) fn without_states() -> Self {
+        let Pid { proportional_gain, derivative_gain, integral_gain, .. } = Pid::<f64>::default();
+        let direct = [-proportional_gain, -derivative_gain, 0.0, derivative_gain, 0.0, 0.0];
+        LinearController { direct, integral_gain, ..LinearController::default() }
+    }
+
+    /// The same gains on angle and velocity of the axis below as an observer predicts them for the time when the torque
+    /// is in force. Its error halves in a sample.
+    pub(super) fn observing() -> Self {
+        let Pid { proportional_gain, derivative_gain, integral_gain, .. } = Pid::<f64>::default();
+        let (push, way) = (DT / INERTIA, 0.5 * DT * DT / INERTIA);
+        let mut it = LinearController { integral_gain, ..LinearController::default() };
+        // x⁺ = Φ·(½·(x − Δr) + ½·y) + Γ·M
+        let rows = [([0.5, 0.5 * DT], way), ([0.0, 0.5], push)];
+        for (row, ([angle, velocity], torque)) in rows.into_iter().enumerate() {
+            (it.system[0][row], it.system[1][row]) = (angle, velocity);
+            for (column, of) in [angle, velocity, -angle, 0.0, 0.0, torque].into_iter().enumerate() {
+                it.input[column][row] = of;
+            }
+        }
+        // M = −K·x⁺ but for the set-point's velocity.
+        for (gain, row) in [proportional_gain, derivative_gain].into_iter().zip(0..) {
+            for column in 0..STATES {
+                it.output[column] -= gain * it.system[column][row];
+            }
+            for column in 0..INPUTS {
+                it.direct[column] -= gain * it.input[column][row];
+            }
+        }
+        it.direct[3] += derivative_gain + proportional_gain * DT;
+        // x = Φ·(½·(x − (Ω·T, 0)) + ½·(φ, Ω)) + Γ·M
+        it.settled[0][0] = 1.0;
+        (it.settled[1][0], it.settled[1][1]) = (DT, 1.0);
+        (it.settled[2][0], it.settled[2][1]) = (2.0 * (way + DT * push), 2.0 * push);
+        it
+    }
 }
 
 /// A rigid screw without friction behind one sample of delay.
@@ -129,8 +173,10 @@ fn no_number_gives_no_torque_and_leaves_the_state_usable() {
                 let before = controller.step(&mut { state }, axis.input(0.02), DT).torque;
                 assert_eq!(controller.step(&mut state, broken, DT).torque, 0.0);
                 let after = controller.step(&mut state, axis.input(0.02), DT).torque;
-                // One integration step more or less.
-                assert!((after - before).abs() < 1e-3, "{controller:?}: {before} before, {after} after");
+                // One integration step more or less; and who knows that there was no torque meanwhile asks for it now.
+                let knows = matches!(controller, PositionController::Linear(_));
+                let allowed = if knows { 1e-3 + 0.16 * before.abs() } else { 1e-3 };
+                assert!((after - before).abs() < allowed, "{controller:?}: {before} before, {after} after");
             }
         }
     }
@@ -158,7 +204,7 @@ fn the_default_pid_is_the_default_cascade() {
     let mut cascade = Axis::default();
     let mut pid = Axis::default();
     let (mut a, mut b) = (PositionControllerState::default(), PositionControllerState::default());
-    let [cascade_control, pid_control, _] = all();
+    let [cascade_control, pid_control, ..] = all();
     let (mut apart, mut moved) = (0.0f64, 0.0f64);
     for k in 0..1000 {
         // ∫(ṙ − ω) = r − φ holds from rest with a consistent reference.
@@ -210,4 +256,52 @@ fn single_precision_and_lanes_control_as_double_precision_does() {
             axis.period(torque, 0.0);
         }
     }
+}
+
+#[test]
+fn a_controller_with_states_takes_over_what_it_goes_on_with() {
+    // An axis that slides against a load: nothing changes but the angle.
+    let controller = PositionController::Linear(LinearController { integral_gain: 0.0, ..LinearController::observing() });
+    let velocity = 3.0;
+    let mut axis = Axis { angle: 0.99, velocity, waiting: 0.2 };
+    let moving = |axis: &Axis, reference| ControllerInput { reference_velocity: velocity, ..axis.input(reference) };
+    let mut state = controller.take_over(0.2, moving(&axis, 1.0));
+    let begun = state.linear.states;
+    for k in 0..50 {
+        let reference = 1.0 + velocity * DT * f64::from(k);
+        let torque = controller.step(&mut state, moving(&axis, reference), DT).torque;
+        assert!((torque - 0.2).abs() < 1e-12, "{k}: {torque}");
+        axis.period(0.2, 0.2);
+    }
+    for (one, other) in begun.iter().zip(state.linear.states) {
+        assert!((one - other).abs() < 1e-12, "{begun:?} {:?}", state.linear.states);
+    }
+}
+
+#[test]
+fn far_from_its_origin_a_controller_with_states_does_the_same() {
+    use crate::fields::Fields;
+    let controller = PositionController::Linear(LinearController::observing()).map(&mut |x: f64| x as f32);
+    // A step of the set-point by 32 counts of 2⁻¹¹ rad, about 0 and about 1024 rad, where single precision has steps of
+    // 2⁻¹³ rad.
+    let torques = |origin: f32| {
+        let (mut axis, mut state) = (Axis::default(), PositionControllerState::default());
+        let mut torques = vec![];
+        for k in 0..300 {
+            let measured = origin + ((axis.angle * 2048.0).floor() / 2048.0) as f32;
+            let input = ControllerInput {
+                reference_position: origin + if k < 10 { 0.0 } else { 32.0 / 2048.0 },
+                measured_angle: measured,
+                measured_velocity: axis.velocity as f32,
+                ..ControllerInput::default()
+            };
+            let torque = controller.step(&mut state, input, DT as f32).torque;
+            axis.period(f64::from(torque), 0.0);
+            torques.push(torque);
+        }
+        torques
+    };
+    let torques = [0.0, 1024.0].map(torques);
+    assert_eq!(torques[0], torques[1]);
+    assert!(torques[0].iter().any(|torque| torque.abs() > 0.01));
 }

@@ -1,13 +1,14 @@
 //! Position control from what is stated of it and believed of the machine.
 
-use stickslip_core::control::AxisControl;
+use stickslip_core::control::{AxisControl, PositionController};
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FriedlandPark,
 };
 use stickslip_core::friction::{Bristles, Stribeck};
 
+use super::state_feedback;
 use crate::Error;
-use crate::preset::{Belief, CompensationChoice, Model, Settings};
+use crate::preset::{Belief, CompensationChoice, ControllerChoice, Model, Settings};
 
 /// Speed below which an estimate of the curve rests [rad/s], however quiet the tacho is: there bristles are no curve.
 const SLOWEST_LEARNT: f64 = 0.3;
@@ -18,17 +19,35 @@ const LEARNT_PER_NOISE: f64 = 10.0;
 /// Controller, compensation and holding for what is believed of the machine and how the bench runs.
 ///
 /// # Errors
-/// None yet: what is stated lies within its ranges.
+/// As [`position_controller`].
 pub fn axis_control(model: &Model<f64>, settings: &Settings<f64>) -> Result<AxisControl<f64>, Error> {
     Ok(AxisControl {
-        controller: settings.controller,
+        controller: position_controller(&settings.controller, model, settings)?,
         compensation: compensation(model, settings),
         hold: settings.hold,
     })
 }
 
+/// The controller that is stated, for what is believed of the machine and how the bench runs.
+///
+/// # Errors
+/// As [`state_feedback`].
+pub fn position_controller(
+    choice: &ControllerChoice<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<PositionController<f64>, Error> {
+    Ok(match choice {
+        ControllerChoice::Cascade(cascade) => PositionController::Cascade(*cascade),
+        ControllerChoice::Pid(pid) => PositionController::Pid(*pid),
+        ControllerChoice::StateFeedback(stated) => {
+            PositionController::Linear(state_feedback(stated, model, settings.control_period())?)
+        }
+    })
+}
+
 fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f64> {
-    let period = settings.tick_time() * settings.divider() as f64;
+    let period = settings.control_period();
     // A torque computed from this sample acts in the next one, on average in its middle, behind the servo amplifier.
     let preview = 1.5 * period + model.servo_lag;
     let inertia = model.drive.inertia();
@@ -159,7 +178,7 @@ mod tests {
                 CompensationChoice::DisturbanceObserver(DisturbanceObserverChoice { bandwidth: 80.0 });
             let control = axis_control(&preset.model, &preset.bench).unwrap();
             let Compensation::DisturbanceObserver(observer) = control.compensation else { panic!("{control:?}") };
-            let period = preset.bench.tick_time() * preset.bench.divider() as f64;
+            let period = preset.bench.control_period();
             // 1 − l_ω is the square of the pole.
             assert!((libm::log(1.0 - observer.velocity_gain) + 2.0 * 80.0 * period).abs() < 1e-12);
         }

@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::DMatrix;
+use stickslip_core::drive::TwoMass;
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 
 use super::{kalman_filter, zero_order_hold};
@@ -58,7 +59,7 @@ pub fn drive_observer(
 }
 
 /// Between servo amplifier and tacho what is left of both lags [s].
-fn tacho_lag(model: &Model<f64>) -> f64 {
+pub(super) fn tacho_lag(model: &Model<f64>) -> f64 {
     (model.drive_lag - model.servo_lag).max(1e-6)
 }
 
@@ -83,8 +84,31 @@ pub(crate) fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObser
 }
 
 /// Deviation of the tacho's readings at standstill [rad/s].
-fn slow_tacho(model: &Model<f64>) -> f64 {
+pub(super) fn slow_tacho(model: &Model<f64>) -> f64 {
     libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho
+}
+
+/// Order of the states of the drive's masses: φ, δ, Ω_M, Ω.
+pub(super) const MOTION: usize = 4;
+
+/// The rates of angle, twist, motor velocity and velocity from these four; torques come on top.
+pub(super) fn motion(drive: &TwoMass<f64>) -> DMatrix<f64> {
+    let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
+    let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
+    let mut a = DMatrix::<f64>::zeros(MOTION, MOTION);
+    a[(0, 3)] = 1.0;
+    (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
+    (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
+    (a[(3, 1)], a[(3, 2)], a[(3, 3)]) = (c * per_load, d * per_load, -d * per_load);
+    a
+}
+
+/// Covariance of what white noise of these densities on the rates adds to the states in `dt` [s].
+pub(super) fn sampled_noise(a: &DMatrix<f64>, density: &DMatrix<f64>, dt: f64) -> Result<DMatrix<f64>, Error> {
+    let nothing = DMatrix::zeros(a.nrows(), 1);
+    let (whole, half) = (zero_order_hold(a, &nothing, dt)?.0, zero_order_hold(a, &nothing, 0.5 * dt)?.0);
+    // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
+    Ok((density + 4.0 * &half * density * half.transpose() + &whole * density * whole.transpose()) * (dt / 6.0))
 }
 
 /// The linear drive over a tick: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
@@ -100,16 +124,12 @@ struct Linear {
 impl Linear {
     fn new(model: &Model<f64>, dt: f64, trust: &Trust) -> Result<Self, Error> {
         let drive = &model.drive;
-        let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
-        let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
         let omega = TAU * model.accelerometer_bandwidth;
         let ratio = drive.carriage_ratio();
         let tacho_lag = tacho_lag(model);
         let mut a = DMatrix::<f64>::zeros(STATES, STATES);
-        a[(0, 3)] = 1.0;
-        (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
-        (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
-        (a[(3, 1)], a[(3, 2)], a[(3, 3)], a[(3, 4)]) = (c * per_load, d * per_load, -d * per_load, -per_load);
+        a.view_mut((0, 0), (MOTION, MOTION)).copy_from(&motion(drive));
+        a[(3, 4)] = -1.0 / drive.load_inertia;
         (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
         a[(7, 8)] = 1.0;
         // The sensor feels the load's acceleration: its row of the rates.
@@ -120,15 +140,13 @@ impl Linear {
         a[(8, 8)] -= 2.0 * model.accelerometer_damping * omega;
 
         let mut noise = DMatrix::<f64>::zeros(STATES, STATES);
-        noise[(2, 2)] = (trust.motor_torque * per_motor).powi(2);
+        noise[(2, 2)] = (trust.motor_torque / drive.motor_inertia).powi(2);
         noise[(4, 4)] = trust.missing_torque.powi(2);
         noise[(5, 5)] = trust.offset.powi(2);
         // One-sided density S: white noise of S²/2.
         noise[(8, 8)] = 0.5 * (omega * omega * model.accelerometer_noise).powi(2);
         let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
-        let (half, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), 0.5 * dt)?;
-        // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
-        let q = (&noise + 4.0 * &half * &noise * half.transpose() + &phi * &noise * phi.transpose()) * (dt / 6.0);
+        let q = sampled_noise(&a, &noise, dt)?;
 
         let mut shown = DMatrix::<f64>::zeros(3, STATES);
         shown[(0, 0)] = 1.0;

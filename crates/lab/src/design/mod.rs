@@ -14,9 +14,10 @@ mod position_loop;
 mod region;
 mod riccati;
 mod software;
+mod state_feedback;
 mod velocity_observer;
 
-pub use axis_control::axis_control;
+pub use axis_control::{axis_control, position_controller};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub(crate) use drive_observer::believed_drive;
@@ -35,6 +36,7 @@ pub use riccati::{
     KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,
 };
 pub use software::{brake, difference_torque, load_current_control, parameters, software};
+pub use state_feedback::state_feedback;
 pub use velocity_observer::{predicted_velocity_noise, velocity_noise, velocity_observer};
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
         correction: Correction::Nothing,
         current: load_current_control(&Law::Off, model, settings)?,
         control: axis_control(model, settings)?,
-        control_period: dt * settings.divider() as f64,
+        control_period: settings.control_period(),
     })
 }
 

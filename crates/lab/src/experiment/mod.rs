@@ -30,8 +30,8 @@ pub use rendering::{
 };
 pub use response::{Answer, COHERENT, Line, Response, ResponsePlan, measure_response};
 
-use crate::Error;
-use crate::bench::Bench;
+use crate::bench::{Bench, Change};
+use crate::{Error, design};
 
 /// Standard uncertainty of what lies anywhere within a range, over its width: 1/√12 (GUM, 4.3.7).
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
@@ -45,7 +45,10 @@ pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Re
         bench.come_to_rest()?;
     }
     let settings = *bench.settings();
-    bench.set_controller(settings.controller, settings.divider())?;
+    let mut parameters = *bench.parameters();
+    parameters.tick.control = design::axis_control(bench.model(), &settings)?;
+    parameters.tick.control_period = settings.control_period();
+    bench.change(Change::Parameters(parameters))?;
     ended
 }
 

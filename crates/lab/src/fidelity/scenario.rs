@@ -261,7 +261,7 @@ impl Scenario {
             Kind::Hunting => pid(preset, 15.0, 3.0)?,
             Kind::StickSlip => pid(preset, 20.0, 1.0)?,
             Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?,
-            _ => preset.bench.controller,
+            _ => design::position_controller(&preset.bench.controller, &preset.model, &preset.bench)?,
         };
         let every_tick = matches!(drive, Drive::Staircase(_));
         Ok(Course { controller, every_tick, drive, rest: REST, duration })
@@ -279,22 +279,15 @@ impl Scenario {
 
 /// A PID controller with a triple pole at this bandwidth [rad/s], its integral gain raised by a factor.
 fn pid(preset: &Preset<f64>, bandwidth: f64, factor: f64) -> Result<PositionController<f64>, Error> {
-    let base = Pid { torque_limit: torque_limit(preset), ..Pid::default() };
+    let base = Pid { torque_limit: preset.bench.controller.torque_limit(), ..Pid::default() };
     let pid = design::pid_by_bandwidth(base, preset.model.drive.inertia(), bandwidth)?;
     Ok(PositionController::Pid(Pid { integral_gain: factor * pid.integral_gain, ..pid }))
 }
 
 /// A controller that holds a speed as stiffly as its delays admit.
 fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> {
-    let base = Cascade { torque_limit: torque_limit(preset), ..Cascade::default() };
+    let base = Cascade { torque_limit: preset.bench.controller.torque_limit(), ..Cascade::default() };
     let (model, dt) = (&preset.model, preset.bench.tick_time());
     Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.drive_lag, dt)?))
 }
 
-/// Largest torque of the controller under test [N m].
-fn torque_limit(preset: &Preset<f64>) -> f64 {
-    match preset.bench.controller {
-        PositionController::Cascade(cascade) => cascade.torque_limit,
-        PositionController::Pid(pid) => pid.torque_limit,
-    }
-}

@@ -1,7 +1,9 @@
 //! Which blocks there are, and how each is set up from a preset.
 
 use stickslip_core::control::compensation::{Compensation, Hold, StictionHold};
-use stickslip_core::control::{AxisControl, Cascade, CurrentControl, Pid, PositionController, VelocityObserver};
+use stickslip_core::control::{
+    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+};
 use stickslip_core::fields::Fields;
 use stickslip_core::friction::{Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, Model, Static, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
@@ -11,7 +13,7 @@ use stickslip_core::tick::{Decoder, Tick, VirtualBench};
 
 use super::{Generated, Request};
 use crate::parameters::schema::nearest;
-use crate::{Error, Preset, design, integrator};
+use crate::{Error, Preset, StateFeedback, design, integrator};
 
 /// A block of the catalogue.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,6 +63,16 @@ impl Setup {
         if let PositionController::Pid(pid) = self.tick.control.controller { pid } else { Pid::default() }
     }
 
+    /// The state feedback of the preset, or that of the defaults where it has another controller.
+    fn linear(&self) -> Result<LinearController<f64>, Error> {
+        if let PositionController::Linear(linear) = self.tick.control.controller {
+            return Ok(linear);
+        }
+        let torque_limit = self.preset.bench.controller.torque_limit();
+        let stated = StateFeedback { torque_limit, ..StateFeedback::default() };
+        design::state_feedback(&stated, &self.preset.model, self.tick.control_period)
+    }
+
     fn stiction_hold(&self) -> StictionHold<f64> {
         if let Hold::Stiction(hold) = self.tick.control.hold { hold } else { StictionHold::default() }
     }
@@ -98,6 +110,7 @@ macro_rules! catalogue {
 catalogue! {
     "pid": Pid, |s| s.pid(), s.tick.control_period;
     "cascade": Cascade, |s| s.cascade(), s.tick.control_period;
+    "linear_controller": LinearController, |s| s.linear()?, s.tick.control_period;
     "position_controller": PositionController, |s| s.tick.control.controller, s.tick.control_period;
     "compensation": Compensation, |s| s.tick.control.compensation, s.tick.control_period;
     "stiction_hold": StictionHold, |s| s.stiction_hold(), s.tick.control_period;

@@ -2,12 +2,12 @@
 
 use std::f64::consts::{PI, TAU};
 
-use stickslip_core::control::{Cascade, PositionController};
+use stickslip_core::control::Cascade;
 use stickslip_core::friction::{DampingVelocity, Decay, Fading, LuGre, Model, Static, Stribeck};
 
 use super::Identification;
 use super::axis::AxisModel;
-use crate::Preset;
+use crate::{ControllerChoice, Preset};
 use crate::machine::{Controller, Machine};
 use crate::units::Dimension;
 
@@ -45,7 +45,7 @@ pub(super) fn preset(found: &Identification, machine: &Machine) -> Preset<f64> {
         }
         _ => (0.1 * BANDWIDTH, BANDWIDTH * inertia, 20.0 * BANDWIDTH * inertia, inertia),
     };
-    preset.bench.controller = PositionController::Cascade(Cascade {
+    preset.bench.controller = ControllerChoice::Cascade(Cascade {
         position_gain,
         velocity_gain,
         integral_gain,

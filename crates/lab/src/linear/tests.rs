@@ -68,6 +68,28 @@ fn poles_zeros_and_responses_are_those_of_scipy() {
 }
 
 #[test]
+fn many_frequencies_at_once_have_the_answers_of_each_alone() {
+    for case in cases() {
+        let system = system(&case);
+        let frequencies = [1e-3, 0.3, 1.0, 2.5, 3.0];
+        for (frequency, found) in frequencies.iter().zip(system.responses(&frequencies)) {
+            let (found, expected) = (found.unwrap(), system.at_frequency(*frequency).unwrap());
+            for (one, other) in found.iter().zip(&expected) {
+                assert!(size(one - other) < 1e-9 * expected.norm(), "{case} at {frequency}: {found} {expected}");
+            }
+        }
+    }
+    // On a pole there is no answer.
+    let integrator = StateSpace::new(matrix_of(0.0), matrix_of(1.0), matrix_of(1.0), matrix_of(0.0), None).unwrap();
+    assert!(integrator.responses(&[0.0]).next().unwrap().is_none());
+    assert!(integrator.response(&[0.0])[0].re.is_infinite());
+}
+
+fn matrix_of(value: f64) -> DMatrix<f64> {
+    DMatrix::from_element(1, 1, value)
+}
+
+#[test]
 fn margins_are_those_of_python_control() {
     for (number, case) in cases().iter().enumerate().filter(|(_, case)| !case["margins"].is_null()) {
         let loop_gain = StateSpace { c: matrix(&case["loop_c"]), d: matrix(&case["loop_d"]), ..system(case) };

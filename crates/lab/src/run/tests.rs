@@ -30,7 +30,7 @@ fn experiment(bench: &mut dyn Bench) {
         }
         if k == 1000 {
             bench.set_preload(0.5).unwrap();
-            let controller = bench.settings().controller;
+            let controller = bench.parameters().tick.control.controller;
             bench.set_controller(controller, 2).unwrap();
         }
         let setpoint = Setpoint { position: start + time * time, velocity: 2.0 * time, acceleration: 2.0 };
@@ -256,7 +256,7 @@ fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
             400 | 900 => kept.push(states.take().unwrap()),
             500 => bench.set_preload(0.5).unwrap(),
             600 => {
-                let controller = bench.settings().controller;
+                let controller = bench.parameters().tick.control.controller;
                 bench.set_controller(controller, 2).unwrap();
             }
             // Long before it stops the bench: its begin is part of the state.

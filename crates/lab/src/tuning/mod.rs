@@ -10,7 +10,6 @@ mod tests;
 
 pub use sets::Sets;
 
-use stickslip_core::control::PositionController;
 use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
 
@@ -19,7 +18,7 @@ use crate::parameters::presets::Source;
 use crate::parameters::{self, Difference};
 use crate::preset::{Model, Settings};
 use crate::workflow::design::fastest;
-use crate::{Error, Preset};
+use crate::{ControllerChoice, Error, Preset};
 
 /// What a bench that runs cannot change, and what to do instead.
 const FIXED: [(&str, &str); 4] = [
@@ -246,7 +245,7 @@ fn admit(preset: &Preset<f64>, law: &Law<f64>) -> Result<Margin, Error> {
 /// All that a rendering law follows from.
 fn of_law(preset: &Preset<f64>) -> (Model<f64>, Settings<f64>) {
     let Settings { safety, homing, .. } = Settings::default();
-    (preset.model, Settings { controller: PositionController::default(), safety, homing, ..preset.bench })
+    (preset.model, Settings { controller: ControllerChoice::default(), safety, homing, ..preset.bench })
 }
 
 impl Proposal {

@@ -1,5 +1,3 @@
-use stickslip_core::control::PositionController;
-
 use super::*;
 use crate::parameters::presets;
 
@@ -13,7 +11,7 @@ fn change(path: &str, value: &str) -> Vec<(String, String)> {
 
 fn gain(tuning: &Tuning) -> f64 {
     match tuning.preset().bench.controller {
-        PositionController::Cascade(cascade) => cascade.position_gain,
+        ControllerChoice::Cascade(cascade) => cascade.position_gain,
         other => panic!("the preset's controller is a cascade: {other:?}"),
     }
 }
@@ -28,7 +26,8 @@ fn a_change_is_proposed_entered_undone_and_redone() {
     assert_eq!(gain(&tuning), before, "a proposal changes nothing");
     assert_eq!((proposal.differences.len(), proposal.margin), (1, None), "the rendering law stays");
     let parameters = proposal.parameters(Correction::Nothing).unwrap();
-    assert_eq!(parameters.tick.control.controller, proposal.preset().bench.controller);
+    let Preset { model, bench, .. } = proposal.preset();
+    assert_eq!(parameters.tick.control, design::axis_control(model, bench).unwrap());
     tuning.entered(proposal);
     assert_eq!((gain(&tuning), tuning.can_undo()), (11.5, (true, false)));
     assert_eq!(tuning.differences()[0].path, GAIN);

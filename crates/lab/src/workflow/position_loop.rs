@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use nalgebra::Complex;
-use stickslip_core::control::{Cascade, Pid, PositionController};
+use stickslip_core::control::Cascade;
 
 use super::draw::Captioned;
 use crate::design::{
@@ -14,7 +14,7 @@ use crate::figure::{Axis, Figure, Role, Series};
 use crate::linear::{Operating, StateSpace, decibels, size, unwrapped};
 use crate::quantity::{Estimate, number};
 use crate::report::{Cell, Provenance, Report, Table};
-use crate::{Error, Preset, Summary, Watch, output, parameters};
+use crate::{ControllerChoice, Error, Preset, StateFeedback, Summary, Watch, output, parameters};
 
 /// Name of the file that other commands take as `--preset`: the bench with the controller that was judged.
 pub const PRESET: &str = "preset.toml";
@@ -51,20 +51,30 @@ pub struct LoopRun {
 }
 
 /// The controller of a preset as the other kind of the same family.
-pub fn as_pid(controller: &PositionController<f64>) -> PositionController<f64> {
-    match controller {
-        PositionController::Cascade(cascade) => PositionController::Pid(cascade_as_pid(cascade)),
-        other => *other,
+pub fn as_pid(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
+    match (controller, as_cascade(controller)) {
+        (ControllerChoice::Pid(_), _) => *controller,
+        (_, ControllerChoice::Cascade(cascade)) => ControllerChoice::Pid(cascade_as_pid(&cascade)),
+        (_, other) => other,
     }
 }
 
 /// The cascade of a preset, or that of the defaults where it has another controller.
-pub fn as_cascade(controller: &PositionController<f64>) -> PositionController<f64> {
+pub fn as_cascade(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     match controller {
-        PositionController::Cascade(_) => *controller,
-        PositionController::Pid(Pid { torque_limit, .. }) => {
-            PositionController::Cascade(Cascade { torque_limit: *torque_limit, ..Cascade::default() })
-        }
+        ControllerChoice::Cascade(_) => *controller,
+        other => ControllerChoice::Cascade(Cascade { torque_limit: other.torque_limit(), ..Cascade::default() }),
+    }
+}
+
+/// The state feedback of a preset, or that of the defaults where it has another controller.
+pub fn as_state_feedback(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
+    match controller {
+        ControllerChoice::StateFeedback(_) => *controller,
+        other => ControllerChoice::StateFeedback(StateFeedback {
+            torque_limit: other.torque_limit(),
+            ..StateFeedback::default()
+        }),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::{Generator, Reference, Sine};
-use stickslip_core::control::{Cascade, PositionController};
+use stickslip_core::control::Cascade;
 use stickslip_core::plant::{PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
@@ -10,7 +10,7 @@ use stickslip::design::{software, tune};
 use stickslip::noise::Normals;
 use stickslip::parameters::{self, presets};
 use stickslip::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice, Preset, Settings,
+    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice, Preset, Settings,
     Watch, integrator,
 };
 
@@ -97,7 +97,7 @@ fn the_peaks_are_those_that_an_independent_simulation_found() {
     // In C, with other integrators: 36.5 mrad alone, 8.1 and 7.7 mrad with the curve and with its bristles.
     let mut preset = nominal();
     let gains = Cascade { position_gain: 63.7, velocity_gain: 0.183, integral_gain: 5.16, ..Cascade::default() };
-    let PositionController::Cascade(cascade) = &mut preset.bench.controller else { panic!("a cascade") };
+    let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("a cascade") };
     *cascade = Cascade { inertia: cascade.inertia, torque_limit: cascade.torque_limit, ..gains };
     for (compensation, found) in [
         (CompensationChoice::Nothing, 36.5),

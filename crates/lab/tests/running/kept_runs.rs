@@ -39,7 +39,7 @@ fn record(file: &std::path::Path) {
         }
         if k == 500 {
             bench.set_preload(0.5).unwrap();
-            let controller = bench.settings().controller;
+            let controller = bench.parameters().tick.control.controller;
             bench.set_controller(controller, 2).unwrap();
         }
         if k == 900 {

@@ -55,7 +55,7 @@ fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() 
         }
         bench.hand_over(moving(k)).err()
     });
-    bench.set_controller(bench.settings().controller, 1).unwrap();
+    bench.set_controller(bench.parameters().tick.control.controller, 1).unwrap();
     let said = behind.expect("it was late by 400 ms").to_string();
     assert!(said.contains("fell behind the clock by more than 50 ms"), "{said}");
     let frame = bench.step(Command::default()).unwrap();

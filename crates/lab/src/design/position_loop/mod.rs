@@ -92,7 +92,12 @@ impl PositionLoop {
     /// # Errors
     /// What the linearisation of the controller refuses.
     pub fn over(axis: StateSpace, control: impl Into<AxisControl<f64>>, velocity: f64) -> Result<Self, Error> {
-        let dt = axis.dt.unwrap_or_default();
+        let controller = Self::controller(control, axis.dt.unwrap_or_default(), velocity)?;
+        Ok(PositionLoop { axis, controller })
+    }
+
+    /// From set-point, its derivatives, angle and tacho to the commanded torque, sampled with `dt` [s].
+    fn controller(control: impl Into<AxisControl<f64>>, dt: f64, velocity: f64) -> Result<StateSpace, Error> {
         // A dead zone is left as soon as it matters.
         let control = AxisControl { hold: Hold::Nothing, ..control.into() };
         // What is fed forward or learns slowly is no part of the loop; the sign in an observer of friction is.
@@ -102,9 +107,8 @@ impl PositionLoop {
         let input = AxisControlInput { reference, measured_velocity: velocity, ..AxisControlInput::default() };
         // In the middle of its range, with a sample behind it: no limit is near.
         let mut state = control.take_over(0.0, input, &AxisControlState::default(), None);
-        state.controller.pid.started = 1.0;
-        let controller = linearise(&control, &state, &input, dt)?.trimmed();
-        Ok(PositionLoop { axis, controller })
+        (state.controller.pid.started, state.controller.linear.started) = (1.0, 1.0);
+        Ok(linearise(&control, &state, &input, dt)?.trimmed())
     }
 
     /// The controller's way from angle and tacho to the commanded torque.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::Preset;
+use crate::design::position_controller;
 use crate::parameters::presets;
 use stickslip_core::control::{Cascade, Pid, PositionController};
 
@@ -13,6 +14,10 @@ fn with(preset: &Preset<f64>, controller: PositionController<f64>, at: Operating
     PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap()
 }
 
+fn stated(preset: &Preset<f64>) -> PositionController<f64> {
+    position_controller(&preset.bench.controller, &preset.model, &preset.bench).unwrap()
+}
+
 fn one(system: &StateSpace, input: usize, output: usize, frequency: f64) -> Complex<f64> {
     system.at_frequency(frequency).unwrap()[(output, input)]
 }
@@ -21,7 +26,7 @@ fn one(system: &StateSpace, input: usize, output: usize, frequency: f64) -> Comp
 fn the_closed_loop_is_that_of_its_gain() {
     let preset = bench();
     for at in [SLIDING, Operating::Stuck] {
-        let closes = with(&preset, preset.bench.controller, at);
+        let closes = with(&preset, stated(&preset), at);
         let (gain, closed) = (closes.gain().unwrap(), closes.closed().unwrap());
         for frequency in [3.0, 30.0, 300.0, 1500.0] {
             let l = one(&gain, 0, 0, frequency);
@@ -73,10 +78,10 @@ fn a_loop_that_is_pushed_to_its_gain_margin_oscillates() {
 fn the_corners_are_worse_than_the_machine_as_believed() {
     let preset = bench();
     let both = [SLIDING, Operating::Stuck];
-    let found = corners(preset.bench.controller, &preset.model, &preset.bench, &both).unwrap();
+    let found = corners(stated(&preset), &preset.model, &preset.bench, &both).unwrap();
     assert_eq!(found.len(), 8);
     let nominal =
-        both.map(|at| with(&preset, preset.bench.controller, at).gain().unwrap().margins().unwrap().sensitivity.value);
+        both.map(|at| with(&preset, stated(&preset), at).gain().unwrap().margins().unwrap().sensitivity.value);
     assert!(found[0].sensitivity > nominal[0].max(nominal[1]), "{found:?} {nominal:?}");
     // A controller that is far too stiff is unstable there, and said to be.
     let stiff = PositionController::Pid(Pid { derivative_gain: 5.0, ..Pid::default() });
@@ -106,10 +111,10 @@ fn noise_of_the_torque_is_at_least_what_the_tacho_makes_at_once() {
 
 #[test]
 fn a_disturbance_observer_is_a_part_of_the_loop_and_a_feedforward_is_not() {
-    use crate::{CompensationChoice, DisturbanceObserverChoice};
+    use crate::{CompensationChoice, ControllerChoice, DisturbanceObserverChoice};
     let mut preset = bench();
     let cascade = Cascade { velocity_gain: 0.05, integral_gain: 0.8, ..Cascade::default() };
-    preset.bench.controller = PositionController::Cascade(cascade);
+    preset.bench.controller = ControllerChoice::Cascade(cascade);
     let mut peak = |compensation| {
         preset.bench.compensation = compensation;
         let control = crate::design::axis_control(&preset.model, &preset.bench).unwrap();

@@ -1,0 +1,156 @@
+//! Any linear controller of the position: state feedback with an observer, and what else has matrices.
+
+use super::position::{limit_and_integrate, within_limit};
+use super::{ControllerInput, ControllerOutput, finite_or};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::{Mask, Scalar};
+
+/// States of a [`LinearController`]; those that a design does not need have rows and columns of 0.
+pub const STATES: usize = 8;
+/// What moves them, see [`LinearController`].
+pub const INPUTS: usize = 6;
+
+/// A linear controller that knows which torque was in force:
+///
+///   x⁺ = A·x + B·v,   M = cᵀ·x + dᵀ·v + I,   İ = K_i·(r − φ),   v = (φ − r, ω, Δr, ṙ, r̈, M₋)
+///
+/// Δr is how far the set-point went since the sample before, and M₋ the controller's own torque, limited, that is in force
+/// until the next sample: an observer among the states goes by what the drive gets, so nothing winds up in it. No angle
+/// itself comes in, so that far from its origin an axis is controlled as at it, also in single precision. The torque is
+/// limited; at the limit the integral moves only back. An input that is no number gives no torque and moves no state.
+///
+/// The matrices are made for one sampling time and computed from what is stated of the controller. They are in the units of
+/// the states, and stored column by column: what one state or input does to all states lies side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LinearController<T> {
+    /// From each state to all states.
+    #[field(symbol = "A", unit = "1", range = -1e15..=1e15)]
+    pub system: [[T; STATES]; STATES],
+    /// From what comes in, each, to all states.
+    #[field(symbol = "B", unit = "1", range = -1e15..=1e15)]
+    pub input: [[T; STATES]; INPUTS],
+    /// From the states to the torque.
+    #[field(symbol = "c", unit = "1", range = -1e15..=1e15)]
+    pub output: [T; STATES],
+    /// From what comes in to the torque.
+    #[field(symbol = "d", unit = "1", range = -1e15..=1e15)]
+    pub direct: [T; INPUTS],
+    /// The states with which it takes over: per deviation of the angle, per velocity, per torque.
+    #[field(symbol = "S", unit = "1", range = -1e15..=1e15)]
+    pub settled: [[T; STATES]; 3],
+    /// Torque per deviation of the position and time.
+    #[field(symbol = "K_i", unit = "N m/(rad s)", range = 0.0..=1e8)]
+    pub integral_gain: T,
+    /// Sampling time for which it is made.
+    #[field(symbol = "T", unit = "s", range = 1e-6..=1.0, default = 1e-3)]
+    pub sampling_time: T,
+    /// Largest torque of the drive.
+    #[field(symbol = "M_max", unit = "N m", range = 1e-6..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// What a linear controller remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LinearState<T> {
+    /// Its states; an angle among them is counted from the set-point of the sample before.
+    #[field(symbol = "x", unit = "1")]
+    pub states: [T; STATES],
+    /// Integral part of the torque.
+    #[field(symbol = "I", unit = "N m")]
+    pub integral: T,
+    /// Torque of the sample before, in force in this one.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub torque: T,
+    /// Set-point of the sample before.
+    #[field(symbol = "r", unit = "rad")]
+    pub reference: T,
+    /// Whether there was a sample before.
+    #[field(unit = "1", flag)]
+    pub started: T,
+}
+
+impl<T: Scalar> LinearController<T> {
+    /// What moves the states.
+    #[inline(always)]
+    fn seen(&self, state: &LinearState<T>, input: &ControllerInput<T>) -> [T; INPUTS] {
+        let gone = input.reference_position - state.reference;
+        // The way to the first set-point is the one that it moves with.
+        let steady = self.sampling_time * input.reference_velocity;
+        [
+            input.measured_angle - input.reference_position,
+            input.measured_velocity,
+            state.started.gt(T::of(0.5)).select(gone, steady),
+            input.reference_velocity,
+            input.reference_acceleration,
+            state.torque,
+        ]
+    }
+
+    /// The torque without its integral part [N m].
+    #[inline(always)]
+    fn direct(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> T {
+        dot(&self.output, states) + dot(&self.direct, seen)
+    }
+
+    /// The state from which the next step with this input gives this torque [N m], as far as the limit admits it. What it
+    /// observes is what goes with this motion for long.
+    #[inline(always)]
+    pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> LinearState<T> {
+        let input = input.finite();
+        let torque = within_limit(finite_or(torque, T::of(0.0)), self.torque_limit, input.added_torque);
+        let motion = [input.measured_angle - input.reference_position, input.measured_velocity, torque];
+        let states = combine([T::of(0.0); STATES], &self.settled, &motion);
+        let mut state = LinearState { states, torque, ..LinearState::default() };
+        state.integral = torque - self.direct(&state.states, &self.seen(&state, &input));
+        state
+    }
+}
+
+impl<T: Scalar> Block<T> for LinearController<T> {
+    type State = LinearState<T>;
+    type Input = ControllerInput<T>;
+    type Output = ControllerOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        // Where an input is no number, `valid` discards what is computed from it.
+        let valid = input.valid();
+        let seen = self.seen(state, &input);
+        let demand = self.direct(&state.states, &seen) + state.integral;
+        let increment = self.integral_gain * (input.reference_position - input.measured_angle) * dt;
+        let (torque, integral) = limit_and_integrate(&input, demand, self.torque_limit, state.integral, increment);
+        let moved = combine([T::of(0.0); STATES], &self.system, &state.states);
+        let moved = combine(moved, &self.input, &seen);
+        for (state, moved) in state.states.iter_mut().zip(moved) {
+            *state = valid.select(moved, *state);
+        }
+        state.integral = integral;
+        state.torque = torque;
+        state.reference = valid.select(input.reference_position, state.reference);
+        // What the set-point does over a gap is not known.
+        state.started = valid.select(T::of(1.0), T::of(0.0));
+        ControllerOutput { torque }
+    }
+}
+
+/// `sum` and all columns, each as often as its weight says.
+#[inline(always)]
+fn combine<T: Scalar, const N: usize>(mut sum: [T; STATES], columns: &[[T; STATES]; N], weights: &[T; N]) -> [T; STATES] {
+    for (column, weight) in columns.iter().zip(weights) {
+        for row in 0..STATES {
+            sum[row] += column[row] * *weight;
+        }
+    }
+    sum
+}
+
+/// ∑ aᵢ·bᵢ, in order.
+#[inline(always)]
+fn dot<T: Scalar, const N: usize>(a: &[T; N], b: &[T; N]) -> T {
+    let mut sum = a[0] * b[0];
+    for index in 1..N {
+        sum += a[index] * b[index];
+    }
+    sum
+}

@@ -1,0 +1,127 @@
+//! What is stated of the position controller; `design::position_controller` prepares it.
+
+use stickslip_core::Fields;
+use stickslip_core::control::{Cascade, Pid};
+
+/// The controller under test.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum ControllerChoice<T> {
+    /// P control of the position around PI control of the velocity, as in servo drives.
+    Cascade(Cascade<T>),
+    /// One PID controller of the position.
+    Pid(Pid<T>),
+    /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively.
+    StateFeedback(StateFeedback<T>),
+}
+
+/// State feedback from the believed drive: which motion is wanted, and what is believed of sensors and disturbances.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct StateFeedback<T> {
+    /// How the gains come about.
+    pub regulator: Regulation<T>,
+    /// What estimates the states.
+    pub observer: Observation<T>,
+    /// Whether the estimated load torque is compensated, instead of an integral of the deviation: one of the two.
+    #[field(unit = "1", flag)]
+    pub compensates_load: T,
+    /// Largest torque of the drive.
+    #[field(symbol = "M_max", unit = "N m", range = 1e-6..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// How the gains of a state feedback come about.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum Regulation<T> {
+    /// The least sum of squares (LQR): each deviation below is worth the whole torque.
+    Quadratic(Quadratic<T>),
+    /// The poles of the controlled drive, as they are wanted.
+    Poles(Poles<T>),
+}
+
+/// What a deviation is worth: the smaller, the harder it is fought.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Quadratic<T> {
+    /// Deviation of the angle.
+    #[field(symbol = "φ_t", unit = "rad", range = 1e-6..=1e3, default = 0.05)]
+    pub angle: T,
+    /// Deviation of the velocity.
+    #[field(symbol = "Ω_t", unit = "rad/s", range = 1e-4..=1e6, default = 20.0)]
+    pub velocity: T,
+    /// Velocity of the motor against the load: vibration.
+    #[field(symbol = "Ω_v", unit = "rad/s", range = 1e-4..=1e6, default = 20.0)]
+    pub vibration: T,
+    /// Time after which the integral of a deviation counts as much as the deviation.
+    #[field(symbol = "T_i", unit = "s", range = 1e-4..=100.0, default = 0.03)]
+    pub integral_time: T,
+}
+
+/// Where the poles of the controlled drive are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Poles<T> {
+    /// Natural frequency of drive and load together.
+    #[field(symbol = "ω_0", unit = "rad/s", range = 0.1..=1e4, default = 60.0)]
+    pub bandwidth: T,
+    /// Its damping ratio.
+    #[field(symbol = "ζ", unit = "1", range = 0.1..=2.0, default = 0.8)]
+    pub damping: T,
+    /// Damping ratio of the vibration of motor against load, at its own frequency.
+    #[field(symbol = "ζ_v", unit = "1", range = 1e-3..=2.0, default = 0.3)]
+    pub vibration_damping: T,
+    /// How fast the integral takes up a load.
+    #[field(symbol = "ω_i", unit = "1/s", range = 0.1..=1e4, default = 30.0)]
+    pub integral_rate: T,
+}
+
+/// What estimates the states of the drive.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum Observation<T> {
+    /// A Kalman filter on encoder and tacho.
+    Full(Disturbances<T>),
+    /// The same with the encoder's angle taken as it is.
+    Reduced(Disturbances<T>),
+    /// The encoder alone: nothing is measured at the motor.
+    LoadSide(Disturbances<T>),
+    /// Motion and vibration by the tacho alone, the angle by the encoder: two observers that do not know each other.
+    MotorSide(Disturbances<T>),
+}
+
+/// What acts on the drive besides the controller, as an observer believes.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Disturbances<T> {
+    /// How fast the unknown load torque wanders: more follows it faster, less lets less noise through.
+    #[field(symbol = "q_L", unit = "N m √Hz", range = 1e-6..=1e4, default = 1.0)]
+    pub load_torque: T,
+    /// Torque noise of the drive motor: more trusts the model of the drive less.
+    #[field(symbol = "q_M", unit = "N m/√Hz", range = 1e-9..=1e3, default = 1e-3)]
+    pub motor_torque: T,
+}
+
+impl ControllerChoice<f64> {
+    /// Largest torque of the drive [N m].
+    pub fn torque_limit(&self) -> f64 {
+        match self {
+            ControllerChoice::Cascade(it) => it.torque_limit,
+            ControllerChoice::Pid(it) => it.torque_limit,
+            ControllerChoice::StateFeedback(it) => it.torque_limit,
+        }
+    }
+}
+
+impl<T> Observation<T> {
+    /// What acts on the drive besides the controller.
+    pub fn disturbances(&self) -> &Disturbances<T> {
+        match self {
+            Observation::Full(it) | Observation::Reduced(it) | Observation::LoadSide(it) | Observation::MotorSide(it) => it,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn disturbances_mut(&mut self) -> &mut Disturbances<T> {
+        match self {
+            Observation::Full(it) | Observation::Reduced(it) | Observation::LoadSide(it) | Observation::MotorSide(it) => it,
+        }
+    }
+}
