@@ -136,7 +136,11 @@ impl<T: Scalar> Block<T> for LinearController<T> {
 
 /// `sum` and all columns, each as often as its weight says.
 #[inline(always)]
-fn combine<T: Scalar, const N: usize>(mut sum: [T; STATES], columns: &[[T; STATES]; N], weights: &[T; N]) -> [T; STATES] {
+fn combine<T: Scalar, const N: usize>(
+    mut sum: [T; STATES],
+    columns: &[[T; STATES]; N],
+    weights: &[T; N],
+) -> [T; STATES] {
     for (column, weight) in columns.iter().zip(weights) {
         for row in 0..STATES {
             sum[row] += column[row] * *weight;

@@ -261,7 +261,8 @@ fn single_precision_and_lanes_control_as_double_precision_does() {
 #[test]
 fn a_controller_with_states_takes_over_what_it_goes_on_with() {
     // An axis that slides against a load: nothing changes but the angle.
-    let controller = PositionController::Linear(LinearController { integral_gain: 0.0, ..LinearController::observing() });
+    let controller =
+        PositionController::Linear(LinearController { integral_gain: 0.0, ..LinearController::observing() });
     let velocity = 3.0;
     let mut axis = Axis { angle: 0.99, velocity, waiting: 0.2 };
     let moving = |axis: &Axis, reference| ControllerInput { reference_velocity: velocity, ..axis.input(reference) };

@@ -1,9 +1,9 @@
 //! Position control from what is stated of it and believed of the machine.
 
-use stickslip_core::control::{AxisControl, PositionController};
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FriedlandPark,
 };
+use stickslip_core::control::{AxisControl, PositionController};
 use stickslip_core::friction::{Bristles, Stribeck};
 
 use super::state_feedback;

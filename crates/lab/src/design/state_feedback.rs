@@ -101,12 +101,16 @@ impl SampledDrive {
     }
 
     /// The gains K of the states, and that of the integral.
-    fn regulator(&self, choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Result<(DVector<f64>, f64), Error> {
+    fn regulator(
+        &self,
+        choice: &StateFeedback<f64>,
+        model: &Model<f64>,
+        dt: f64,
+    ) -> Result<(DVector<f64>, f64), Error> {
         let integrates = choice.compensates_load < 0.5;
         let order = MOVED.len() + usize::from(integrates);
         let mut a = DMatrix::zeros(order, order);
-        a.view_mut((0, 0), (MOVED.len(), MOVED.len()))
-            .copy_from(&self.phi.select_rows(&MOVED).select_columns(&MOVED));
+        a.view_mut((0, 0), (MOVED.len(), MOVED.len())).copy_from(&self.phi.select_rows(&MOVED).select_columns(&MOVED));
         let mut b = DVector::zeros(order);
         b.rows_mut(0, MOVED.len()).copy_from(&self.gamma.select_rows(&MOVED));
         if integrates {
@@ -268,9 +272,7 @@ mod tests {
         let believed = Disturbances::default();
         let mut kinds = Vec::new();
         for regulator in [Regulation::Quadratic(Quadratic::default()), Regulation::Poles(Poles::default())] {
-            for observer in
-                [Observation::Full, Observation::Reduced, Observation::LoadSide, Observation::MotorSide]
-            {
+            for observer in [Observation::Full, Observation::Reduced, Observation::LoadSide, Observation::MotorSide] {
                 for compensates_load in [0.0, 1.0] {
                     let observer = observer(believed);
                     kinds.push(StateFeedback { regulator, observer, compensates_load, ..StateFeedback::default() });
@@ -306,9 +308,7 @@ mod tests {
                 // Regulator: the states that are moved, and the integral.
                 let order = MOVED.len() + usize::from(choice.compensates_load < 0.5);
                 let mut closed = DMatrix::zeros(order, order);
-                closed
-                    .view_mut((0, 0), (5, 5))
-                    .copy_from(&drive.phi.select_rows(&MOVED).select_columns(&MOVED));
+                closed.view_mut((0, 0), (5, 5)).copy_from(&drive.phi.select_rows(&MOVED).select_columns(&MOVED));
                 let push = drive.gamma.select_rows(&MOVED);
                 let moved = closed.view((0, 0), (5, 5)) - &push * k.select_rows(&MOVED).transpose();
                 closed.view_mut((0, 0), (5, 5)).copy_from(&moved);
@@ -363,7 +363,8 @@ mod tests {
         let found = closes.closed().unwrap().poles().unwrap();
         for pole in poles(&wanted, &model, dt, true) {
             let nearest = found.iter().map(|other| size(other - pole)).fold(f64::INFINITY, f64::min);
-            assert!(nearest < 1e-7, "{pole} in {found:?}");
+            // The servo amplifier's pole is the observer's as well: a double one is known to a root of the rounding.
+            assert!(nearest < 1e-6, "{pole} in {found:?}");
         }
     }
 
@@ -374,7 +375,7 @@ mod tests {
             let choice = StateFeedback { observer, ..StateFeedback::default() };
             SampledDrive::new(&choice, &model, 1e-3).unwrap().observer(&observer, &model).unwrap()
         };
-        let believed = Disturbances::default();
+        let believed = Disturbances { load_torque: 1.0, motor_torque: 1e-3 };
         let motor = gain(Observation::MotorSide(believed));
         assert_eq!((motor[(ANGLE, 0)], motor[(ANGLE, 1)]), (1.0, 0.0));
         assert!((1..ORDER).all(|state| motor[(state, 0)] == 0.0) && motor[(VELOCITY, 1)] > 0.0);

@@ -290,4 +290,3 @@ fn speed_holder(preset: &Preset<f64>) -> Result<PositionController<f64>, Error> 
     let (model, dt) = (&preset.model, preset.bench.tick_time());
     Ok(PositionController::Cascade(design::speed_holder(base, &model.drive, model.drive_lag, dt)?))
 }
-

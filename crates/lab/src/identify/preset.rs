@@ -7,9 +7,9 @@ use stickslip_core::friction::{DampingVelocity, Decay, Fading, LuGre, Model, Sta
 
 use super::Identification;
 use super::axis::AxisModel;
-use crate::{ControllerChoice, Preset};
 use crate::machine::{Controller, Machine};
 use crate::units::Dimension;
+use crate::{ControllerChoice, Preset};
 
 /// A lead for a linear axis that has none, or whose file does not say: only the referred numbers depend on it [m].
 const ANY_LEAD: f64 = 10e-3;

@@ -11,7 +11,8 @@ pub enum ControllerChoice<T> {
     Cascade(Cascade<T>),
     /// One PID controller of the position.
     Pid(Pid<T>),
-    /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively.
+    /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively. The defaults are
+    /// tuned for `clm-bench` with its control at 1 kHz.
     StateFeedback(StateFeedback<T>),
 }
 
@@ -44,16 +45,16 @@ pub enum Regulation<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Quadratic<T> {
     /// Deviation of the angle.
-    #[field(symbol = "φ_t", unit = "rad", range = 1e-6..=1e3, default = 0.05)]
+    #[field(symbol = "φ_t", unit = "rad", range = 1e-6..=1e3, default = 0.16)]
     pub angle: T,
     /// Deviation of the velocity.
-    #[field(symbol = "Ω_t", unit = "rad/s", range = 1e-4..=1e6, default = 20.0)]
+    #[field(symbol = "Ω_t", unit = "rad/s", range = 1e-4..=1e6, default = 600.0)]
     pub velocity: T,
     /// Velocity of the motor against the load: vibration.
-    #[field(symbol = "Ω_v", unit = "rad/s", range = 1e-4..=1e6, default = 20.0)]
+    #[field(symbol = "Ω_v", unit = "rad/s", range = 1e-4..=1e6, default = 18.0)]
     pub vibration: T,
     /// Time after which the integral of a deviation counts as much as the deviation.
-    #[field(symbol = "T_i", unit = "s", range = 1e-4..=100.0, default = 0.03)]
+    #[field(symbol = "T_i", unit = "s", range = 1e-4..=100.0, default = 0.0065)]
     pub integral_time: T,
 }
 
@@ -92,10 +93,10 @@ pub enum Observation<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Disturbances<T> {
     /// How fast the unknown load torque wanders: more follows it faster, less lets less noise through.
-    #[field(symbol = "q_L", unit = "N m √Hz", range = 1e-6..=1e4, default = 1.0)]
+    #[field(symbol = "q_L", unit = "N m √Hz", range = 1e-6..=1e4, default = 6.0)]
     pub load_torque: T,
     /// Torque noise of the drive motor: more trusts the model of the drive less.
-    #[field(symbol = "q_M", unit = "N m/√Hz", range = 1e-9..=1e3, default = 1e-3)]
+    #[field(symbol = "q_M", unit = "N m/√Hz", range = 1e-9..=1e3, default = 0.02)]
     pub motor_torque: T,
 }
 
@@ -114,14 +115,20 @@ impl<T> Observation<T> {
     /// What acts on the drive besides the controller.
     pub fn disturbances(&self) -> &Disturbances<T> {
         match self {
-            Observation::Full(it) | Observation::Reduced(it) | Observation::LoadSide(it) | Observation::MotorSide(it) => it,
+            Observation::Full(it)
+            | Observation::Reduced(it)
+            | Observation::LoadSide(it)
+            | Observation::MotorSide(it) => it,
         }
     }
 
     /// The same, to be changed.
     pub fn disturbances_mut(&mut self) -> &mut Disturbances<T> {
         match self {
-            Observation::Full(it) | Observation::Reduced(it) | Observation::LoadSide(it) | Observation::MotorSide(it) => it,
+            Observation::Full(it)
+            | Observation::Reduced(it)
+            | Observation::LoadSide(it)
+            | Observation::MotorSide(it) => it,
         }
     }
 }

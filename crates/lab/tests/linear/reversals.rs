@@ -1,17 +1,18 @@
 //! What compensation does for a position controller at a reversal, where friction turns over.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::control::reference::{Generator, Reference, Sine};
 use stickslip_core::control::Cascade;
+use stickslip_core::control::reference::{Generator, Reference, Sine};
 use stickslip_core::plant::{PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
 use stickslip::design::{software, tune};
 use stickslip::noise::Normals;
 use stickslip::parameters::{self, presets};
+use stickslip::workflow::position_loop::{as_cascade, as_state_feedback};
 use stickslip::{
-    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice, Preset, Settings,
-    Watch, integrator,
+    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice, FriedlandParkChoice,
+    Preset, Settings, Watch, integrator,
 };
 
 /// The drive of the comparisons with nominal friction, its control at 1 kHz.
@@ -30,11 +31,11 @@ fn nominal() -> Preset<f64> {
     parameters::read(&text, "t").unwrap()
 }
 
-/// The same with a cascade that is tuned like any controller.
-fn tuned() -> Preset<f64> {
+/// The same with a controller of this kind that is tuned like any other.
+fn tuned(controller: impl Fn(&ControllerChoice<f64>) -> ControllerChoice<f64>) -> Preset<f64> {
     let mut preset = nominal();
     let Preset { model, bench, .. } = &mut preset;
-    bench.controller = tune(&bench.controller, model, bench, 10.0, &Watch::silent()).unwrap().controller;
+    bench.controller = tune(&controller(&bench.controller), model, bench, 10.0, &Watch::silent()).unwrap().controller;
     preset
 }
 
@@ -68,7 +69,7 @@ fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) ->
 
 #[test]
 fn compensation_takes_the_peaks_off_the_reversals() {
-    let preset = tuned();
+    let preset = tuned(as_cascade);
     let peak = |compensation| 1e3 * reversal_peak(&preset, compensation);
     let believed = |share| Belief { desired: 0.0, share };
     let fed_forward = |share| CompensationChoice::Feedforward(FeedforwardChoice { belief: believed(share) });
@@ -90,6 +91,16 @@ fn compensation_takes_the_peaks_off_the_reversals() {
         assert!(compensated < 0.4 * alone, "{all}");
     }
     assert!(half > 1.5 * bristles && half < 0.8 * alone, "{all}");
+}
+
+#[test]
+fn a_state_feedback_leaves_less_of_a_reversal_at_the_same_margins() {
+    let [cascade, full] = [tuned(as_cascade), tuned(as_state_feedback)].map(|preset| {
+        [CompensationChoice::Nothing, CompensationChoice::Feedforward(FeedforwardChoice::default())]
+            .map(|compensation| 1e3 * reversal_peak(&preset, compensation))
+    });
+    let all = format!("cascade {cascade:.1?}, state feedback {full:.1?}: alone, fed forward");
+    assert!(full[0] < 0.2 * cascade[0] && full[1] < 0.6 * full[0], "{all}");
 }
 
 #[test]

@@ -301,9 +301,9 @@ fn simplex(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Preset, StateFeedback};
     use crate::design::{cascade_as_pid, corners};
     use crate::parameters::presets;
+    use crate::{Preset, StateFeedback};
     use stickslip_core::control::{Cascade, Pid};
 
     #[test]
@@ -339,7 +339,8 @@ mod tests {
         // Who knows the coupling's twist holds the load better.
         assert!(state_feedback.absolute_error < 0.7 * one.absolute_error, "{one:?} {state_feedback:?}");
         let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
-        let (_, before) = price(&before, &PositionController::Cascade(cascade), cascade.torque_limit, &preset.model).unwrap();
+        let (_, before) =
+            price(&before, &PositionController::Cascade(cascade), cascade.torque_limit, &preset.model).unwrap();
         assert!(before.is_none_or(|before| before.beyond > 0.0 || before.absolute_error > one.absolute_error));
     }
 
