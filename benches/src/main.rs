@@ -6,6 +6,7 @@
 
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
+mod controllers;
 mod tick;
 mod w3;
 mod w5;
@@ -44,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
-    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(wake_ups).collect();
+    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(controllers::NAMES).chain(wake_ups).collect();
     if !names.iter().any(|name| wanted(name)) {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
@@ -76,6 +77,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Cycles, 99 % of the changes; and half of them.
         let [median, p99] = tick::change()?;
         println!("{} {p99} 1 {:.2} (median {median})", whole[2], 1.0 / p99.max(1.0));
+    }
+    if controllers::NAMES.into_iter().any(&wanted) {
+        for (name, ours, asked) in controllers::run(ROUNDS)? {
+            println!("{name} {ours:.1} {asked:.0} {:.2}", asked / ours);
+        }
     }
     for rate in w5::RATES {
         if !WAKE_UP.iter().any(|name| wanted(&wake_up(rate, name))) {

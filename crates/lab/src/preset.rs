@@ -220,6 +220,11 @@ impl Preset<f64> {
             let remedy = "A tick's instant lies between its neighbours': let it wander less, or tick more slowly.";
             at_most("plant.tick_jitter", jitter, self.bench.tick_time() / 8.0, remedy).check()?;
         }
+        let observed = matches!(self.bench.compensation, CompensationChoice::DisturbanceObserver(_));
+        if let (ControllerChoice::StateFeedback(feedback), true) = (self.bench.controller, observed) {
+            let remedy = "The disturbance observer beside it compensates the load already: choose one of both.";
+            at_most("bench.controller.compensates_load", feedback.compensates_load, 0.0, remedy).check()?;
+        }
         at_most(
             "bench.fade_velocity",
             self.bench.fade_velocity,
@@ -233,6 +238,18 @@ impl Preset<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_load_is_compensated_once() {
+        let mut preset = Preset::<f64>::default();
+        let feedback = StateFeedback { compensates_load: 1.0, ..StateFeedback::default() };
+        preset.bench.controller = ControllerChoice::StateFeedback(feedback);
+        assert_eq!(preset.check(), Ok(()));
+        preset.bench.compensation = CompensationChoice::DisturbanceObserver(DisturbanceObserverChoice::default());
+        assert_eq!(preset.check().unwrap_err().field, "bench.controller.compensates_load");
+        preset.bench.controller = ControllerChoice::StateFeedback(StateFeedback::default());
+        assert_eq!(preset.check(), Ok(()));
+    }
 
     #[test]
     fn a_jitter_that_the_step_cannot_show_or_the_tick_cannot_bear_is_refused() {

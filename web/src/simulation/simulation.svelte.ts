@@ -14,8 +14,10 @@ export const PANES = [
 export const SIGNALS = PANES.flatMap(({ setpoint, signals }) => [...(setpoint ? [setpoint] : []), ...signals])
 /** Parts of the time: as many as a plot has pixels. */
 const PARTS = 900
-/** What most people ask first. */
-const FIRST = ['bench.controller.position_gain', 'bench.controller.velocity_gain']
+/** What most people ask first of the controller that is in force. */
+const FIRST = ['position_gain', 'velocity_gain', 'proportional_gain', 'regulator.angle', 'regulator.bandwidth'].map(
+  (name) => `bench.controller.${name}`,
+)
 
 class Simulation {
   runs = $state.raw<Run[]>([])

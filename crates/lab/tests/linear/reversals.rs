@@ -2,7 +2,7 @@
 
 use stickslip_core::block::Block as _;
 use stickslip_core::control::Cascade;
-use stickslip_core::control::reference::{Generator, Reference, Sine};
+use stickslip_core::control::reference::{Generator, Reference, Setpoint, Sine};
 use stickslip_core::plant::{PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
 
@@ -39,31 +39,38 @@ fn tuned(controller: impl Fn(&ControllerChoice<f64>) -> ControllerChoice<f64>) -
     preset
 }
 
-/// Largest deviation of the screw [rad] about the reversals of a sine of 20 rad at 0.1 Hz, mean of two.
-fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) -> f64 {
-    let settings = &Settings { compensation, ..preset.bench };
+/// The bench under control along a set-point for a time [s]: told are time [s], set-point and true angle [rad].
+fn run(preset: &Preset<f64>, duration: f64, mut next: impl FnMut() -> Setpoint<f64>, mut see: impl FnMut(f64, f64, f64)) {
+    let settings = &preset.bench;
     let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
     let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step).unwrap() };
     let bench = VirtualBench { machine, tick: software(&preset.model, settings).unwrap() };
     let mut state = BenchState::default();
     state.measurement = bench.machine.take(0, &mut state.plant, PlantInput::default(), step);
     let normals = Normals::new(7);
-    let sine = Sine { amplitude: 20.0, frequency: 0.1, fade_time: 0.0 };
-    let mut setpoints = Generator::new(Reference::Sine(sine), settings.tick_rate);
-    let mut peaks = [0.0f64; 2];
-    for cycle in 0..(8.1 / dt) as u64 {
-        let mut order = Order { control: 1.0, reference: setpoints.next(), ..Order::default() };
+    for cycle in 0..(duration / dt) as u64 {
+        let mut order = Order { control: 1.0, reference: next(), ..Order::default() };
         order.schedule(cycle, settings.divider());
         let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
         bench.step(&mut state, input, dt);
-        let time = cycle as f64 * dt;
+        see(cycle as f64 * dt, order.reference.position, state.plant.machine.angle);
+    }
+}
+
+/// Largest deviation of the screw [rad] about the reversals of a sine of 20 rad at 0.1 Hz, mean of two.
+fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) -> f64 {
+    let preset = Preset { bench: Settings { compensation, ..preset.bench }, ..*preset };
+    let sine = Sine { amplitude: 20.0, frequency: 0.1, fade_time: 0.0 };
+    let mut setpoints = Generator::new(Reference::Sine(sine), preset.bench.tick_rate);
+    let mut peaks = [0.0f64; 2];
+    run(&preset, 8.1, || setpoints.next(), |time, wanted, angle| {
         // It turns at a quarter and at three quarters of its period.
         for (peak, reversal) in peaks.iter_mut().zip([2.5, 7.5]) {
             if (-0.02..0.5).contains(&(time - reversal)) {
-                *peak = peak.max((order.reference.position - state.plant.machine.angle).abs());
+                *peak = peak.max((wanted - angle).abs());
             }
         }
-    }
+    });
     0.5 * (peaks[0] + peaks[1])
 }
 
@@ -101,6 +108,25 @@ fn a_state_feedback_leaves_less_of_a_reversal_at_the_same_margins() {
     });
     let all = format!("cascade {cascade:.1?}, state feedback {full:.1?}: alone, fed forward");
     assert!(full[0] < 0.2 * cascade[0] && full[1] < 0.6 * full[0], "{all}");
+}
+
+#[test]
+fn a_step_far_beyond_the_torque_does_not_wind_a_state_feedback_up() {
+    for name in ["clm-bench", "prototype"] {
+        let mut preset: Preset<f64> = presets::find(name).unwrap().read().unwrap();
+        preset.bench.controller = as_state_feedback(&preset.bench.controller);
+        // From a count to a turn: the last one asks for ten times the torque at once.
+        for height in [1e-3, 0.02, 0.3, 1.26, 6.0] {
+            let (mut peak, mut late) = (0.0f64, 0.0f64);
+            let there = || Setpoint { position: height, ..Setpoint::default() };
+            run(&preset, 3.0, there, |time, _, angle| {
+                peak = peak.max(angle);
+                late = if time > 2.0 { late.max((angle - height).abs()) } else { 0.0 };
+            });
+            println!("{name} {height}: peak {peak:.4}, late {late:.5}");
+            assert!(peak < 1.6 * height + 5e-3 && late < 5e-3, "{name} {height}: peak {peak}, late {late}");
+        }
+    }
 }
 
 #[test]

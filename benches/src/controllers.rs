@@ -1,0 +1,49 @@
+//! What a sample of position control takes, controller and compensation together.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::time::Instant;
+
+use stickslip::design::axis_control;
+use stickslip::{CompensationChoice, ControllerChoice, FeedforwardChoice, Preset, StateFeedback, parameters};
+use stickslip_core::block::Block as _;
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState, Pid};
+
+/// Samples of a round.
+const SAMPLES: u32 = 200_000;
+
+/// Nanoseconds a sample, the best of the rounds, and how many are asked for.
+pub(crate) fn run(rounds: usize) -> Result<[(&'static str, f64, f64); 3], Box<dyn Error>> {
+    let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
+    let mut time = |controller, compensation| -> Result<f64, Box<dyn Error>> {
+        (preset.bench.controller, preset.bench.compensation) = (controller, compensation);
+        let control = axis_control(&preset.model, &preset.bench)?;
+        Ok((0..rounds).map(|_| round(&control)).fold(f64::INFINITY, f64::min))
+    };
+    let pid = ControllerChoice::Pid(Pid::default());
+    let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
+    let fed_forward = CompensationChoice::Feedforward(FeedforwardChoice::default());
+    Ok([
+        (NAMES[0], time(pid, CompensationChoice::Nothing)?, 20.0),
+        (NAMES[1], time(state_feedback, CompensationChoice::Nothing)?, 150.0),
+        (NAMES[2], time(state_feedback, fed_forward)?, 150.0),
+    ])
+}
+
+/// What is measured.
+pub(crate) const NAMES: [&str; 3] =
+    ["control_pid/20ns", "control_state_feedback/150ns", "control_state_feedback_feedforward/150ns"];
+
+/// A sine under control: nanoseconds a sample.
+fn round(control: &AxisControl<f64>) -> f64 {
+    let mut state = AxisControlState::default();
+    let begin = Instant::now();
+    for sample in 0..SAMPLES {
+        let position = f64::from(sample % 1000) * 1e-3;
+        let reference = Setpoint { position, velocity: 1.0, ..Setpoint::default() };
+        let input = AxisControlInput { reference, measured_angle: position - 1e-4, measured_velocity: 0.9 };
+        black_box(control.step(&mut state, black_box(input), 1e-3));
+    }
+    begin.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES)
+}

@@ -1,0 +1,20 @@
+// Another controller, chosen on Home while the axis is homed: it takes over, and its values are there to be changed.
+
+import assert from 'node:assert/strict'
+import { play } from './harness.mjs'
+
+await play(async (scene) => {
+  const ann = await scene.page('Ann')
+  await scene.step('state feedback takes over, and its own choices unfold', async () => {
+    await ann.goto(scene.bench.address.href)
+    await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
+    await ann.getByText('Homed', { exact: true }).waitFor()
+    await ann.getByLabel('Control', { exact: true }).selectOption('state-feedback')
+    await ann.getByRole('button', { name: /Controller parameters/ }).click()
+    await ann.getByLabel(/integral time/).waitFor()
+    await ann.getByLabel('kind', { exact: true }).nth(1).selectOption('poles')
+    await ann.getByLabel(/vibration damping/).waitFor()
+    assert.equal(await ann.getByLabel(/integral time/).count(), 0)
+    await scene.seen(ann, 'state-feedback')
+  })
+})
