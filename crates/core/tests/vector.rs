@@ -77,6 +77,13 @@ fn mix(path: &[&str]) -> Mix {
             let register = register.split_whitespace().next().unwrap_or_default();
             loaded.insert(register.to_string(), symbol.to_string());
         }
+        // … or from another register.
+        if let (true, Some((from, to))) = (name == "mov", instruction.rsplit_once(",%")) {
+            let from = from.split_whitespace().last().and_then(|from| from.strip_prefix('%'));
+            if let Some(symbol) = from.and_then(|from| loaded.get(from)).cloned() {
+                loaded.insert(to.trim().to_string(), symbol);
+            }
+        }
         if name.starts_with("call") {
             let register = instruction.split_once("*%").map(|(_, register)| register.trim());
             let target = register.and_then(|r| loaded.get(r)).map_or(line, String::as_str);
