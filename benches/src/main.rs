@@ -4,9 +4,9 @@
 //! turn and the best round of each counts; absolute times mean nothing on another machine, ratios do.
 #![forbid(unsafe_code)]
 
+mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
-mod controllers;
 mod tick;
 mod w3;
 mod w5;
@@ -45,7 +45,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
-    let names: Vec<_> = demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(controllers::NAMES).chain(wake_ups).collect();
+    let names: Vec<_> =
+        demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(controllers::NAMES).chain(wake_ups).collect();
     if !names.iter().any(|name| wanted(name)) {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
