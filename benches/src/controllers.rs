@@ -13,8 +13,11 @@ use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState, P
 /// Samples of a round.
 const SAMPLES: u32 = 200_000;
 
-/// Nanoseconds a sample, the best of the rounds, and how many are asked for.
-pub(crate) fn run(rounds: usize) -> Result<[(&'static str, f64, f64); 3], Box<dyn Error>> {
+/// What was measured, nanoseconds a sample, the best of the rounds, and how many are asked for.
+type Row = (&'static str, f64, f64);
+
+/// A row each.
+pub(crate) fn run(rounds: usize) -> Result<[Row; 3], Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let mut time = |controller, compensation| -> Result<f64, Box<dyn Error>> {
         (preset.bench.controller, preset.bench.compensation) = (controller, compensation);
