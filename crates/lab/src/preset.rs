@@ -5,9 +5,12 @@ mod controller;
 
 pub use compensation::{
     AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
-    FriedlandParkChoice,
+    FrictionObserverChoice, FriedlandParkChoice,
 };
-pub use controller::{ControllerChoice, Disturbances, Observation, Poles, Quadratic, Regulation, StateFeedback};
+pub use controller::{
+    ControllerChoice, Disturbances, FilterChoice, NotchChoice, Observation, Poles, Quadratic, Regulation, ShaperChoice,
+    StateFeedback, Vibration,
+};
 use stickslip_core::Fields;
 use stickslip_core::control::compensation::Hold;
 use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
@@ -119,6 +122,10 @@ pub struct Settings<T> {
     pub observer_poles: [T; 3],
     /// The position controller.
     pub controller: ControllerChoice<T>,
+    /// Filter of its torque.
+    pub filter: FilterChoice<T>,
+    /// What motions are shaped with.
+    pub shaper: ShaperChoice<T>,
     /// Compensation of friction beside it.
     pub compensation: CompensationChoice<T>,
     /// What holds a position against stiction.
@@ -225,6 +232,18 @@ impl Preset<f64> {
             let remedy = "The disturbance observer beside it compensates the load already: choose one of both.";
             at_most("bench.controller.compensates_load", feedback.compensates_load, 0.0, remedy).check()?;
         }
+        if let (ControllerChoice::StateFeedback(_), FilterChoice::Notch(notch)) =
+            (self.bench.controller, self.bench.filter)
+        {
+            let remedy =
+                "State feedback damps the coupling itself and must know the torque that acts: take one of both.";
+            at_most("bench.filter.width", notch.width, 0.0, remedy).check()?;
+        }
+        if let FilterChoice::Notch(notch) = self.bench.filter {
+            let frequency = notch.angular_frequency(&self.model.drive) / std::f64::consts::TAU;
+            let remedy = "A notch needs more than two samples a period: control faster, or put it lower.";
+            at_most("bench.filter.frequency", frequency, 0.45 / self.bench.control_period(), remedy).check()?;
+        }
         at_most(
             "bench.fade_velocity",
             self.bench.fade_velocity,
@@ -249,6 +268,21 @@ mod tests {
         assert_eq!(preset.check().unwrap_err().field, "bench.controller.compensates_load");
         preset.bench.controller = ControllerChoice::StateFeedback(StateFeedback::default());
         assert_eq!(preset.check(), Ok(()));
+    }
+
+    #[test]
+    fn a_notch_that_its_sampling_cannot_make_or_a_state_feedback_does_not_know_is_refused() {
+        let with = |frequency: f64, controller: ControllerChoice<f64>| {
+            let mut preset = Preset::<f64>::default();
+            preset.bench.filter = FilterChoice::Notch(NotchChoice { frequency, ..NotchChoice::default() });
+            preset.bench.controller = controller;
+            preset.check().map_err(|error| error.field)
+        };
+        let cascade = Preset::<f64>::default().bench.controller;
+        assert_eq!(with(0.0, cascade), Ok(()));
+        assert_eq!(with(460.0, cascade), Err("bench.filter.frequency"));
+        let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
+        assert_eq!(with(100.0, state_feedback), Err("bench.filter.width"));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 // Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
 
 use stickslip_core::control::compensation::{
-    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionFeedforward, StictionHold,
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, StictionHold,
 };
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+    AxisControl, Cascade, CurrentControl, LinearController, Notch, Pid, PositionController, TorqueFilter, VelocityObserver,
 };
 use stickslip_core::drive::{TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
@@ -101,6 +101,11 @@ agree!(
     PositionController::Cascade(Cascade::default()),
     PositionController::Linear(linear())
 );
+agree!(
+    torque_filter,
+    TorqueFilter,
+    TorqueFilter::Notch(Notch { numerator: [0.85, -1.49, 0.85], denominator: [-1.49, 0.7], torque_limit: 1.4 })
+);
 agree!(compensation, Compensation, Compensation::Curve(CurveFeedforward::default()));
 agree!(curve_feedforward, CurveFeedforward, CurveFeedforward::default());
 agree!(
@@ -110,6 +115,11 @@ agree!(
 );
 agree!(adaptive_stribeck, AdaptiveStribeck, AdaptiveStribeck::default());
 agree!(friedland_park, FriedlandPark, FriedlandPark::default());
+agree!(
+    friction_observer,
+    FrictionObserver,
+    FrictionObserver { observer: observer(), ..FrictionObserver::default() }
+);
 agree!(disturbance_observer, DisturbanceObserver, DisturbanceObserver::default());
 agree!(
     stiction_hold,

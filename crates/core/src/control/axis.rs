@@ -2,7 +2,10 @@
 
 use super::compensation::{Compensation, CompensationInput, CompensationState, Hold, HoldInput, HoldOutput, HoldState};
 use super::reference::Setpoint;
-use super::{ControllerInput, ControllerOutput, PositionController, PositionControllerState, finite_or};
+use super::{
+    ControllerInput, ControllerOutput, FilterInput, FilterState, PositionController, PositionControllerState,
+    TorqueFilter, finite_or,
+};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
@@ -16,6 +19,8 @@ const FADING: f64 = 0.01;
 pub struct AxisControl<T> {
     /// The position controller under test.
     pub controller: PositionController<T>,
+    /// Filter of its torque.
+    pub filter: TorqueFilter<T>,
     /// Compensation of friction.
     pub compensation: Compensation<T>,
     /// What holds a position against stiction.
@@ -27,6 +32,8 @@ pub struct AxisControl<T> {
 pub struct AxisControlState<T> {
     /// Controller.
     pub controller: PositionControllerState<T>,
+    /// Filter of its torque.
+    pub filter: FilterState<T>,
     /// Compensation.
     pub compensation: CompensationState<T>,
     /// Holding.
@@ -76,7 +83,12 @@ impl<T: Scalar> AxisControlInput<T> {
 impl<T: Scalar> From<PositionController<T>> for AxisControl<T> {
     /// The controller alone.
     fn from(controller: PositionController<T>) -> Self {
-        AxisControl { controller, compensation: Compensation::Nothing, hold: Hold::Nothing }
+        AxisControl {
+            controller,
+            filter: TorqueFilter::Nothing,
+            compensation: Compensation::Nothing,
+            hold: Hold::Nothing,
+        }
     }
 }
 
@@ -101,7 +113,7 @@ impl<T: Scalar> AxisControl<T> {
         let stays = from.is_some_and(|from| from.compensation == self.compensation);
         if !stays {
             let added = last.added_torque + last.fading_torque;
-            state.added_torque = self.compensation.begin(&mut state.compensation, input.compensation(torque));
+            state.added_torque = self.compensation.begin(&mut state.compensation, input.compensation(torque, torque));
             let fades = from.is_some_and(|from| from.compensation.feeds_forward() && self.compensation.feeds_forward());
             state.fading_torque = if fades { added - state.added_torque } else { T::of(0.0) };
         }
@@ -111,16 +123,17 @@ impl<T: Scalar> AxisControl<T> {
         let added_torque = state.added_torque + state.fading_torque;
         let controlled = ControllerInput { added_torque, ..input.controller() };
         state.controller = self.controller.take_over(torque - added_torque, controlled);
+        state.filter = self.filter.settled(torque - added_torque);
         state
     }
 }
 
 impl<T: Scalar> AxisControlInput<T> {
-    /// What compensation reads after a sample with this torque [N m].
+    /// What compensation reads after a sample with the one torque, at the begin of one with the other [N m].
     #[inline(always)]
-    fn compensation(&self, applied_torque: T) -> CompensationInput<T> {
-        let AxisControlInput { reference, measured_velocity, .. } = *self;
-        CompensationInput { reference, measured_velocity, applied_torque }
+    fn compensation(&self, applied_torque: T, pending_torque: T) -> CompensationInput<T> {
+        let AxisControlInput { reference, measured_velocity, measured_angle } = *self;
+        CompensationInput { reference, measured_velocity, measured_angle, applied_torque, pending_torque }
     }
 }
 
@@ -131,7 +144,7 @@ impl<T: Scalar> Block<T> for AxisControl<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        let felt = input.compensation(state.applied_torque);
+        let felt = input.compensation(state.applied_torque, state.torque);
         let compensation = self.compensation.run(&mut state.compensation, felt, dt);
         let hold = match self.hold {
             Hold::Nothing => HoldOutput { torque: T::of(0.0), integrates: T::of(1.0) },
@@ -145,9 +158,11 @@ impl<T: Scalar> Block<T> for AxisControl<T> {
             added_torque,
             integrates: hold.integrates,
             forgotten: self.compensation.takes_the_integral(),
+            taken: compensation.taken,
             ..input.controller()
         };
         let own = self.controller.run(&mut state.controller, controlled, dt);
+        let own = self.filter.run(&mut state.filter, FilterInput { torque: own.torque, added_torque }, dt);
         // Where an input is no number nothing acts, as with the controller alone.
         let torque = controlled.valid().select(own.torque + added_torque, T::of(0.0));
         state.added_torque = compensation.torque + hold.torque;

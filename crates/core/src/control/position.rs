@@ -32,6 +32,9 @@ pub struct ControllerInput<T> {
     /// Share of the integral that is forgotten, where a disturbance observer does its work.
     #[field(unit = "1", range = 0.0..=1.0)]
     pub forgotten: T,
+    /// Torque that friction compensation gives from the next sample on in place of the integral.
+    #[field(unit = "N m")]
+    pub taken: T,
 }
 
 impl<T: Scalar> ControllerInput<T> {
@@ -138,7 +141,7 @@ pub(super) fn limit_and_integrate<T: Scalar>(
     let moves = valid & input.integrates.gt(T::of(0.5));
     let moves = moves & super::may_integrate(demand + input.added_torque, increment, torque_limit);
     let kept = valid.select(one - input.forgotten, one);
-    (torque, kept * integral + moves.select(increment, zero))
+    (torque, kept * integral + moves.select(increment, zero) - input.taken)
 }
 
 /// `torque` as far as it and what is `added` to it stay within ±`limit` together.

@@ -53,6 +53,13 @@ impl<T: Scalar> TwoMass<T> {
     }
 }
 
+impl TwoMass<f64> {
+    /// How fast motor and load vibrate against each other over the coupling, without damping [rad/s].
+    pub fn vibration(&self) -> f64 {
+        libm::sqrt(self.coupling_stiffness * self.inertia() / (self.motor_inertia * self.load_inertia))
+    }
+}
+
 /// A brushed or commutated motor.
 ///
 /// For the load motor, whose torque M_L = K·i counts against positive Ω: `L·di/dt = u − R·i + K·Ω`.

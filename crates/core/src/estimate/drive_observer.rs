@@ -177,7 +177,7 @@ impl<T: Scalar> DriveObserver<T> {
 
     /// The state from which the first measurement is met.
     #[inline(always)]
-    fn begin(&self, input: &DriveObserverInput<T>) -> DriveObserverState<T> {
+    pub(crate) fn begin(&self, input: &DriveObserverInput<T>) -> DriveObserverState<T> {
         let zero = T::of(0.0);
         let velocity = finite_or(input.estimated_velocity, zero);
         DriveObserverState {
@@ -280,5 +280,26 @@ impl<T: Scalar> Block<T> for DriveObserver<T> {
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Estimate<T> {
         self.follow(state, &input, dt, |_, _| {})
+    }
+}
+
+#[cfg(test)]
+impl DriveObserver<f64> {
+    /// A drive of this inertia [kg m²] and friction, corrected without haste by encoder and tacho every `dt` [s].
+    pub(crate) fn unhurried(inertia: f64, friction: crate::friction::Friction<f64>, dt: f64) -> Self {
+        use crate::drive::{TwoMass, Winding};
+        let steps = 8;
+        let drive = TwoMass { motor_inertia: 0.4 * inertia, load_inertia: 0.6 * inertia, ..TwoMass::default() };
+        let winding = Winding { torque_constant: 0.0, ..Winding::default() };
+        let motor = crate::friction::Friction::default();
+        let model = DriveModel::new(drive, winding, 0.1e-3, motor, friction, dt / steps as f64);
+        let gains = ObserverGains {
+            angle: [0.5, 0.0, 0.0],
+            motor_velocity: [0.0, 0.3, 0.0],
+            velocity: [0.0, 0.3, 0.0],
+            tacho: [0.0, 0.3, 0.0],
+            ..ObserverGains::default()
+        };
+        DriveObserver { model, steps, tacho_share: 0.5, gains, fast_gains: gains, ..DriveObserver::default() }
     }
 }

@@ -1,14 +1,16 @@
 //! Position control from what is stated of it and believed of the machine.
 
 use stickslip_core::control::compensation::{
-    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FriedlandPark,
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FrictionObserver,
+    FriedlandPark,
 };
-use stickslip_core::control::{AxisControl, PositionController};
+use stickslip_core::control::{AxisControl, Notch, PositionController, TorqueFilter};
 use stickslip_core::friction::{Bristles, Stribeck};
 
+use super::drive_observer::{Trust, unloaded_drive};
 use super::state_feedback;
 use crate::Error;
-use crate::preset::{Belief, CompensationChoice, ControllerChoice, Model, Settings};
+use crate::preset::{Belief, CompensationChoice, ControllerChoice, FilterChoice, Model, Settings};
 
 /// Speed below which an estimate of the curve rests [rad/s], however quiet the tacho is: there bristles are no curve.
 const SLOWEST_LEARNT: f64 = 0.3;
@@ -23,7 +25,8 @@ const LEARNT_PER_NOISE: f64 = 10.0;
 pub fn axis_control(model: &Model<f64>, settings: &Settings<f64>) -> Result<AxisControl<f64>, Error> {
     Ok(AxisControl {
         controller: position_controller(&settings.controller, model, settings)?,
-        compensation: compensation(model, settings),
+        filter: torque_filter(model, settings),
+        compensation: compensation(model, settings)?,
         hold: settings.hold,
     })
 }
@@ -46,13 +49,28 @@ pub fn position_controller(
     })
 }
 
-fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f64> {
+/// The filter of a controller's torque that is stated, for what is believed of the machine and how the bench runs.
+pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilter<f64> {
+    let FilterChoice::Notch(choice) = settings.filter else { return TorqueFilter::Nothing };
+    // Bilinear, with the frequency itself where it belongs.
+    let g = libm::tan(0.5 * choice.angular_frequency(&model.drive) * settings.control_period());
+    let (depth, width) = (2.0 * choice.depth * g, 2.0 * choice.width * g);
+    let all = 1.0 + width + g * g;
+    let both = 2.0 * (g * g - 1.0) / all;
+    TorqueFilter::Notch(Notch {
+        numerator: [(1.0 + depth + g * g) / all, both, (1.0 - depth + g * g) / all],
+        denominator: [both, (1.0 - width + g * g) / all],
+        torque_limit: settings.controller.torque_limit(),
+    })
+}
+
+fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensation<f64>, Error> {
     let period = settings.control_period();
     // A torque computed from this sample acts in the next one, on average in its middle, behind the servo amplifier.
     let preview = 1.5 * period + model.servo_lag;
     let inertia = model.drive.inertia();
     let torque_limit = model.scaling.servo_limit * model.scaling.torque_per_volt;
-    match settings.compensation {
+    Ok(match settings.compensation {
         CompensationChoice::Nothing => Compensation::Nothing,
         CompensationChoice::Curve(choice) => {
             let (friction, _) = believed(&choice.belief, model, settings);
@@ -81,6 +99,16 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f6
         CompensationChoice::FriedlandPark(choice) => {
             Compensation::FriedlandPark(FriedlandPark { inertia, rate: choice.rate, torque_limit })
         }
+        CompensationChoice::FrictionObserver(choice) => {
+            let (sliding, bristles) = load_friction(choice.desired > 0.5, model, settings);
+            let trust = Trust { missing_torque: choice.missing_torque, ..Trust::default() };
+            Compensation::FrictionObserver(FrictionObserver {
+                observer: unloaded_drive(model, bristles.under(sliding), period, &trust)?,
+                preview: preview - period,
+                share: choice.share * (1.0 - model.doubt.friction),
+                torque_limit,
+            })
+        }
         CompensationChoice::DisturbanceObserver(choice) => {
             let decay = choice.bandwidth * period;
             let left = -libm::expm1(-decay);
@@ -91,14 +119,17 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Compensation<f6
                 torque_limit,
             })
         }
-    }
+    })
+}
+
+/// The friction that is believed to act on the load.
+fn load_friction(desired: bool, model: &Model<f64>, settings: &Settings<f64>) -> (Stribeck<f64>, Bristles<f64>) {
+    if desired { (settings.desired, settings.desired_bristles) } else { (model.own, model.own_bristles) }
 }
 
 /// The friction that the drive motor is believed to feel at constant speed, its own included, and the bristles under it.
 fn believed(belief: &Belief<f64>, model: &Model<f64>, settings: &Settings<f64>) -> (Stribeck<f64>, Bristles<f64>) {
-    let desired = belief.desired > 0.5;
-    let (load, bristles) =
-        if desired { (settings.desired, settings.desired_bristles) } else { (model.own, model.own_bristles) };
+    let (load, bristles) = load_friction(belief.desired > 0.5, model, settings);
     // The motor's friction far above its Stribeck velocity is all that is added: it is small, and nobody draws it.
     let (slow, fast) = (50.0, 100.0);
     let at = |speed| model.motor_friction.steady_torque(speed, 0.0, 0.0);
@@ -120,7 +151,7 @@ mod tests {
 
     use super::*;
     use crate::parameters::presets;
-    use crate::preset::{AdaptiveChoice, DisturbanceObserverChoice, FeedforwardChoice};
+    use crate::preset::{AdaptiveChoice, DisturbanceObserverChoice, FeedforwardChoice, NotchChoice};
     use crate::{Preset, parameters};
     use stickslip_core::block::Block as _;
 
@@ -131,7 +162,7 @@ mod tests {
     fn fed_forward(preset: &Preset<f64>, velocity: f64) -> f64 {
         let compensation = axis_control(&preset.model, &preset.bench).unwrap().compensation;
         let reference = Setpoint { velocity, ..Setpoint::default() };
-        let input = CompensationInput { reference, measured_velocity: velocity, applied_torque: 0.0 };
+        let input = CompensationInput { reference, measured_velocity: velocity, ..CompensationInput::default() };
         let mut state = Default::default();
         (0..100).map(|_| compensation.step(&mut state, input, 1e-3).torque).last().unwrap()
     }
@@ -166,6 +197,29 @@ mod tests {
         assert!((freeze(&preset) - 10.0 * 0.0287 / preset.model.scaling.tacho).abs() < 1e-12);
         preset.model.tacho_noise = 0.0;
         assert_eq!(freeze(&preset), SLOWEST_LEARNT);
+    }
+
+    #[test]
+    fn a_notch_stands_where_the_coupling_vibrates_unless_it_is_told() {
+        let mut preset = preset();
+        let period = preset.bench.control_period();
+        for frequency in [0.0, 120.0] {
+            let choice = NotchChoice { frequency, depth: 0.0, ..NotchChoice::default() };
+            preset.bench.filter = FilterChoice::Notch(choice);
+            let TorqueFilter::Notch(notch) = torque_filter(&preset.model, &preset.bench) else { panic!("a notch") };
+            // Its zeros lie on the unit circle, at its frequency.
+            let [b0, b1, b2] = notch.numerator;
+            let turned = 0.5 * libm::acos(-0.5 * b1 / b0) / std::f64::consts::PI / period;
+            let drive = preset.model.drive;
+            let coupling =
+                libm::sqrt(drive.coupling_stiffness * (1.0 / drive.motor_inertia + 1.0 / drive.load_inertia))
+                    / std::f64::consts::TAU;
+            let expected = if frequency > 0.0 { frequency } else { coupling };
+            assert!(
+                (b0 - b2).abs() < 1e-12 && (turned / expected - 1.0).abs() < 1e-9,
+                "{turned} instead of {expected} Hz"
+            );
+        }
     }
 
     #[test]

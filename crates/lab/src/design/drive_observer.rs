@@ -3,8 +3,9 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use nalgebra::DMatrix;
-use stickslip_core::drive::TwoMass;
+use stickslip_core::drive::{TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
+use stickslip_core::friction::Friction;
 
 use super::{kalman_filter, zero_order_hold};
 use crate::Error;
@@ -39,6 +40,10 @@ pub(super) const CONVERTER_NOISE: f64 = 20.0 / 65536.0 * 1.04;
 /// Order of the states of the linear filter.
 const STATES: usize = 9;
 
+/// What is corrected: everything, or what encoder and tacho show.
+const ALL: [usize; STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+const WITHOUT_ACCELEROMETER: [usize; 6] = [0, 1, 2, 3, 4, 6];
+
 /// The observer of the drive that is believed.
 ///
 /// # Errors
@@ -48,11 +53,35 @@ pub fn drive_observer(
     settings: &Settings<f64>,
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
-    let dt = settings.tick_time();
+    corrected_drive(model, settings.tick_time(), trust, &ALL)
+}
+
+/// The same sampled with `dt` [s] by encoder and tacho alone, of a load that carries this friction and no load motor.
+///
+/// # Errors
+/// As the design functions.
+pub(super) fn unloaded_drive(
+    model: &Model<f64>,
+    friction: Friction<f64>,
+    dt: f64,
+    trust: &Trust,
+) -> Result<DriveObserver<f64>, Error> {
+    let mut observer = corrected_drive(model, dt, trust, &WITHOUT_ACCELEROMETER)?;
+    let step = dt / observer.steps as f64;
+    // Nothing flows where nothing is induced.
+    let winding = Winding { torque_constant: 0.0, ..model.load_motor };
+    observer.model = DriveModel::new(model.drive, winding, model.servo_lag, model.motor_friction, friction, step);
+    observer.gains.current = 0.0;
+    observer.fast_gains.current = 0.0;
+    Ok(observer)
+}
+
+/// The observer of the drive whose measurements correct these states.
+fn corrected_drive(model: &Model<f64>, dt: f64, trust: &Trust, states: &[usize]) -> Result<DriveObserver<f64>, Error> {
     let steps = (dt / LONGEST_STEP - 1e-9).ceil().max(1.0) as usize;
     let observer = believed_drive(model, dt / steps as f64)?;
     let linear = Linear::new(model, dt, trust)?;
-    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed));
+    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, states));
     // Where the ripple is as large as what a tacho at standstill is off by; without ripple both sets are alike.
     let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
     Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
@@ -155,16 +184,24 @@ impl Linear {
         Ok(Linear { phi, shown, q })
     }
 
-    /// Gains of the stationary filter at a speed [rad/s].
-    fn gains(&self, model: &Model<f64>, speed: f64) -> Result<ObserverGains<f64>, Error> {
+    /// Gains of the stationary filter for these states at a speed [rad/s]; 0 for the others, and for sensors that show
+    /// none of them alone.
+    fn gains(&self, model: &Model<f64>, speed: f64, states: &[usize]) -> Result<ObserverGains<f64>, Error> {
+        let sensors: Vec<usize> = if states.len() < STATES { vec![0, 1] } else { vec![0, 1, 2] };
         let deviations = [
             TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
             libm::hypot(slow_tacho(model), model.tacho_ripple * speed * FRAC_1_SQRT_2),
             CONVERTER_NOISE / model.scaling.accelerometer,
         ];
-        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(3, deviations.iter().map(|s| s * s)));
-        let filter = kalman_filter(&self.phi, &self.shown, &self.q, &r)?;
-        let row = |i: usize| [filter.gain[(i, 0)], filter.gain[(i, 1)], filter.gain[(i, 2)]];
+        let variances = sensors.iter().map(|&sensor| deviations[sensor] * deviations[sensor]);
+        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(sensors.len(), variances));
+        let among = |matrix: &DMatrix<f64>| matrix.select_rows(states).select_columns(states);
+        let shown = self.shown.select_rows(&sensors).select_columns(states);
+        let filter = kalman_filter(&among(&self.phi), &shown, &among(&self.q), &r)?;
+        let row = |state: usize| {
+            let place = states.iter().position(|&other| other == state);
+            std::array::from_fn(|sensor| place.and_then(|row| filter.gain.get((row, sensor))).copied().unwrap_or(0.0))
+        };
         Ok(ObserverGains {
             angle: row(0),
             twist: row(1),

@@ -17,7 +17,7 @@ mod software;
 mod state_feedback;
 mod velocity_observer;
 
-pub use axis_control::{axis_control, position_controller};
+pub use axis_control::{axis_control, position_controller, torque_filter};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub(crate) use drive_observer::believed_drive;

@@ -54,7 +54,7 @@ pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parame
 pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
     let Model { drive, scaling, .. } = model;
     let tacho_gain = speed_holder(Cascade::default(), drive, model.drive_lag, settings.tick_time())?.velocity_gain;
-    let resonance = (drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia)).sqrt();
+    let resonance = drive.vibration();
     Ok(Brake {
         inertia: drive.inertia(),
         tacho_gain,

@@ -161,9 +161,8 @@ fn least_squares(
 /// The poles in z: drive and load together, the vibration at its own frequency, the servo amplifier, the integral.
 fn poles(wanted: &Poles<f64>, model: &Model<f64>, dt: f64, integrates: bool) -> Vec<Complex<f64>> {
     let drive = &model.drive;
-    let vibration = libm::sqrt(drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia));
     let mut poles = pair(wanted.bandwidth, wanted.damping, dt);
-    poles.extend(pair(vibration, wanted.vibration_damping, dt));
+    poles.extend(pair(drive.vibration(), wanted.vibration_damping, dt));
     let real = |rate: f64| Complex::new(libm::exp(-rate * dt), 0.0);
     poles.push(real(1.0 / model.servo_lag));
     if integrates {

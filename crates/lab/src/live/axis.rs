@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, SystemTime};
 
-use stickslip_core::control::reference::{Generator, Reference};
+use stickslip_core::control::reference::{Generator, Reference, Shaped};
 use stickslip_core::cycle::Parameters;
 use stickslip_core::supervise::{Request, SafetyState};
 
@@ -119,7 +119,7 @@ fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
 /// A motion.
 struct Motion {
     name: String,
-    generator: Generator<'static>,
+    generator: Shaped<'static>,
     ticks: u64,
     render: bool,
 }
@@ -194,8 +194,10 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
 
 fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Motion {
     let rate = bench.settings().tick_rate;
-    let ticks = (reference.duration() * rate).min(u64::MAX as f64) as u64;
-    Motion { name, generator: Generator::new(*reference, rate).with_origin(shared.held()), ticks, render }
+    let shaper = bench.settings().shaper.shaper(&bench.model().drive, rate);
+    let ticks = ((reference.duration() * rate).min(u64::MAX as f64) as u64).saturating_add(shaper.delay());
+    let generator = Generator::new(*reference, rate).with_origin(shared.held());
+    Motion { name, generator: Shaped::new(generator, shaper), ticks, render }
 }
 
 /// A slice of a motion; whether it goes on.

@@ -69,8 +69,7 @@ impl Machine {
         let part =
             |kind, name: &str, about: String, group: &str| Part { kind, name: name.into(), about, group: group.into() };
         let drive = &model.drive;
-        let resonance =
-            (drive.coupling_stiffness * drive.inertia() / (drive.motor_inertia * drive.load_inertia)).sqrt() / TAU;
+        let resonance = drive.vibration() / TAU;
         let drive_torque = model.scaling.torque_per_volt * model.scaling.servo_limit;
         let load_torque = model.load_motor.torque_constant * model.load_amplifier.current_limit;
         let factor = |unit: &str, factor: f64| Factor { unit: unit.into(), factor };

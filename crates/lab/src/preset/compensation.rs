@@ -16,6 +16,8 @@ pub enum CompensationChoice<T> {
     Adaptive(AdaptiveChoice<T>),
     /// Coulomb friction estimated by the observer of Friedland and Park.
     FriedlandPark(FriedlandParkChoice<T>),
+    /// The believed friction of the drive that an observer follows: presliding by what the drive does.
+    FrictionObserver(FrictionObserverChoice<T>),
     /// All that the drive's inertia does not explain; the controller's integral fades meanwhile.
     DisturbanceObserver(DisturbanceObserverChoice<T>),
 }
@@ -67,6 +69,21 @@ pub struct FriedlandParkChoice<T> {
     /// How fast the estimate follows; above 100 1/s noise rules.
     #[field(symbol = "λ", unit = "1/s", range = 0.1..=1000.0, default = 100.0)]
     pub rate: T,
+}
+
+/// The drive with its friction as an observer sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionObserverChoice<T> {
+    /// Whether the friction is the desired one, which the load motor renders, instead of the machine's own.
+    #[field(unit = "1", flag)]
+    pub desired: T,
+    /// Share that is compensated of the least that the friction may be, as `model.doubt.friction` says. Above 0.9 the
+    /// drive may hunt.
+    #[field(symbol = "g", unit = "1", range = 0.0..=2.0, default = 0.9)]
+    pub share: T,
+    /// How fast the friction that the model lacks wanders: more follows measurements, less follows the model.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.1)]
+    pub missing_torque: T,
 }
 
 /// How fast a disturbance is observed.

@@ -1,7 +1,11 @@
 //! What is stated of the position controller; `design::position_controller` prepares it.
 
+use std::f64::consts::TAU;
+
 use stickslip_core::Fields;
+use stickslip_core::control::reference::Shaper;
 use stickslip_core::control::{Cascade, Pid};
+use stickslip_core::drive::TwoMass;
 
 /// The controller under test.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -14,6 +18,53 @@ pub enum ControllerChoice<T> {
     /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively. The defaults are
     /// tuned for `clm-bench` with its control at 1 kHz.
     StateFeedback(StateFeedback<T>),
+}
+
+/// What the controller's torque goes through.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum FilterChoice<T> {
+    /// Nothing.
+    Nothing,
+    /// A notch: around its frequency the loop gain is small, below it the loop loses phase.
+    Notch(NotchChoice<T>),
+}
+
+/// A notch: (s² + 2·ζ_n·ω·s + ω²)/(s² + 2·ζ_d·ω·s + ω²).
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct NotchChoice<T> {
+    /// Its frequency; 0 is that of the believed coupling between motor and load.
+    #[field(symbol = "f_n", unit = "Hz", range = 0.0..=5000.0)]
+    pub frequency: T,
+    /// Damping ratio of what is stopped: 0 stops it wholly.
+    #[field(symbol = "ζ_n", unit = "1", range = 0.0..=1.0, default = 0.05)]
+    pub depth: T,
+    /// Damping ratio of what is left: more is wider.
+    #[field(symbol = "ζ_d", unit = "1", range = 0.01..=1.0, default = 0.5)]
+    pub width: T,
+}
+
+/// What a motion is shaped with, so that what vibrates comes to rest with it. The controller sees the shaped set-point.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum ShaperChoice<T> {
+    /// Nothing: motions as they are asked for.
+    Nothing,
+    /// Two impulses half a period apart (ZV): a motion lasts that much longer.
+    ZeroVibration(Vibration<T>),
+    /// Three impulses (ZVD): a period longer, and right where the frequency is a few percent off.
+    Robust(Vibration<T>),
+}
+
+/// What vibrates after a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Vibration<T> {
+    /// Its frequency; 0 is that of the believed coupling between motor and load.
+    #[field(symbol = "f_v", unit = "Hz", range = 0.0..=5000.0)]
+    pub frequency: T,
+    /// Its damping ratio.
+    #[field(symbol = "ζ_v", unit = "1", range = 0.0..=0.9, default = 0.02)]
+    pub damping: T,
 }
 
 /// State feedback from the believed drive: which motion is wanted, and what is believed of sensors and disturbances.
@@ -109,6 +160,36 @@ impl ControllerChoice<f64> {
             ControllerChoice::StateFeedback(it) => it.torque_limit,
         }
     }
+}
+
+impl NotchChoice<f64> {
+    /// Where it stands [rad/s], for a drive that is believed.
+    pub fn angular_frequency(&self, drive: &TwoMass<f64>) -> f64 {
+        stated_or_coupling(self.frequency, drive)
+    }
+}
+
+impl ShaperChoice<f64> {
+    /// The impulses for a drive that is believed, at `rate` set-points a second.
+    pub fn shaper(&self, drive: &TwoMass<f64>, rate: f64) -> Shaper {
+        let of = |it: &Vibration<f64>| (stated_or_coupling(it.frequency, drive), it.damping);
+        match self {
+            ShaperChoice::Nothing => Shaper::NOTHING,
+            ShaperChoice::ZeroVibration(it) => {
+                let (frequency, damping) = of(it);
+                Shaper::zero_vibration(frequency, damping, rate)
+            }
+            ShaperChoice::Robust(it) => {
+                let (frequency, damping) = of(it);
+                Shaper::robust(frequency, damping, rate)
+            }
+        }
+    }
+}
+
+/// A frequency [Hz] as it is stated, or that of the coupling where it is 0 [rad/s].
+fn stated_or_coupling(frequency: f64, drive: &TwoMass<f64>) -> f64 {
+    if frequency > 0.0 { TAU * frequency } else { drive.vibration() }
 }
 
 impl<T> Observation<T> {

@@ -6,6 +6,7 @@
 mod adaptive;
 mod disturbance_observer;
 mod feedforward;
+mod friction_observer;
 mod friedland_park;
 mod hold;
 #[cfg(test)]
@@ -14,6 +15,7 @@ mod tests;
 pub use adaptive::{AdaptiveStribeck, AdaptiveStribeckState};
 pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverState};
 pub use feedforward::{CurveFeedforward, FrictionFeedforward, FrictionFeedforwardState};
+pub use friction_observer::{FrictionObserver, FrictionObserverState};
 pub use friedland_park::{FriedlandPark, FriedlandParkState};
 pub use hold::{Hold, HoldInput, HoldOutput, HoldState, StictionHold};
 
@@ -31,9 +33,15 @@ pub struct CompensationInput<T> {
     /// Measured velocity, of the tacho.
     #[field(symbol = "ω", unit = "rad/s")]
     pub measured_velocity: T,
+    /// Measured screw angle, unwrapped.
+    #[field(symbol = "φ", unit = "rad")]
+    pub measured_angle: T,
     /// Torque of the drive motor in the sample that ends.
     #[field(symbol = "M_M", unit = "N m")]
     pub applied_torque: T,
+    /// Torque that was computed in it: in force until the next one.
+    #[field(symbol = "M_M", unit = "N m")]
+    pub pending_torque: T,
 }
 
 impl<T: Scalar> CompensationInput<T> {
@@ -52,11 +60,15 @@ pub struct CompensationOutput<T> {
     /// Torque to be added to the controller's.
     #[field(symbol = "M_c", unit = "N m")]
     pub torque: T,
+    /// Torque that it gives from the next sample on in place of the controller's integral.
+    #[field(unit = "N m")]
+    pub taken: T,
 }
 
 /// How friction is compensated.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
+#[expect(clippy::large_enum_variant, reason = "the core has no heap")]
 pub enum Compensation<T> {
     /// Not at all.
     Nothing,
@@ -68,6 +80,8 @@ pub enum Compensation<T> {
     Adaptive(AdaptiveStribeck<T>),
     /// Coulomb friction estimated by the observer of Friedland and Park.
     FriedlandPark(FriedlandPark<T>),
+    /// The friction of an observed drive.
+    FrictionObserver(FrictionObserver<T>),
     /// All that the drive's inertia does not explain, in place of the controller's integral.
     DisturbanceObserver(DisturbanceObserver<T>),
 }
@@ -81,6 +95,8 @@ pub struct CompensationState<T> {
     pub adaptive: AdaptiveStribeckState<T>,
     /// Of the observer of Friedland and Park.
     pub friedland_park: FriedlandParkState<T>,
+    /// Of the friction observer.
+    pub friction_observer: FrictionObserverState<T>,
     /// Of the disturbance observer.
     pub disturbance_observer: DisturbanceObserverState<T>,
 }
@@ -109,6 +125,7 @@ impl<T: Scalar> Compensation<T> {
             Compensation::Feedforward(feedforward) => feedforward.begin(&mut state.feedforward, input),
             Compensation::Adaptive(adaptive) => adaptive.begin(&mut state.adaptive, input),
             Compensation::FriedlandPark(observer) => observer.begin(&mut state.friedland_park, input),
+            Compensation::FrictionObserver(observer) => observer.begin(&mut state.friction_observer, input),
             Compensation::DisturbanceObserver(observer) => observer.begin(&mut state.disturbance_observer, input),
         };
         finite_or(torque, T::of(0.0))
@@ -124,11 +141,12 @@ impl<T: Scalar> Block<T> for Compensation<T> {
     #[inline(never)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         match self {
-            Compensation::Nothing => CompensationOutput { torque: T::of(0.0) },
+            Compensation::Nothing => CompensationOutput { torque: T::of(0.0), taken: T::of(0.0) },
             Compensation::Curve(curve) => curve.run(&mut (), input, dt),
             Compensation::Feedforward(feedforward) => feedforward.run(&mut state.feedforward, input, dt),
             Compensation::Adaptive(adaptive) => adaptive.run(&mut state.adaptive, input, dt),
             Compensation::FriedlandPark(observer) => observer.run(&mut state.friedland_park, input, dt),
+            Compensation::FrictionObserver(observer) => observer.run(&mut state.friction_observer, input, dt),
             Compensation::DisturbanceObserver(observer) => observer.run(&mut state.disturbance_observer, input, dt),
         }
     }
@@ -137,5 +155,5 @@ impl<T: Scalar> Block<T> for Compensation<T> {
 /// A torque within ±`limit`; none for what is no number.
 #[inline(always)]
 fn bounded<T: Scalar>(torque: T, limit: T) -> CompensationOutput<T> {
-    CompensationOutput { torque: finite_or(torque, T::of(0.0)).clamp(-limit, limit) }
+    CompensationOutput { torque: finite_or(torque, T::of(0.0)).clamp(-limit, limit), taken: T::of(0.0) }
 }

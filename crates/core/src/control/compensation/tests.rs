@@ -4,6 +4,7 @@ use std::vec::Vec;
 
 use super::*;
 use crate::control::{Cascade, Pid};
+use crate::estimate::DriveObserver;
 use crate::friction::{Bristles, Stribeck};
 
 const DT: f64 = 1e-3;
@@ -23,7 +24,7 @@ fn bristles() -> Bristles<f64> {
     Bristles { stiffness: 3000.0, ..Bristles::default() }
 }
 
-fn all() -> [Compensation<f64>; 5] {
+fn all() -> [Compensation<f64>; 6] {
     [
         Compensation::Curve(CurveFeedforward { friction: curve(), ..CurveFeedforward::default() }),
         Compensation::Feedforward(FrictionFeedforward {
@@ -37,6 +38,10 @@ fn all() -> [Compensation<f64>; 5] {
         }),
         Compensation::FriedlandPark(FriedlandPark::default()),
         Compensation::DisturbanceObserver(DisturbanceObserver::default()),
+        Compensation::FrictionObserver(FrictionObserver {
+            observer: DriveObserver::unhurried(INERTIA, bristles().under(curve()), DT),
+            ..FrictionObserver::default()
+        }),
     ]
 }
 
@@ -52,12 +57,19 @@ fn moving(velocity: f64, acceleration: f64) -> Setpoint<f64> {
 }
 
 fn input(velocity: f64, applied_torque: f64) -> CompensationInput<f64> {
-    CompensationInput { reference: moving(velocity, 0.0), measured_velocity: velocity, applied_torque }
+    CompensationInput {
+        reference: moving(velocity, 0.0),
+        measured_velocity: velocity,
+        measured_angle: 0.0,
+        applied_torque,
+        pending_torque: applied_torque,
+    }
 }
 
 /// A rigid drive that slides with this friction [N m] of its velocity, its torque in force one sample late.
 struct Sliding<F> {
     friction: F,
+    angle: f64,
     velocity: f64,
     in_force: f64,
     applied: f64,
@@ -66,11 +78,12 @@ struct Sliding<F> {
 impl<F: Fn(f64) -> f64> Sliding<F> {
     fn at(velocity: f64, friction: F) -> Self {
         let torque = friction(velocity);
-        Sliding { friction, velocity, in_force: torque, applied: torque }
+        Sliding { friction, angle: 0.0, velocity, in_force: torque, applied: torque }
     }
 
     /// One sample: `torque` comes into force after it.
     fn sample(&mut self, torque: f64) {
+        self.angle += DT * self.velocity;
         self.velocity += DT / INERTIA * (self.in_force - (self.friction)(self.velocity));
         self.applied = self.in_force;
         self.in_force = torque;
@@ -80,7 +93,9 @@ impl<F: Fn(f64) -> f64> Sliding<F> {
         CompensationInput {
             reference: moving(self.velocity, 0.0),
             measured_velocity: self.velocity,
+            measured_angle: self.angle,
             applied_torque: self.applied,
+            pending_torque: self.in_force,
         }
     }
 }
@@ -234,6 +249,7 @@ fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
             for sample in [
                 CompensationInput { reference, ..good },
                 CompensationInput { measured_velocity: bad, ..good },
+                CompensationInput { measured_angle: bad, ..good },
                 CompensationInput { applied_torque: bad, ..good },
             ] {
                 let torque = compensation.step(&mut state, sample, DT).torque;
@@ -241,11 +257,42 @@ fn no_kind_exceeds_its_limit_or_keeps_what_is_no_number() {
             }
         }
         let mut torque = 0.0;
-        for _ in 0..5000 {
-            torque = compensation.step(&mut state, input(2.0, 0.3), DT).torque;
+        for k in 0..5000 {
+            let sample = CompensationInput { measured_angle: 2.0 * DT * f64::from(k), ..input(2.0, 0.3) };
+            torque = compensation.step(&mut state, sample, DT).torque;
         }
         assert!((0.05..0.6).contains(&torque), "{compensation:?} gives {torque} afterwards");
     }
+}
+
+#[test]
+fn an_observed_friction_is_compensated_while_the_set_point_moves_and_let_go_when_it_rests() {
+    let compensation = FrictionObserver {
+        observer: DriveObserver::unhurried(INERTIA, bristles().under(curve()), DT),
+        share: 0.5,
+        ..FrictionObserver::default()
+    };
+    let mut state = FrictionObserverState::default();
+    let mut drive = Sliding::at(3.0, |velocity| curve().torque(velocity));
+    let mut torque = 0.0;
+    for _ in 0..1000 {
+        torque = compensation.step(&mut state, drive.input(), DT).torque;
+        drive.sample(0.2 * (3.0 - drive.velocity) + curve().torque(3.0));
+    }
+    let half = 0.5 * curve().torque(3.0);
+    assert!((torque - half).abs() < 0.05 * half, "{torque} instead of {half}");
+    let (mut given, mut handed_back) = (Vec::new(), 0.0);
+    for _ in 0..1000 {
+        let resting = CompensationInput { reference: moving(0.0, 0.0), ..drive.input() };
+        let output = compensation.step(&mut state, resting, DT);
+        given.push(output.torque);
+        handed_back -= output.taken;
+        drive.sample(0.2 * (3.0 - drive.velocity) + curve().torque(3.0));
+    }
+    // By 1/e in 0.1 s, nowhere by a jump.
+    assert!((given[99] / half - 0.37).abs() < 0.03 && given[999].abs() < 1e-4, "{} {}", given[99], given[999]);
+    assert!(given.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.02 * half));
+    assert!((handed_back / half - 1.0).abs() < 0.05, "the integral gets {handed_back}");
 }
 
 fn hold() -> StictionHold<f64> {

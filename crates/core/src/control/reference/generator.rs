@@ -51,6 +51,11 @@ impl<'a> Generator<'a> {
         self
     }
 
+    /// Where it begins [rad].
+    pub fn origin(&self) -> f64 {
+        self.origin
+    }
+
     /// The cycle whose set-point comes next.
     pub fn cycle(&self) -> u64 {
         self.cycle

@@ -7,12 +7,14 @@
 mod binary;
 mod generator;
 mod oscillation;
+mod shaped;
 mod speed;
 mod stroke;
 
 pub use binary::Prbs;
 pub use generator::Generator;
 pub use oscillation::{Chirp, MAX_COMPONENTS, Multisine, Sine};
+pub use shaped::{Shaped, Shaper};
 pub use speed::{Ramp, SpeedSweep};
 pub use stroke::{MotionLimits, PointToPoint, RandomStrokes, Stroke};
 

@@ -7,9 +7,10 @@
 //! starts; what is beyond a limit is paid for at a price that no gain of the criterion is worth.
 
 use nalgebra::Complex;
-use stickslip_core::control::PositionController;
+use stickslip_core::control::AxisControl;
+use stickslip_core::fields::{Field, Fields as _, Walk};
 
-use super::super::position_controller;
+use super::super::{position_controller, torque_filter};
 use super::{CORNER_LIMIT, CORNERS, Operating, PositionLoop, SENSITIVITY_LIMIT, size};
 use crate::Error;
 use crate::linear::{StateSpace, axis_under_control, port};
@@ -69,7 +70,8 @@ pub fn tune(
     let beds = beds(model, settings, velocity)?;
     let designed = |gains: &[f64]| {
         let stated = with_gains(controller, gains);
-        Ok::<_, Error>((stated, position_controller(&stated, model, settings)?))
+        let filter = torque_filter(model, settings);
+        Ok::<_, Error>((stated, AxisControl { filter, ..position_controller(&stated, model, settings)?.into() }))
     };
     let torque_limit = controller.torque_limit();
     let judge = |gains: &[f64]| match designed(gains) {
@@ -166,7 +168,7 @@ struct Outcome {
 /// The price of a controller, and what it comes to where all loops are stable.
 fn price(
     beds: &[Bed],
-    controller: &PositionController<f64>,
+    controller: &AxisControl<f64>,
     torque_limit: f64,
     model: &Model<f64>,
 ) -> Result<(f64, Option<Outcome>), Error> {
@@ -235,7 +237,17 @@ fn with_gains(controller: &ControllerChoice<f64>, gains: &[f64]) -> ControllerCh
     for (target, gain) in tuned_values(&mut controller).into_iter().zip(gains) {
         *target = libm::exp(*gain);
     }
+    controller.contents(&mut WithinRange);
     controller
+}
+
+/// What a file would refuse is not tried.
+struct WithinRange;
+
+impl Walk<f64> for WithinRange {
+    fn number(&mut self, field: &'static Field, value: &mut f64) {
+        *value = value.clamp(field.minimum, field.maximum);
+    }
 }
 
 /// The lowest value and where it is, by Nelder and Mead's simplex (1965) with the usual factors.
@@ -304,13 +316,27 @@ mod tests {
     use crate::design::{cascade_as_pid, corners};
     use crate::parameters::presets;
     use crate::{Preset, StateFeedback};
-    use stickslip_core::control::{Cascade, Pid};
+    use stickslip_core::control::{Cascade, Pid, PositionController};
 
     #[test]
     fn the_simplex_walks_down_a_crooked_valley() {
         let rosenbrock = |p: &[f64]| Ok((1.0 - p[0]).powi(2) + 100.0 * (p[1] - p[0] * p[0]).powi(2));
         let (value, point) = simplex(&[-1.2, 1.0], 1000, rosenbrock).unwrap();
         assert!(value < 1e-5 && (point[0] - 1.0).abs() < 1e-2, "{value} at {point:?}");
+    }
+
+    #[test]
+    fn no_tuning_leaves_what_a_file_admits() {
+        let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
+        for controller in [ControllerChoice::Cascade(Cascade::default()), state_feedback] {
+            for gain in [-80.0, 80.0] {
+                let mut preset = Preset::<f64>::default();
+                preset.bench.controller = with_gains(&controller, &vec![gain; gains(&controller).len()]);
+                let text = crate::parameters::write_commented(&preset);
+                let read: Preset<f64> = crate::parameters::read(&text, "tuned").unwrap();
+                assert_eq!(read.bench.controller, preset.bench.controller);
+            }
+        }
     }
 
     #[test]
@@ -340,7 +366,7 @@ mod tests {
         assert!(state_feedback.absolute_error < 0.7 * one.absolute_error, "{one:?} {state_feedback:?}");
         let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
         let (_, before) =
-            price(&before, &PositionController::Cascade(cascade), cascade.torque_limit, &preset.model).unwrap();
+            price(&before, &PositionController::Cascade(cascade).into(), cascade.torque_limit, &preset.model).unwrap();
         assert!(before.is_none_or(|before| before.beyond > 0.0 || before.absolute_error > one.absolute_error));
     }
 

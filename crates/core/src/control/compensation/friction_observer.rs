@@ -1,0 +1,119 @@
+//! Compensation of the friction that an observer of the drive sees.
+
+use super::{CompensationInput, CompensationOutput, bounded};
+use crate::Fields;
+use crate::block::Block;
+use crate::control::{finite_or, measurable};
+use crate::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
+use crate::friction::{Contact, Friction};
+use crate::scalar::{Mask, Scalar};
+
+/// Time constants with which it takes over from the integral when the set-point begins to move, and gives back when it
+/// rests [s].
+const RISE: f64 = 0.01;
+const RELEASE: f64 = 0.1;
+
+/// The friction of an observed drive, bristles included, as it will be when the torque acts:
+///
+///   M_c = g·(M_R(z⁺, Ω⁺) + M_R,M(z_M⁺, Ω_M⁺)),   Ω⁺ = Ω̂ + T_p·r̈
+///
+/// The observer has masses, coupling and believed friction inside and goes by encoder and tacho. Where feedforward knows
+/// what the set-point would bend, this knows what the drive did: it is right at a reversal that comes late. With g above
+/// 1, or a belief that much too high, it pushes and the drive hunts: stay below the least that is believed (D. Putra,
+/// N. van de Wouw, H. Nijmeijer, Automatica 43 (2007) 1387). While the set-point rests the controller's integral holds what
+/// friction takes: one hands it to the other, and the sum stays. C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky,
+/// IEEE TAC 40 (1995) 419.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionObserver<T> {
+    /// The drive as it is believed, without a load motor, and how measurements correct it.
+    pub observer: DriveObserver<T>,
+    /// From the next sample to the middle of what a torque computed now does.
+    #[field(symbol = "T_p", unit = "s", range = 0.0..=1.0, default = 0.8e-3)]
+    pub preview: T,
+    /// Share of the friction that is compensated.
+    #[field(symbol = "g", unit = "1", range = 0.0..=2.0, default = 0.9)]
+    pub share: T,
+    /// Largest torque of the compensation.
+    #[field(symbol = "M_c,max", unit = "N m", range = 0.0..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// What the friction observer remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FrictionObserverState<T> {
+    /// The drive at the next sample.
+    pub observer: DriveObserverState<T>,
+    /// How far the compensation has come in: 1 while the set-point moves.
+    #[field(unit = "1", range = 0.0..=1.0)]
+    pub weight: T,
+}
+
+impl<T: Scalar> FrictionObserver<T> {
+    /// Begins with the next measurement, and with the bristles that a steady motion bends; what they give [N m].
+    #[inline(always)]
+    pub(super) fn begin(&self, state: &mut FrictionObserverState<T>, input: CompensationInput<T>) -> T {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        *state = FrictionObserverState::default();
+        let velocity = input.reference.velocity;
+        let moves = measurable(velocity) & velocity.abs().gt(zero);
+        state.weight = moves.select(one, zero);
+        let model = &self.observer.model;
+        let bend = |friction: &Friction<T>| moves.select(friction.steady_deflection(velocity), zero);
+        state.observer = self.observer.begin(&self.seen(&input));
+        state.observer.drive.deflection = bend(&model.friction);
+        state.observer.drive.motor_deflection = bend(&model.motor_friction);
+        state.observer.started = one;
+        self.given(&state.observer, zero) * state.weight
+    }
+
+    /// What the observer reads.
+    #[inline(always)]
+    fn seen(&self, input: &CompensationInput<T>) -> DriveObserverInput<T> {
+        DriveObserverInput {
+            angle: input.measured_angle,
+            motor_velocity: input.measured_velocity,
+            motor_torque: input.pending_torque,
+            estimated_velocity: input.measured_velocity,
+            ..DriveObserverInput::default()
+        }
+    }
+
+    /// The share of both frictions [N m] where the velocity still gains this much [rad/s].
+    #[inline(always)]
+    fn given(&self, observed: &DriveObserverState<T>, gained: T) -> T {
+        let (drive, model) = (&observed.drive, &self.observer.model);
+        let load = model.drive.coupling_stiffness * drive.twist;
+        let on_load = self.torque(&model.friction, drive.deflection, drive.velocity + gained, (drive.angle, load));
+        let place = (drive.angle + drive.twist, drive.motor_torque);
+        let on_motor = self.torque(&model.motor_friction, drive.motor_deflection, drive.motor_velocity + gained, place);
+        bounded(self.share * (on_load + on_motor), self.torque_limit).torque
+    }
+
+    /// Torque of a friction [N m] that has this deflection [rad] at the next sample, and moves with this velocity [rad/s]
+    /// until the torque acts.
+    #[inline(always)]
+    fn torque(&self, friction: &Friction<T>, deflection: T, velocity: T, (angle, load): (T, T)) -> T {
+        let contact = Contact { velocity, angle, load, arrest: T::of(0.0) };
+        friction.correct(deflection, deflection, contact, self.preview).1
+    }
+}
+
+impl<T: Scalar> Block<T> for FrictionObserver<T> {
+    type State = FrictionObserverState<T>;
+    type Input = CompensationInput<T>;
+    type Output = CompensationOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let moves = (input.reference.velocity.abs() + input.reference.acceleration.abs()).gt(zero);
+        let before = state.weight;
+        let time = moves.select(T::of(RISE), T::of(RELEASE));
+        state.weight += dt / (time + dt) * (moves.select(one, zero) - state.weight);
+
+        self.observer.follow(&mut state.observer, &self.seen(&input), dt, |_, _| {});
+        let gained = self.preview * finite_or(input.reference.acceleration, zero);
+        let whole = self.given(&state.observer, gained);
+        CompensationOutput { torque: before * whole, taken: (state.weight - before) * whole }
+    }
+}

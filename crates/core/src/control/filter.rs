@@ -1,0 +1,88 @@
+//! What the controller's torque goes through on its way to the drive.
+
+use super::position::within_limit;
+use super::{ControllerOutput, finite_or};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::Scalar;
+
+/// Filter of the controller's torque. Compensation is added behind it: it is no part of the loop that vibrates.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum TorqueFilter<T> {
+    /// None.
+    Nothing,
+    /// A notch at a frequency at which the coupling vibrates.
+    Notch(Notch<T>),
+}
+
+/// A notch, of second order and with the gain 1 at rest:
+///
+///   y = b₀·u + s₁,   s₁⁺ = b₁·u − a₁·y + s₂,   s₂⁺ = b₂·u − a₂·y
+///
+/// Its coefficients are made for one sampling time. What comes out is within the limit of the torque, like what goes in.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Notch<T> {
+    /// Coefficients of what goes in, the newest first.
+    #[field(symbol = "b", unit = "1", range = -2.0..=2.0)]
+    pub numerator: [T; 3],
+    /// Coefficients of what came out a sample and two samples ago.
+    #[field(symbol = "a", unit = "1", range = -2.0..=2.0)]
+    pub denominator: [T; 2],
+    /// Largest torque of the drive.
+    #[field(symbol = "M_max", unit = "N m", range = 1e-6..=1e4, default = 1.4)]
+    pub torque_limit: T,
+}
+
+/// What the filter remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FilterState<T> {
+    /// What the samples before leave for the next and for the one after it.
+    #[field(symbol = "s", unit = "N m")]
+    pub memory: [T; 2],
+}
+
+/// What the filter reads.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct FilterInput<T> {
+    /// Torque of the controller.
+    #[field(symbol = "M", unit = "N m")]
+    pub torque: T,
+    /// Torque that is added behind it: the limit holds for the sum.
+    #[field(symbol = "M_c", unit = "N m")]
+    pub added_torque: T,
+}
+
+impl<T: Scalar> TorqueFilter<T> {
+    /// The state in which it passes this torque [N m] on as it is.
+    #[inline(always)]
+    pub(super) fn settled(&self, torque: T) -> FilterState<T> {
+        match self {
+            TorqueFilter::Nothing => FilterState::default(),
+            TorqueFilter::Notch(notch) => {
+                let ([b0, _, b2], [_, a2]) = (notch.numerator, notch.denominator);
+                FilterState { memory: [(T::of(1.0) - b0) * torque, (b2 - a2) * torque] }
+            }
+        }
+    }
+}
+
+impl<T: Scalar> Block<T> for TorqueFilter<T> {
+    type State = FilterState<T>;
+    type Input = FilterInput<T>;
+    type Output = ControllerOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, _dt: T) -> Self::Output {
+        match self {
+            TorqueFilter::Nothing => ControllerOutput { torque: input.torque },
+            TorqueFilter::Notch(notch) => {
+                let ([b0, b1, b2], [a1, a2]) = (notch.numerator, notch.denominator);
+                let torque = finite_or(input.torque, T::of(0.0));
+                let passed = b0 * torque + state.memory[0];
+                state.memory = [b1 * torque - a1 * passed + state.memory[1], b2 * torque - a2 * passed];
+                ControllerOutput { torque: within_limit(passed, notch.torque_limit, input.added_torque) }
+            }
+        }
+    }
+}
