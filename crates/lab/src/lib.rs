@@ -17,6 +17,7 @@ pub mod fit;
 pub mod generate;
 pub mod identify;
 pub mod integrator;
+pub mod judged;
 pub mod linear;
 pub mod live;
 pub mod machine;

@@ -11,6 +11,7 @@ mod export;
 mod fidelity;
 mod fit;
 mod generate;
+mod hunting;
 mod identify;
 mod machine;
 mod measure;
@@ -62,6 +63,10 @@ pub(crate) enum Command {
     /// How far the loop of a position controller is from oscillation, the load sliding and stuck: margins, sensitivity, noise.
     #[command(name = "loop", after_help = "Example: stickslip loop\nExample: stickslip loop --control pid --tune")]
     Loop(position_loop::LoopCommand),
+    /// Whether a controller hunts at a set-point that rests, how far and how often, predicted without a run.
+    #[command(after_help = "Example: stickslip hunting --preset prototype --set bench.controller.integral_gain=9\n\
+                            Example: stickslip hunting --set bench.hold.kind=stiction --set bench.hold.dead_zone=1.2e-3")]
+    Hunting(hunting::HuntingCommand),
     /// Let the load motor render the difference of desired and own friction, and measure again.
     #[command(
         after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
@@ -175,6 +180,7 @@ impl Command {
             Command::Calibrate(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Design(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Loop(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Hunting(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
@@ -203,6 +209,10 @@ impl Command {
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
             Command::Loop(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Hunting(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -67,13 +67,30 @@ pub(super) fn unloaded_drive(
     trust: &Trust,
 ) -> Result<DriveObserver<f64>, Error> {
     let mut observer = corrected_drive(model, dt, trust, &WITHOUT_ACCELEROMETER)?;
-    let step = dt / observer.steps as f64;
-    // Nothing flows where nothing is induced.
-    let winding = Winding { torque_constant: 0.0, ..model.load_motor };
-    observer.model = DriveModel::new(model.drive, winding, model.servo_lag, model.motor_friction, friction, step);
+    observer.model = without_load_motor(model, friction, dt / observer.steps as f64);
     observer.gains.current = 0.0;
     observer.fast_gains.current = 0.0;
     Ok(observer)
+}
+
+/// The same without any correction, in steps of at most `longest` [s]: the believed drive itself.
+pub(super) fn simulated_drive(
+    model: &Model<f64>,
+    friction: Friction<f64>,
+    dt: f64,
+    longest: f64,
+) -> Result<DriveObserver<f64>, Error> {
+    let steps = (dt / longest - 1e-9).ceil().max(1.0) as usize;
+    let step = dt / steps as f64;
+    let observer = believed_drive(model, step)?;
+    Ok(DriveObserver { steps, model: without_load_motor(model, friction, step), ..observer })
+}
+
+/// The believed drive with this friction on the load, in steps of this length [s]: nothing flows in a load motor in which
+/// nothing is induced.
+fn without_load_motor(model: &Model<f64>, friction: Friction<f64>, step: f64) -> DriveModel<f64> {
+    let winding = Winding { torque_constant: 0.0, ..model.load_motor };
+    DriveModel::new(model.drive, winding, model.servo_lag, model.motor_friction, friction, step)
 }
 
 /// The observer of the drive whose measurements correct these states.

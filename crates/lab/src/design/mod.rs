@@ -6,6 +6,7 @@ mod axis_control;
 mod controllers;
 mod discretise;
 mod drive_observer;
+mod hunting;
 mod law;
 mod lyapunov;
 mod margin;
@@ -22,6 +23,10 @@ pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predict
 pub use discretise::zero_order_hold;
 pub(crate) use drive_observer::believed_drive;
 pub use drive_observer::{Trust, drive_observer};
+pub use hunting::{
+    BelievedAxis, Described, Hunting, HuntingPlan, HuntingPrediction, Standstill, describe, equivalent_damping,
+    predict_hunting,
+};
 pub use law::rendering_law;
 pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use margin::{

@@ -1,17 +1,14 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
-use stickslip_core::block::Block as _;
-use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::render::Law;
-use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
+use stickslip_core::tick::Order;
 
 use super::corrected::correction;
 use super::machine::machine;
 use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
-use crate::noise::{Normals, Ticks};
-use crate::preset::Settings;
-use crate::{Error, design, integrator};
+use crate::judged::Judged;
+use crate::{Error, design};
 
 /// What truly happened, once a sample of the position controller.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,11 +37,9 @@ pub struct Trace {
 /// What the design of the software and the integrator refuse.
 pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
     let plant = machine(cell, role);
-    let settings = &shown_by(&cell.preset.bench, &plant);
+    let settings = &cell.preset.bench;
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
-    let (steps, step) = settings.plant_steps();
-    let machine = VirtualMachine { parts: integrator::prepare(&plant, steps, step)? };
     let mut tick = design::software(&cell.preset.model, settings)?;
     tick.control = course.controller.into();
     let control_divider = if course.every_tick { 1 } else { divider };
@@ -57,12 +52,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
         }
     }
-    let bench = VirtualBench { machine, tick };
-    let mut state = BenchState::default();
-    // One tick at rest fills the pickups and gives the first readings.
-    state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
-
-    let (normals, ticks) = (Normals::new(seed), Ticks::new(steps, step, plant.tick_jitter));
+    let mut bench = Judged::new(&plant, tick, settings, control_divider, seed)?;
     let mut setpoints = course.drive.setpoints(settings.tick_rate);
     let rest = (course.rest * settings.tick_rate) as u64;
     let cycles = rest + (course.duration * settings.tick_rate) as u64;
@@ -82,7 +72,6 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let mut off = 0.0;
     for cycle in 0..cycles {
         let mut order = Order { render: 1.0, ..Order::default() };
-        order.schedule(cycle, control_divider);
         order.control = f64::from(u8::from(course.drive.controls()));
         if let Some(cycle) = cycle.checked_sub(rest) {
             let time = cycle as f64 * dt;
@@ -93,14 +82,14 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
                 _ => {}
             }
         }
-        let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
-        let output = bench.tick_of(ticks.steps(&normals, cycle), &mut state, input, dt);
+        let output = bench.tick(order);
         if (cycle + 1) % divider != 0 {
             continue;
         }
-        let parts = &state.plant.machine;
-        let expected = match bench.tick.law {
-            Law::Bristle(_) | Law::Admittance(_) => state.tick.law.observer.drive.velocity,
+        let truth = bench.truth();
+        let parts = &truth.plant.machine;
+        let expected = match tick.law {
+            Law::Bristle(_) | Law::Admittance(_) => truth.tick.law.observer.drive.velocity,
             _ => output.estimated_velocity,
         };
         off += (expected - parts.velocity).powi(2);
@@ -123,12 +112,6 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     }
     trace.velocity_error = libm::sqrt(off / (trace.angle.len() as f64).max(1.0));
     Ok(trace)
-}
-
-/// Settings whose step of the virtual machine shows the jitter of its ticks.
-fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
-    let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
-    Settings { plant_step: settings.plant_step.min(longest), ..*settings }
 }
 
 impl Trace {

@@ -10,6 +10,7 @@ pub mod design;
 pub(crate) mod draw;
 pub mod experiment;
 pub mod fit;
+pub mod hunting;
 pub mod measure;
 pub mod position_loop;
 pub mod render;

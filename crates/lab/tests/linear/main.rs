@@ -1,6 +1,7 @@
 //! The linearised axis is what the virtual bench does for small deviations.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
+mod hunting;
 mod responses;
 mod reversals;
 

@@ -1,13 +1,11 @@
 //! What compensation does for a position controller at a reversal, where friction turns over.
 
-use stickslip_core::block::Block as _;
 use stickslip_core::control::Cascade;
 use stickslip_core::control::reference::{Generator, Reference, Setpoint, Sine};
-use stickslip_core::plant::{PlantInput, VirtualMachine};
-use stickslip_core::tick::{BenchInput, BenchState, Order, VirtualBench};
+use stickslip_core::tick::Order;
 
 use stickslip::design::{software, tune};
-use stickslip::noise::Normals;
+use stickslip::judged::Judged;
 use stickslip::parameters::{self, presets};
 use stickslip::workflow::position_loop::{as_cascade, as_state_feedback};
 use stickslip::{
@@ -47,18 +45,13 @@ fn run(
     mut see: impl FnMut(f64, f64, f64),
 ) {
     let settings = &preset.bench;
-    let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
-    let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step).unwrap() };
-    let bench = VirtualBench { machine, tick: software(&preset.model, settings).unwrap() };
-    let mut state = BenchState::default();
-    state.measurement = bench.machine.take(0, &mut state.plant, PlantInput::default(), step);
-    let normals = Normals::new(7);
+    let dt = settings.tick_time();
+    let tick = software(&preset.model, settings).unwrap();
+    let mut bench = Judged::new(&preset.plant, tick, settings, settings.divider(), 7).unwrap();
     for cycle in 0..(duration / dt) as u64 {
-        let mut order = Order { control: 1.0, reference: next(), ..Order::default() };
-        order.schedule(cycle, settings.divider());
-        let input = BenchInput { order, external_torque: 0.0, noise: normals.of_tick(cycle) };
-        bench.step(&mut state, input, dt);
-        see(cycle as f64 * dt, order.reference.position, state.plant.machine.angle);
+        let reference = next();
+        bench.tick(Order { control: 1.0, reference, ..Order::default() });
+        see(cycle as f64 * dt, reference.position, bench.truth().plant.machine.angle);
     }
 }
 

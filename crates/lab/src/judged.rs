@@ -1,0 +1,67 @@
+//! The virtual bench for who judges: the signal path closed over the machine, faster than any other and seen from within.
+//!
+//! No homing, no supervision, no commands; nothing that measures may use it, since it shows the truth.
+
+use stickslip_core::block::Block as _;
+use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
+use stickslip_core::tick::{BenchInput, BenchState, Order, Tick, TickOutput, VirtualBench};
+
+use crate::noise::{Normals, Ticks};
+use crate::preset::Settings;
+use crate::{Error, integrator};
+
+/// A machine under software, tick after tick.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    bench: VirtualBench<f64>,
+    state: BenchState<f64>,
+    normals: Normals,
+    ticks: Ticks,
+    dt: f64,
+    divider: u64,
+    cycle: u64,
+}
+
+impl Judged {
+    /// A machine at rest, the position controller due every `divider` ticks, with the noise of a seed.
+    ///
+    /// # Errors
+    /// What the integrator refuses.
+    pub fn new(
+        plant: &Plant<f64>,
+        tick: Tick<f64>,
+        settings: &Settings<f64>,
+        divider: u64,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let settings = shown_by(settings, plant);
+        let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
+        let machine = VirtualMachine { parts: integrator::prepare(plant, steps, step)? };
+        let bench = VirtualBench { machine, tick };
+        let mut state = BenchState::default();
+        // One tick at rest fills the pickups and gives the first readings.
+        state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
+        let ticks = Ticks::new(steps, step, plant.tick_jitter);
+        Ok(Judged { bench, state, normals: Normals::new(seed), ticks, dt, divider, cycle: 0 })
+    }
+
+    /// The next tick under an order, whose schedule is its own.
+    pub fn tick(&mut self, mut order: Order<f64>) -> TickOutput<f64> {
+        order.schedule(self.cycle, self.divider);
+        let input = BenchInput { order, external_torque: 0.0, noise: self.normals.of_tick(self.cycle) };
+        let steps = self.ticks.steps(&self.normals, self.cycle);
+        self.cycle += 1;
+        self.bench.tick_of(steps, &mut self.state, input, self.dt)
+    }
+
+    /// Everything that is true.
+    pub fn truth(&self) -> &BenchState<f64> {
+        &self.state
+    }
+}
+
+/// Settings whose step of the virtual machine shows the jitter of its ticks.
+fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
+    let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
+    Settings { plant_step: settings.plant_step.min(longest), ..*settings }
+}
