@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+pub mod benchmark;
 pub mod calibrate;
 pub mod capture;
 pub mod catalogue;
@@ -23,6 +24,7 @@ pub mod live;
 pub mod machine;
 pub mod noise;
 pub mod output;
+mod parallel;
 pub mod parameters;
 mod preset;
 pub mod quantity;
@@ -30,6 +32,7 @@ pub mod realtime;
 pub mod recording;
 pub mod report;
 pub mod run;
+mod statistics;
 pub mod summary;
 pub mod table;
 pub mod truth;

@@ -1,6 +1,7 @@
 //! One file a command.
 
 mod bench;
+mod benchmark;
 mod calibrate;
 mod capture;
 mod completions;
@@ -77,6 +78,10 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip fidelity --quick\n\
                             Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
+    /// Which controller is the best for which friction: controllers, compensations and frictions on the virtual bench, ranked.
+    #[command(after_help = "Example: stickslip benchmark --quick\n\
+                            Example: stickslip benchmark --controller pid --controller my_controller.toml --friction vicious")]
+    Benchmark(benchmark::Benchmark),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -184,6 +189,7 @@ impl Command {
             Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
+            Command::Benchmark(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Identify(command) => (command.out.clone(), None),
             Command::Validate(command) => (command.out.clone(), None),
             Command::Capture(command) => (command.out.clone(), None),
@@ -221,6 +227,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Fidelity(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Benchmark(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -3,9 +3,9 @@
 use stickslip_core::friction::{Friction, Stribeck};
 use stickslip_core::render::Law;
 
-use super::parallel::map;
 use super::run::{Trace, run};
 use super::{Mismatch, Role, Scenario};
+use crate::parallel::map;
 use crate::{Error, Preset, Watch};
 
 /// A bench, what differs from its belief, and a law.

@@ -40,7 +40,6 @@ mod cycle;
 mod law;
 mod machine;
 mod mismatch;
-mod parallel;
 mod pick;
 mod plan;
 mod report;
@@ -48,7 +47,6 @@ mod run;
 mod scenario;
 mod score;
 mod staircase;
-mod statistics;
 mod study;
 
 pub use bed::Bed;

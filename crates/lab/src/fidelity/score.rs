@@ -4,8 +4,8 @@ use stickslip_core::friction::Stribeck;
 
 use super::scenario::{BROKEN_AWAY, Quantity, REST};
 use super::staircase::Staircase;
-use super::statistics::{bootstrap, mean};
 use super::{LimitCycle, Runs, Scenario, Trace};
+use crate::statistics::{bootstrap, mean};
 
 /// How far B is from A in one measure.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,10 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stickslip_core::render::Law;
 
 use super::machine::machine;
-use super::parallel::map;
-use super::statistics::{bootstrap, mean};
 use super::*;
+use crate::parallel::map;
 use crate::preset::LawChoice;
+use crate::statistics::{bootstrap, mean};
 use crate::{Error, Watch, design};
 
 fn cell(wheel: bool, mismatch: Mismatch) -> Cell {

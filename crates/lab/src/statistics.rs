@@ -3,14 +3,14 @@
 /// How many times the seeds are drawn anew.
 const DRAWS: usize = 2000;
 
-pub(super) fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+pub(crate) fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     values.sum::<f64>() / count
 }
 
 /// 95 % interval of a statistic over `count` seeds by the percentile bootstrap (Efron 1979). `statistic` gets the indices
 /// that were drawn. The draws are the same in every run.
-pub(super) fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> [f64; 2] {
+pub(crate) fn bootstrap(count: usize, statistic: impl Fn(&[usize]) -> f64) -> [f64; 2] {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let mut drawn = vec![0; count];
     let mut values: Vec<f64> = (0..DRAWS)

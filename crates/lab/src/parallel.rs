@@ -7,7 +7,7 @@ use crate::Error;
 
 /// `work` on each job, results in the order of the jobs whatever the number of threads. After a failure no job begins;
 /// the first failure in the order of the jobs is returned.
-pub(super) fn map<J: Sync, R: Send>(
+pub(crate) fn map<J: Sync, R: Send>(
     jobs: &[J],
     threads: usize,
     work: impl Fn(&J) -> Result<R, Error> + Sync,

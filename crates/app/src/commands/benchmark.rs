@@ -1,0 +1,107 @@
+//! `stickslip benchmark`: which controller is the best for which friction.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, run_plan};
+use stickslip::{Error, Watch};
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// What to compare. Without any of the selections all that the benchmark has; each may be given several times.
+#[derive(Args)]
+pub(crate) struct Benchmark {
+    /// The short benchmark: two frictions, two seeds, four set-points to rest at, a belief that is 30 % off.
+    #[arg(long)]
+    quick: bool,
+    /// Name of a preset, or a parameter file: the machine. Its friction is replaced by those that are compared.
+    #[arg(long, value_name = "NAME|FILE", default_value = "prototype")]
+    pub(super) preset: String,
+    /// Change a value of the preset (bench.tick_rate=1000); may be given several times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// A controller: pid, cascade, state-feedback, reduced, load-side or motor-side, with +curve, +feedforward, +adaptive,
+    /// +friedland-park, +friction-observer or +disturbance-observer, and with +hold; or a parameter file (*.toml), whose
+    /// controller, filter, compensation and hold run as they are stated. The first is the reference of the others.
+    #[arg(long, value_name = "NAME|FILE")]
+    controller: Vec<String>,
+    /// Name of a friction: mild, nominal, vicious.
+    #[arg(long, value_name = "NAME")]
+    friction: Vec<String>,
+    /// Name of a manoeuvre: reversal, sine_0.5hz, sine_2hz, step_10um, creep, point_to_point, hold.
+    #[arg(long, value_name = "NAME")]
+    manoeuvre: Vec<String>,
+    /// How many noise seeds a number has; 6, or 2 with --quick.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    seeds: Option<u64>,
+    /// How many set-points are held; 12, or 4 with --quick.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    places: Option<u64>,
+    /// Threads that share the work; as many as there are processors. The numbers do not depend on it.
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Folder for figures, report and summary.json. What is finished lies in cells; the same command goes on from there.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/benchmark")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl Benchmark {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        let preset = source::preset(&self.preset, self.set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
+        let all = HOUSE.map(String::from);
+        let names: &[String] = if self.controller.is_empty() { &all } else { &self.controller };
+        let entrants = names.iter().map(|name| Entrant::find(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut plan = Plan::new(self.preset.clone(), preset, entrants);
+        if self.quick {
+            plan = plan.quick();
+        }
+        if !self.friction.is_empty() {
+            plan.frictions = known("friction", &self.friction, &FRICTIONS, |it| it.name)?;
+        }
+        if !self.manoeuvre.is_empty() {
+            plan.manoeuvres = known("manoeuvre", &self.manoeuvre, &MANOEUVRES, |it| it.name())?;
+        }
+        plan.seeds = self.seeds.unwrap_or(plan.seeds);
+        plan.places = self.places.unwrap_or(plan.places);
+        plan.threads = if self.threads > 0 { self.threads } else { plan.threads };
+
+        let outcome = run_plan(&plan, &self.out.join("cells"), watch)?;
+        let summary = outcome.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for (title, table) in outcome.tables().into_iter().chain(outcome.robustness()) {
+                writeln!(out, "{title}")?;
+                for line in table.lines() {
+                    writeln!(out, "{line}")?;
+                }
+                writeln!(out)?;
+            }
+            for remark in outcome.remarks() {
+                writeln!(out, "{remark}")?;
+            }
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })?;
+        if outcome.complete { Ok(()) } else { Err(Failure::Incomplete(self.out)) }
+    }
+}
+
+/// The things of these names.
+fn known<T: Copy>(
+    what: &'static str,
+    asked: &[String],
+    all: &[T],
+    name: impl Fn(&T) -> &'static str,
+) -> Result<Vec<T>, Error> {
+    let find = |asked: &String| {
+        all.iter().copied().find(|one| name(one) == asked).ok_or_else(|| Error::NothingToCompare {
+            what,
+            name: asked.clone(),
+            known: all.iter().map(&name).collect(),
+        })
+    };
+    asked.iter().map(find).collect()
+}

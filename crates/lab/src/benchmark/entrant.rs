@@ -1,0 +1,195 @@
+//! Controllers under test.
+
+use stickslip_core::control::compensation::{Hold, StictionHold};
+use stickslip_core::control::{Cascade, Pid};
+
+use crate::design::{cascade_as_pid, tune};
+use crate::parameters::presets;
+use crate::preset::{
+    CompensationChoice, ControllerChoice, FilterChoice, Observation, Preset, ShaperChoice, StateFeedback,
+};
+use crate::{Error, Watch};
+
+/// Speed at which a load slides for the tuning [rad/s].
+const SLIDING: f64 = 10.0;
+
+/// A controller with compensation and hold, and what it is called.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entrant {
+    /// `BASE`, `BASE+COMPENSATION`, `BASE+hold` or all three; or the file that it comes from.
+    pub name: String,
+    source: Source,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    /// One of the house.
+    House(House),
+    /// That of a parameter file, as it is stated there.
+    File(Box<Preset<f64>>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct House {
+    base: Base,
+    compensation: CompensationChoice<f64>,
+    holds: bool,
+}
+
+/// Controllers of the house, each tuned once for a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Base {
+    Pid,
+    Cascade,
+    StateFeedback,
+    Reduced,
+    LoadSide,
+    MotorSide,
+}
+
+const BASES: [(&str, Base); 6] = [
+    ("pid", Base::Pid),
+    ("cascade", Base::Cascade),
+    ("state-feedback", Base::StateFeedback),
+    ("reduced", Base::Reduced),
+    ("load-side", Base::LoadSide),
+    ("motor-side", Base::MotorSide),
+];
+
+/// Those that are compared where nobody names any; the first is the reference of the others.
+pub const HOUSE: [&str; 14] = [
+    "pid",
+    "cascade",
+    "state-feedback",
+    "load-side",
+    "cascade+feedforward",
+    "cascade+adaptive",
+    "cascade+friedland-park",
+    "cascade+friction-observer",
+    "cascade+disturbance-observer",
+    "state-feedback+feedforward",
+    "state-feedback+adaptive",
+    "state-feedback+friction-observer",
+    "pid+hold",
+    "state-feedback+hold",
+];
+
+/// Kinds of compensation by their names.
+fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
+    Some(match name {
+        "curve" => CompensationChoice::Curve(Default::default()),
+        "feedforward" => CompensationChoice::Feedforward(Default::default()),
+        "adaptive" => CompensationChoice::Adaptive(Default::default()),
+        "friedland-park" => CompensationChoice::FriedlandPark(Default::default()),
+        "friction-observer" => CompensationChoice::FrictionObserver(Default::default()),
+        "disturbance-observer" => CompensationChoice::DisturbanceObserver(Default::default()),
+        _ => return None,
+    })
+}
+
+/// What an entrant can be made of.
+const PARTS: [&str; 13] = [
+    "pid",
+    "cascade",
+    "state-feedback",
+    "reduced",
+    "load-side",
+    "motor-side",
+    "+curve",
+    "+feedforward",
+    "+adaptive",
+    "+friedland-park",
+    "+friction-observer",
+    "+disturbance-observer",
+    "+hold",
+];
+
+impl Entrant {
+    /// One of the house by its name, as `state-feedback+feedforward+hold`, or that of a parameter file (`*.toml`).
+    ///
+    /// # Errors
+    /// A part that does not exist; what reading the file refuses.
+    pub fn find(name: &str) -> Result<Self, Error> {
+        if name.ends_with(".toml") {
+            let preset: Preset<f64> = presets::find(name)?.read()?;
+            return Ok(Entrant { name: name.into(), source: Source::File(Box::new(preset)) });
+        }
+        let unknown = || Error::NothingToCompare { what: "controller", name: name.into(), known: PARTS.to_vec() };
+        let mut parts = name.split('+');
+        let base = parts.next().and_then(|part| BASES.iter().find(|(known, _)| *known == part)).ok_or_else(unknown)?.1;
+        let mut house = House { base, compensation: CompensationChoice::Nothing, holds: false };
+        for part in parts {
+            match (part, compensation(part)) {
+                ("hold", _) => house.holds = true,
+                // Two compensations would push the drive twice.
+                (_, Some(kind)) if house.compensation == CompensationChoice::Nothing => house.compensation = kind,
+                _ => return Err(unknown()),
+            }
+        }
+        Ok(Entrant { name: name.into(), source: Source::House(house) })
+    }
+
+    /// What is tuned of it: entrants with the same share their gains. `None` where it runs as it is stated.
+    pub(super) fn tuned_as(&self) -> Option<&'static str> {
+        match &self.source {
+            Source::House(house) => BASES.iter().find(|(_, base)| *base == house.base).map(|(name, _)| *name),
+            Source::File(_) => None,
+        }
+    }
+
+    /// The controller of that name, tuned on what a preset believes.
+    ///
+    /// # Errors
+    /// As [`tune`].
+    pub(super) fn tune(name: &str, preset: &Preset<f64>, watch: &Watch) -> Result<ControllerChoice<f64>, Error> {
+        let torque_limit = preset.bench.controller.torque_limit();
+        let cascade = Cascade { torque_limit, inertia: preset.model.drive.inertia(), ..Cascade::default() };
+        let base = BASES.iter().find(|(known, _)| *known == name).map_or(Base::Pid, |(_, base)| *base);
+        let feedback = |observer| {
+            ControllerChoice::StateFeedback(StateFeedback { observer, torque_limit, ..StateFeedback::default() })
+        };
+        let start = match base {
+            Base::Pid => ControllerChoice::Pid(Pid { torque_limit, ..cascade_as_pid(&cascade) }),
+            Base::Cascade => ControllerChoice::Cascade(cascade),
+            Base::StateFeedback => feedback(Observation::Full(Default::default())),
+            Base::Reduced => feedback(Observation::Reduced(Default::default())),
+            Base::LoadSide => feedback(Observation::LoadSide(Default::default())),
+            Base::MotorSide => feedback(Observation::MotorSide(Default::default())),
+        };
+        Ok(tune(&start, &preset.model, &preset.bench, SLIDING, watch)?.controller)
+    }
+
+    /// A preset with this entrant; `tuned` is the controller of [`tuned_as`](Self::tuned_as).
+    pub(super) fn on(&self, preset: &Preset<f64>, tuned: Option<ControllerChoice<f64>>) -> Preset<f64> {
+        let holding = hold(preset);
+        let mut preset = *preset;
+        let bench = &mut preset.bench;
+        match &self.source {
+            Source::House(house) => {
+                bench.controller = tuned.unwrap_or(bench.controller);
+                bench.compensation = house.compensation;
+                bench.filter = FilterChoice::Nothing;
+                bench.hold = if house.holds { holding } else { Hold::Nothing };
+            }
+            Source::File(stated) => {
+                bench.controller = stated.bench.controller;
+                bench.compensation = stated.bench.compensation;
+                bench.filter = stated.bench.filter;
+                bench.hold = stated.bench.hold;
+            }
+        }
+        preset.bench.shaper = ShaperChoice::Nothing;
+        preset
+    }
+}
+
+/// Dead zone of two counts and a knocker of two thirds of the believed breakaway torque.
+fn hold(preset: &Preset<f64>) -> Hold<f64> {
+    let count = std::f64::consts::TAU / preset.model.encoder.counts_per_revolution;
+    Hold::Stiction(StictionHold {
+        dead_zone: 2.0 * count,
+        knock_torque: preset.model.own.breakaway_torque * 2.0 / 3.0,
+        knock_zone: 1.5 * count,
+        ..StictionHold::default()
+    })
+}
