@@ -12,7 +12,7 @@ use crate::statistics::{bootstrap, mean};
 use crate::{Error, Summary, Watch, output, parameters};
 
 /// Entrants whose course is drawn, and the time about a reversal that is [s].
-const DRAWN: usize = 5;
+const DRAWN: usize = 3;
 const AROUND: [f64; 2] = [-0.05, 0.35];
 /// When the sine of that manoeuvre turns [s].
 const REVERSAL: f64 = 2.5;
@@ -84,59 +84,70 @@ impl Outcome {
         summary
     }
 
-    /// A table a friction: the ranks with all that was measured.
+    /// Two tables a friction: the ranks with what they count, and what stands beside them.
     pub fn tables(&self) -> Vec<(String, Table)> {
         let count = std::f64::consts::TAU / self.plan.preset.model.encoder.counts_per_revolution;
-        self.ranks()
-            .into_iter()
-            .map(|(friction, ranks)| {
-                let measures: Vec<(Manoeuvre, usize)> = self
-                    .plan
-                    .manoeuvres
-                    .iter()
-                    .flat_map(|manoeuvre| (0..manoeuvre.measures().len()).map(|index| (*manoeuvre, index)))
-                    .collect();
-                let title = |&(manoeuvre, index): &(Manoeuvre, usize)| {
-                    let measure = &manoeuvre.measures()[index];
-                    format!("{}{}", measure.title, shown_unit(measure.unit))
-                };
-                let head = ["place", "controller", "factor"].map(String::from).into_iter().chain(measures.iter().map(title));
-                let rows = ranks.iter().map(|it| {
-                    let place = match it.place {
-                        None => "failed".into(),
-                        Some([first, last]) if first == last => first.to_string(),
-                        Some([first, last]) => format!("{first}–{last}"),
-                    };
-                    let interval = 0.5 * (it.ci95[1] - it.ci95[0]);
-                    let factor = if it.factor.is_finite() {
-                        format!("{} ± {}", number(it.factor, 2), number(interval, 2))
-                    } else {
-                        "–".into()
-                    };
-                    let cells = measures.iter().map(|&(manoeuvre, index)| {
-                        let cell = self.cell(friction, &it.entrant, VARIATIONS[0].name);
-                        let values = cell.map(|cell| cell.values(manoeuvre, index)).unwrap_or_default();
-                        shown(manoeuvre.measures()[index].unit, &values)
-                    });
-                    [place, it.entrant.clone(), factor].into_iter().chain(cells).map(Into::into).collect::<Vec<_>>()
-                });
-                let table = rows.fold(Table::new(head), Table::row);
-                let caption = format!(
-                    "{}, {friction} friction. Factor: by how much the deviations are smaller than those of {}. A count is \
-                     {}; a move has settled within {}.",
-                    self.plan.machine,
-                    self.plan.entrants[0].name,
-                    tied(&Estimate::new(count, "rad")),
-                    tied(&Estimate::new(
-                        super::manoeuvre::tolerance(
-                            &self.plan.frictions.iter().find(|it| it.name == friction).map_or(self.plan.preset, |it| it.on(&self.plan.preset))
-                        ),
-                        "rad"
-                    ))
-                );
-                (caption, table)
-            })
-            .collect()
+        let mut tables = Vec::new();
+        for case in &self.plan.frictions {
+            let ranks = rank(self, case.name);
+            let preset = case.on(&self.plan.preset);
+            let own = preset.model.own;
+            let said = |value: f64, unit: &str| tied(&Estimate::new(value, unit));
+            let machine = format!("{}, {} friction", self.plan.machine, case.name);
+            let caption = format!(
+                "{machine}: M_S {}, M_K {}, Ω_Strib {}. Factor: by how much the deviations are smaller than those of {}. A \
+                 count is {}.",
+                said(own.breakaway_torque, "N m"),
+                said(own.kinetic_torque, "N m"),
+                said(own.stribeck_velocity, "rad/s"),
+                self.plan.entrants[0].name,
+                said(count, "rad")
+            );
+            tables.push((caption, self.table(case.name, &ranks, true)));
+            if self.measures(false).next().is_some() {
+                let tolerance = said(super::manoeuvre::tolerance(&preset), "rad");
+                let caption = format!("{machine}: settling and rest. A move has settled within {tolerance}.");
+                tables.push((caption, self.table(case.name, &ranks, false)));
+            }
+        }
+        tables
+    }
+
+    /// What was measured of tracking with its noise, or of the rest.
+    fn measures(&self, of_tracking: bool) -> impl Iterator<Item = (Manoeuvre, usize)> + '_ {
+        let tracks = |manoeuvre: &Manoeuvre| manoeuvre.measures().iter().any(|measure| measure.ranks);
+        let chosen = self.plan.manoeuvres.iter().filter(move |manoeuvre| tracks(manoeuvre) == of_tracking);
+        chosen.flat_map(|manoeuvre| (0..manoeuvre.measures().len()).map(|index| (*manoeuvre, index)))
+    }
+
+    /// Entrants over measures.
+    fn table(&self, friction: &str, ranks: &[Ranked], of_tracking: bool) -> Table {
+        let title = |(manoeuvre, index): (Manoeuvre, usize)| {
+            let measure = &manoeuvre.measures()[index];
+            format!("{}{}", measure.title, shown_unit(measure.unit))
+        };
+        let first: &[&str] = if of_tracking { &["place", "controller", "factor"] } else { &["controller"] };
+        let head = first.iter().map(|word| (*word).to_owned()).chain(self.measures(of_tracking).map(title));
+        let rows = ranks.iter().map(|it| {
+            let cells = self.measures(of_tracking).map(|(manoeuvre, index)| {
+                let cell = self.cell(friction, &it.entrant, VARIATIONS[0].name);
+                let values = cell.map(|cell| cell.values(manoeuvre, index)).unwrap_or_default();
+                shown(manoeuvre.measures()[index].unit, &values)
+            });
+            let place = match it.place {
+                None => "failed".into(),
+                Some([first, last]) if first == last => first.to_string(),
+                Some([first, last]) => format!("{first}–{last}"),
+            };
+            let factor = if it.factor.is_finite() {
+                format!("{} ± {}", number(it.factor, 2), number(0.5 * (it.ci95[1] - it.ci95[0]), 2))
+            } else {
+                "–".into()
+            };
+            let first = if of_tracking { vec![place, it.entrant.clone(), factor] } else { vec![it.entrant.clone()] };
+            first.into_iter().chain(cells).map(Into::into).collect::<Vec<_>>()
+        });
+        rows.fold(Table::new(head), Table::row)
     }
 
     /// A table a friction: the peak of the reversal where machine and belief differ.
@@ -218,9 +229,9 @@ impl Outcome {
                     ranks.iter().filter(|it| it.place.is_some_and(|place| place[0] == 1)).collect();
                 let names: Vec<&str> = best.iter().map(|it| it.entrant.as_str()).collect();
                 let factor = best.first()?.factor;
-                let shared = if names.len() > 1 { " (no difference is known between them)" } else { "" };
+                let shared = if names.len() > 1 { " (no difference between them is known)" } else { "" };
                 Some(format!(
-                    "{friction} friction: {}{shared}, {} times better than {}.",
+                    "Under {friction} friction the least deviation has {}{shared}: {} times less than {}.",
                     names.join(", "),
                     number(factor, 1),
                     self.plan.entrants[0].name

@@ -83,18 +83,24 @@ fn what_was_finished_is_not_run_again_unless_something_is_other() {
 }
 
 #[test]
-fn who_runs_away_has_failed_and_is_no_number() {
+fn who_does_not_follow_has_failed_and_is_no_number() {
     let folder = tempfile::tempdir().unwrap();
     let mut plan = Plan { variations: Vec::new(), manoeuvres: vec![Manoeuvre::FastSine], ..plan(folder.path()) };
-    let path = folder.path().join("wild.toml");
+    // It does not move at all.
+    plan.preset.bench.safety.following_error = 1.0;
+    let path = folder.path().join("lazy.toml");
     let text = presets::find("prototype").unwrap().text;
-    let text = parameters::set::<Preset<f64>>(&text, "t", "bench.controller.position_gain", "3000").unwrap();
+    let gains = ["position_gain", "velocity_gain", "integral_gain", "inertia"];
+    let paths = gains.map(|gain| format!("bench.controller.{gain}"));
+    let values: Vec<(&str, &str)> =
+        paths.iter().zip(["0", "0", "0", "1e-9"]).map(|(path, value)| (path.as_str(), value)).collect();
+    let text = parameters::set_all::<Preset<f64>>(&text, "t", &values).unwrap();
     std::fs::write(&path, text).unwrap();
     plan.entrants.push(Entrant::find(path.to_str().unwrap()).unwrap());
     let outcome = run_plan(&plan, &folder.path().join("cells"), &Watch::silent()).unwrap();
     let ranks = rank(&outcome, "nominal");
-    assert!(ranks[2].entrant.ends_with("wild.toml") && ranks[2].place.is_none() && ranks[2].failures == 2, "{ranks:?}");
-    assert!(outcome.tables()[0].1.lines().iter().any(|line| line.contains("failed") && line.contains("wild.toml")));
+    assert!(ranks[2].entrant.ends_with("lazy.toml") && ranks[2].place.is_none() && ranks[2].failures == 2, "{ranks:?}");
+    assert!(outcome.tables()[0].1.lines().iter().any(|line| line.contains("failed") && line.contains("lazy.toml")));
     assert!(outcome.remarks().iter().any(|remark| remark.contains("would have stopped")));
 }
 
