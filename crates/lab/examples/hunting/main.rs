@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let own = case.preset.model.own;
             writeln!(
                 rows,
-                "| {machine} | {} | {:.3} | {:.3} | {:.2} | {} | {} | {} |",
+                "| {} | {} | {:.3} | {:.3} | {:.2} | {} | {} | {} |",
+                case.machine,
                 if number % 4 == 3 { "state feedback" } else { "PID" },
                 own.breakaway_torque,
                 own.kinetic_torque,

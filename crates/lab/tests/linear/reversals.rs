@@ -10,7 +10,7 @@ use stickslip::parameters::{self, presets};
 use stickslip::workflow::position_loop::{as_cascade, as_state_feedback};
 use stickslip::{
     AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice,
-    FrictionObserverChoice, FriedlandParkChoice, Preset, Settings, Watch, integrator,
+    FrictionObserverChoice, FriedlandParkChoice, Preset, Settings, Watch,
 };
 
 /// The drive of the comparisons with nominal friction, its control at 1 kHz.

@@ -68,7 +68,6 @@ pub struct CompensationOutput<T> {
 /// How friction is compensated.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 #[fields(tag = "kind")]
-#[expect(clippy::large_enum_variant, reason = "the core has no heap")]
 pub enum Compensation<T> {
     /// Not at all.
     Nothing,
