@@ -1,4 +1,4 @@
-//! `stickslip measure`: friction at constant speeds, breakaway, presliding, frequency response.
+//! `stickslip measure`: friction at constant speeds, breakaway, presliding, frequency response, learning.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use stickslip::bench::remote::Address;
 use stickslip::bench::{ClockedBench, RemoteBench, Wishes};
-use stickslip::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan, ResponsePlan};
+use stickslip::experiment::{BreakawayPlan, FrictionPlan, LearningPlan, PreslidingPlan, ResponsePlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
 use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
@@ -35,6 +35,10 @@ pub(crate) enum Measure {
     #[command(after_help = "Example: stickslip measure response --linings released\n\
                             Example: stickslip measure response --set plan.velocity=0 --set plan.chirp=true")]
     Response(How),
+    /// Iterative learning: which torque a sine needs besides the controller's, learnt from repetition to repetition, until
+    /// nothing is gained any more.
+    #[command(after_help = "Example: stickslip measure learning --set plan.frequency=2 --set plan.repetitions=6")]
+    Learning(How),
 }
 
 /// On which bench, how long, and where to.
@@ -92,8 +96,11 @@ enum Linings {
 
 impl Measure {
     pub(crate) fn shown(&self) -> Shown {
-        let (Measure::Friction(how) | Measure::Breakaway(how) | Measure::Presliding(how) | Measure::Response(how)) =
-            self;
+        let (Measure::Friction(how)
+        | Measure::Breakaway(how)
+        | Measure::Presliding(how)
+        | Measure::Response(how)
+        | Measure::Learning(how)) = self;
         how.shown
     }
 
@@ -104,6 +111,7 @@ impl Measure {
             Measure::Breakaway(how) => (how, BreakawayPlan::<f64>::KIND),
             Measure::Presliding(how) => (how, PreslidingPlan::<f64>::KIND),
             Measure::Response(how) => (how, ResponsePlan::<f64>::KIND),
+            Measure::Learning(how) => (how, LearningPlan::<f64>::KIND),
         };
         (how.folder(kind), how.preset.clone())
     }
@@ -114,6 +122,7 @@ impl Measure {
             Measure::Breakaway(how) => how.run::<BreakawayPlan<f64>>(out, watch),
             Measure::Presliding(how) => how.run::<PreslidingPlan<f64>>(out, watch),
             Measure::Response(how) => how.run::<ResponsePlan<f64>>(out, watch),
+            Measure::Learning(how) => how.run::<LearningPlan<f64>>(out, watch),
         }
     }
 }

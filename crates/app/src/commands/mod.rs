@@ -80,7 +80,7 @@ pub(crate) enum Command {
     Fidelity(fidelity::Fidelity),
     /// Which controller is the best for which friction: controllers, compensations and frictions on the virtual bench, ranked.
     #[command(after_help = "Example: stickslip benchmark --quick\n\
-                            Example: stickslip benchmark --controller pid --controller my_controller.toml --friction vicious")]
+                            Example: stickslip benchmark --quick --controller pid --controller my-bench.toml --friction vicious")]
     Benchmark(benchmark::Benchmark),
     /// Inertia and friction of an axis from a recording of it.
     #[command(

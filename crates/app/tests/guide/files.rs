@@ -106,13 +106,31 @@ fn what_loop_and_measure_response_write_is_described() {
     assert_eq!(wrong(&page, "measure response", &out.join("measure-response")), [] as [String; 0]);
 }
 
+/// What is wrong with the page of what a command writes, which runs for it.
+fn wrong_after(command: &str, options: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = format!("{command} {options} --quiet --out .");
+    let program = env!("CARGO_BIN_EXE_stickslip");
+    let status = Command::new(program).args(arguments.split_whitespace()).current_dir(&folder).status();
+    assert!(status.expect("the program starts").success(), "{arguments}");
+    wrong(&Page::read("files.md"), command, folder.path())
+}
+
 #[test]
 fn what_calibrate_writes_is_described() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let command = "calibrate --preset prototype --quiet --out .";
-    let status = Command::new(env!("CARGO_BIN_EXE_stickslip")).args(command.split(' ')).current_dir(&folder).status();
-    assert!(status.expect("the program starts").success());
-    assert_eq!(wrong(&Page::read("files.md"), "calibrate", folder.path()), [] as [String; 0]);
+    assert_eq!(wrong_after("calibrate", "--preset prototype"), [] as [String; 0]);
+}
+
+#[test]
+fn what_learning_hunting_and_benchmark_write_is_described() {
+    let gain = "bench.controller.integral_gain=30";
+    for (command, options) in [
+        ("measure learning", "--set plan.repetitions=3"),
+        ("hunting", &format!("--preset prototype --set {gain}")),
+        ("benchmark", "--quick --controller pid --friction nominal --manoeuvre reversal --seeds 1"),
+    ] {
+        assert_eq!(wrong_after(command, options), [] as [String; 0], "{command}");
+    }
 }
 
 #[test]

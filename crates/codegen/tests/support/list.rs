@@ -4,7 +4,7 @@ use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, StictionHold,
 };
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, LinearController, Notch, Pid, PositionController, TorqueFilter, VelocityObserver,
+    AxisControl, Cascade, CurrentControl, LinearController, Notch, Pid, PositionController, VelocityObserver,
 };
 use stickslip_core::drive::{TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
@@ -102,9 +102,9 @@ agree!(
     PositionController::Linear(linear())
 );
 agree!(
-    torque_filter,
-    TorqueFilter,
-    TorqueFilter::Notch(Notch { numerator: [0.85, -1.49, 0.85], denominator: [-1.49, 0.7], torque_limit: 1.4 })
+    notch,
+    Notch,
+    Notch { numerator: [0.85, -1.49, 0.85], denominator: [-1.49, 0.7], torque_limit: 1.4 }
 );
 agree!(compensation, Compensation, Compensation::Curve(CurveFeedforward::default()));
 agree!(curve_feedforward, CurveFeedforward, CurveFeedforward::default());

@@ -162,7 +162,12 @@ impl<T: Scalar> Block<T> for AxisControl<T> {
             ..input.controller()
         };
         let own = self.controller.run(&mut state.controller, controlled, dt);
-        let own = self.filter.run(&mut state.filter, FilterInput { torque: own.torque, added_torque }, dt);
+        let own = match self.filter {
+            TorqueFilter::Nothing => own,
+            TorqueFilter::Notch(notch) => {
+                notch.run(&mut state.filter, FilterInput { torque: own.torque, added_torque }, dt)
+            }
+        };
         // Where an input is no number nothing acts, as with the controller alone.
         let torque = controlled.valid().select(own.torque + added_torque, T::of(0.0));
         state.added_torque = compensation.torque + hold.torque;

@@ -67,22 +67,17 @@ impl<T: Scalar> TorqueFilter<T> {
     }
 }
 
-impl<T: Scalar> Block<T> for TorqueFilter<T> {
+impl<T: Scalar> Block<T> for Notch<T> {
     type State = FilterState<T>;
     type Input = FilterInput<T>;
     type Output = ControllerOutput<T>;
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, _dt: T) -> Self::Output {
-        match self {
-            TorqueFilter::Nothing => ControllerOutput { torque: input.torque },
-            TorqueFilter::Notch(notch) => {
-                let ([b0, b1, b2], [a1, a2]) = (notch.numerator, notch.denominator);
-                let torque = finite_or(input.torque, T::of(0.0));
-                let passed = b0 * torque + state.memory[0];
-                state.memory = [b1 * torque - a1 * passed + state.memory[1], b2 * torque - a2 * passed];
-                ControllerOutput { torque: within_limit(passed, notch.torque_limit, input.added_torque) }
-            }
-        }
+        let ([b0, b1, b2], [a1, a2]) = (self.numerator, self.denominator);
+        let torque = finite_or(input.torque, T::of(0.0));
+        let passed = b0 * torque + state.memory[0];
+        state.memory = [b1 * torque - a1 * passed + state.memory[1], b2 * torque - a2 * passed];
+        ControllerOutput { torque: within_limit(passed, self.torque_limit, input.added_torque) }
     }
 }

@@ -40,12 +40,15 @@ pub(super) struct Facts {
 }
 
 /// Of each kind, what it is called and the result that a reader looks for first.
-const KINDS: [(&str, &str, &str); 14] = [
+const KINDS: [(&str, &str, &str); 17] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
     ("measure presliding", "presliding", "measure.bristle_stiffness"),
     ("measure response", "frequency response", "measure.tacho.magnitude_deviation"),
+    ("measure learning", "learning", "measure.factor"),
+    ("hunting", "hunting", "hunting.amplitude"),
+    ("benchmark", "controllers compared", "benchmark.failed_runs"),
     ("calibrate", "calibration", "calibrate.load_inertia"),
     ("fit", "fit", "fit.breakaway_torque"),
     ("design", "design", "desired.breakaway_torque"),

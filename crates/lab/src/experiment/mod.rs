@@ -9,6 +9,7 @@
 mod breakaway;
 mod friction;
 mod homing;
+mod learning;
 mod next_speeds;
 mod plan;
 mod plateau;
@@ -20,6 +21,7 @@ pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
 pub(crate) use friction::hold_speed;
 pub use friction::{FrictionCurve, measure_friction};
 pub use homing::home;
+pub use learning::{Learned, LearningPlan, Repetition, learn_torque};
 pub use next_speeds::{Addition, Goal, next_speeds};
 pub use plan::{FrictionPlan, Phase};
 pub use plateau::{Block, Dropped, Plateau};

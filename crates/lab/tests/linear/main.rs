@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod hunting;
+mod learning;
 mod responses;
 mod reversals;
 

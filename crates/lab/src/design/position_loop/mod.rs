@@ -127,6 +127,18 @@ impl PositionLoop {
         Ok(gain)
     }
 
+    /// From a torque that is added to the commanded one to the angle, under control, at these frequencies [rad/s]:
+    /// G/(1 + L).
+    ///
+    /// # Errors
+    /// As [`gain`](Self::gain).
+    pub fn torque_to_angle(&self, frequencies: &[f64]) -> Result<Vec<Complex<f64>>, Error> {
+        let axis = self.axis.select(&[port::TORQUE], &[port::ANGLE])?;
+        let loop_gain = self.gain()?.response(frequencies);
+        let one = Complex::new(1.0, 0.0);
+        Ok(axis.response(frequencies).into_iter().zip(loop_gain).map(|(axis, gain)| axis / (one + gain)).collect())
+    }
+
     /// The closed loop: from set-point, its velocity, load torque, and what is added to angle and tacho, to the angle and
     /// the commanded torque.
     ///

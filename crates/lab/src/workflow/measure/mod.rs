@@ -2,6 +2,7 @@
 
 pub(crate) mod breakaway;
 mod friction;
+mod learning;
 mod presliding;
 mod response;
 
