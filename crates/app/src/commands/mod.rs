@@ -65,8 +65,10 @@ pub(crate) enum Command {
     #[command(name = "loop", after_help = "Example: stickslip loop\nExample: stickslip loop --control pid --tune")]
     Loop(position_loop::LoopCommand),
     /// Whether a controller hunts at a set-point that rests, how far and how often, predicted without a run.
-    #[command(after_help = "Example: stickslip hunting --preset prototype --set bench.controller.integral_gain=9\n\
-                            Example: stickslip hunting --set bench.hold.kind=stiction --set bench.hold.dead_zone=1.2e-3")]
+    #[command(
+        after_help = "Example: stickslip hunting --preset prototype --set model.own.breakaway_torque=0.45 --set bench.controller.integral_gain=120\n\
+                            Example: stickslip hunting --set bench.hold.kind=stiction --set bench.hold.dead_zone=1.2e-3"
+    )]
     Hunting(hunting::HuntingCommand),
     /// Let the load motor render the difference of desired and own friction, and measure again.
     #[command(

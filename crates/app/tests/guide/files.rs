@@ -123,10 +123,11 @@ fn what_calibrate_writes_is_described() {
 
 #[test]
 fn what_learning_hunting_and_benchmark_write_is_described() {
-    let gain = "bench.controller.integral_gain=30";
+    // It hunts.
+    let hunts = "--set model.own.breakaway_torque=0.45 --set bench.controller.integral_gain=120";
     for (command, options) in [
         ("measure learning", "--set plan.repetitions=3"),
-        ("hunting", &format!("--preset prototype --set {gain}")),
+        ("hunting", &format!("--preset prototype {hunts}")),
         ("benchmark", "--quick --controller pid --friction nominal --manoeuvre reversal --seeds 1"),
     ] {
         assert_eq!(wrong_after(command, options), [] as [String; 0], "{command}");
