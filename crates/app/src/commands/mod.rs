@@ -66,7 +66,7 @@ pub(crate) enum Command {
     Loop(position_loop::LoopCommand),
     /// Whether a controller hunts at a set-point that rests, how far and how often, predicted without a run.
     #[command(
-        after_help = "Example: stickslip hunting --preset prototype --set model.own.breakaway_torque=0.45 --set bench.controller.integral_gain=120\n\
+        after_help = "Example: stickslip hunting --preset prototype --set model.own.breakaway_torque=0.45 --set model.own.kinetic_torque=0.2 --set model.own.stribeck_velocity=0.5\n\
                             Example: stickslip hunting --set bench.hold.kind=stiction --set bench.hold.dead_zone=1.2e-3"
     )]
     Hunting(hunting::HuntingCommand),

@@ -124,7 +124,8 @@ fn what_calibrate_writes_is_described() {
 #[test]
 fn what_learning_hunting_and_benchmark_write_is_described() {
     // It hunts.
-    let hunts = "--set model.own.breakaway_torque=0.45 --set bench.controller.integral_gain=120";
+    let hunts = "--set model.own.breakaway_torque=0.45 --set model.own.kinetic_torque=0.2 \
+                 --set model.own.stribeck_velocity=0.5";
     for (command, options) in [
         ("measure learning", "--set plan.repetitions=3"),
         ("hunting", &format!("--preset prototype {hunts}")),
