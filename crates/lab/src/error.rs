@@ -385,7 +385,7 @@ pub enum Error {
         /// The preset.
         preset: String,
     },
-    /// A part of the fidelity benchmark that there is not.
+    /// A part of a benchmark that there is not.
     #[error("{name} is no {what}. There are: {}.", known.join(", "))]
     NothingToCompare {
         /// What it should be.

@@ -4,8 +4,9 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use stickslip::Watch;
 use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, run_plan};
-use stickslip::{Error, Watch};
+use stickslip::fidelity::known;
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -87,21 +88,4 @@ impl Benchmark {
         })?;
         if outcome.complete { Ok(()) } else { Err(Failure::Incomplete(self.out)) }
     }
-}
-
-/// The things of these names.
-fn known<T: Copy>(
-    what: &'static str,
-    asked: &[String],
-    all: &[T],
-    name: impl Fn(&T) -> &'static str,
-) -> Result<Vec<T>, Error> {
-    let find = |asked: &String| {
-        all.iter().copied().find(|one| name(one) == asked).ok_or_else(|| Error::NothingToCompare {
-            what,
-            name: asked.clone(),
-            known: all.iter().map(&name).collect(),
-        })
-    };
-    asked.iter().map(find).collect()
 }

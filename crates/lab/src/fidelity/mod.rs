@@ -56,7 +56,7 @@ pub use law::{AUTO, LAWS, law_names};
 pub use machine::Role;
 pub use mismatch::{MISMATCHES, Mismatch};
 pub use pick::{Pick, Prediction, pick_law};
-pub use plan::{Group, Plan, Selection};
+pub use plan::{Group, Plan, Selection, known};
 pub use run::Trace;
 pub use scenario::{CLOSED_LOOP, SCENARIOS, Scenario};
 pub use score::{Score, scores};

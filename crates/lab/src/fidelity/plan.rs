@@ -180,7 +180,10 @@ fn chosen<T>(all: Vec<T>, asked: &[T], same: impl Fn(&T, &T) -> bool) -> Vec<T> 
 }
 
 /// The things of these names.
-fn known<T: Copy>(
+///
+/// # Errors
+/// [`Error::NothingToCompare`] with the first name that is none of theirs.
+pub fn known<T: Copy>(
     what: &'static str,
     asked: &[String],
     all: &[T],
