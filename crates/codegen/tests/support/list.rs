@@ -48,7 +48,7 @@ fn linear() -> LinearController<f64> {
         system: std::array::from_fn(|j| std::array::from_fn(|i| if i == j { 0.6 } else { some(i, j) })),
         input: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
         output: std::array::from_fn(|i| some(i, 2)),
-        direct: [-5.0, -0.15, 2.0, 0.15, 1e-3, -0.1],
+        direct: [-5.0, -0.15, 2.0, 0.15, 1e-3, -0.1, 0.2, -0.3],
         settled: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
         integral_gain: 45.0,
         ..LinearController::default()

@@ -9,16 +9,18 @@ use crate::scalar::{Mask, Scalar};
 /// States of a [`LinearController`]; those that a design does not need have rows and columns of 0.
 pub const STATES: usize = 8;
 /// What moves them, see [`LinearController`].
-pub const INPUTS: usize = 6;
+pub const INPUTS: usize = 8;
 
 /// A linear controller that knows which torque was in force:
 ///
-///   x⁺ = A·x + B·v,   M = cᵀ·x + dᵀ·v + I,   İ = K_i·(r − φ),   v = (φ − r, ω, Δr, ṙ, r̈, M₋)
+///   x⁺ = A·x + B·v,   M = cᵀ·x + dᵀ·v + I,   İ = K_i·(r − φ),   v = (φ − r, ω, Δr, ṙ, r̈, M₋, M_c₋, M_c)
 ///
-/// Δr is how far the set-point went since the sample before, and M₋ the controller's own torque, limited, that is in force
-/// until the next sample: an observer among the states goes by what the drive gets, so nothing winds up in it. No angle
-/// itself comes in, so that far from its origin an axis is controlled as at it, also in single precision. The torque is
-/// limited; at the limit the integral moves only back. An input that is no number gives no torque and moves no state.
+/// Δr is how far the set-point went since the sample before, M₋ the controller's own torque, limited, that is in force
+/// until the next sample: an observer among the states goes by what the drive gets, so nothing winds up in it. M_c₋ is what
+/// compensation of friction adds to it, M_c what it adds to the torque that is computed: an observer that did not know of
+/// it would take it for a load. No angle itself comes in, so that far from its origin an axis is controlled as at it, also
+/// in single precision. The torque is limited; at the limit the integral moves only back. An input that is no number gives
+/// no torque and moves no state.
 ///
 /// The matrices are made for one sampling time and computed from what is stated of the controller. They are in the units of
 /// the states, and stored column by column: what one state or input does to all states lies side by side.
@@ -36,9 +38,9 @@ pub struct LinearController<T> {
     /// From what comes in to the torque.
     #[field(symbol = "d", unit = "1", range = -1e15..=1e15)]
     pub direct: [T; INPUTS],
-    /// The states with which it takes over: per deviation of the angle, per velocity, per torque.
+    /// The states with which it takes over: per deviation of the angle, per velocity, per torque, per added torque.
     #[field(symbol = "S", unit = "1", range = -1e15..=1e15)]
-    pub settled: [[T; STATES]; 3],
+    pub settled: [[T; STATES]; 4],
     /// Torque per deviation of the position and time.
     #[field(symbol = "K_i", unit = "N m/(rad s)", range = 0.0..=1e8)]
     pub integral_gain: T,
@@ -62,6 +64,9 @@ pub struct LinearState<T> {
     /// Torque of the sample before, in force in this one.
     #[field(symbol = "M_M", unit = "N m")]
     pub torque: T,
+    /// What was added to it, in force in this one.
+    #[field(symbol = "M_c", unit = "N m")]
+    pub added_torque: T,
     /// Set-point of the sample before.
     #[field(symbol = "r", unit = "rad")]
     pub reference: T,
@@ -84,6 +89,8 @@ impl<T: Scalar> LinearController<T> {
             input.reference_velocity,
             input.reference_acceleration,
             state.torque,
+            state.added_torque,
+            input.added_torque,
         ]
     }
 
@@ -99,9 +106,10 @@ impl<T: Scalar> LinearController<T> {
     pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> LinearState<T> {
         let input = input.finite();
         let torque = within_limit(finite_or(torque, T::of(0.0)), self.torque_limit, input.added_torque);
-        let motion = [input.measured_angle - input.reference_position, input.measured_velocity, torque];
+        let added_torque = finite_or(input.added_torque, T::of(0.0));
+        let motion = [input.measured_angle - input.reference_position, input.measured_velocity, torque, added_torque];
         let states = combine([T::of(0.0); STATES], &self.settled, &motion);
-        let mut state = LinearState { states, torque, ..LinearState::default() };
+        let mut state = LinearState { states, torque, added_torque, ..LinearState::default() };
         state.integral = torque - self.direct(&state.states, &self.seen(&state, &input));
         state
     }
@@ -127,6 +135,7 @@ impl<T: Scalar> Block<T> for LinearController<T> {
         }
         state.integral = integral;
         state.torque = torque;
+        state.added_torque = valid.select(input.added_torque, T::of(0.0));
         state.reference = valid.select(input.reference_position, state.reference);
         // What the set-point does over a gap is not known.
         state.started = valid.select(T::of(1.0), T::of(0.0));

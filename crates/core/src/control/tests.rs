@@ -22,7 +22,7 @@ impl LinearController<f64> {
     /// The gains of a PID controller with the tacho.
     pub(super) fn without_states() -> Self {
         let Pid { proportional_gain, derivative_gain, integral_gain, .. } = Pid::<f64>::default();
-        let direct = [-proportional_gain, -derivative_gain, 0.0, derivative_gain, 0.0, 0.0];
+        let direct = [-proportional_gain, -derivative_gain, 0.0, derivative_gain, 0.0, 0.0, 0.0, 0.0];
         LinearController { direct, integral_gain, ..LinearController::default() }
     }
 
@@ -36,7 +36,7 @@ impl LinearController<f64> {
         let rows = [([0.5, 0.5 * DT], way), ([0.0, 0.5], push)];
         for (row, ([angle, velocity], torque)) in rows.into_iter().enumerate() {
             (it.system[0][row], it.system[1][row]) = (angle, velocity);
-            for (column, of) in [angle, velocity, -angle, 0.0, 0.0, torque].into_iter().enumerate() {
+            for (column, of) in [angle, velocity, -angle, 0.0, 0.0, torque, 0.0, 0.0].into_iter().enumerate() {
                 it.input[column][row] = of;
             }
         }

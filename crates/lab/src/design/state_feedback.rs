@@ -4,7 +4,10 @@
 //! wanders. A torque computed from a sample is in force from the next one on: the observer predicts the states for that
 //! instant, with the torque that acts until then, so the feedback knows no delay.
 //!
-//!   x̂ = x̄ + L·(y − C·x̄),   x̄⁺ = Φ·x̂ + Γ·M₋,   M = M_r − K·(x̄⁺ − x_r⁺) − K_z·∑ T·(φ − r)
+//!   x̂ = x̄ + L·(y − C·x̄),   x̄⁺ = Φ·x̂ + Γ·M₋ + Γ_c·M_c₋,   M = M_r − K·(x̄⁺ − x_r⁺) − K_z·∑ T·(φ − r)
+//!
+//! What compensation of friction adds, M_c, acts on the motor and is met by that friction on the load: between both it
+//! twists the coupling. An observer that is not told so corrects the twist, and friction is compensated more than once.
 
 use std::f64::consts::TAU;
 
@@ -210,6 +213,9 @@ pub fn state_feedback(
     // The angle is counted from the set-point, which moved.
     b.set_column(2, &-a.column(ANGLE));
     b.set_column(5, gamma);
+    let mut met = gamma + phi.column(LOAD);
+    met[LOAD] -= 1.0;
+    b.set_column(6, &met);
 
     let c = -(k.transpose() * &a);
     let mut d = -(k.transpose() * &b);
@@ -223,12 +229,15 @@ pub fn state_feedback(
         + velocities * dt
         + k[TWIST] * drive.load_inertia / drive.coupling_stiffness
         + (k[TORQUE] + 1.0) * drive.inertia();
+    // The friction that is compensated wants its twist and its torque.
+    d[7] += k[TWIST] / drive.coupling_stiffness + k[TORQUE];
 
     // What a motion that goes on leaves of the observer's error is in the states.
-    let mut motions = DMatrix::zeros(INPUTS, 3);
+    let mut motions = DMatrix::zeros(INPUTS, 4);
     motions[(0, 0)] = 1.0;
     (motions[(1, 1)], motions[(2, 1)], motions[(3, 1)]) = (1.0, dt, 1.0);
     motions[(5, 2)] = 1.0;
+    (motions[(6, 3)], motions[(7, 3)]) = (1.0, 1.0);
     let remedy = "Let the observer believe that a load torque wanders.";
     let settled = (DMatrix::<f64>::identity(ORDER, ORDER) - &a)
         .lu()
@@ -259,7 +268,8 @@ mod tests {
     use crate::linear::{StateSpace, size};
     use crate::parameters::presets;
     use crate::preset::Disturbances;
-    use stickslip_core::control::PositionController;
+    use stickslip_core::block::Block as _;
+    use stickslip_core::control::{ControllerInput, PositionController};
 
     fn model(name: &str) -> Model<f64> {
         let preset: Preset<f64> = presets::find(name).unwrap().read().unwrap();
@@ -348,6 +358,50 @@ mod tests {
                     assert!(size(one - other) < 1e-9 * size(other), "{name} {choice:?}: {found:?} {expected:?}");
                 }
                 assert!(expected.iter().all(|pole| size(*pole) < 1.0), "{name} {choice:?}: {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn friction_that_is_compensated_is_no_load_to_the_observer_and_no_deviation_to_the_feedback() {
+        for (name, dt) in [("clm-bench", 1e-3), ("prototype", 2.5e-4)] {
+            let model = model(name);
+            for choice in kinds() {
+                let drive = SampledDrive::new(&choice, &model, dt).unwrap();
+                let controller = state_feedback(&choice, &model, dt).unwrap();
+                // The drive slides steadily, pushed by the compensation against friction of the same size.
+                let (velocity, steady) = (3.0, 0.2);
+                let mut x = DVector::zeros(ORDER);
+                x[TWIST] = steady / model.drive.coupling_stiffness;
+                (x[MOTOR_VELOCITY], x[VELOCITY], x[TACHO], x[TORQUE]) = (velocity, velocity, velocity, steady);
+                let input = |x: &DVector<f64>, reference_position, added_torque| ControllerInput {
+                    reference_position,
+                    reference_velocity: velocity,
+                    measured_angle: x[ANGLE],
+                    measured_velocity: x[TACHO],
+                    added_torque,
+                    ..ControllerInput::default()
+                };
+                let mut state = controller.take_over(0.0, input(&x, 0.0, steady));
+                for sample in 0..400 {
+                    // At first it stays as it is; then friction changes as it likes, and compensation knows it.
+                    let added =
+                        if sample < 200 { steady } else { 0.2 * libm::sin(0.7 * f64::from(sample * sample % 97)) };
+                    let reference = velocity * dt * f64::from(sample);
+                    let met = state.added_torque;
+                    let pushed = state.torque + met;
+                    let given = controller.step(&mut state, input(&x, reference, added), dt).torque;
+                    assert!(sample >= 200 || given.abs() < 1e-9, "{name} {choice:?} {sample}: {given}");
+                    x[LOAD] = met;
+                    x = &drive.phi * &x + &drive.gamma * pushed;
+                    x[LOAD] = 0.0;
+                    for (index, (&seen, is)) in state.states.iter().zip(x.iter()).enumerate() {
+                        let is = is - if index == ANGLE { reference } else { 0.0 };
+                        // Nobody asks a load-side observer what the tacho shows.
+                        let asked = index != TACHO || !matches!(choice.observer, Observation::LoadSide(_));
+                        assert!(!asked || (seen - is).abs() < 1e-8, "{name} {choice:?} {sample}, {index}: {seen} {is}");
+                    }
+                }
             }
         }
     }
