@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stickslip::Watch;
-use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, run_plan};
+use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, entrants, run_plan};
 use stickslip::fidelity::known;
 
 use crate::failure::Failure;
@@ -24,10 +24,8 @@ pub(crate) struct Benchmark {
     /// Change a value of the preset (bench.tick_rate=1000); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// A controller: pid, cascade, state-feedback, reduced, load-side or motor-side, with +curve, +feedforward, +adaptive,
-    /// +friedland-park, +friction-observer or +disturbance-observer, and with +hold; or a parameter file (*.toml), whose
-    /// controller, filter, compensation and hold run as they are stated. The first is the reference of the others.
-    #[arg(long, value_name = "NAME|FILE")]
+    // Help from what there is.
+    #[arg(long, value_name = "NAME|FILE", help = controller_help())]
     controller: Vec<String>,
     /// Name of a friction: mild, nominal, vicious.
     #[arg(long, value_name = "NAME")]
@@ -49,6 +47,14 @@ pub(crate) struct Benchmark {
     pub(super) out: PathBuf,
     #[command(flatten)]
     pub(crate) shown: Shown,
+}
+
+fn controller_help() -> String {
+    format!(
+        "A controller: {}; or a parameter file (*.toml), whose controller, filter, compensation and hold run as they are \
+         stated. The first is the reference of the others",
+        entrants()
+    )
 }
 
 impl Benchmark {

@@ -1,7 +1,10 @@
 //! Controllers under test.
 
+use std::f64::consts::TAU;
+
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
+use stickslip_core::fields::{Field, Fields, Variant, Walk};
 
 use crate::design::{cascade_as_pid, tune};
 use crate::parameters::presets;
@@ -16,7 +19,7 @@ const SLIDING: f64 = 10.0;
 /// A controller with compensation and hold, and what it is called.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entrant {
-    /// `BASE`, `BASE+COMPENSATION`, `BASE+hold` or all three; or the file that it comes from.
+    /// A base and what is added to it, joined by `+`; or the file that it comes from.
     pub name: String,
     source: Source,
 }
@@ -34,6 +37,7 @@ struct House {
     base: Base,
     compensation: CompensationChoice<f64>,
     holds: bool,
+    dithers: bool,
 }
 
 /// Controllers of the house, each tuned once for a machine.
@@ -57,7 +61,7 @@ const BASES: [(&str, Base); 6] = [
 ];
 
 /// Those that are compared where nobody names any; the first is the reference of the others.
-pub const HOUSE: [&str; 14] = [
+pub const HOUSE: [&str; 15] = [
     "pid",
     "cascade",
     "state-feedback",
@@ -72,37 +76,47 @@ pub const HOUSE: [&str; 14] = [
     "state-feedback+friction-observer",
     "pid+hold",
     "state-feedback+hold",
+    "cascade+dither",
 ];
 
-/// Kinds of compensation by their names.
-fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
-    Some(match name {
-        "curve" => CompensationChoice::Curve(Default::default()),
-        "feedforward" => CompensationChoice::Feedforward(Default::default()),
-        "adaptive" => CompensationChoice::Adaptive(Default::default()),
-        "friedland-park" => CompensationChoice::FriedlandPark(Default::default()),
-        "friction-observer" => CompensationChoice::FrictionObserver(Default::default()),
-        "disturbance-observer" => CompensationChoice::DisturbanceObserver(Default::default()),
-        _ => return None,
-    })
+/// Kinds of compensation by their names in files, and none.
+fn compensations() -> &'static [Variant] {
+    <CompensationChoice<f64> as Fields<f64>>::SHAPE.variants()
 }
 
-/// What an entrant can be made of.
-const PARTS: [&str; 13] = [
-    "pid",
-    "cascade",
-    "state-feedback",
-    "reduced",
-    "load-side",
-    "motor-side",
-    "+curve",
-    "+feedforward",
-    "+adaptive",
-    "+friedland-park",
-    "+friction-observer",
-    "+disturbance-observer",
-    "+hold",
-];
+/// The compensation of that name, as a file that says no more states it.
+fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
+    // The first choice that a walk meets is the kind; what a kind has to choose from stays.
+    struct Choose(Option<usize>);
+    impl Walk<f64> for Choose {
+        fn number(&mut self, _: &'static Field, _: &mut f64) {}
+        fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
+            self.0.take().unwrap_or(current)
+        }
+    }
+    let index = compensations().iter().position(|kind| kind.name == name)?;
+    let mut choice = CompensationChoice::Nothing;
+    choice.contents(&mut Choose(Some(index)));
+    (choice != CompensationChoice::Nothing).then_some(choice)
+}
+
+/// What a position is held with.
+const HOLD: &str = "hold";
+/// What keeps a contact moving.
+const DITHER: &str = "dither";
+
+/// What an entrant can be made of: controllers, and what they may be combined with.
+fn parts() -> (Vec<&'static str>, Vec<&'static str>) {
+    let kinds = compensations().iter().map(|kind| kind.name).filter(|name| compensation(name).is_some());
+    (BASES.map(|(name, _)| name).to_vec(), kinds.chain([HOLD, DITHER]).collect())
+}
+
+/// How an entrant is named, for a user.
+pub fn entrants() -> String {
+    let (bases, added) = parts();
+    let added: Vec<String> = added.iter().map(|name| format!("+{name}")).collect();
+    format!("{}; with {}, at most one of them a compensation", bases.join(", "), added.join(", "))
+}
 
 impl Entrant {
     /// One of the house by its name, as `state-feedback+feedforward+hold`, or that of a parameter file (`*.toml`).
@@ -114,13 +128,17 @@ impl Entrant {
             let preset: Preset<f64> = presets::find(name)?.read()?;
             return Ok(Entrant { name: name.into(), source: Source::File(Box::new(preset)) });
         }
-        let unknown = || Error::NothingToCompare { what: "controller", name: name.into(), known: PARTS.to_vec() };
+        let unknown = || {
+            let (bases, added) = parts();
+            Error::NothingToCompare { what: "controller", name: name.into(), known: [bases, added].concat() }
+        };
         let mut parts = name.split('+');
         let base = parts.next().and_then(|part| BASES.iter().find(|(known, _)| *known == part)).ok_or_else(unknown)?.1;
-        let mut house = House { base, compensation: CompensationChoice::Nothing, holds: false };
+        let mut house = House { base, compensation: CompensationChoice::Nothing, holds: false, dithers: false };
         for part in parts {
             match (part, compensation(part)) {
-                ("hold", _) => house.holds = true,
+                (HOLD, _) => house.holds = true,
+                (DITHER, _) => house.dithers = true,
                 // Two compensations would push the drive twice.
                 (_, Some(kind)) if house.compensation == CompensationChoice::Nothing => house.compensation = kind,
                 _ => return Err(unknown()),
@@ -161,7 +179,7 @@ impl Entrant {
 
     /// A preset with this entrant; `tuned` is the controller of [`tuned_as`](Self::tuned_as).
     pub(super) fn on(&self, preset: &Preset<f64>, tuned: Option<ControllerChoice<f64>>) -> Preset<f64> {
-        let holding = hold(preset);
+        let stated = *preset;
         let mut preset = *preset;
         let bench = &mut preset.bench;
         match &self.source {
@@ -169,7 +187,7 @@ impl Entrant {
                 bench.controller = tuned.unwrap_or(bench.controller);
                 bench.compensation = house.compensation;
                 bench.filter = FilterChoice::Nothing;
-                bench.hold = if house.holds { holding } else { Hold::Nothing };
+                bench.hold = house.hold(&stated);
             }
             Source::File(stated) => {
                 bench.controller = stated.bench.controller;
@@ -183,13 +201,21 @@ impl Entrant {
     }
 }
 
-/// Dead zone of two counts and a knocker of two thirds of the believed breakaway torque.
-fn hold(preset: &Preset<f64>) -> Hold<f64> {
-    let count = std::f64::consts::TAU / preset.model.encoder.counts_per_revolution;
-    Hold::Stiction(StictionHold {
-        dead_zone: 2.0 * count,
-        knock_torque: preset.model.own.breakaway_torque * 2.0 / 3.0,
-        knock_zone: 1.5 * count,
-        ..StictionHold::default()
-    })
+impl House {
+    /// Dead zone of two counts and a knocker of two thirds of the believed breakaway torque; a dither as large, well above
+    /// the vibration of the coupling and well below what samples can show.
+    fn hold(&self, preset: &Preset<f64>) -> Hold<f64> {
+        let Preset { model, bench, .. } = preset;
+        let count = TAU / model.encoder.counts_per_revolution;
+        let torque = model.own.breakaway_torque * 2.0 / 3.0;
+        let mut hold = StictionHold { dead_zone: 0.0, knock_torque: 0.0, ..StictionHold::default() };
+        if self.holds {
+            (hold.dead_zone, hold.knock_torque, hold.knock_zone) = (2.0 * count, torque, 1.5 * count);
+        }
+        if self.dithers {
+            hold.dither_torque = torque;
+            hold.dither_frequency = (1.6 * model.drive.vibration() / TAU).min(0.2 / bench.control_period());
+        }
+        if self.holds || self.dithers { Hold::Stiction(hold) } else { Hold::Nothing }
+    }
 }

@@ -57,7 +57,7 @@ pub struct Variation {
 }
 
 /// All of them; the first is none.
-pub const VARIATIONS: [Variation; 8] = [
+pub const VARIATIONS: [Variation; 9] = [
     Variation { name: "as believed", change: |_| {} },
     Variation { name: "belief −30 %", change: |preset| believe(preset, 0.7) },
     Variation { name: "belief +30 %", change: |preset| believe(preset, 1.3) },
@@ -66,6 +66,13 @@ pub const VARIATIONS: [Variation; 8] = [
         change: |preset| {
             let ripple = Ripple { amplitude: 0.1, periods: 1.0, phase: 0.0 };
             preset.plant.screw_friction.position = Position::Ripple(ripple);
+        },
+    },
+    Variation {
+        name: "under load +20 %",
+        change: |preset| {
+            // As much more friction where the coupling carries all of the drive's torque.
+            preset.plant.screw_friction.load.sensitivity = 0.2 / preset.bench.controller.torque_limit();
         },
     },
     Variation { name: "load inertia −20 %", change: |preset| preset.plant.drive.load_inertia *= 0.8 },

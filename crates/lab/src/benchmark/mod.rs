@@ -17,7 +17,7 @@ mod report;
 mod run;
 mod study;
 
-pub use entrant::{Entrant, HOUSE};
+pub use entrant::{Entrant, HOUSE, entrants};
 pub use friction::{FRICTIONS, FrictionCase, VARIATIONS, Variation};
 pub use manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
 pub use rank::{Ranked, rank};

@@ -168,7 +168,7 @@ fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static s
     let preset = FRICTIONS[1].on(&plan.preset);
     let tune = |name: &&'static str| {
         let kept = folder.join(format!("tuned-{name}.toml"));
-        let follows_from = parameters::write_commented(&preset);
+        let follows_from = format!("# {PROGRAM}\n{}", parameters::write_commented(&preset));
         if let Some(controller) = read_tuned(&kept, &follows_from) {
             return Ok((*name, controller));
         }
@@ -180,6 +180,9 @@ fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static s
     };
     map(&names, plan.threads, tune)
 }
+
+/// Whose results they are: another version may compute otherwise.
+const PROGRAM: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
 
 /// Stands between a tuned preset and the one that it follows from, which is all comment.
 const FOLLOWS: &str = "# ---- tuned from ----";
@@ -207,7 +210,7 @@ fn result(
     // Who holds by the believed breakaway torque holds by a belief that may be off.
     let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
     let runs = plan.runs(cell);
-    let follows_from = format!("{runs:?}\n{}", parameters::write_commented(&preset));
+    let follows_from = format!("{PROGRAM}\n{runs:?}\n{}", parameters::write_commented(&preset));
     let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
     let stage = format!("{}, {} friction, {}", entrant.name, cell.friction.name, cell.variation.name);
     if let Some(kept) = read_result(&path, &follows_from) {

@@ -49,15 +49,36 @@ impl Table {
         &self.rows
     }
 
-    /// The table as lines for a terminal, columns below each other.
-    pub fn lines(&self) -> Vec<String> {
+    /// Head and rows as text, each number beside others of its column.
+    fn texts(&self) -> Vec<Vec<String>> {
         let write = |column: usize, cell: &Cell| match cell {
             Cell::Text(text) => text.clone(),
             Cell::Estimate(estimate) => estimate.written_beside(self.size(column)).to_string(),
         };
         let rows =
             self.rows.iter().map(|row| row.iter().enumerate().map(|(column, cell)| write(column, cell)).collect());
-        let rows: Vec<Vec<String>> = std::iter::once(self.head.clone()).chain(rows).collect();
+        std::iter::once(self.head.clone()).chain(rows).collect()
+    }
+
+    /// The table in Markdown, with its caption above.
+    pub fn markdown(&self) -> String {
+        let line = |cells: Vec<String>| {
+            let safe: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+            format!("| {} |\n", safe.join(" | "))
+        };
+        let columns = self.head.len();
+        let mut rows = self.texts().into_iter().map(|mut row| {
+            row.resize(columns, String::new());
+            row
+        });
+        let head = line(rows.next().unwrap_or_default());
+        let caption = if self.caption.is_empty() { String::new() } else { format!("{}\n\n", self.caption) };
+        caption + &head + &line(vec!["---".into(); columns]) + &rows.map(line).collect::<String>()
+    }
+
+    /// The table as lines for a terminal, columns below each other.
+    pub fn lines(&self) -> Vec<String> {
+        let rows = self.texts();
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
         let wide = |text: &String| text.chars().count();
         let widths: Vec<usize> = (0..columns)
@@ -172,6 +193,12 @@ mod tests {
             .row([]);
         assert_eq!(columns(&table.html(1)), [5, 5, 5, 5]);
         assert_eq!(columns(&Table::new(["a"]).row(["1".into(), "2".into()]).html(1)), [2, 2]);
+    }
+
+    #[test]
+    fn markdown_has_a_cell_for_each_column_and_no_bar_of_its_own() {
+        let table = Table::new(["a", "b|c"]).caption("Both").row(["1".into()]);
+        assert_eq!(table.markdown(), "Both\n\n| a | b\\|c |\n| --- | --- |\n| 1 |  |\n");
     }
 
     #[test]

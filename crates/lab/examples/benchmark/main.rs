@@ -1,0 +1,43 @@
+//! Which controller is the best for which friction: the whole benchmark on both machines, at two rates of control.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use stickslip::benchmark::{Entrant, HOUSE, Outcome, Plan, run_plan};
+use stickslip::parameters::presets;
+use stickslip::{Error, Preset, Watch, output};
+
+/// Machines, and in how many ticks of 4 kHz a controller has its turn.
+const CASES: [(&str, f64); 4] = [("prototype", 4.0), ("prototype", 1.0), ("clm-bench", 4.0), ("clm-bench", 1.0)];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "docs/studies".into()));
+    // Cells that are finished are kept, so that a study that was stopped goes on.
+    let cells = std::env::temp_dir().join("stickslip-benchmark");
+    let mut page = String::from(
+        "# The controllers of the house, ranked\n\n\
+         All controllers of `stickslip benchmark`, tuned by the same rules for machine and rate, on all frictions and \
+         manoeuvres: six seeds, twelve set-points to rest at, everything that may be off.\n\n\
+         `cargo xtask study benchmark` makes this page.\n",
+    );
+    for (machine, divider) in CASES {
+        let outcome = compare(machine, divider, &cells.join(format!("{machine}-{divider}")))?;
+        let rate = outcome.plan.preset.bench.tick_rate / divider / 1e3;
+        write!(page, "\n## {machine}, control at {rate} kHz\n\n{}\n", outcome.remarks().join(" "))?;
+        for (caption, table) in outcome.tables().into_iter().chain(outcome.robustness()) {
+            write!(page, "\n{}", table.caption(caption).markdown())?;
+        }
+        // What is done is not lost if the rest is not waited for.
+        output::write(&folder.join("benchmark.md"), &page)?;
+    }
+    Ok(())
+}
+
+fn compare(machine: &str, divider: f64, cells: &Path) -> Result<Outcome, Error> {
+    let mut preset: Preset<f64> = presets::find(machine)?.read()?;
+    preset.bench.control_divider = divider;
+    let entrants = HOUSE.iter().map(|name| Entrant::find(name)).collect::<Result<_, _>>()?;
+    let outcome = run_plan(&Plan::new(machine, preset, entrants), cells, &Watch::silent())?;
+    eprintln!("{machine}, every {divider} ticks: {} cells", outcome.cells.len());
+    Ok(outcome)
+}
