@@ -8,13 +8,13 @@ pub use compensation::{
     FrictionObserverChoice, FriedlandParkChoice,
 };
 pub use controller::{
-    ControllerChoice, Disturbances, FilterChoice, NotchChoice, Observation, Poles, Quadratic, Regulation, ShaperChoice,
-    StateFeedback, Vibration,
+    ControllerChoice, ControllerMatrices, Disturbances, FilterChoice, NotchChoice, Observation, Poles, Quadratic,
+    Regulation, ShaperChoice, StateFeedback, Vibration,
 };
 use stickslip_core::Fields;
 use stickslip_core::control::compensation::Hold;
 use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
-use stickslip_core::fields::{ParameterError, at_most};
+use stickslip_core::fields::{ParameterError, at_least, at_most};
 use stickslip_core::friction::{Bristles, Friction, Stribeck};
 use stickslip_core::plant::Plant;
 use stickslip_core::scalar::Scalar;
@@ -239,6 +239,13 @@ impl Preset<f64> {
                 "State feedback damps the coupling itself and must know the torque that acts: take one of both.";
             at_most("bench.filter.width", notch.width, 0.0, remedy).check()?;
         }
+        if let ControllerChoice::Linear(matrices) = self.bench.controller {
+            let remedy = "Matrices are for one sampling time: make them for that of the bench \
+                          (bench.tick_rate, bench.control_divider), or change the bench.";
+            let (stated, period) = (matrices.sampling_time, self.bench.control_period());
+            at_most("bench.controller.sampling_time", stated, period * (1.0 + 1e-9), remedy).check()?;
+            at_least("bench.controller.sampling_time", stated, period * (1.0 - 1e-9), remedy).check()?;
+        }
         if let FilterChoice::Notch(notch) = self.bench.filter {
             let frequency = notch.angular_frequency(&self.model.drive) / std::f64::consts::TAU;
             let remedy = "A notch needs more than two samples a period: control faster, or put it lower.";
@@ -268,6 +275,18 @@ mod tests {
         assert_eq!(preset.check().unwrap_err().field, "bench.controller.compensates_load");
         preset.bench.controller = ControllerChoice::StateFeedback(StateFeedback::default());
         assert_eq!(preset.check(), Ok(()));
+    }
+
+    #[test]
+    fn matrices_for_another_sampling_time_are_refused() {
+        let with = |sampling_time: f64| {
+            let mut preset = Preset::<f64>::default();
+            preset.bench.controller =
+                ControllerChoice::Linear(ControllerMatrices { sampling_time, ..ControllerMatrices::default() });
+            preset.check().map_err(|error| error.field)
+        };
+        assert_eq!(with(1e-3), Ok(()));
+        assert_eq!([0.5e-3, 1.001e-3].map(with), [Err("bench.controller.sampling_time"); 2]);
     }
 
     #[test]

@@ -229,6 +229,9 @@ impl Outcome {
                     ranks.iter().filter(|it| it.place.is_some_and(|place| place[0] == 1)).collect();
                 let names: Vec<&str> = best.iter().map(|it| it.entrant.as_str()).collect();
                 let factor = best.first()?.factor;
+                if names.contains(&self.plan.entrants[0].name.as_str()) {
+                    return Some(format!("Under {friction} friction nobody does better than {}.", names.join(" and ")));
+                }
                 let shared = if names.len() > 1 { " (no difference between them is known)" } else { "" };
                 Some(format!(
                     "Under {friction} friction the least deviation has {}{shared}: {} times less than {}.",

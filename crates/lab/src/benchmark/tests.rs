@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
+use crate::design::state_feedback;
 use crate::parameters::presets;
+use crate::preset::{CompensationChoice, ControllerChoice, ControllerMatrices, StateFeedback};
 use crate::{Error, Preset, Watch, parameters};
 
 fn preset() -> Preset<f64> {
@@ -55,6 +57,38 @@ fn a_compensation_that_knows_the_friction_ranks_before_none_whatever_the_threads
     // The report can be made of it.
     let summary = outcome.write(&folder.path().join("out"), "stickslip benchmark").unwrap();
     assert_eq!(summary.value("benchmark.failed_runs"), Some(0.0));
+}
+
+#[test]
+fn ones_own_matrices_are_judged_like_the_controller_that_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(folder.path());
+    let feedback = StateFeedback { torque_limit: preset().bench.controller.torque_limit(), ..StateFeedback::default() };
+    let designed = state_feedback(&feedback, &preset().model, preset().bench.control_period()).unwrap();
+    let matrices = ControllerMatrices {
+        system: std::array::from_fn(|i| std::array::from_fn(|j| designed.system[j][i])),
+        input: std::array::from_fn(|i| std::array::from_fn(|j| designed.input[j][i])),
+        output: designed.output,
+        direct: designed.direct,
+        integral_gain: designed.integral_gain,
+        sampling_time: designed.sampling_time,
+        torque_limit: designed.torque_limit,
+    };
+    let of = |name: &str, controller: ControllerChoice<f64>| {
+        let mut stated = preset();
+        stated.bench.controller = controller;
+        stated.bench.compensation = CompensationChoice::Feedforward(Default::default());
+        let path = folder.path().join(name);
+        std::fs::write(&path, parameters::write_commented(&stated)).unwrap();
+        Entrant::find(path.to_str().unwrap()).unwrap()
+    };
+    // The friction is what the software believes: the design, which does not know of it, stays the same.
+    let entrants =
+        vec![of("a.toml", ControllerChoice::StateFeedback(feedback)), of("b.toml", ControllerChoice::Linear(matrices))];
+    let plan = Plan { entrants, variations: Vec::new(), ..plan };
+    let outcome = run_plan(&plan, &folder.path().join("cells"), &Watch::silent()).unwrap();
+    assert_eq!(outcome.cells[0].failures(), 0);
+    assert_eq!(outcome.cells[0].runs, outcome.cells[1].runs);
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod hunting;
 mod law;
 mod lyapunov;
 mod margin;
+mod matrices;
 mod placement;
 mod position_loop;
 mod region;
@@ -32,6 +33,7 @@ pub use lyapunov::{discrete_lyapunov, spectral_radius};
 pub use margin::{
     CHATTER_LIMIT, LARGEST_DELAY, LARGEST_GAIN, Margin, STIFFNESSES, desired_stiffness, margin, stiffness_limit,
 };
+pub use matrices::linear_controller;
 pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use position_loop::{
     CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,

@@ -15,9 +15,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 use stickslip_core::control::{INPUTS, LinearController, STATES};
 
 use super::drive_observer::{MOTION, motion, sampled_noise, slow_tacho, tacho_lag};
-use super::{kalman_filter, linear_quadratic_regulator, place_poles, zero_order_hold};
+use super::{kalman_filter, linear_controller, linear_quadratic_regulator, place_poles, zero_order_hold};
 use crate::Error;
-use crate::preset::{Model, Observation, Poles, Quadratic, Regulation, StateFeedback};
+use crate::preset::{ControllerMatrices, Model, Observation, Poles, Quadratic, Regulation, StateFeedback};
 
 /// Angle, twist, motor velocity and velocity as in [`motion`]; then load torque, tacho and torque of the drive motor.
 const ANGLE: usize = 0;
@@ -232,29 +232,16 @@ pub fn state_feedback(
     // The friction that is compensated wants its twist and its torque.
     d[7] += k[TWIST] / drive.coupling_stiffness + k[TORQUE];
 
-    // What a motion that goes on leaves of the observer's error is in the states.
-    let mut motions = DMatrix::zeros(INPUTS, 4);
-    motions[(0, 0)] = 1.0;
-    (motions[(1, 1)], motions[(2, 1)], motions[(3, 1)]) = (1.0, dt, 1.0);
-    motions[(5, 2)] = 1.0;
-    (motions[(6, 3)], motions[(7, 3)]) = (1.0, 1.0);
-    let remedy = "Let the observer believe that a load torque wanders.";
-    let settled = (DMatrix::<f64>::identity(ORDER, ORDER) - &a)
-        .lu()
-        .solve(&(&b * motions))
-        .ok_or(Error::NotSolvable { what: "the states of an observer that has settled", remedy })?;
-
     let padded = |row: usize, column: usize, of: &DMatrix<f64>| of.get((row, column)).copied().unwrap_or(0.0);
-    Ok(LinearController {
-        system: std::array::from_fn(|j| std::array::from_fn(|i| padded(i, j, &a))),
-        input: std::array::from_fn(|j| std::array::from_fn(|i| padded(i, j, &b))),
+    Ok(linear_controller(&ControllerMatrices {
+        system: std::array::from_fn(|i| std::array::from_fn(|j| padded(i, j, &a))),
+        input: std::array::from_fn(|i| std::array::from_fn(|j| padded(i, j, &b))),
         output: std::array::from_fn(|j| c.get(j).copied().unwrap_or(0.0)),
         direct: std::array::from_fn(|j| d[j]),
-        settled: std::array::from_fn(|j| std::array::from_fn(|i| padded(i, j, &settled))),
         integral_gain,
         sampling_time: dt,
         torque_limit: choice.torque_limit,
-    })
+    }))
 }
 
 // The block has room for the drive.

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Shaper;
-use stickslip_core::control::{Cascade, Pid};
+use stickslip_core::control::{Cascade, INPUTS, Pid, STATES};
 use stickslip_core::drive::TwoMass;
 
 /// The controller under test.
@@ -18,6 +18,40 @@ pub enum ControllerChoice<T> {
     /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively. The defaults are
     /// tuned for `clm-bench` with its control at 1 kHz.
     StateFeedback(StateFeedback<T>),
+    /// Your own, by the matrices that another tool has made.
+    Linear(ControllerMatrices<T>),
+}
+
+/// A linear controller by its matrices, for one sampling time:
+///
+///   x⁺ = A·x + B·v,   M = C·x + D·v + I,   İ = K_i·(r − φ),   v = (φ − r, ω, Δr, ṙ, r̈, M₋, M_c₋, M_c)
+///
+/// φ and ω are measured by encoder and tacho, r is the set-point and Δr how far it went since the sample before; M₋ is the
+/// controller's own torque, limited, that is in force until the next sample, M_c₋ what compensation of friction adds to
+/// it, and M_c what it adds to the torque that is computed. Rows and columns that are not needed are 0.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ControllerMatrices<T> {
+    /// What becomes of the states: a row each, from all states.
+    #[field(symbol = "A", unit = "1", range = -1e15..=1e15)]
+    pub system: [[T; STATES]; STATES],
+    /// What moves them: a row each, from all that comes in.
+    #[field(symbol = "B", unit = "1", range = -1e15..=1e15)]
+    pub input: [[T; INPUTS]; STATES],
+    /// From the states to the torque.
+    #[field(symbol = "C", unit = "1", range = -1e15..=1e15)]
+    pub output: [T; STATES],
+    /// From what comes in to the torque.
+    #[field(symbol = "D", unit = "1", range = -1e15..=1e15)]
+    pub direct: [T; INPUTS],
+    /// Torque per deviation of the position and time; at the limit of the torque it moves only back.
+    #[field(symbol = "K_i", unit = "N m/(rad s)", range = 0.0..=1e8)]
+    pub integral_gain: T,
+    /// Sampling time that the matrices are for; it must be that of the bench.
+    #[field(symbol = "T", unit = "s", range = 1e-6..=1.0, default = 1e-3)]
+    pub sampling_time: T,
+    /// Largest torque of the drive.
+    #[field(symbol = "M_max", unit = "N m", range = 1e-6..=1e4, default = 1.4)]
+    pub torque_limit: T,
 }
 
 /// What the controller's torque goes through.
@@ -158,6 +192,7 @@ impl ControllerChoice<f64> {
             ControllerChoice::Cascade(it) => it.torque_limit,
             ControllerChoice::Pid(it) => it.torque_limit,
             ControllerChoice::StateFeedback(it) => it.torque_limit,
+            ControllerChoice::Linear(it) => it.torque_limit,
         }
     }
 }

@@ -67,6 +67,10 @@ pub fn tune(
     velocity: f64,
     watch: &Watch,
 ) -> Result<Tuned, Error> {
+    if let ControllerChoice::Linear(_) = controller {
+        let what = "a tuning of a controller that is stated by its matrices";
+        return Err(Error::NotSolvable { what, remedy: "Tune it where its matrices were made." });
+    }
     let beds = beds(model, settings, velocity)?;
     let designed = |gains: &[f64]| {
         let stated = with_gains(controller, gains);
@@ -211,6 +215,8 @@ fn tuned_values(controller: &mut ControllerChoice<f64>) -> Vec<&mut f64> {
             let gains = [&mut it.proportional_gain, &mut it.integral_gain, &mut it.derivative_gain];
             gains.into_iter().chain(filtered).collect()
         }
+        // Whoever made them knows what to change.
+        ControllerChoice::Linear(_) => Vec::new(),
         ControllerChoice::StateFeedback(it) => {
             let integrates = it.compensates_load < 0.5;
             let mut values = match &mut it.regulator {
@@ -375,6 +381,9 @@ mod tests {
         let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
         // A tacho of nothing but noise, and a drive that may do next to nothing.
         preset.model.tacho_noise = 1.0;
+        let matrices = ControllerChoice::Linear(crate::preset::ControllerMatrices::default());
+        let error = tune(&matrices, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err();
+        assert!(error.to_string().contains("Tune it where"), "{error}");
         let pid = ControllerChoice::Pid(Pid { torque_limit: 1e-6, ..Pid::default() });
         let refused = tune(&pid, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err().to_string();
         assert!(refused.contains("within the limits of sensitivity and noise"), "{refused}");
