@@ -11,9 +11,9 @@ use crate::soak;
 const GROWTH: u64 = 16 << 20;
 
 #[test]
-fn a_minute_loses_no_cycle_and_memory_stays_flat() {
+fn half_a_minute_loses_no_cycle_and_memory_stays_flat() {
     let folder = tempfile::tempdir().unwrap();
-    let soaked = soak::soak(4000.0, 60.0, Wishes::PLAIN, folder.path()).unwrap();
+    let soaked = soak::soak(4000.0, 30.0, Wishes::PLAIN, folder.path()).unwrap();
     let left = &soaked.left;
     assert!(soaked.replayed.identical() && soaked.replayed.machine, "{:?}", soaked.replayed);
     assert_eq!((soaked.lost, left.tuned.lost), (0, 0));
