@@ -138,8 +138,14 @@ pub struct Outcome {
 /// finished is put there. Where it is cancelled, the outcome holds what was finished.
 ///
 /// # Errors
-/// [`Error::Cancelled`] before anything was finished; what tuning and design refuse; [`Error::File`].
+/// [`Error::Cancelled`] before anything was finished; [`Error::Parameters`] where what a file states does not fit the
+/// machine; what tuning and design refuse; [`Error::File`].
 pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Error> {
+    // What a file states was made for its own bench: matrices for another sampling time would run, and mean nothing.
+    for entrant in plan.entrants.iter().filter(|entrant| entrant.tuned_as().is_none()) {
+        let text = parameters::write_commented(&entrant.on(&plan.preset, None));
+        parameters::read::<Preset<f64>>(&text, &format!("{} on {}", entrant.name, plan.machine))?;
+    }
     output::create_folder(folder)?;
     let tuned = tune_all(plan, folder, watch)?;
     let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, complete: true };

@@ -89,6 +89,11 @@ fn ones_own_matrices_are_judged_like_the_controller_that_they_are() {
     let outcome = run_plan(&plan, &folder.path().join("cells"), &Watch::silent()).unwrap();
     assert_eq!(outcome.cells[0].failures(), 0);
     assert_eq!(outcome.cells[0].runs, outcome.cells[1].runs);
+    // At another rate of control they are not that controller any more.
+    let mut other = plan;
+    other.preset.bench.control_divider = 1.0;
+    let refused = run_plan(&other, &folder.path().join("other"), &Watch::silent()).unwrap_err().to_string();
+    assert!(refused.contains("sampling_time") && refused.contains("b.toml on prototype"), "{refused}");
 }
 
 #[test]
