@@ -395,6 +395,18 @@ pub enum Error {
         /// Those that there are.
         known: Vec<&'static str>,
     },
+    /// An arm whose rigid part is too heavy to be rendered.
+    #[error(
+        "an arm of which {rigid_inertia:e} kg m² move with the carriage cannot be rendered: the loop over accelerometer \
+         and load motor would oscillate. Up to {feasible:.2e} kg m² can be (bench.arm.rigid_inertia): take less, tick \
+         faster, or add the rest to the load as a real mass."
+    )]
+    ArmTooHeavy {
+        /// What was asked for [kg m²].
+        rigid_inertia: f64,
+        /// What can be rendered [kg m²].
+        feasible: f64,
+    },
     /// A rendering law that would chatter.
     #[error(
         "rendered like this the load motor would chatter by {}, {limit} N m are allowed: {cause}. {}",

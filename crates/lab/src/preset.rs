@@ -13,7 +13,7 @@ pub use controller::{
 };
 use stickslip_core::Fields;
 use stickslip_core::control::compensation::Hold;
-use stickslip_core::drive::{LoadAmplifier, TwoMass, Winding};
+use stickslip_core::drive::{Arm, LoadAmplifier, TwoMass, Winding};
 use stickslip_core::fields::{ParameterError, at_least, at_most};
 use stickslip_core::friction::{Bristles, Friction, Stribeck};
 use stickslip_core::plant::Plant;
@@ -136,6 +136,8 @@ pub struct Settings<T> {
     pub desired_bristles: Bristles<T>,
     /// The rendering law.
     pub law: LawChoice<T>,
+    /// The elastic arm that is rendered besides friction, though the carriage does not carry it.
+    pub arm: Arm<T>,
     /// Half width of the fade-out interval of the paper's law.
     #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
     pub fade_velocity: T,
@@ -216,6 +218,11 @@ impl Settings<f64> {
 }
 
 impl Preset<f64> {
+    /// Whether this law and this arm go together: a virtual load does not feel the arm, and the load follows it.
+    pub(crate) fn bears_arm(law: &LawChoice<f64>, arm: &Arm<f64>) -> bool {
+        !matches!((law, arm), (LawChoice::Admittance(_), Arm::Elastic(_)))
+    }
+
     /// The virtual machine must be able to take its step, and the step to show the jitter of the ticks.
     fn check(&self) -> Result<(), ParameterError> {
         let step = self.bench.plant_steps().1;
@@ -245,6 +252,11 @@ impl Preset<f64> {
             let (stated, period) = (matrices.sampling_time, self.bench.control_period());
             at_most("bench.controller.sampling_time", stated, period * (1.0 + 1e-9), remedy).check()?;
             at_least("bench.controller.sampling_time", stated, period * (1.0 - 1e-9), remedy).check()?;
+        }
+        if let (Arm::Elastic(arm), false) = (self.bench.arm, Self::bears_arm(&self.bench.law, &self.bench.arm)) {
+            let remedy = "The admittance law makes the load follow one that does not feel the arm: render it beside \
+                          another law (bench.law.kind), or no arm (bench.arm.kind = \"nothing\").";
+            at_most("bench.arm.inertia", arm.inertia, 0.0, remedy).check()?;
         }
         if let FilterChoice::Notch(notch) = self.bench.filter {
             let frequency = notch.angular_frequency(&self.model.drive) / std::f64::consts::TAU;

@@ -6,14 +6,14 @@ use stickslip_core::control::compensation::{
 use stickslip_core::control::{
     AxisControl, Cascade, CurrentControl, LinearController, Notch, Pid, PositionController, VelocityObserver,
 };
-use stickslip_core::drive::{TwoMass, Winding};
+use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 use stickslip_core::friction::{
     Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
     Stribeck,
 };
 use stickslip_core::plant::{Backlash, Gap, Machine, Plant};
-use stickslip_core::render::{Admittance, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
+use stickslip_core::render::{Admittance, ArmRendering, RenderedArm, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
 use support::blocks::{Holder, Lag, Nested, SlidingFriction};
@@ -39,6 +39,11 @@ fn believed() -> DriveModel<f64> {
 
 fn rendered() -> Friction<f64> {
     Bristles::default().under(Stribeck { kinetic_torque: 0.12, ..Stribeck::default() })
+}
+
+fn arm(by_acceleration: f64) -> ArmRendering<f64> {
+    let arm = ElasticArm::default();
+    ArmRendering { by_acceleration, low_pass: 0.4, flow: arm.flow(DT), ..ArmRendering::default() }
 }
 
 /// A stable one that uses every number.
@@ -140,7 +145,9 @@ agree!(
     Tick { law: Law::Paper(DifferenceTorque::default()), ..Tick::default() },
     Tick { law: Law::Smooth(SmoothDifference::default()), ..Tick::default() },
     Tick { law: Law::Karnopp(Karnopp::default()), ..Tick::default() },
+    Tick { arm: RenderedArm::Elastic(arm(0.0)), ..Tick::default() },
 );
+agree!(arm_rendering, ArmRendering, arm(0.0), arm(1.0));
 agree!(smooth_difference, SmoothDifference, SmoothDifference::default());
 agree!(karnopp, Karnopp, Karnopp::default());
 agree!(drive_model, DriveModel, believed());

@@ -84,6 +84,9 @@ pub struct VelocityObserverOutput<T> {
     /// Accelerometer offset.
     #[field(symbol = "a₀", unit = "m/s^2")]
     pub acceleration_offset: T,
+    /// Screw acceleration: the measured one without its offset, 0 without a measurement.
+    #[field(symbol = "Ω̇_est", unit = "rad/s^2")]
+    pub acceleration: T,
 }
 
 impl<T: Scalar> Block<T> for VelocityObserver<T> {
@@ -109,7 +112,7 @@ impl<T: Scalar> Block<T> for VelocityObserver<T> {
         state.velocity = velocity + gained;
         state.acceleration_offset = offset;
         state.started = measurable(input.angle).select(T::of(1.0), state.started);
-        VelocityObserverOutput { angle, velocity, acceleration_offset: offset }
+        VelocityObserverOutput { angle, velocity, acceleration_offset: offset, acceleration }
     }
 }
 

@@ -3,11 +3,13 @@
 //! All torques on the screw side, angles in rad. The same structs hold what the virtual machine *is* and what the
 //! software *believes*; the values differ, the equations do not.
 
+mod arm;
 mod flow;
 mod linear;
 
 use core::f64::consts::TAU;
 
+pub use arm::{Arm, ElasticArm};
 pub use flow::flow;
 pub(crate) use linear::{INPUTS, STATES, advance, half_flow};
 

@@ -20,7 +20,7 @@ use crate::sensor::Pickups;
 /// steps, and only its change kicks the velocities, so that a load at rest does not creep.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Machine<T> {
-    /// What it was prepared from.
+    /// What it was prepared from; of an arm, what moves with the carriage is in the load inertia.
     pub plant: Plant<T>,
     /// Tacho and accelerometer, prepared.
     pub pickups: Pickups<T>,
@@ -131,9 +131,12 @@ struct Held<T> {
 impl<T: Scalar> Machine<T> {
     /// Prepares the flow over half of `dt` [s].
     pub(super) fn new(plant: &Plant<T>, steps: usize, dt: T, noise_bandwidth_root: T) -> Self {
+        // What moves with the carriage is a part of it.
+        let mut plant = *plant;
+        plant.drive.load_inertia += plant.arm.rigid_inertia();
         let half_flow = half_flow(&plant.drive, &plant.load_motor.winding, plant.servo.lag, dt);
         let pickups = Pickups::new(plant.tacho, plant.accelerometer, dt);
-        Machine { plant: *plant, pickups, steps, noise_bandwidth_root, half_flow }
+        Machine { plant, pickups, steps, noise_bandwidth_root, half_flow }
     }
 
     /// Half a step of all that is linear; `dt` [s] is the whole step.

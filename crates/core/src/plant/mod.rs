@@ -3,20 +3,18 @@
 //! [`Plant`] holds the values of the `[plant]` table; [`Machine`] is prepared from it for a step and moves;
 //! [`VirtualMachine`] runs the steps of one tick and reads the instruments.
 
-mod arm;
 mod backlash;
 mod machine;
 mod ripple;
 mod stability;
 
-pub use arm::{Arm, ElasticArm};
 pub use backlash::{Backlash, Gap};
 pub use machine::{Machine, MachineInput, MachineState, Motion};
 pub use ripple::{MotorRipple, RippledMotor};
 
 use crate::Fields;
 use crate::block::Block;
-use crate::drive::{LoadAmplifier, Servo, TwoMass, Winding};
+use crate::drive::{Arm, LoadAmplifier, Servo, TwoMass, Winding};
 use crate::friction::Friction;
 use crate::scalar::Scalar;
 use crate::sensor::{Accelerometer, Converter, CurrentSensor, Encoder, EncoderState, PickupsState, Tacho};

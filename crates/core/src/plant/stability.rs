@@ -100,8 +100,8 @@ impl Plant<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drive::ElasticArm;
     use crate::friction::{ElastoPlastic, Load, LuGre, Model, Static, Stribeck};
-    use crate::plant::ElasticArm;
 
     const STEP: f64 = 25e-6;
 
@@ -155,7 +155,7 @@ mod tests {
         plant.drive.coupling_stiffness = 5000.0;
         plant.drive.motor_inertia = 1e-6;
         assert!(plant.check_step(STEP).expect_err("71 000 1/s").remedy.contains("coupling"));
-        let arm = ElasticArm { inertia: 1e-8, stiffness: 1e4, damping: 0.0 };
+        let arm = ElasticArm { inertia: 1e-8, stiffness: 1e4, damping: 0.0, rigid_inertia: 0.0 };
         let plant = Plant { arm: Arm::Elastic(arm), ..Plant::default() };
         assert!(plant.check_step(STEP).expect_err("1e6 1/s").remedy.contains("arm"));
     }

@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::*;
+use crate::drive::ElasticArm;
 use crate::friction::{Decay, Direction, ElastoPlastic, Load, LuGre, Model, Position, Ripple, Static, Stribeck};
 
 const STEP: f64 = 25e-6;
@@ -237,7 +238,7 @@ fn an_arm_swings_at_its_frequency() {
     plant.drive.load_inertia = 1.0;
     plant.drive.motor_inertia = 1.0;
     plant.load_motor.winding.torque_constant = 0.0;
-    let arm = ElasticArm { inertia: 1.2e-4, stiffness: 0.474, damping: 0.0 };
+    let arm = ElasticArm { inertia: 1.2e-4, stiffness: 0.474, damping: 0.0, rigid_inertia: 0.0 };
     plant.arm = Arm::Elastic(arm);
     let machine = plant.prepare(10, STEP);
     let mut state = MachineState { arm_twist: 0.01, ..MachineState::default() };

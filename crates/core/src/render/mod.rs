@@ -3,9 +3,10 @@
 //! All give M_diff against positive motion, so that own friction and load motor together make the desired friction.
 //! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
 //! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds to
-//! any of them what a measurement under it has shown to lack.
+//! any of them what a measurement under it has shown to lack, [`RenderedArm`] the torque of an elastic arm on the carriage.
 
 mod admittance;
+mod arm;
 mod bristle;
 mod correction;
 mod difference;
@@ -13,6 +14,7 @@ mod karnopp;
 mod smooth;
 
 pub use admittance::Admittance;
+pub use arm::{ArmOutput, ArmRendering, ArmState, RenderedArm};
 pub use bristle::BristleDifference;
 pub use correction::{Correction, CorrectionInput, CorrectionOutput, CorrectionTable, POINTS as CORRECTION_POINTS};
 pub use difference::DifferenceTorque;

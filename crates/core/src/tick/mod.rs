@@ -19,7 +19,7 @@ use crate::control::{
 };
 use crate::drive::nan_to_zero;
 use crate::fields::Fields as _;
-use crate::render::{Correction, Law, LawInput, LawState};
+use crate::render::{ArmState, Correction, Law, LawInput, LawState, RenderedArm};
 use crate::scalar::{Mask, Scalar};
 
 /// Data-sheet scaling of instruments and servo amplifier.
@@ -78,6 +78,8 @@ pub struct Tick<T> {
     pub law: Law<T>,
     /// What is added to it.
     pub correction: Correction<T>,
+    /// The elastic arm that is rendered besides friction.
+    pub arm: RenderedArm<T>,
     /// Current control of the load motor.
     pub current: CurrentControl<T>,
     /// Position control: the controller under test and what it is combined with.
@@ -96,6 +98,8 @@ pub struct TickState<T> {
     pub observer: VelocityObserverState<T>,
     /// Rendering law.
     pub law: LawState<T>,
+    /// Rendered arm.
+    pub arm: ArmState<T>,
     /// Current control.
     pub current: CurrentControlState<T>,
     /// Position control.
@@ -222,7 +226,13 @@ impl<T: Scalar> Block<T> for Tick<T> {
         };
         let wanted = self.law.render(&mut state.law, felt, dt);
         let corrected = self.correction.correct(wanted.torque, wanted.velocity, dt);
-        let difference_torque = order.render.gt(half).select(corrected, zero) + order.added_load_torque;
+        let rendering = order.render.gt(half);
+        let mut rendered = corrected;
+        if let RenderedArm::Elastic(arm) = &self.arm {
+            rendered += arm.run(&mut state.arm, estimate, dt).torque;
+            state.arm = state.arm.merge(&ArmState::default(), &mut |on, off| rendering.select(on, off));
+        }
+        let difference_torque = rendering.select(rendered, zero) + order.added_load_torque;
         let demand = CurrentControlInput {
             reference_current: difference_torque / self.current.torque_constant,
             measured_current: wanted.current,

@@ -2,6 +2,7 @@
 //!
 //! Plain `f64`, may fail, runs when parameters change and never in the tick. Linear algebra is nalgebra's.
 
+mod arm;
 mod axis_control;
 mod controllers;
 mod discretise;
@@ -19,6 +20,7 @@ mod software;
 mod state_feedback;
 mod velocity_observer;
 
+pub use arm::{ArmLimit, arm_limit, arm_rendering};
 pub use axis_control::{axis_control, position_controller, torque_filter};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;

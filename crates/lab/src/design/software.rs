@@ -7,7 +7,9 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use stickslip_core::supervise::Brake;
 use stickslip_core::tick::Tick;
 
-use super::{axis_control, current_control, predictive_current_control, speed_holder, velocity_observer};
+use super::{
+    arm_rendering, axis_control, current_control, predictive_current_control, speed_holder, velocity_observer,
+};
 use crate::Error;
 use crate::preset::{Model, Settings};
 
@@ -17,7 +19,7 @@ const SHARE: f64 = 0.7;
 /// The software side for what is believed of the machine and how the bench runs; the rendering law is off.
 ///
 /// # Errors
-/// Whatever [`velocity_observer`] and [`current_control`] refuse.
+/// Whatever [`velocity_observer`], [`current_control`] and [`arm_rendering`] refuse.
 pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
     let dt = settings.tick_time();
     Ok(Tick {
@@ -26,6 +28,7 @@ pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64
         observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
         law: Law::Off,
         correction: Correction::Nothing,
+        arm: arm_rendering(model, settings)?,
         current: load_current_control(&Law::Off, model, settings)?,
         control: axis_control(model, settings)?,
         control_period: settings.control_period(),

@@ -1,5 +1,6 @@
 //! The three machines of the comparison.
 
+use stickslip_core::drive::Arm;
 use stickslip_core::friction::Friction;
 use stickslip_core::plant::Plant;
 
@@ -8,7 +9,7 @@ use super::Cell;
 /// Which machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// A: truly has the desired friction, without torque of the load motor.
+    /// A: truly has the desired friction and carries the arm, without torque of the load motor.
     Desired,
     /// A0: its own friction, without torque of the load motor.
     Own,
@@ -24,6 +25,9 @@ pub(super) fn machine(cell: &Cell, role: Role) -> Plant<f64> {
         plant.screw_friction = cell.desired;
         plant.wheel.preload = 0.0;
         plant.wheel.friction = Friction::default();
+        if let Arm::Elastic(_) = cell.preset.bench.arm {
+            plant.arm = cell.preset.bench.arm;
+        }
     } else {
         (cell.mismatch.own)(&mut plant.screw_friction);
         (cell.mismatch.own)(&mut plant.wheel.friction);

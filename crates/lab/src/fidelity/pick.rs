@@ -80,7 +80,8 @@ impl Prediction {
 /// # Errors
 /// What the design of the software and the integrator refuse.
 pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Error> {
-    let laws = || LAWS.iter().filter(|(name, _)| !has_width(name));
+    let carries = |law: &LawChoice<f64>| Preset::bears_arm(law, &settings.arm);
+    let laws = || LAWS.iter().filter(|(name, law)| !has_width(name) && carries(law));
     let mut predicted: Vec<_> = laws().map(|&(law, _)| Prediction { law, around: Vec::new() }).collect();
     for off in &AROUND {
         let cell = believed(model, settings, off);

@@ -1,6 +1,6 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
-use stickslip_core::render::Law;
+use stickslip_core::render::{Law, RenderedArm};
 use stickslip_core::tick::Order;
 
 use super::corrected::correction;
@@ -25,6 +25,8 @@ pub struct Trace {
     pub resisting_torque: Vec<f64>,
     /// True torque of the load motor, against positive motion [N m].
     pub load_torque: Vec<f64>,
+    /// Twist of the arm, the true one or the rendered one [rad].
+    pub arm_twist: Vec<f64>,
     /// How far the law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
     pub velocity_error: f64,
     /// Whether it came to its end: no fault of the supervision, all numbers.
@@ -45,6 +47,9 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let control_divider = if course.every_tick { 1 } else { divider };
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
+    if role != Role::Rendered {
+        tick.arm = RenderedArm::Nothing;
+    }
     tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
     if role == Role::Rendered && scenario.is_corrected() {
         match correction(cell, &plant, settings, seed)? {
@@ -66,6 +71,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         felt_torque: column(),
         resisting_torque: column(),
         load_torque: column(),
+        arm_twist: column(),
         velocity_error: 0.0,
         stable: true,
     };
@@ -82,6 +88,8 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
                 _ => {}
             }
         }
+        // What the software knows of an arm after a tick is of its begin.
+        let carried = bench.truth().plant.machine.arm_twist;
         let output = bench.tick(order);
         if (cycle + 1) % divider != 0 {
             continue;
@@ -99,6 +107,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
         let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
         trace.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
         trace.load_torque.push(load_torque);
+        trace.arm_twist.push(if role == Role::Rendered { truth.tick.arm.twist } else { carried });
         // What the supervision of a bench would stop; written so that a NaN is a fault.
         let following =
             order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;

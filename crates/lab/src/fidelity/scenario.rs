@@ -64,6 +64,8 @@ pub(super) enum Quantity {
     Moving,
     /// E in the last 100 ms of each dwell.
     End,
+    /// Twist of the arm: root mean square of its deviation over its own.
+    Twist,
     /// Amplitude of a limit cycle.
     Amplitude,
     /// Time between its breakaways.
@@ -82,9 +84,17 @@ pub(super) enum Quantity {
 
 impl Scenario {
     /// Sine of 2 rad at 0.5 Hz, the preset's controller.
-    pub const SINE_05HZ: Scenario = scenario("sine_0.5hz", Kind::SlowSine, &[measure("sine_0.5hz", Quantity::Angle)]);
+    pub const SINE_05HZ: Scenario = scenario(
+        "sine_0.5hz",
+        Kind::SlowSine,
+        &[measure("sine_0.5hz", Quantity::Angle), measure("sine_0.5hz_arm", Quantity::Twist)],
+    );
     /// Sine of 2 rad at 2 Hz, the preset's controller.
-    pub const SINE_2HZ: Scenario = scenario("sine_2hz", Kind::FastSine, &[measure("sine_2hz", Quantity::Angle)]);
+    pub const SINE_2HZ: Scenario = scenario(
+        "sine_2hz",
+        Kind::FastSine,
+        &[measure("sine_2hz", Quantity::Angle), measure("sine_2hz_arm", Quantity::Twist)],
+    );
     /// Moves of 10 rad forth and back at 40 rad/s and 600 rad/s² with dwells, the preset's controller.
     pub const POINT_TO_POINT: Scenario = scenario(
         "point_to_point",
@@ -93,6 +103,7 @@ impl Scenario {
             measure("point_to_point", Quantity::Angle),
             measure("point_to_point_moving", Quantity::Moving),
             measure("point_to_point_end", Quantity::End),
+            measure("point_to_point_arm", Quantity::Twist),
         ],
     );
     /// A PID controller with a triple pole at 15 rad/s and three times its integral gain, to a set-point.

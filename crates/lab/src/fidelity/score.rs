@@ -39,7 +39,8 @@ pub struct Score {
 pub fn scores(b: &Runs, a: &Runs, a0: &Runs) -> Vec<Score> {
     let mut scores = Vec::new();
     for (index, &scenario) in b.scenarios.iter().enumerate() {
-        for measure in scenario.measures {
+        let arm = a.of(scenario).iter().any(|trace| trace.arm_twist.iter().any(|&twist| twist != 0.0));
+        for measure in scenario.measures.iter().filter(|measure| arm || measure.of != Quantity::Twist) {
             let judge = Judge { scenario, quantity: measure.of, desired: b.desired };
             scores.push(judge.score(measure.name, &b.traces[index], a.of(scenario), a0.of(scenario)));
         }
@@ -95,6 +96,7 @@ impl Judge {
             Quantity::Angle | Quantity::Moving | Quantity::End => {
                 self.distance(b, a) / scale.0.map_or(f64::NAN, |a0| self.distance(a0, scale.1))
             }
+            Quantity::Twist => self.distance(b, a) / self.reference(a, None),
             Quantity::Curve => self.value(b),
             Quantity::Count => (self.value(b) - self.value(a)).abs(),
             Quantity::Amplitude | Quantity::Interval | Quantity::Breakaway | Quantity::Area | Quantity::Stiffness => {
@@ -108,14 +110,16 @@ impl Judge {
     fn reference(&self, a: &Trace, a0: Option<&Trace>) -> f64 {
         match self.quantity {
             Quantity::Angle | Quantity::Moving | Quantity::End => a0.map_or(f64::NAN, |a0| self.distance(a0, a)),
+            Quantity::Twist => libm::sqrt(mean(a.arm_twist.iter().map(|twist| twist * twist))),
             _ => self.value(a),
         }
     }
 
-    /// Root mean square distance of two angles [rad] where the quantity looks.
-    fn distance(&self, b: &Trace, a: &Trace) -> f64 {
+    /// Root mean square distance of two angles, or two twists of arms [rad], where the quantity looks.
+    fn distance<'a>(&self, b: &'a Trace, a: &'a Trace) -> f64 {
         let from = (self.scenario.evaluated_from() / a.period) as usize;
         let samples = a.angle.len().min(b.angle.len());
+        let of = |trace: &'a Trace| if self.quantity == Quantity::Twist { &trace.arm_twist } else { &trace.angle };
         let dwell = (0.1 / a.period).round() as usize;
         let moves = |k: usize| a.reference[k] != a.reference[k - 1];
         let counts = |k: &usize| match self.quantity {
@@ -124,8 +128,7 @@ impl Judge {
             Quantity::End => !moves(*k) && (k + dwell >= samples || (k + 1..=k + dwell).any(moves)),
             _ => true,
         };
-        let squares: Vec<f64> =
-            (from.max(1)..samples).filter(counts).map(|k| (b.angle[k] - a.angle[k]).powi(2)).collect();
+        let squares: Vec<f64> = (from.max(1)..samples).filter(counts).map(|k| (of(b)[k] - of(a)[k]).powi(2)).collect();
         libm::sqrt(mean(squares.iter().copied()))
     }
 
@@ -140,7 +143,7 @@ impl Judge {
             Quantity::Area => presliding(trace, from).map_or(f64::NAN, |[area, _]| area),
             Quantity::Stiffness => presliding(trace, from).map_or(f64::NAN, |[_, stiffness]| stiffness),
             Quantity::Curve => Staircase::new().error(trace, &self.desired, REST),
-            Quantity::Angle | Quantity::Moving | Quantity::End => f64::NAN,
+            Quantity::Angle | Quantity::Moving | Quantity::End | Quantity::Twist => f64::NAN,
         }
     }
 }

@@ -3,10 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use stickslip_core::render::Law;
+use stickslip_core::drive::{Arm, ElasticArm};
+use stickslip_core::render::{Law, RenderedArm};
+use stickslip_core::tick::Order;
 
 use super::machine::machine;
 use super::*;
+use crate::judged::Judged;
 use crate::parallel::map;
 use crate::preset::LawChoice;
 use crate::statistics::{bootstrap, mean};
@@ -349,4 +352,83 @@ fn a_name_that_is_none_is_told_with_those_that_are() {
     assert!(
         message(Selection { scenarios: vec!["x".into()], ..Selection::default() }).starts_with("x is no scenario.")
     );
+}
+
+/// An arm of a fifth of the load inertia on a spring of 10 Hz and a tenth that moves with the carriage.
+fn with_arm(bed: &str, rate: f64) -> Cell {
+    let mut cell = Bed::find(bed).unwrap().cell(true, rate, Mismatch::PERFECT);
+    let (load, omega) = (cell.preset.model.drive.load_inertia, 2.0 * std::f64::consts::PI * 10.0);
+    let inertia = 0.2 * load;
+    cell.preset.bench.arm = Arm::Elastic(ElasticArm {
+        inertia,
+        stiffness: inertia * omega * omega,
+        damping: 0.02 * inertia * omega,
+        rigid_inertia: 0.1 * load,
+    });
+    // Its own friction is what is desired.
+    cell.preset.bench.desired = cell.preset.model.own;
+    cell.desired = cell.preset.plant.screw_friction;
+    cell
+}
+
+#[test]
+fn a_rendered_arm_is_hardly_told_from_one_that_is_carried() {
+    let cell = with_arm("prototype", 4000.0);
+    let (scenarios, seeds) = ([Scenario::SINE_2HZ, Scenario::POINT_TO_POINT], [1, 2]);
+    let [carried, without] = [Role::Desired, Role::Own].map(|role| runs(&cell, role, &scenarios, &seeds));
+    let judged = |cell: &Cell, measure: &str| {
+        let scores = scores(&runs(cell, Role::Rendered, &scenarios, &seeds), &carried, &without);
+        scores.iter().find(|score| score.measure == measure).map_or(f64::NAN, |score| score.difference)
+    };
+    for (measure, bound) in
+        [("sine_2hz", 0.05), ("sine_2hz_arm", 0.04), ("point_to_point", 0.10), ("point_to_point_arm", 0.04)]
+    {
+        let difference = judged(&cell, measure);
+        assert!(difference <= bound, "{measure}: {difference}");
+    }
+    // Another arm is told from it, by the carriage and by its own twist.
+    let mut lighter = cell.clone();
+    let mut softer = cell;
+    if let (Arm::Elastic(a), Arm::Elastic(b)) = (&mut lighter.preset.bench.arm, &mut softer.preset.bench.arm) {
+        a.rigid_inertia = 0.0;
+        b.stiffness *= 0.9;
+    }
+    assert!(judged(&lighter, "sine_2hz") > 0.2);
+    assert!(judged(&softer, "sine_2hz_arm") > 0.04);
+}
+
+/// Root mean square of the load motor's torque [N m] over a second at rest, which a short knock has left, with an arm of
+/// this rigid inertia rendered, whether the bench admits it or not.
+fn torque_after_a_knock(cell: &Cell, rigid_inertia: f64) -> f64 {
+    let settings = &cell.preset.bench;
+    let mut tick = design::software(&cell.preset.model, settings).unwrap();
+    if let RenderedArm::Elastic(arm) = &mut tick.arm {
+        arm.arm.rigid_inertia = rigid_inertia;
+    }
+    let mut bench = Judged::new(&machine(cell, Role::Rendered), tick, settings, settings.divider(), 1).unwrap();
+    let second = settings.tick_rate as u64;
+    let mut squares = Vec::new();
+    for cycle in 0..3 * second {
+        let knock = f64::from(u8::from((second..second + second / 100).contains(&cycle)));
+        let order = Order { control: 1.0, render: 1.0, added_torque: 0.3 * knock, ..Order::default() };
+        let output = bench.tick(order);
+        if cycle >= 2 * second {
+            squares.push(output.difference_torque.powi(2));
+        }
+    }
+    libm::sqrt(mean(squares.iter().copied()))
+}
+
+#[test]
+fn the_limit_of_a_rendered_inertia_is_the_one_at_which_the_machine_begins_to_oscillate() {
+    for bed in ["prototype", "clm-bench"] {
+        let mut cell = with_arm(bed, 4000.0);
+        // Its noise would hide the onset.
+        cell.preset.plant.accelerometer.noise_density = 0.0;
+        let Arm::Elastic(arm) = cell.preset.bench.arm else { panic!("there is an arm") };
+        let limit = design::arm_limit(&arm, false, &cell.preset.model, &cell.preset.bench).unwrap();
+        let [within, beyond] =
+            [limit.admitted, 1.3 * limit.stability].map(|inertia| torque_after_a_knock(&cell, inertia));
+        assert!(within < 0.1 && beyond > 0.4, "{bed}: {within}, {beyond} N m");
+    }
 }

@@ -15,9 +15,11 @@ mod tests;
 
 use std::fmt;
 
+use stickslip_core::drive::ElasticArm;
 use stickslip_core::friction::Model as FrictionModel;
-use stickslip_core::render::Law;
+use stickslip_core::render::{ArmRendering, Law, RenderedArm};
 
+use super::arm_rendering;
 use crate::Error;
 use crate::preset::{Model, Settings};
 use sampled_loop::{Chatter, SampledLoop};
@@ -30,6 +32,9 @@ pub const STIFFNESSES: [f64; 2] = [100.0, 1e5];
 pub const LARGEST_GAIN: f64 = 10.0;
 /// Largest additional delay that is tried, in ticks.
 pub const LARGEST_DELAY: f64 = 3.0;
+/// Inertias that move with the carriage, in those of the load, between which a limit is looked for.
+const LIGHTEST: f64 = 0.01;
+const HEAVIEST: f64 = 20.0;
 /// Time in which chatter builds up [s].
 const HORIZON: f64 = 0.5;
 /// Time over which the load torque's change is taken [s].
@@ -74,7 +79,7 @@ impl fmt::Display for Margin {
 /// # Errors
 /// [`Error::Chatters`] where the loop is not stable; what the design of observer and current control refuses.
 pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Margin, Error> {
-    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let mut sampled = with_arm(law, model, settings)?;
     let chatter = |sampled: &SampledLoop<f64>| chatter(sampled, model, settings);
     let now = chatter(&sampled);
     let (predicted_chatter, cause) = (now.rms(), now.cause());
@@ -107,12 +112,32 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
 /// # Errors
 /// What the design of observer and current control refuses.
 pub fn stiffness_limit(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<f64>, Error> {
-    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let mut sampled = with_arm(law, model, settings)?;
     let [softest, stiffest] = STIFFNESSES;
     Ok(climb(softest, stiffest, |stiffness| {
         sampled.law = with_stiffness(law, stiffness);
         chatter(&sampled, model, settings).rms() <= CHATTER_LIMIT
     }))
+}
+
+/// The loop of a law and of the arm that is rendered besides.
+fn with_arm(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<SampledLoop<f64>, Error> {
+    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    sampled.arm = arm_rendering(model, settings)?;
+    Ok(sampled)
+}
+
+/// The largest inertia that moves with the carriage, of this arm, whose rendering alone is stable [kg m²]; infinite where
+/// that is more than [`HEAVIEST`].
+pub(super) fn rigid_limit(arm: &ArmRendering<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<f64, Error> {
+    let mut sampled = SampledLoop::new(Law::Off, model, settings)?;
+    let load = model.drive.load_inertia;
+    let limit = climb(LIGHTEST * load, HEAVIEST * load, |rigid_inertia| {
+        let heavier = ElasticArm { rigid_inertia, ..arm.arm };
+        sampled.arm = RenderedArm::Elastic(ArmRendering { arm: heavier, ..*arm });
+        !chatter(&sampled, model, settings).grows
+    });
+    Ok(limit.unwrap_or(f64::INFINITY))
 }
 
 /// The largest stiffness below this one that does not chatter.
@@ -122,7 +147,7 @@ fn feasible(
     model: &Model<f64>,
     settings: &Settings<f64>,
 ) -> Result<Option<f64>, Error> {
-    let mut sampled = SampledLoop::new(*law, model, settings)?;
+    let mut sampled = with_arm(law, model, settings)?;
     let found = climb(1.0 / stiffness, 1.0 / STIFFNESSES[0], |inverse| {
         sampled.law = with_stiffness(law, 1.0 / inverse);
         chatter(&sampled, model, settings).rms() > CHATTER_LIMIT

@@ -10,7 +10,7 @@ use stickslip_core::control::{
 };
 use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
 use stickslip_core::fields::Fields as _;
-use stickslip_core::render::{Law, LawInput, LawState};
+use stickslip_core::render::{ArmState, Law, LawInput, LawState, RenderedArm};
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::super::drive_observer::{CONVERTER_NOISE, believed_drive};
@@ -44,6 +44,7 @@ pub(super) struct SampledLoop<T> {
     pub(super) steps: usize,
     observer: VelocityObserver<T>,
     pub(super) law: Law<T>,
+    pub(super) arm: RenderedArm<T>,
     current: CurrentControl<T>,
     /// Factor of the torque that the law asks for.
     pub(super) gain: T,
@@ -58,6 +59,7 @@ struct State<T: Scalar> {
     machine: DriveObserverState<T>,
     observer: VelocityObserverState<T>,
     law: LawState<T>,
+    arm: ArmState<T>,
     current: CurrentControlState<T>,
     voltages: [T; WAITING],
 }
@@ -68,6 +70,7 @@ impl<T: Scalar> State<T> {
             machine: self.machine.map(convert),
             observer: self.observer.map(convert),
             law: self.law.map(convert),
+            arm: self.arm.map(convert),
             current: self.current.map(convert),
             voltages: self.voltages.map(convert),
         }
@@ -75,6 +78,7 @@ impl<T: Scalar> State<T> {
 }
 
 impl SampledLoop<f64> {
+    /// With no arm rendered.
     pub(super) fn new(law: Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
@@ -83,6 +87,7 @@ impl SampledLoop<f64> {
             steps,
             observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
             law,
+            arm: RenderedArm::Nothing,
             current: load_current_control(&law, model, settings)?,
             gain: 1.0,
             late: 0,
@@ -102,6 +107,7 @@ impl SampledLoop<f64> {
             steps: self.steps,
             observer: self.observer.map(&mut Dual::of),
             law: self.law.map(&mut Dual::of),
+            arm: self.arm.map(&mut Dual::of),
             current: self.current.map(&mut Dual::of),
             gain: Dual::of(self.gain),
             late: self.late,
@@ -158,7 +164,8 @@ fn at_rest() -> State<f64> {
     let mut observer = VelocityObserverState::at(0.0);
     observer.velocity = creep;
     let law = LawState { observer: machine, virtual_velocity: creep, ..LawState::default() };
-    State { machine, observer, law, current: CurrentControlState::default(), voltages: [0.0; WAITING] }
+    let arm = ArmState { velocity: creep, started: 1.0, ..ArmState::default() };
+    State { machine, observer, law, arm, current: CurrentControlState::default(), voltages: [0.0; WAITING] }
 }
 
 /// Standard deviations of the noises. A load that rests on the edge between two counts makes the encoder flicker by
@@ -195,7 +202,11 @@ impl<T: Scalar> SampledLoop<T> {
             motor_torque: zero,
         };
         let wanted = self.law.render(&mut state.law, felt_by_law, dt);
-        let torque = self.gain * wanted.torque;
+        let mut torque = wanted.torque;
+        if let RenderedArm::Elastic(arm) = &self.arm {
+            torque += arm.run(&mut state.arm, seen, dt).torque;
+        }
+        let torque = self.gain * torque;
         let demand = CurrentControlInput {
             reference_current: torque / self.current.torque_constant,
             measured_current: wanted.current,
