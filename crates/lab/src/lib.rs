@@ -44,10 +44,10 @@ pub mod xcp;
 
 pub use error::Error;
 pub use preset::{
-    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
-    DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, NotchChoice, Observation, Poles, Preset, Quadratic, Regulation, Residual,
-    Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+    AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
+    DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
+    FriedlandParkChoice, LawChoice, Model, NotchChoice, Observation, Poles, PredictiveFeedback, Preset, Quadratic,
+    Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
 };
 pub use summary::Summary;
 pub use watch::Watch;

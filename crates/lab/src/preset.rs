@@ -8,8 +8,8 @@ pub use compensation::{
     FrictionObserverChoice, FriedlandParkChoice,
 };
 pub use controller::{
-    ControllerChoice, ControllerMatrices, Disturbances, FilterChoice, NotchChoice, Observation, Poles, Quadratic,
-    Regulation, ShaperChoice, StateFeedback, Vibration,
+    ArmDamping, ControllerChoice, ControllerMatrices, DampedArm, Disturbances, FilterChoice, NotchChoice, Observation,
+    Poles, PredictiveFeedback, Quadratic, Regulation, ShaperChoice, StateFeedback, Vibration,
 };
 use stickslip_core::Fields;
 use stickslip_core::control::compensation::Hold;
@@ -235,13 +235,15 @@ impl Preset<f64> {
             at_most("plant.tick_jitter", jitter, self.bench.tick_time() / 8.0, remedy).check()?;
         }
         let observed = matches!(self.bench.compensation, CompensationChoice::DisturbanceObserver(_));
-        if let (ControllerChoice::StateFeedback(feedback), true) = (self.bench.controller, observed) {
+        if let (Some(feedback), true) = (self.bench.controller.feedback(), observed) {
             let remedy = "The disturbance observer beside it compensates the load already: choose one of both.";
-            at_most("bench.controller.compensates_load", feedback.compensates_load, 0.0, remedy).check()?;
+            let name = match self.bench.controller {
+                ControllerChoice::Predictive(_) => "bench.controller.feedback.compensates_load",
+                _ => "bench.controller.compensates_load",
+            };
+            at_most(name, feedback.compensates_load, 0.0, remedy).check()?;
         }
-        if let (ControllerChoice::StateFeedback(_), FilterChoice::Notch(notch)) =
-            (self.bench.controller, self.bench.filter)
-        {
+        if let (Some(_), FilterChoice::Notch(notch)) = (self.bench.controller.feedback(), self.bench.filter) {
             let remedy =
                 "State feedback damps the coupling itself and must know the torque that acts: take one of both.";
             at_most("bench.filter.width", notch.width, 0.0, remedy).check()?;

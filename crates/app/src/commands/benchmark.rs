@@ -30,7 +30,8 @@ pub(crate) struct Benchmark {
     /// Name of a friction: mild, nominal, vicious.
     #[arg(long, value_name = "NAME")]
     friction: Vec<String>,
-    /// Name of a manoeuvre: reversal, sine_0.5hz, sine_2hz, step_10um, creep, point_to_point, hold.
+    /// Name of a manoeuvre: reversal, sine_0.5hz, sine_2hz, step_10um, creep, point_to_point, hold; strokes, which is run
+    /// where it is named.
     #[arg(long, value_name = "NAME")]
     manoeuvre: Vec<String>,
     /// How many noise seeds a number has; 6, or 2 with --quick.

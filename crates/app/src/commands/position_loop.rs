@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use stickslip::Watch;
-use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid, as_state_feedback};
+use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid, as_predictive, as_state_feedback};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -45,6 +45,8 @@ enum Control {
     Cascade,
     /// Feedback of all states of the drive, which an observer estimates.
     StateFeedback,
+    /// The same, with the limits of torque, its rate and velocity seen beforehand.
+    Predictive,
 }
 
 impl LoopCommand {
@@ -55,6 +57,7 @@ impl LoopCommand {
             Some(Control::Pid) => *controller = as_pid(controller),
             Some(Control::Cascade) => *controller = as_cascade(controller),
             Some(Control::StateFeedback) => *controller = as_state_feedback(controller),
+            Some(Control::Predictive) => *controller = as_predictive(controller),
             None => {}
         }
         let run =

@@ -2,7 +2,7 @@
 
 use stickslip_core::control::compensation::{Compensation, StictionHold};
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, Predictive, VelocityObserver,
 };
 use stickslip_core::friction::{FrictionElement, Stribeck};
 use stickslip_core::plant::{Machine, VirtualMachine};
@@ -56,6 +56,7 @@ ready!(
     Pickups,
     Pid,
     PositionController,
+    Predictive,
     StictionHold,
     Stribeck,
     Tick,

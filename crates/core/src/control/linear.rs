@@ -7,7 +7,7 @@ use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
 
 /// States of a [`LinearController`]; those that a design does not need have rows and columns of 0.
-pub const STATES: usize = 8;
+pub const STATES: usize = 9;
 /// What moves them, see [`LinearController`].
 pub const INPUTS: usize = 8;
 
@@ -78,7 +78,7 @@ pub struct LinearState<T> {
 impl<T: Scalar> LinearController<T> {
     /// What moves the states.
     #[inline(always)]
-    fn seen(&self, state: &LinearState<T>, input: &ControllerInput<T>) -> [T; INPUTS] {
+    pub(super) fn seen(&self, state: &LinearState<T>, input: &ControllerInput<T>) -> [T; INPUTS] {
         let gone = input.reference_position - state.reference;
         // The way to the first set-point is the one that it moves with.
         let steady = self.sampling_time * input.reference_velocity;
@@ -96,7 +96,7 @@ impl<T: Scalar> LinearController<T> {
 
     /// The torque without its integral part [N m].
     #[inline(always)]
-    fn direct(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> T {
+    pub(super) fn direct(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> T {
         dot(&self.output, states) + dot(&self.direct, seen)
     }
 
@@ -122,36 +122,57 @@ impl<T: Scalar> Block<T> for LinearController<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        // Where an input is no number, `valid` discards what is computed from it.
-        let valid = input.valid();
         let seen = self.seen(state, &input);
         let demand = self.direct(&state.states, &seen) + state.integral;
-        let increment = self.integral_gain * (input.reference_position - input.measured_angle) * dt;
+        let increment = self.increment(&input, dt);
         let (torque, integral) = limit_and_integrate(&input, demand, self.torque_limit, state.integral, increment);
-        let moved = combine([T::of(0.0); STATES], &self.system, &state.states);
-        let moved = combine(moved, &self.input, &seen);
-        for (state, moved) in state.states.iter_mut().zip(moved) {
+        let moved = self.moved(&state.states, &seen);
+        state.advance(moved, integral, torque, &input);
+        ControllerOutput { torque }
+    }
+}
+
+impl<T: Scalar> LinearController<T> {
+    /// What the deviation adds to the integral in a sample [N m].
+    #[inline(always)]
+    pub(super) fn increment(&self, input: &ControllerInput<T>, dt: T) -> T {
+        self.integral_gain * (input.reference_position - input.measured_angle) * dt
+    }
+
+    /// The states a sample later.
+    #[inline(always)]
+    pub(super) fn moved(&self, states: &[T; STATES], seen: &[T; INPUTS]) -> [T; STATES] {
+        let moved = combine([T::of(0.0); STATES], &self.system, states);
+        combine(moved, &self.input, seen)
+    }
+}
+
+impl<T: Scalar> LinearState<T> {
+    /// Goes on to the next sample; where an input is no number, what is computed from it is discarded.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, moved: [T; STATES], integral: T, torque: T, input: &ControllerInput<T>) {
+        let valid = input.valid();
+        for (state, moved) in self.states.iter_mut().zip(moved) {
             *state = valid.select(moved, *state);
         }
-        state.integral = integral;
-        state.torque = torque;
-        state.added_torque = valid.select(input.added_torque, T::of(0.0));
-        state.reference = valid.select(input.reference_position, state.reference);
+        self.integral = integral;
+        self.torque = torque;
+        self.added_torque = valid.select(input.added_torque, T::of(0.0));
+        self.reference = valid.select(input.reference_position, self.reference);
         // What the set-point does over a gap is not known.
-        state.started = valid.select(T::of(1.0), T::of(0.0));
-        ControllerOutput { torque }
+        self.started = valid.select(T::of(1.0), T::of(0.0));
     }
 }
 
 /// `sum` and all columns, each as often as its weight says.
 #[inline(always)]
-fn combine<T: Scalar, const N: usize>(
-    mut sum: [T; STATES],
-    columns: &[[T; STATES]; N],
+pub(super) fn combine<T: Scalar, const N: usize, const M: usize>(
+    mut sum: [T; M],
+    columns: &[[T; M]; N],
     weights: &[T; N],
-) -> [T; STATES] {
+) -> [T; M] {
     for (column, weight) in columns.iter().zip(weights) {
-        for row in 0..STATES {
+        for row in 0..M {
             sum[row] += column[row] * *weight;
         }
     }

@@ -15,6 +15,7 @@ mod filter;
 mod linear;
 mod pid;
 mod position;
+mod predictive;
 pub mod reference;
 mod velocity_observer;
 
@@ -25,6 +26,9 @@ pub use filter::{FilterInput, FilterState, Notch, TorqueFilter};
 pub use linear::{INPUTS, LinearController, LinearState, STATES};
 pub use pid::{Pid, PidState};
 pub use position::{ControllerInput, ControllerOutput, PositionController, PositionControllerState};
+pub use predictive::{
+    CAUSES, HORIZON, LimitStep, LimitStepInput, LimitStepOutput, LimitStepState, Limited, Predictive, SPEEDS, STRIDE,
+};
 pub use velocity_observer::{VelocityObserver, VelocityObserverInput, VelocityObserverOutput, VelocityObserverState};
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What all position controllers have in common, and the choice between them.
 
-use super::{Cascade, CascadeState, LinearController, LinearState, Pid, PidState, finite_or, measurable};
+use super::{Cascade, CascadeState, LinearController, LinearState, Pid, PidState, Predictive, finite_or, measurable};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::{Mask, Scalar};
@@ -83,6 +83,8 @@ pub enum PositionController<T> {
     Pid(Pid<T>),
     /// Any other linear one, as state feedback with an observer.
     Linear(LinearController<T>),
+    /// The same with limits seen beforehand.
+    Predictive(Predictive<T>),
 }
 
 /// The states of all controllers; only that of the chosen one moves.
@@ -92,7 +94,7 @@ pub struct PositionControllerState<T> {
     pub cascade: CascadeState<T>,
     /// Of the PID controller.
     pub pid: PidState<T>,
-    /// Of the linear controller.
+    /// Of the linear controller, with limits or without.
     pub linear: LinearState<T>,
 }
 
@@ -105,6 +107,7 @@ impl<T: Scalar> PositionController<T> {
             PositionController::Cascade(cascade) => state.cascade = cascade.take_over(torque, input),
             PositionController::Pid(pid) => state.pid = pid.take_over(torque, input),
             PositionController::Linear(linear) => state.linear = linear.take_over(torque, input),
+            PositionController::Predictive(predictive) => state.linear = predictive.take_over(torque, input),
         }
         state
     }
@@ -121,6 +124,7 @@ impl<T: Scalar> Block<T> for PositionController<T> {
             PositionController::Cascade(cascade) => cascade.run(&mut state.cascade, input, dt),
             PositionController::Pid(pid) => pid.run(&mut state.pid, input, dt),
             PositionController::Linear(linear) => linear.run(&mut state.linear, input, dt),
+            PositionController::Predictive(predictive) => predictive.run(&mut state.linear, input, dt),
         }
     }
 }

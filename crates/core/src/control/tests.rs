@@ -8,13 +8,14 @@ use crate::block::Block;
 const DT: f64 = 1e-3;
 const INERTIA: f64 = 1.01e-3;
 
-fn all() -> [PositionController<f64>; 5] {
+fn all() -> [PositionController<f64>; 6] {
     [
         PositionController::Cascade(Cascade::default()),
         PositionController::Pid(Pid::default()),
         PositionController::Pid(Pid { use_tacho: 0.0, ..Pid::default() }),
         PositionController::Linear(LinearController::without_states()),
         PositionController::Linear(LinearController::observing()),
+        PositionController::Predictive(Predictive::foreseeing()),
     ]
 }
 
@@ -54,6 +55,18 @@ impl LinearController<f64> {
         it.settled[0][0] = 1.0;
         (it.settled[1][0], it.settled[1][1]) = (DT, 1.0);
         (it.settled[2][0], it.settled[2][1]) = (2.0 * (way + DT * push), 2.0 * push);
+        it
+    }
+}
+
+impl Predictive<f64> {
+    /// The same within limits; it looks ahead as far as the sample that it computes.
+    pub(super) fn foreseeing() -> Self {
+        let mut it = Predictive { linear: LinearController::observing(), ..Predictive::default() };
+        it.free_torque[STATES + 1][0] = 1.0;
+        for k in 0..HORIZON {
+            it.step.resolvent[k][k] = 0.3;
+        }
         it
     }
 }
@@ -174,7 +187,7 @@ fn no_number_gives_no_torque_and_leaves_the_state_usable() {
                 assert_eq!(controller.step(&mut state, broken, DT).torque, 0.0);
                 let after = controller.step(&mut state, axis.input(0.02), DT).torque;
                 // One integration step more or less; and who knows that there was no torque meanwhile asks for it now.
-                let knows = matches!(controller, PositionController::Linear(_));
+                let knows = matches!(controller, PositionController::Linear(_) | PositionController::Predictive(_));
                 let allowed = if knows { 1e-3 + 0.16 * before.abs() } else { 1e-3 };
                 assert!((after - before).abs() < allowed, "{controller:?}: {before} before, {after} after");
             }

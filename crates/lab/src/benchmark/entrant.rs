@@ -11,6 +11,7 @@ use crate::parameters::presets;
 use crate::preset::{
     CompensationChoice, ControllerChoice, FilterChoice, Observation, Preset, ShaperChoice, StateFeedback,
 };
+use crate::workflow::position_loop::as_predictive;
 use crate::{Error, Watch};
 
 /// Speed at which a load slides for the tuning [rad/s].
@@ -49,18 +50,21 @@ enum Base {
     Reduced,
     LoadSide,
     MotorSide,
+    Predictive,
 }
 
-const BASES: [(&str, Base); 6] = [
+const BASES: [(&str, Base); 7] = [
     ("pid", Base::Pid),
     ("cascade", Base::Cascade),
     ("state-feedback", Base::StateFeedback),
     ("reduced", Base::Reduced),
     ("load-side", Base::LoadSide),
     ("motor-side", Base::MotorSide),
+    ("mpc", Base::Predictive),
 ];
 
-/// Those that are compared where nobody names any; the first is the reference of the others.
+/// Those that are compared where nobody names any; the first is the reference of the others. Where no limit is in the way,
+/// as in the usual manoeuvres, `mpc` is `state-feedback`.
 pub const HOUSE: [&str; 15] = [
     "pid",
     "cascade",
@@ -173,6 +177,7 @@ impl Entrant {
             Base::Reduced => feedback(Observation::Reduced(Default::default())),
             Base::LoadSide => feedback(Observation::LoadSide(Default::default())),
             Base::MotorSide => feedback(Observation::MotorSide(Default::default())),
+            Base::Predictive => as_predictive(&feedback(Observation::Full(Default::default()))),
         };
         Ok(tune(&start, &preset.model, &preset.bench, SLIDING, watch)?.controller)
     }

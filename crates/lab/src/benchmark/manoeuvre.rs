@@ -25,10 +25,12 @@ pub enum Manoeuvre {
     PointToPoint,
     /// A set-point that rests between two counts.
     Hold,
+    /// Ways between 10 µm and a full stroke of 100 mm, as fast as the drive can go them, forth and back.
+    Strokes,
 }
 
-/// All of them.
-pub const MANOEUVRES: [Manoeuvre; 7] = [
+/// All of them; the last is run where it is asked for.
+pub const MANOEUVRES: [Manoeuvre; 8] = [
     Manoeuvre::Reversal,
     Manoeuvre::SlowSine,
     Manoeuvre::FastSine,
@@ -36,6 +38,7 @@ pub const MANOEUVRES: [Manoeuvre; 7] = [
     Manoeuvre::Creep,
     Manoeuvre::PointToPoint,
     Manoeuvre::Hold,
+    Manoeuvre::Strokes,
 ];
 
 /// One number of a run.
@@ -82,6 +85,7 @@ impl Manoeuvre {
             Manoeuvre::Creep => "creep",
             Manoeuvre::PointToPoint => "point_to_point",
             Manoeuvre::Hold => "hold",
+            Manoeuvre::Strokes => "strokes",
         }
     }
 
@@ -110,12 +114,22 @@ impl Manoeuvre {
                 const { measure("hold_hunting", "hunts", "1", false) },
                 const { measure("hold_extent", "hold, extent", "rad", false) },
             ],
+            Manoeuvre::Strokes => &[
+                const { measure("strokes_settling", "strokes, settling", "s", false) },
+                const { measure("strokes_failures", "not settled", "1", false) },
+                const { measure("strokes_deviation", "strokes, deviation", "rad", false) },
+            ],
         }
     }
 
-    /// Whether it is about where the set-point rests: each run has another place instead of another seed alone.
+    /// Whether it is about places, or ways: each run has another instead of another seed alone.
     pub fn has_places(self) -> bool {
-        self == Manoeuvre::Hold
+        matches!(self, Manoeuvre::Hold | Manoeuvre::Strokes)
+    }
+
+    /// Whether it is run though nobody asks for it.
+    pub fn is_usual(self) -> bool {
+        self != Manoeuvre::Strokes
     }
 
     /// The set-points on a machine, `chance` (0 … 1) choosing the place, and how long they take [s].
@@ -136,6 +150,10 @@ impl Manoeuvre {
                 let moves = moves();
                 (Reference::PointToPoint(moves), moves.duration())
             }
+            Manoeuvre::Strokes => {
+                let moves = strokes(preset, chance);
+                (Reference::PointToPoint(moves), moves.duration())
+            }
             Manoeuvre::Hold => {
                 let count = TAU / preset.model.encoder.counts_per_revolution;
                 (Reference::Constant(Constant { position: 0.3 + count * (chance - 0.5) }), HELD + 12.0)
@@ -144,7 +162,7 @@ impl Manoeuvre {
     }
 
     /// The numbers of a run, in the order of the measures.
-    pub(super) fn judge(self, course: &Course, preset: &Preset<f64>) -> Vec<f64> {
+    pub(super) fn judge(self, course: &Course, preset: &Preset<f64>, chance: f64) -> Vec<f64> {
         let Course { period, deviation, .. } = course;
         let from = |time: f64| ((time / period).round() as usize).min(deviation.len());
         let rms =
@@ -173,10 +191,14 @@ impl Manoeuvre {
                 vec![extent(&deviation[from(STEADY)..]), stuck as f64 / all as f64]
             }
             Manoeuvre::PointToPoint => {
-                let moves = moves();
-                let (each, dwell) = (moves.duration() / moves.moves, moves.dwell_time);
-                let ends = (1..=moves.moves as usize).map(|k| k as f64 * each);
-                settling(ends.map(|end| &deviation[from(end - dwell)..from(end)]), tolerance(preset), *period)
+                settling(rests(&moves()).map(|[a, b]| &deviation[from(a)..from(b)]), tolerance(preset), *period)
+            }
+            Manoeuvre::Strokes => {
+                let moves = strokes(preset, chance);
+                let rests = rests(&moves).map(|[a, b]| &deviation[from(a)..from(b)]);
+                let mut found = settling(rests, tolerance(preset), *period);
+                found.push(deviation.iter().fold(0.0, |largest: f64, it| largest.max(it.abs())));
+                found
             }
             Manoeuvre::Hold => {
                 let held = &deviation[from(HELD)..];
@@ -192,6 +214,23 @@ impl Manoeuvre {
 fn moves() -> PointToPoint<f64> {
     let limits = MotionLimits { velocity: 40.0, acceleration: 600.0, jerk: 60e3 };
     PointToPoint { distance: 10.0, limits, dwell_time: 0.55, moves: 4.0 }
+}
+
+/// Moves of a way that is chosen by chance (0 … 1), evenly on a logarithmic scale, with half of the drive's torque.
+fn strokes(preset: &Preset<f64>, chance: f64) -> PointToPoint<f64> {
+    const SHORTEST: f64 = 10e-6;
+    const RATIO: f64 = 1e4;
+    const SPEED: f64 = 80.0;
+    let acceleration = 0.5 * preset.bench.controller.torque_limit() / preset.model.drive.inertia();
+    let limits = MotionLimits { velocity: SPEED, acceleration, jerk: 100.0 * acceleration };
+    let distance = SHORTEST * libm::pow(RATIO, chance) / preset.model.drive.carriage_ratio();
+    PointToPoint { distance, limits, dwell_time: 0.5, moves: 2.0 }
+}
+
+/// From when to when moves rest [s].
+fn rests(moves: &PointToPoint<f64>) -> impl Iterator<Item = [f64; 2]> + use<> {
+    let (each, dwell) = (moves.duration() / moves.moves, moves.dwell_time);
+    (1..=moves.moves as usize).map(move |k| [k as f64 * each - dwell, k as f64 * each])
 }
 
 /// How close a move must come [rad]: three counts, or the way that the load jumps at breakaway, whichever is more.

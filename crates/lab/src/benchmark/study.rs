@@ -44,7 +44,7 @@ impl Plan {
             entrants,
             frictions: FRICTIONS.to_vec(),
             variations: VARIATIONS[1..].to_vec(),
-            manoeuvres: MANOEUVRES.to_vec(),
+            manoeuvres: MANOEUVRES.into_iter().filter(|manoeuvre| manoeuvre.is_usual()).collect(),
             seeds: 6,
             places: 12,
             threads: std::thread::available_parallelism().map_or(1, usize::from),
@@ -227,7 +227,7 @@ fn result(
         let course = run(&preset, manoeuvre, seed, chance, watch)?;
         watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64)?;
         let finite = |value: f64| value.is_finite().then_some(value);
-        let judged = course.map(|course| manoeuvre.judge(&course, &preset).into_iter().map(finite).collect());
+        let judged = course.map(|course| manoeuvre.judge(&course, &preset, chance).into_iter().map(finite).collect());
         Ok((manoeuvre.name().to_owned(), judged))
     })?;
     let result = CellResult {

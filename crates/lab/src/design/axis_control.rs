@@ -8,7 +8,7 @@ use stickslip_core::control::{AxisControl, Notch, PositionController, TorqueFilt
 use stickslip_core::friction::{Bristles, Stribeck};
 
 use super::drive_observer::{Trust, unloaded_drive};
-use super::{linear_controller, state_feedback};
+use super::{linear_controller, predictive, state_feedback};
 use crate::Error;
 use crate::preset::{Belief, CompensationChoice, ControllerChoice, FilterChoice, Model, Settings};
 
@@ -45,6 +45,9 @@ pub fn position_controller(
         ControllerChoice::Pid(pid) => PositionController::Pid(*pid),
         ControllerChoice::StateFeedback(stated) => {
             PositionController::Linear(state_feedback(stated, model, settings.control_period())?)
+        }
+        ControllerChoice::Predictive(stated) => {
+            PositionController::Predictive(predictive(stated, model, settings.control_period())?)
         }
         ControllerChoice::Linear(matrices) => PositionController::Linear(linear_controller(matrices)),
     })

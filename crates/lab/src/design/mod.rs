@@ -14,6 +14,7 @@ mod margin;
 mod matrices;
 mod placement;
 mod position_loop;
+mod predictive;
 mod region;
 mod riccati;
 mod software;
@@ -40,6 +41,7 @@ pub use placement::{ObserverForm, observer_gain, place_poles};
 pub use position_loop::{
     CORNER_LIMIT, CORNERS, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, Tuned, corners, tune,
 };
+pub use predictive::predictive;
 pub use region::{Band, Bound, Feasible, Limit, Passage, Region, Shortage, Verdict};
 pub use riccati::{
     KalmanFilter, Regulator, continuous_regulator, kalman_bucy_filter, kalman_filter, linear_quadratic_regulator,

@@ -8,6 +8,9 @@
 //!
 //! What compensation of friction adds, M_c, acts on the motor and is met by that friction on the load: between both it
 //! twists the coupling. An observer that is not told so corrects the twist, and friction is compensated more than once.
+//!
+//! An elastic arm on the carriage has an observer of its own, decentralised: nothing is measured at it, the observed motion
+//! of the carriage drives it, and to the observer of the drive it is a load. The gains are those of drive and arm together.
 
 use std::f64::consts::TAU;
 
@@ -17,19 +20,25 @@ use stickslip_core::control::{INPUTS, LinearController, STATES};
 use super::drive_observer::{MOTION, motion, sampled_noise, slow_tacho, tacho_lag};
 use super::{kalman_filter, linear_controller, linear_quadratic_regulator, place_poles, zero_order_hold};
 use crate::Error;
-use crate::preset::{ControllerMatrices, Model, Observation, Poles, Quadratic, Regulation, StateFeedback};
+use crate::linear::size;
+use crate::preset::{
+    ArmDamping, ControllerMatrices, DampedArm, Model, Observation, Poles, Quadratic, Regulation, StateFeedback,
+};
 
 /// Angle, twist, motor velocity and velocity as in [`motion`]; then load torque, tacho and torque of the drive motor.
-const ANGLE: usize = 0;
+pub(super) const ANGLE: usize = 0;
 const TWIST: usize = 1;
 const MOTOR_VELOCITY: usize = 2;
-const VELOCITY: usize = 3;
+pub(super) const VELOCITY: usize = 3;
 const LOAD: usize = 4;
-const TACHO: usize = 5;
+pub(super) const TACHO: usize = 5;
 const TORQUE: usize = 6;
+/// So many states has the drive; an arm has two more: its twist and the rate of it.
 const ORDER: usize = 7;
+const ARM_TWIST: usize = 7;
+const ARM_RATE: usize = 8;
 
-/// States that the controller moves.
+/// States that the controller moves; those of an arm besides.
 const MOVED: [usize; 5] = [ANGLE, TWIST, MOTOR_VELOCITY, VELOCITY, TORQUE];
 
 /// Share of the encoder's variance that counts where its angle is taken as it is.
@@ -47,24 +56,56 @@ pub(crate) struct SampledDrive {
 }
 
 impl SampledDrive {
+    /// The drive, to which an arm is a load; what of the arm moves with the carriage is known.
     pub(crate) fn new(choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Result<Self, Error> {
-        let drive = &model.drive;
-        let mut a = DMatrix::<f64>::zeros(ORDER, ORDER);
-        a.view_mut((0, 0), (MOTION, MOTION)).copy_from(&motion(drive));
-        a[(MOTOR_VELOCITY, TORQUE)] = 1.0 / drive.motor_inertia;
-        a[(VELOCITY, LOAD)] = -1.0 / drive.load_inertia;
-        let lag = tacho_lag(model);
-        (a[(TACHO, MOTOR_VELOCITY)], a[(TACHO, TACHO)]) = (1.0 / lag, -1.0 / lag);
-        a[(TORQUE, TORQUE)] = -1.0 / model.servo_lag;
-        let mut b = DMatrix::<f64>::zeros(ORDER, 1);
-        b[TORQUE] = 1.0 / model.servo_lag;
+        let (a, b) = rates(choice, model);
+        let (a, b) = (a.view((0, 0), (ORDER, ORDER)).into_owned(), b.rows(0, ORDER).into_owned());
+        Self::over(&a, &b, choice, model, dt)
+    }
+
+    /// Drive and arm as they move together.
+    fn whole(choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Result<Self, Error> {
+        let (a, b) = rates(choice, model);
+        Self::over(&a, &b, choice, model, dt)
+    }
+
+    fn over(
+        a: &DMatrix<f64>,
+        b: &DMatrix<f64>,
+        choice: &StateFeedback<f64>,
+        model: &Model<f64>,
+        dt: f64,
+    ) -> Result<Self, Error> {
         let believed = choice.observer.disturbances();
-        let mut density = DMatrix::<f64>::zeros(ORDER, ORDER);
-        density[(MOTOR_VELOCITY, MOTOR_VELOCITY)] = (believed.motor_torque / drive.motor_inertia).powi(2);
+        let mut density = DMatrix::<f64>::zeros(a.nrows(), a.nrows());
+        density[(MOTOR_VELOCITY, MOTOR_VELOCITY)] = (believed.motor_torque / model.drive.motor_inertia).powi(2);
         density[(LOAD, LOAD)] = believed.load_torque.powi(2);
-        let noise = sampled_noise(&a, &density, dt)?;
-        let (phi, gamma) = zero_order_hold(&a, &b, dt)?;
+        let noise = sampled_noise(a, &density, dt)?;
+        let (phi, gamma) = zero_order_hold(a, b, dt)?;
         Ok(SampledDrive { phi, gamma: gamma.column(0).into_owned(), noise })
+    }
+
+    /// The two observers, that of the drive and that of the arm, as one: the arm swings on while the carriage goes steadily
+    /// from the velocity that is observed to the one that is predicted; what corrects the carriage leaves the arm where
+    /// it is.
+    fn with_arm(&self, gain: &DMatrix<f64>, arm: &ArmDamping<f64>, dt: f64) -> Result<(Self, DMatrix<f64>), Error> {
+        let order = ARM_RATE + 1;
+        let mut phi = self.phi.clone().resize(order, order, 0.0);
+        let mut gamma = self.gamma.clone().resize_vertically(order, 0.0);
+        let arm = &arm.believed;
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -arm.stiffness / arm.inertia, -arm.damping / arm.inertia]);
+        let (swings, dragged) = zero_order_hold(&a, &DMatrix::from_column_slice(2, 1, &[0.0, -1.0 / dt]), dt)?;
+        phi.view_mut((ARM_TWIST, ARM_TWIST), (2, 2)).copy_from(&swings);
+        let mut gained = self.phi.row(VELOCITY).into_owned();
+        gained[VELOCITY] -= 1.0;
+        phi.view_mut((ARM_TWIST, 0), (2, ORDER)).copy_from(&(&dragged * gained));
+        gamma.rows_mut(ARM_TWIST, 2).copy_from(&(dragged.column(0) * self.gamma[VELOCITY]));
+        let mut gain = gain.clone().resize_vertically(order, 0.0);
+        for (of_arm, of_carriage) in [(ARM_TWIST, ANGLE), (ARM_RATE, VELOCITY)] {
+            let moved = -gain.row(of_carriage);
+            gain.row_mut(of_arm).copy_from(&moved);
+        }
+        Ok((SampledDrive { phi, gamma, noise: self.noise.clone() }, gain))
     }
 
     /// The gain L of the observer: a row a state, a column for encoder and tacho each.
@@ -111,26 +152,62 @@ impl SampledDrive {
         dt: f64,
     ) -> Result<(DVector<f64>, f64), Error> {
         let integrates = choice.compensates_load < 0.5;
-        let order = MOVED.len() + usize::from(integrates);
+        let moved = [&MOVED[..], &[ARM_TWIST, ARM_RATE][..self.phi.nrows() - ORDER]].concat();
+        let order = moved.len() + usize::from(integrates);
         let mut a = DMatrix::zeros(order, order);
-        a.view_mut((0, 0), (MOVED.len(), MOVED.len())).copy_from(&self.phi.select_rows(&MOVED).select_columns(&MOVED));
+        a.view_mut((0, 0), (moved.len(), moved.len())).copy_from(&self.phi.select_rows(&moved).select_columns(&moved));
         let mut b = DVector::zeros(order);
-        b.rows_mut(0, MOVED.len()).copy_from(&self.gamma.select_rows(&MOVED));
+        b.rows_mut(0, moved.len()).copy_from(&self.gamma.select_rows(&moved));
         if integrates {
             (a[(order - 1, order - 1)], a[(order - 1, ANGLE)]) = (1.0, dt);
         }
         let gains = match &choice.regulator {
-            Regulation::Quadratic(wanted) => least_squares(&a, &b, wanted, choice.torque_limit)?,
-            Regulation::Poles(wanted) => place_poles(&a, &b, &poles(wanted, model, dt, integrates))?,
+            Regulation::Quadratic(wanted) => least_squares(&a, &b, wanted, choice)?,
+            Regulation::Poles(wanted) => place_poles(&a, &b, &poles(wanted, choice, model, dt))?,
         };
-        let mut all = DVector::zeros(ORDER);
-        for (gain, state) in gains.iter().zip(MOVED) {
+        let mut all = DVector::zeros(self.phi.nrows());
+        for (gain, state) in gains.iter().zip(moved) {
             all[state] = *gain;
         }
-        // A load torque that is known is met.
-        all[LOAD] = if integrates { 0.0 } else { -1.0 };
-        Ok((all, if integrates { gains[order - 1] } else { 0.0 }))
+        if integrates {
+            return Ok((all, gains[order - 1]));
+        }
+        // A load torque that is known is met; of it, what the arm makes is no load to the regulator.
+        all[LOAD] = -1.0;
+        if let DampedArm::Elastic(arm) = &choice.arm {
+            all[ARM_TWIST] -= arm.believed.stiffness;
+            all[ARM_RATE] -= arm.believed.damping;
+        }
+        Ok((all, 0.0))
     }
+}
+
+/// Rates of all states, and what the torque that is asked for does to them; an arm's states stand behind the drive's.
+fn rates(choice: &StateFeedback<f64>, model: &Model<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let arm = if let DampedArm::Elastic(arm) = &choice.arm { Some(&arm.believed) } else { None };
+    let mut drive = model.drive;
+    drive.load_inertia += arm.map_or(0.0, |arm| arm.rigid_inertia);
+    let order = ORDER + arm.map_or(0, |_| 2);
+    let mut a = DMatrix::<f64>::zeros(order, order);
+    a.view_mut((0, 0), (MOTION, MOTION)).copy_from(&motion(&drive));
+    a[(MOTOR_VELOCITY, TORQUE)] = 1.0 / drive.motor_inertia;
+    a[(VELOCITY, LOAD)] = -1.0 / drive.load_inertia;
+    let lag = tacho_lag(model);
+    (a[(TACHO, MOTOR_VELOCITY)], a[(TACHO, TACHO)]) = (1.0 / lag, -1.0 / lag);
+    a[(TORQUE, TORQUE)] = -1.0 / model.servo_lag;
+    if let Some(arm) = arm {
+        a[(VELOCITY, ARM_TWIST)] = arm.stiffness / drive.load_inertia;
+        a[(VELOCITY, ARM_RATE)] = arm.damping / drive.load_inertia;
+        a[(ARM_TWIST, ARM_RATE)] = 1.0;
+        // Relative to a carriage that moves away.
+        let carriage = a.row(VELOCITY).into_owned();
+        a.row_mut(ARM_RATE).copy_from(&-carriage);
+        a[(ARM_RATE, ARM_TWIST)] -= arm.stiffness / arm.inertia;
+        a[(ARM_RATE, ARM_RATE)] -= arm.damping / arm.inertia;
+    }
+    let mut b = DMatrix::<f64>::zeros(order, 1);
+    b[TORQUE] = 1.0 / model.servo_lag;
+    (a, b)
 }
 
 /// The feedback with the least sum of squares of what is wanted small, as a share of the torque limit.
@@ -138,7 +215,7 @@ fn least_squares(
     a: &DMatrix<f64>,
     b: &DVector<f64>,
     wanted: &Quadratic<f64>,
-    torque_limit: f64,
+    choice: &StateFeedback<f64>,
 ) -> Result<DVector<f64>, Error> {
     let mut q = DMatrix::zeros(a.nrows(), a.nrows());
     let square = |tolerance: f64| 1.0 / (tolerance * tolerance);
@@ -153,22 +230,30 @@ fn least_squares(
     ] {
         q[(row, column)] += sign * vibration;
     }
-    if let Some(integral) = (MOVED.len()..a.nrows()).next() {
+    if let DampedArm::Elastic(arm) = &choice.arm {
+        q[(MOVED.len(), MOVED.len())] = square(arm.twist);
+    }
+    if choice.compensates_load < 0.5 {
+        let integral = a.nrows() - 1;
         q[(integral, integral)] = square(wanted.angle * wanted.integral_time);
     }
-    let r = DMatrix::from_element(1, 1, square(torque_limit));
+    let r = DMatrix::from_element(1, 1, square(choice.torque_limit));
     let b = DMatrix::from_column_slice(b.len(), 1, b.as_slice());
     Ok(linear_quadratic_regulator(a, &b, &q, &r, None)?.gain.row(0).transpose())
 }
 
-/// The poles in z: drive and load together, the vibration at its own frequency, the servo amplifier, the integral.
-fn poles(wanted: &Poles<f64>, model: &Model<f64>, dt: f64, integrates: bool) -> Vec<Complex<f64>> {
+/// The poles in z: drive and load together, the vibration at its own frequency, the arm at its own with the same damping,
+/// the servo amplifier, the integral.
+fn poles(wanted: &Poles<f64>, choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> Vec<Complex<f64>> {
     let drive = &model.drive;
     let mut poles = pair(wanted.bandwidth, wanted.damping, dt);
     poles.extend(pair(drive.vibration(), wanted.vibration_damping, dt));
     let real = |rate: f64| Complex::new(libm::exp(-rate * dt), 0.0);
     poles.push(real(1.0 / model.servo_lag));
-    if integrates {
+    if let DampedArm::Elastic(arm) = &choice.arm {
+        poles.extend(pair(arm.believed.angular_frequency(), wanted.vibration_damping, dt));
+    }
+    if choice.compensates_load < 0.5 {
         poles.push(real(wanted.integral_rate));
     }
     poles
@@ -191,25 +276,53 @@ fn pair(frequency: f64, damping: f64, dt: f64) -> Vec<Complex<f64>> {
 ///
 /// # Errors
 /// What [`kalman_filter`], [`linear_quadratic_regulator`] and [`place_poles`] refuse: poles that the torque does not
-/// reach.
+/// reach. [`Error::NotSolvable`] where two observers that do not know each other let an arm swing up.
 pub fn state_feedback(
     choice: &StateFeedback<f64>,
     model: &Model<f64>,
     dt: f64,
 ) -> Result<LinearController<f64>, Error> {
-    let sampled = SampledDrive::new(choice, model, dt)?;
-    let (k, integral_gain) = sampled.regulator(choice, model, dt)?;
-    let l = sampled.observer(&choice.observer, model)?;
-    let SampledDrive { phi, gamma, .. } = &sampled;
+    let seen = SampledDrive::new(choice, model, dt)?;
+    let gain = seen.observer(&choice.observer, model)?;
+    let DampedArm::Elastic(arm) = &choice.arm else {
+        let (k, integral_gain) = seen.regulator(choice, model, dt)?;
+        return Ok(controller(&seen, &gain, &k, integral_gain, choice, model, dt));
+    };
+    let whole = SampledDrive::whole(choice, model, dt)?;
+    let (k, integral_gain) = whole.regulator(choice, model, dt)?;
+    let (seen, gain) = seen.with_arm(&gain, arm, dt)?;
+    let controller = controller(&seen, &gain, &k, integral_gain, choice, model, dt);
+    let slowest = whole.under(&controller).complex_eigenvalues().iter().map(|&pole| size(pole)).fold(0.0, f64::max);
+    if slowest < 1.0 {
+        return Ok(controller);
+    }
+    Err(Error::NotSolvable {
+        what: "a state feedback whose two observers, of the drive and of the arm, hold the arm together",
+        remedy: "Let the arm's twist be worth less (bench.controller.arm.twist), or the observer of the drive be faster \
+                 (bench.controller.observer.load_torque).",
+    })
+}
 
-    let mut kept = DMatrix::<f64>::identity(ORDER, ORDER);
+/// The matrices of these gains.
+fn controller(
+    seen: &SampledDrive,
+    l: &DMatrix<f64>,
+    k: &DVector<f64>,
+    integral_gain: f64,
+    choice: &StateFeedback<f64>,
+    model: &Model<f64>,
+    dt: f64,
+) -> LinearController<f64> {
+    let SampledDrive { phi, gamma, .. } = seen;
+    let order = phi.nrows();
+    let mut kept = DMatrix::<f64>::identity(order, order);
     for (sensor, state) in [ANGLE, TACHO].into_iter().enumerate() {
         let mut column = kept.column_mut(state);
         column -= l.column(sensor);
     }
     let a = phi * kept;
-    let mut b = DMatrix::zeros(ORDER, INPUTS);
-    b.view_mut((0, 0), (ORDER, 2)).copy_from(&(phi * &l));
+    let mut b = DMatrix::zeros(order, INPUTS);
+    b.view_mut((0, 0), (order, 2)).copy_from(&(phi * l));
     // The angle is counted from the set-point, which moved.
     b.set_column(2, &-a.column(ANGLE));
     b.set_column(5, gamma);
@@ -221,19 +334,22 @@ pub fn state_feedback(
     let mut d = -(k.transpose() * &b);
     // The integral of this very sample counts.
     d[0] -= integral_gain * dt;
-    // Where the set-point will be, and what its acceleration asks for.
+    // Where the set-point will be, and what its acceleration asks for: of an arm, too, and its twist.
     let drive = &model.drive;
     let velocities = k[VELOCITY] + k[MOTOR_VELOCITY];
+    let arm = if let DampedArm::Elastic(arm) = &choice.arm { Some(&arm.believed) } else { None };
+    let carried = arm.map_or(0.0, |arm| arm.inertia + arm.rigid_inertia);
     d[3] += k[ANGLE] * dt + velocities;
     d[4] += k[ANGLE] * 0.5 * dt * dt
         + velocities * dt
-        + k[TWIST] * drive.load_inertia / drive.coupling_stiffness
-        + (k[TORQUE] + 1.0) * drive.inertia();
+        + k[TWIST] * (drive.load_inertia + carried) / drive.coupling_stiffness
+        + (k[TORQUE] + 1.0) * (drive.inertia() + carried)
+        - arm.map_or(0.0, |arm| k[ARM_TWIST] * arm.inertia / arm.stiffness);
     // The friction that is compensated wants its twist and its torque.
     d[7] += k[TWIST] / drive.coupling_stiffness + k[TORQUE];
 
     let padded = |row: usize, column: usize, of: &DMatrix<f64>| of.get((row, column)).copied().unwrap_or(0.0);
-    Ok(linear_controller(&ControllerMatrices {
+    linear_controller(&ControllerMatrices {
         system: std::array::from_fn(|i| std::array::from_fn(|j| padded(i, j, &a))),
         input: std::array::from_fn(|i| std::array::from_fn(|j| padded(i, j, &b))),
         output: std::array::from_fn(|j| c.get(j).copied().unwrap_or(0.0)),
@@ -241,187 +357,42 @@ pub fn state_feedback(
         integral_gain,
         sampling_time: dt,
         torque_limit: choice.torque_limit,
-    }))
+    })
 }
 
-// The block has room for the drive.
-const _: () = assert!(ORDER <= STATES);
+impl SampledDrive {
+    /// All that moves where this controller holds it, its torque a sample late: drive, controller, integral, torque in force.
+    fn under(&self, controller: &LinearController<f64>) -> DMatrix<f64> {
+        let n = self.phi.nrows();
+        let (integral, torque) = (n + STATES, n + STATES + 1);
+        let mut all = DMatrix::zeros(torque + 1, torque + 1);
+        all.view_mut((0, 0), (n, n)).copy_from(&self.phi);
+        all.view_mut((0, torque), (n, 1)).copy_from(&self.gamma);
+        // A load that wanders is not held by anybody.
+        all[(LOAD, LOAD)] = 0.0;
+        for row in 0..STATES {
+            for column in 0..STATES {
+                all[(n + row, n + column)] = controller.system[column][row];
+            }
+            for (input, column) in [(0, ANGLE), (1, TACHO), (5, torque)] {
+                all[(n + row, column)] += controller.input[input][row];
+            }
+            all[(torque, n + row)] = controller.output[row];
+        }
+        for (input, column) in [(0, ANGLE), (1, TACHO), (5, torque)] {
+            all[(torque, column)] += controller.direct[input];
+        }
+        let gain = controller.integral_gain * controller.sampling_time;
+        (all[(integral, integral)], all[(integral, ANGLE)], all[(torque, integral)]) = (1.0, -gain, 1.0);
+        if gain == 0.0 {
+            all[(integral, integral)] = 0.0;
+        }
+        all
+    }
+}
+
+// The block has room for drive and arm.
+const _: () = assert!(ARM_RATE < STATES);
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Preset;
-    use crate::design::PositionLoop;
-    use crate::linear::{StateSpace, size};
-    use crate::parameters::presets;
-    use crate::preset::Disturbances;
-    use stickslip_core::block::Block as _;
-    use stickslip_core::control::{ControllerInput, PositionController};
-
-    fn model(name: &str) -> Model<f64> {
-        let preset: Preset<f64> = presets::find(name).unwrap().read().unwrap();
-        preset.model
-    }
-
-    /// All kinds of it.
-    fn kinds() -> Vec<StateFeedback<f64>> {
-        let believed = Disturbances::default();
-        let mut kinds = Vec::new();
-        for regulator in [Regulation::Quadratic(Quadratic::default()), Regulation::Poles(Poles::default())] {
-            for observer in [Observation::Full, Observation::Reduced, Observation::LoadSide, Observation::MotorSide] {
-                for compensates_load in [0.0, 1.0] {
-                    let observer = observer(believed);
-                    kinds.push(StateFeedback { regulator, observer, compensates_load, ..StateFeedback::default() });
-                }
-            }
-        }
-        kinds
-    }
-
-    /// The axis that the design believes: the torque a sample late, angle and tacho.
-    fn believed_axis(choice: &StateFeedback<f64>, model: &Model<f64>, dt: f64) -> StateSpace {
-        let drive = SampledDrive::new(choice, model, dt).unwrap();
-        // Its load torque is an input, not a state.
-        let states = [ANGLE, TWIST, MOTOR_VELOCITY, VELOCITY, TACHO, TORQUE];
-        let a = drive.phi.select_rows(&states).select_columns(&states);
-        let b = DMatrix::from_columns(&[
-            drive.gamma.select_rows(&states),
-            drive.phi.column(LOAD).into_owned().select_rows(&states),
-        ]);
-        let mut c = DMatrix::zeros(3, states.len());
-        (c[(0, 0)], c[(1, 4)], c[(2, 3)]) = (1.0, 1.0, 1.0);
-        StateSpace::new(a, b, c, DMatrix::zeros(3, 2), Some(dt)).unwrap().late_input(0).unwrap()
-    }
-
-    #[test]
-    fn the_closed_loop_has_the_poles_of_regulator_and_observer_and_no_others() {
-        for (name, dt) in [("clm-bench", 1e-3), ("prototype", 2.5e-4), ("clm-soft", 1e-3)] {
-            let model = model(name);
-            for choice in kinds() {
-                let drive = SampledDrive::new(&choice, &model, dt).unwrap();
-                let (k, integral) = drive.regulator(&choice, &model, dt).unwrap();
-                let l = drive.observer(&choice.observer, &model).unwrap();
-                // Regulator: the states that are moved, and the integral.
-                let order = MOVED.len() + usize::from(choice.compensates_load < 0.5);
-                let mut closed = DMatrix::zeros(order, order);
-                closed.view_mut((0, 0), (5, 5)).copy_from(&drive.phi.select_rows(&MOVED).select_columns(&MOVED));
-                let push = drive.gamma.select_rows(&MOVED);
-                let moved = closed.view((0, 0), (5, 5)) - &push * k.select_rows(&MOVED).transpose();
-                closed.view_mut((0, 0), (5, 5)).copy_from(&moved);
-                if order == 6 {
-                    (closed[(5, ANGLE)], closed[(5, 5)]) = (dt, 1.0);
-                    closed.view_mut((0, 5), (5, 1)).copy_from(&(-push * integral));
-                }
-                let mut expected: Vec<Complex<f64>> = closed.complex_eigenvalues().iter().copied().collect();
-                // The tacho's lag, which moves nothing.
-                expected.push(Complex::new(drive.phi[(TACHO, TACHO)], 0.0));
-                // Observer: Φ·(I − L·C).
-                let mut error = drive.phi.clone();
-                for (sensor, state) in [ANGLE, TACHO].into_iter().enumerate() {
-                    let of = &drive.phi * l.column(sensor);
-                    let mut column = error.column_mut(state);
-                    column -= of;
-                }
-                if matches!(choice.observer, Observation::LoadSide(_)) {
-                    // Nobody asks it what the tacho shows.
-                    error = error.remove_row(TACHO).remove_column(TACHO);
-                }
-                expected.extend(error.complex_eigenvalues().iter());
-
-                let controller = PositionController::Linear(state_feedback(&choice, &model, dt).unwrap());
-                let closes = PositionLoop::over(believed_axis(&choice, &model, dt), controller, 0.0).unwrap();
-                let found = closes.closed().unwrap().poles().unwrap();
-                // Poles that lie close together are known to a root of the rounding only: the polynomials are compared,
-                // at points where they are as large as they get.
-                for point in 0..24 {
-                    let z = {
-                        let angle = f64::from(point) * TAU / 24.0;
-                        Complex::new(1.1 * libm::cos(angle), 1.1 * libm::sin(angle))
-                    };
-                    let product = |poles: &[Complex<f64>]| poles.iter().map(|pole| z - pole).product::<Complex<f64>>();
-                    // What is not moved by anything else: the torque in force, twice, once as the drive's.
-                    let at_rest = z.powi(found.len() as i32 - expected.len() as i32);
-                    let (one, other) = (product(&found), product(&expected) * at_rest);
-                    assert!(size(one - other) < 1e-9 * size(other), "{name} {choice:?}: {found:?} {expected:?}");
-                }
-                assert!(expected.iter().all(|pole| size(*pole) < 1.0), "{name} {choice:?}: {expected:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn friction_that_is_compensated_is_no_load_to_the_observer_and_no_deviation_to_the_feedback() {
-        for (name, dt) in [("clm-bench", 1e-3), ("prototype", 2.5e-4)] {
-            let model = model(name);
-            for choice in kinds() {
-                let drive = SampledDrive::new(&choice, &model, dt).unwrap();
-                let controller = state_feedback(&choice, &model, dt).unwrap();
-                // The drive slides steadily, pushed by the compensation against friction of the same size.
-                let (velocity, steady) = (3.0, 0.2);
-                let mut x = DVector::zeros(ORDER);
-                x[TWIST] = steady / model.drive.coupling_stiffness;
-                (x[MOTOR_VELOCITY], x[VELOCITY], x[TACHO], x[TORQUE]) = (velocity, velocity, velocity, steady);
-                let input = |x: &DVector<f64>, reference_position, added_torque| ControllerInput {
-                    reference_position,
-                    reference_velocity: velocity,
-                    measured_angle: x[ANGLE],
-                    measured_velocity: x[TACHO],
-                    added_torque,
-                    ..ControllerInput::default()
-                };
-                let mut state = controller.take_over(0.0, input(&x, 0.0, steady));
-                for sample in 0..400 {
-                    // At first it stays as it is; then friction changes as it likes, and compensation knows it.
-                    let added =
-                        if sample < 200 { steady } else { 0.2 * libm::sin(0.7 * f64::from(sample * sample % 97)) };
-                    let reference = velocity * dt * f64::from(sample);
-                    let met = state.added_torque;
-                    let pushed = state.torque + met;
-                    let given = controller.step(&mut state, input(&x, reference, added), dt).torque;
-                    assert!(sample >= 200 || given.abs() < 1e-9, "{name} {choice:?} {sample}: {given}");
-                    x[LOAD] = met;
-                    x = &drive.phi * &x + &drive.gamma * pushed;
-                    x[LOAD] = 0.0;
-                    for (index, (&seen, is)) in state.states.iter().zip(x.iter()).enumerate() {
-                        let is = is - if index == ANGLE { reference } else { 0.0 };
-                        // Nobody asks a load-side observer what the tacho shows.
-                        let asked = index != TACHO || !matches!(choice.observer, Observation::LoadSide(_));
-                        assert!(!asked || (seen - is).abs() < 1e-8, "{name} {choice:?} {sample}, {index}: {seen} {is}");
-                    }
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn poles_are_where_they_are_wanted() {
-        let (model, dt) = (model("clm-bench"), 1e-3);
-        let wanted = Poles { bandwidth: 50.0, damping: 0.7, vibration_damping: 0.4, integral_rate: 25.0 };
-        let choice = StateFeedback { regulator: Regulation::Poles(wanted), ..StateFeedback::default() };
-        let controller = PositionController::Linear(state_feedback(&choice, &model, dt).unwrap());
-        let closes = PositionLoop::over(believed_axis(&choice, &model, dt), controller, 0.0).unwrap();
-        let found = closes.closed().unwrap().poles().unwrap();
-        for pole in poles(&wanted, &model, dt, true) {
-            let nearest = found.iter().map(|other| size(other - pole)).fold(f64::INFINITY, f64::min);
-            // The servo amplifier's pole is the observer's as well: a double one is known to a root of the rounding.
-            assert!(nearest < 1e-6, "{pole} in {found:?}");
-        }
-    }
-
-    #[test]
-    fn a_motor_side_observer_does_not_hear_the_encoder_and_a_load_side_one_not_the_tacho() {
-        let model = model("clm-bench");
-        let gain = |observer: Observation<f64>| {
-            let choice = StateFeedback { observer, ..StateFeedback::default() };
-            SampledDrive::new(&choice, &model, 1e-3).unwrap().observer(&observer, &model).unwrap()
-        };
-        let believed = Disturbances { load_torque: 1.0, motor_torque: 1e-3 };
-        let motor = gain(Observation::MotorSide(believed));
-        assert_eq!((motor[(ANGLE, 0)], motor[(ANGLE, 1)]), (1.0, 0.0));
-        assert!((1..ORDER).all(|state| motor[(state, 0)] == 0.0) && motor[(VELOCITY, 1)] > 0.0);
-        let load = gain(Observation::LoadSide(believed));
-        assert!((0..ORDER).all(|state| load[(state, 1)] == 0.0) && load[(VELOCITY, 0)] > 0.0);
-        let (full, reduced) = (gain(Observation::Full(believed)), gain(Observation::Reduced(believed)));
-        assert!((reduced[(ANGLE, 0)] - 1.0).abs() < 1e-3 && full[(ANGLE, 0)] < 0.9, "{full} {reduced}");
-    }
-}
+mod tests;

@@ -1,5 +1,6 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
+use stickslip_core::drive::Arm;
 use stickslip_core::render::{Law, RenderedArm};
 use stickslip_core::tick::Order;
 
@@ -43,7 +44,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
     let mut tick = design::software(&cell.preset.model, settings)?;
-    tick.control = course.controller.into();
+    tick.control = course.controller;
     let control_divider = if course.every_tick { 1 } else { divider };
     tick.control_period = dt * control_divider as f64;
     tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
@@ -88,8 +89,8 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
                 _ => {}
             }
         }
-        // What the software knows of an arm after a tick is of its begin.
-        let carried = bench.truth().plant.machine.arm_twist;
+        // What the software knows of an arm after a tick is of its begin; without an arm there is no twist.
+        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.truth().plant.machine.arm_twist };
         let output = bench.tick(order);
         if (cycle + 1) % divider != 0 {
             continue;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use stickslip_core::control::reference::{Constant, Generator, MotionLimits, PointToPoint, Ramp, Reference, Sine};
-use stickslip_core::control::{Cascade, Pid, PositionController};
+use stickslip_core::control::{AxisControl, Cascade, Pid, PositionController};
 
 use super::staircase::Staircase;
 use crate::{Error, Preset, design};
@@ -169,7 +169,7 @@ const fn measure(name: &'static str, of: Quantity) -> Measure {
 
 /// What a run does.
 pub(super) struct Course {
-    pub(super) controller: PositionController<f64>,
+    pub(super) controller: AxisControl<f64>,
     /// Whether the controller runs in every tick instead of at its own rate.
     pub(super) every_tick: bool,
     pub(super) drive: Drive,
@@ -269,10 +269,11 @@ impl Scenario {
             }
         };
         let controller = match self.kind {
-            Kind::Hunting => pid(preset, 15.0, 3.0)?,
-            Kind::StickSlip => pid(preset, 20.0, 1.0)?,
-            Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?,
-            _ => design::position_controller(&preset.bench.controller, &preset.model, &preset.bench)?,
+            Kind::Hunting => pid(preset, 15.0, 3.0)?.into(),
+            Kind::StickSlip => pid(preset, 20.0, 1.0)?.into(),
+            Kind::Curve | Kind::CorrectedCurve => speed_holder(preset)?.into(),
+            // With all that it is combined with.
+            _ => design::axis_control(&preset.model, &preset.bench)?,
         };
         let every_tick = matches!(drive, Drive::Staircase(_));
         Ok(Course { controller, every_tick, drive, rest: REST, duration })

@@ -11,7 +11,9 @@ use super::machine::machine;
 use super::*;
 use crate::judged::Judged;
 use crate::parallel::map;
-use crate::preset::LawChoice;
+use crate::preset::{
+    ArmDamping, CompensationChoice, ControllerChoice, DampedArm, FeedforwardChoice, LawChoice, StateFeedback,
+};
 use crate::statistics::{bootstrap, mean};
 use crate::{Error, Watch, design};
 
@@ -430,5 +432,44 @@ fn the_limit_of_a_rendered_inertia_is_the_one_at_which_the_machine_begins_to_osc
         let [within, beyond] =
             [limit.admitted, 1.3 * limit.stability].map(|inertia| torque_after_a_knock(&cell, inertia));
         assert!(within < 0.1 && beyond > 0.4, "{bed}: {within}, {beyond} N m");
+    }
+}
+
+/// Root mean square of the arm's twist in the rests between moves [rad], and the largest deviation of the screw from its
+/// set-point at their ends [rad].
+fn after_moves(trace: &Trace) -> (f64, f64) {
+    let still: Vec<usize> = (1..trace.reference.len())
+        .filter(|&k| trace.reference[k] == trace.reference[k - 1] && k as f64 * trace.period > 0.6)
+        .collect();
+    let squares: Vec<f64> = still.iter().map(|&k| trace.arm_twist[k].powi(2)).collect();
+    let ends = still.iter().filter(|&&k| trace.reference.get(k + 1).is_none_or(|next| *next != trace.reference[k]));
+    let off = ends.map(|&k| (trace.reference[k] - trace.angle[k]).abs()).fold(0.0, f64::max);
+    (libm::sqrt(mean(squares.iter().copied())), off)
+}
+
+#[test]
+fn an_arm_is_damped_by_decentralised_observers_carried_or_rendered_with_compensation_of_friction_and_without() {
+    let rest = |knows: bool, compensates: bool, role: Role| {
+        let mut cell = with_arm("prototype", 4000.0);
+        let Arm::Elastic(believed) = cell.preset.bench.arm else { panic!("there is an arm") };
+        let arm = if knows {
+            DampedArm::Elastic(ArmDamping { believed, ..ArmDamping::default() })
+        } else {
+            DampedArm::Nothing
+        };
+        let feedback = StateFeedback { arm, torque_limit: 2.0, ..StateFeedback::default() };
+        cell.preset.bench.controller = ControllerChoice::StateFeedback(feedback);
+        if compensates {
+            cell.preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice::default());
+        }
+        let [trace] = &runs(&cell, role, &[Scenario::POINT_TO_POINT], &[1]).traces[0][..] else { panic!("one run") };
+        assert!(trace.stable);
+        after_moves(trace)
+    };
+    for compensates in [false, true] {
+        let [carried, rendered] = [Role::Desired, Role::Rendered].map(|role| rest(true, compensates, role));
+        let unaware = rest(false, compensates, Role::Desired);
+        assert!(carried.0 < 0.5 * unaware.0, "{compensates}: {carried:?} {unaware:?}");
+        assert!((rendered.0 / carried.0 - 1.0).abs() < 0.1, "{compensates}: {carried:?} {rendered:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 use stickslip_core::control::compensation::{Compensation, Hold, StictionHold};
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, VelocityObserver,
+    AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, Predictive, VelocityObserver,
 };
 use stickslip_core::fields::Fields;
 use stickslip_core::friction::{Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, Model, Static, Stribeck};
@@ -13,7 +13,8 @@ use stickslip_core::tick::{Decoder, Tick, VirtualBench};
 
 use super::{Generated, Request};
 use crate::parameters::schema::nearest;
-use crate::{Error, Preset, StateFeedback, design, integrator};
+use crate::workflow::position_loop::as_predictive;
+use crate::{ControllerChoice, Error, Preset, StateFeedback, design, integrator};
 
 /// A block of the catalogue.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,6 +74,17 @@ impl Setup {
         design::state_feedback(&stated, &self.preset.model, self.tick.control_period)
     }
 
+    /// The predictive controller of the preset, or its state feedback within the default limits.
+    fn predictive(&self) -> Result<Predictive<f64>, Error> {
+        if let PositionController::Predictive(predictive) = self.tick.control.controller {
+            return Ok(predictive);
+        }
+        let ControllerChoice::Predictive(stated) = as_predictive(&self.preset.bench.controller) else {
+            return Err(Error::NotSolvable { what: "a predictive controller", remedy: "Choose one in the preset." });
+        };
+        design::predictive(&stated, &self.preset.model, self.tick.control_period)
+    }
+
     fn stiction_hold(&self) -> StictionHold<f64> {
         if let Hold::Stiction(hold) = self.tick.control.hold { hold } else { StictionHold::default() }
     }
@@ -111,6 +123,7 @@ catalogue! {
     "pid": Pid, |s| s.pid(), s.tick.control_period;
     "cascade": Cascade, |s| s.cascade(), s.tick.control_period;
     "linear_controller": LinearController, |s| s.linear()?, s.tick.control_period;
+    "predictive_controller": Predictive, |s| s.predictive()?, s.tick.control_period;
     "position_controller": PositionController, |s| s.tick.control.controller, s.tick.control_period;
     "compensation": Compensation, |s| s.tick.control.compensation, s.tick.control_period;
     "stiction_hold": StictionHold, |s| s.stiction_hold(), s.tick.control_period;

@@ -5,6 +5,7 @@ use stickslip_core::control::{
     CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserver, VelocityObserverInput,
     VelocityObserverState,
 };
+use stickslip_core::drive::Arm;
 use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
 use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::Model as FrictionModel;
@@ -52,7 +53,8 @@ pub mod port {
 /// tick. A command is written in one tick and acts from the next one's begin on: the tick's own delay is in it.
 ///
 /// Drive, coupling, friction, lags of servo amplifier and tacho, and the load motor held without current by its control
-/// on the velocity observer: what its voltage does late is damping. Quantisation and noise have no slope.
+/// on the velocity observer: what its voltage does late is damping. An elastic arm is on it where the controller of
+/// `settings` believes in one. Quantisation and noise have no slope.
 ///
 /// # Errors
 /// What the design of observer and current control refuses; a speed at which the bristles do not come to slide.
@@ -79,9 +81,10 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
         steps: axis.steps,
         observer: axis.observer.map(&mut Dual::of),
         current: axis.current.map(&mut Dual::of),
+        arm: axis.arm.map(&mut Dual::of),
         dt: Dual::of(axis.dt),
     };
-    let states = count(&state.machine) + count(&state.observer) + count(&state.current) + 1;
+    let states = count(&state.machine) + count(&state.observer) + count(&state.current) + 1 + state.arm.len();
     let torque = state.machine.drive.motor_torque;
     let system = slopes(states, 2, axis.dt, |mut seed| {
         let mut state = State {
@@ -89,6 +92,7 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
             observer: state.observer.map(&mut seed),
             current: state.current.map(&mut seed),
             voltage: seed(state.voltage),
+            arm: state.arm.map(&mut seed),
         };
         let (torque, load) = (seed(torque), seed(0.0));
         let shown = [state.machine.drive.angle, state.machine.tacho, state.machine.drive.velocity];
@@ -98,6 +102,7 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
         keep(&state.observer, &mut found);
         keep(&state.current, &mut found);
         found.push(state.voltage);
+        found.extend(state.arm);
         found.extend(shown);
         found
     })?;
@@ -150,6 +155,7 @@ struct Axis<T> {
     steps: usize,
     observer: VelocityObserver<T>,
     current: CurrentControl<T>,
+    arm: Arm<T>,
     dt: T,
 }
 
@@ -161,6 +167,8 @@ struct State<T: Scalar> {
     current: CurrentControlState<T>,
     /// Voltage of the load motor, computed in the tick before.
     voltage: T,
+    /// Twist of an arm and its rate.
+    arm: [T; 2],
 }
 
 impl Axis<f64> {
@@ -169,6 +177,8 @@ impl Axis<f64> {
         if at == Operating::Stuck {
             model.motor_friction.model = FrictionModel::Nothing;
         }
+        let arm = settings.controller.arm();
+        model.drive.load_inertia += arm.rigid_inertia();
         let dt = settings.tick_time();
         let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
         Ok(Axis {
@@ -176,6 +186,7 @@ impl Axis<f64> {
             steps,
             observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
             current: load_current_control(&Law::Off, &model, settings)?,
+            arm,
             dt,
         })
     }
@@ -195,7 +206,7 @@ impl Axis<f64> {
         }
         machine.tacho = velocity;
         let observer = VelocityObserverState { velocity, ..VelocityObserverState::at(0.0) };
-        Ok(State { machine, observer, current: CurrentControlState::default(), voltage })
+        Ok(State { machine, observer, current: CurrentControlState::default(), voltage, arm: [0.0; 2] })
     }
 
     /// The bristles as they are after sliding for long, and the torques that go with them.
@@ -253,7 +264,19 @@ impl<T: Scalar> Axis<T> {
         let held = DriveObserverInput { voltage: state.voltage, motor_torque, ..DriveObserverInput::default() };
         let step = self.dt / T::of(self.steps as f64);
         for _ in 0..self.steps {
+            let Arm::Elastic(arm) = &self.arm else {
+                self.machine.follow(machine, &held, step, |_, _| {});
+                continue;
+            };
+            // What an arm does to the carriage acts at the middle of the step, as in the virtual machine.
+            let (half, before) = (T::of(0.5) * step, machine.drive.velocity);
+            let [twist, rate] = &mut state.arm;
+            *twist += half * *rate;
+            let torque = arm.torque(*twist, *rate);
+            machine.residual = load_torque - torque;
             self.machine.follow(machine, &held, step, |_, _| {});
+            *rate = *rate - torque * step / arm.inertia - (machine.drive.velocity - before);
+            *twist += half * *rate;
         }
         state.voltage = asked;
     }

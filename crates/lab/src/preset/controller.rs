@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Shaper;
 use stickslip_core::control::{Cascade, INPUTS, Pid, STATES};
-use stickslip_core::drive::TwoMass;
+use stickslip_core::drive::{Arm, ElasticArm, TwoMass};
 
 /// The controller under test.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -18,6 +18,8 @@ pub enum ControllerChoice<T> {
     /// Feedback of all states of the drive, which an observer estimates: it damps the coupling actively. The defaults are
     /// tuned for `clm-bench` with its control at 1 kHz.
     StateFeedback(StateFeedback<T>),
+    /// State feedback that sees the limits of torque, its rate and velocity coming.
+    Predictive(PredictiveFeedback<T>),
     /// Your own, by the matrices that another tool has made.
     Linear(ControllerMatrices<T>),
 }
@@ -108,12 +110,48 @@ pub struct StateFeedback<T> {
     pub regulator: Regulation<T>,
     /// What estimates the states.
     pub observer: Observation<T>,
+    /// The elastic arm on the carriage, carried or rendered, whose vibration is damped too.
+    pub arm: DampedArm<T>,
     /// Whether the estimated load torque is compensated, instead of an integral of the deviation: one of the two.
     #[field(unit = "1", flag)]
     pub compensates_load: T,
     /// Largest torque of the drive.
     #[field(symbol = "M_max", unit = "N m", range = 1e-6..=1e4, default = 1.4)]
     pub torque_limit: T,
+}
+
+/// State feedback within limits: what it does is nearest to what the state feedback alone would do.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct PredictiveFeedback<T> {
+    /// What it does where no limit is in the way.
+    pub feedback: StateFeedback<T>,
+    /// Largest rate of the torque.
+    #[field(symbol = "Ṁ_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e4)]
+    pub torque_rate_limit: T,
+    /// Largest velocity of the load.
+    #[field(symbol = "Ω_max", unit = "rad/s", range = 1e-3..=1e6, default = 100.0)]
+    pub speed_limit: T,
+}
+
+/// What a state feedback knows of an elastic arm.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum DampedArm<T> {
+    /// Nothing: to it the arm is a load.
+    Nothing,
+    /// An observer of its own, which the observed motion of the carriage drives: nothing is measured at the arm, and the
+    /// observer of the drive does not know it.
+    Elastic(ArmDamping<T>),
+}
+
+/// An arm that is believed, and what its twist is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct ArmDamping<T> {
+    /// The arm.
+    pub believed: ElasticArm<T>,
+    /// Twist of the arm that is worth the whole torque; only with the least sum of squares.
+    #[field(symbol = "q_t", unit = "rad", range = 1e-6..=1e3, default = 0.05)]
+    pub twist: T,
 }
 
 /// How the gains of a state feedback come about.
@@ -192,7 +230,29 @@ impl ControllerChoice<f64> {
             ControllerChoice::Cascade(it) => it.torque_limit,
             ControllerChoice::Pid(it) => it.torque_limit,
             ControllerChoice::StateFeedback(it) => it.torque_limit,
+            ControllerChoice::Predictive(it) => it.feedback.torque_limit,
             ControllerChoice::Linear(it) => it.torque_limit,
+        }
+    }
+}
+
+impl<T> ControllerChoice<T> {
+    /// The state feedback in it.
+    pub fn feedback(&self) -> Option<&StateFeedback<T>> {
+        match self {
+            ControllerChoice::StateFeedback(it) => Some(it),
+            ControllerChoice::Predictive(it) => Some(&it.feedback),
+            _ => None,
+        }
+    }
+}
+
+impl ControllerChoice<f64> {
+    /// The arm that it believes in.
+    pub fn arm(&self) -> Arm<f64> {
+        match self.feedback().map(|feedback| &feedback.arm) {
+            Some(DampedArm::Elastic(it)) => Arm::Elastic(it.believed),
+            _ => Arm::Nothing,
         }
     }
 }

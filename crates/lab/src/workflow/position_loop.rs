@@ -14,7 +14,7 @@ use crate::figure::{Axis, Figure, Role, Series};
 use crate::linear::{Operating, StateSpace, decibels, size, unwrapped};
 use crate::quantity::{Estimate, number};
 use crate::report::{Cell, Provenance, Report, Table};
-use crate::{ControllerChoice, Error, Preset, StateFeedback, Summary, Watch, output, parameters};
+use crate::{ControllerChoice, Error, PredictiveFeedback, Preset, StateFeedback, Summary, Watch, output, parameters};
 
 /// Name of the file that other commands take as `--preset`: the bench with the controller that was judged.
 pub const PRESET: &str = "preset.toml";
@@ -71,10 +71,22 @@ pub fn as_cascade(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
 pub fn as_state_feedback(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
     match controller {
         ControllerChoice::StateFeedback(_) => *controller,
+        ControllerChoice::Predictive(it) => ControllerChoice::StateFeedback(it.feedback),
         other => ControllerChoice::StateFeedback(StateFeedback {
             torque_limit: other.torque_limit(),
             ..StateFeedback::default()
         }),
+    }
+}
+
+/// The predictive controller of a preset, or its state feedback within the default limits.
+pub fn as_predictive(controller: &ControllerChoice<f64>) -> ControllerChoice<f64> {
+    match (controller, as_state_feedback(controller)) {
+        (ControllerChoice::Predictive(_), _) => *controller,
+        (_, ControllerChoice::StateFeedback(feedback)) => {
+            ControllerChoice::Predictive(PredictiveFeedback { feedback, ..PredictiveFeedback::default() })
+        }
+        (_, other) => other,
     }
 }
 

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix};
 use stickslip_core::control::compensation::{Compensation, Hold};
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState};
+use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState, PositionController};
 
 use super::drive_observer::CONVERTER_NOISE;
 pub use tune::{NOISE_LIMIT, Tuned, tune};
@@ -99,7 +99,11 @@ impl PositionLoop {
     /// From set-point, its derivatives, angle and tacho to the commanded torque, sampled with `dt` [s].
     fn controller(control: impl Into<AxisControl<f64>>, dt: f64, velocity: f64) -> Result<StateSpace, Error> {
         // A dead zone is left as soon as it matters.
-        let control = AxisControl { hold: Hold::Nothing, ..control.into() };
+        let mut control = AxisControl { hold: Hold::Nothing, ..control.into() };
+        // Where no limit is near, nothing is foreseen but what the controller does without.
+        if let PositionController::Predictive(it) = control.controller {
+            control.controller = PositionController::Linear(it.linear);
+        }
         // What is fed forward or learns slowly is no part of the loop; the sign in an observer of friction is.
         let slides = matches!(control.compensation, Compensation::FriedlandPark(_));
         let velocity = if slides { velocity } else { 0.0 };

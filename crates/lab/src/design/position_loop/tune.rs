@@ -14,7 +14,7 @@ use super::super::{position_controller, torque_filter};
 use super::{CORNER_LIMIT, CORNERS, Operating, PositionLoop, SENSITIVITY_LIMIT, size};
 use crate::Error;
 use crate::linear::{StateSpace, axis_under_control, port};
-use crate::preset::{ControllerChoice, Model, Regulation, Settings};
+use crate::preset::{ControllerChoice, DampedArm, Model, Regulation, Settings, StateFeedback};
 use crate::watch::Watch;
 
 /// Largest noise of the commanded torque, as a share of its limit.
@@ -71,7 +71,8 @@ pub fn tune(
         let what = "a tuning of a controller that is stated by its matrices";
         return Err(Error::NotSolvable { what, remedy: "Tune it where its matrices were made." });
     }
-    let beds = beds(model, settings, velocity)?;
+    // The axis has the arm that this controller believes in.
+    let beds = beds(model, &Settings { controller: *controller, ..*settings }, velocity)?;
     let designed = |gains: &[f64]| {
         let stated = with_gains(controller, gains);
         let filter = torque_filter(model, settings);
@@ -217,24 +218,31 @@ fn tuned_values(controller: &mut ControllerChoice<f64>) -> Vec<&mut f64> {
         }
         // Whoever made them knows what to change.
         ControllerChoice::Linear(_) => Vec::new(),
-        ControllerChoice::StateFeedback(it) => {
-            let integrates = it.compensates_load < 0.5;
-            let mut values = match &mut it.regulator {
-                Regulation::Quadratic(it) => {
-                    let integral = integrates.then_some(&mut it.integral_time);
-                    [&mut it.angle, &mut it.velocity, &mut it.vibration].into_iter().chain(integral).collect()
-                }
-                Regulation::Poles(it) => {
-                    let integral = integrates.then_some(&mut it.integral_rate);
-                    let pairs = [&mut it.bandwidth, &mut it.damping, &mut it.vibration_damping];
-                    pairs.into_iter().chain(integral).collect::<Vec<_>>()
-                }
-            };
-            let believed = it.observer.disturbances_mut();
-            values.extend([&mut believed.load_torque, &mut believed.motor_torque]);
-            values
-        }
+        ControllerChoice::StateFeedback(it) => tuned_feedback(it),
+        // Its limits are stated.
+        ControllerChoice::Predictive(it) => tuned_feedback(&mut it.feedback),
     }
+}
+
+/// What is tuned of a state feedback.
+fn tuned_feedback(it: &mut StateFeedback<f64>) -> Vec<&mut f64> {
+    let integrates = it.compensates_load < 0.5;
+    let mut values = match &mut it.regulator {
+        Regulation::Quadratic(wanted) => {
+            let integral = integrates.then_some(&mut wanted.integral_time);
+            let twist = if let DampedArm::Elastic(arm) = &mut it.arm { Some(&mut arm.twist) } else { None };
+            let deviations = [&mut wanted.angle, &mut wanted.velocity, &mut wanted.vibration];
+            deviations.into_iter().chain(integral).chain(twist).collect()
+        }
+        Regulation::Poles(it) => {
+            let integral = integrates.then_some(&mut it.integral_rate);
+            let pairs = [&mut it.bandwidth, &mut it.damping, &mut it.vibration_damping];
+            pairs.into_iter().chain(integral).collect::<Vec<_>>()
+        }
+    };
+    let believed = it.observer.disturbances_mut();
+    values.extend([&mut believed.load_torque, &mut believed.motor_torque]);
+    values
 }
 
 /// The controller with these gains.

@@ -1,0 +1,266 @@
+//! Predictive control: a linear controller that sees its limits coming.
+
+use super::linear::combine;
+use super::position::{limit_and_integrate, within_limit};
+use super::{ControllerInput, ControllerOutput, LinearController, LinearState, STATES};
+use crate::Fields;
+use crate::block::Block;
+use crate::scalar::{Mask, Scalar};
+
+/// Samples that it looks ahead.
+pub const HORIZON: usize = 20;
+/// Samples of them after which the velocity is looked at: it changes slowly.
+pub const STRIDE: usize = 4;
+/// Velocities that are looked at.
+pub const SPEEDS: usize = HORIZON / STRIDE;
+/// What the course without limits follows from: states and integral after this sample, its torque, velocity and
+/// acceleration of the set-point, and the torque that compensation adds.
+pub const CAUSES: usize = STATES + 5;
+/// How often limits and course are brought together. The error that is left is of the order of the encoder's noise where a
+/// limit is met gently, and vanishes where it is met for long.
+const ITERATIONS: usize = 40;
+/// Over-relaxation of the iteration, the usual value.
+const RELAXATION: f64 = 1.6;
+
+/// Predictive control with the torque, its rate and the velocity within limits over a horizon.
+///
+/// Of all courses of the torque that keep the limits it takes the one that is nearest to what the linear controller would
+/// do on the drive as believed, u⁰ (of a linear quadratic regulator: the one with the least cost over all time, with the
+/// regulator itself behind the horizon):
+///
+/// ```text
+/// min ½·(U − U⁰)ᵀ·H·(U − U⁰)   over   |u + M_c| ≤ M_max,   |Δ(u + M_c)| ≤ T·Ṁ_max,   |Ω| ≤ Ω_max
+/// ```
+///
+/// and gives its first torque. H = T⁻ᵀ·T⁻¹ with the closed loop's answer T to torque added to it. Where no limit is in the
+/// way, U = U⁰ to the bit: it *is* the linear controller. The quadratic program is solved by a fixed number of steps of
+/// the alternating direction method of multipliers ([`LimitStep`]) from a cold start, so that no sample hands an error on
+/// to the next. The first torque keeps torque limit and rate whatever the iteration has left; the velocity is held as far as
+/// these two admit.
+///
+/// B. Kouvaritakis, J. A. Rossiter, J. Schuurmans, IEEE TAC 45 (2000) 1545; B. Stellato et al., Math. Prog. Comp. 12
+/// (2020) 637. What a drive does behind the horizon (20 samples) it does not see: a long way to brake needs a set-point
+/// with limits of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Predictive<T> {
+    /// What it does where no limit is in the way.
+    pub linear: LinearController<T>,
+    /// Torque of each next sample without limits, a column for each cause; the first row is this sample's.
+    #[field(unit = "1", range = -1e15..=1e15)]
+    pub free_torque: [[T; HORIZON]; CAUSES],
+    /// Velocity after every so many samples without limits, likewise.
+    #[field(unit = "1", range = -1e15..=1e15)]
+    pub free_velocity: [[T; SPEEDS]; CAUSES],
+    /// How course and limits are brought together.
+    pub step: LimitStep<T>,
+    /// Torque that a velocity counts as in that.
+    #[field(unit = "N m s/rad", range = 0.0..=1e9, default = 1.0)]
+    pub velocity_weight: T,
+    /// Largest rate of the torque.
+    #[field(symbol = "Ṁ_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e6)]
+    pub torque_rate_limit: T,
+    /// Largest velocity of the load.
+    #[field(symbol = "Ω_max", unit = "rad/s", range = 1e-3..=1e6, default = 200.0)]
+    pub speed_limit: T,
+}
+
+/// What is limited over the horizon: each torque, its change, and velocities.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Limited<T> {
+    /// Torques.
+    #[field(unit = "N m")]
+    pub torque: [T; HORIZON],
+    /// Their changes from sample to sample.
+    #[field(unit = "N m")]
+    pub change: [T; HORIZON],
+    /// Velocities, in torques that would make them.
+    #[field(unit = "N m")]
+    pub velocity: [T; SPEEDS],
+}
+
+/// A course without limits, and the limits.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LimitStepInput<T> {
+    /// What is limited, of the course without limits.
+    pub free: Limited<T>,
+    /// Largest torque, change and velocity, in either direction.
+    #[field(unit = "N m")]
+    pub limits: [T; 3],
+}
+
+/// What the iteration remembers: what is limited, and the price of its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LimitStepState<T> {
+    /// Both added up.
+    pub point: Limited<T>,
+}
+
+/// One step of the alternating direction method of multipliers, in the form of Douglas and Rachford:
+///
+///   z = clamp(w),   V = R·Aᵀ·(2·z − w − f),   w⁺ = α·(f + A·V) + (1 − α)·z + w − z,   R = (H/ρ + Aᵀ·A)⁻¹
+///
+/// A: torques, their changes, and the velocities that they make.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LimitStep<T> {
+    /// R, column by column.
+    #[field(unit = "1", range = -1e15..=1e15)]
+    pub resolvent: [[T; HORIZON]; HORIZON],
+    /// Velocity k + 1 samples after a torque, in torques.
+    #[field(unit = "1", range = -1e15..=1e15)]
+    pub answer: [T; HORIZON],
+}
+
+/// How far the course moves away from the one without limits.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LimitStepOutput<T> {
+    /// Torque of each sample.
+    #[field(unit = "N m")]
+    pub moved: [T; HORIZON],
+}
+
+impl<T: Scalar> Limited<T> {
+    /// A function of each of them with its kind of limit.
+    #[inline(always)]
+    fn each(mut self, other: &Self, limits: &[T; 3], of: impl Fn(T, T, T) -> T) -> Self {
+        for k in 0..HORIZON {
+            self.torque[k] = of(self.torque[k], other.torque[k], limits[0]);
+            self.change[k] = of(self.change[k], other.change[k], limits[1]);
+        }
+        for k in 0..SPEEDS {
+            self.velocity[k] = of(self.velocity[k], other.velocity[k], limits[2]);
+        }
+        self
+    }
+}
+
+impl<T: Scalar> LimitStep<T> {
+    /// A·V.
+    #[inline(always)]
+    fn limited(&self, torque: [T; HORIZON]) -> Limited<T> {
+        let mut change = torque;
+        for k in 1..HORIZON {
+            change[k] = torque[k] - torque[k - 1];
+        }
+        let mut velocity = [T::of(0.0); SPEEDS];
+        for (j, velocity) in velocity.iter_mut().enumerate() {
+            let last = (j + 1) * STRIDE - 1;
+            for k in 0..=last {
+                *velocity += self.answer[last - k] * torque[k];
+            }
+        }
+        Limited { torque, change, velocity }
+    }
+
+    /// Aᵀ·b.
+    #[inline(always)]
+    fn gathered(&self, b: &Limited<T>) -> [T; HORIZON] {
+        let mut sum = b.torque;
+        for k in 0..HORIZON {
+            sum[k] += b.change[k];
+            if k + 1 < HORIZON {
+                sum[k] = sum[k] - b.change[k + 1];
+            }
+        }
+        for (j, velocity) in b.velocity.iter().enumerate() {
+            let last = (j + 1) * STRIDE - 1;
+            for k in 0..=last {
+                sum[k] += self.answer[last - k] * *velocity;
+            }
+        }
+        sum
+    }
+}
+
+impl<T: Scalar> Block<T> for LimitStep<T> {
+    type State = LimitStepState<T>;
+    type Input = LimitStepInput<T>;
+    type Output = LimitStepOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, _dt: T) -> Self::Output {
+        let LimitStepInput { free, limits } = input;
+        let kept = state.point.each(&free, &limits, |point, _, limit| point.clamp(-limit, limit));
+        // 2·z − w − f, which is 0 to the bit where no limit is in the way.
+        let price = state.point.each(&kept, &limits, |point, kept, _| point - kept);
+        let wanted = kept.each(&price, &limits, |kept, price, _| kept - price);
+        let wanted = wanted.each(&free, &limits, |wanted, free, _| wanted - free);
+        let moved = combine([T::of(0.0); HORIZON], &self.resolvent, &self.gathered(&wanted));
+        let reached = self.limited(moved).each(&free, &limits, |moved, free, _| free + moved);
+        let relaxed = reached.each(&kept, &limits, |reached, kept, _| kept + T::of(RELAXATION) * (reached - kept));
+        state.point = relaxed.each(&price, &limits, |relaxed, price, _| relaxed + price);
+        LimitStepOutput { moved }
+    }
+}
+
+impl<T: Scalar> Predictive<T> {
+    /// The state from which the next step with this input gives this torque [N m], as far as the limits admit it.
+    #[inline(always)]
+    pub fn take_over(&self, torque: T, input: ControllerInput<T>) -> LinearState<T> {
+        self.linear.take_over(torque, input)
+    }
+
+    /// How far the first torque moves away from the one without limits [N m], from what the course follows from and the
+    /// torque that is in force until it acts [N m].
+    #[inline(always)]
+    fn first_move(&self, causes: &[T; CAUSES], before: T, dt: T) -> T {
+        let zero = T::of(0.0);
+        // Limits hold for the sum of both torques.
+        let added = causes[CAUSES - 1];
+        let mut torque = combine([zero; HORIZON], &self.free_torque, causes);
+        for torque in &mut torque {
+            *torque += added;
+        }
+        let mut change = torque;
+        for k in 1..HORIZON {
+            change[k] = torque[k] - torque[k - 1];
+        }
+        change[0] = torque[0] - before;
+        let mut velocity = combine([zero; SPEEDS], &self.free_velocity, causes);
+        for velocity in &mut velocity {
+            *velocity = self.velocity_weight * *velocity;
+        }
+        let free = Limited { torque, change, velocity };
+        let speed_limit = self.velocity_weight * self.speed_limit;
+        let limits = [self.linear.torque_limit, dt * self.torque_rate_limit, speed_limit];
+        let mut state = LimitStepState { point: free };
+        let mut first = zero;
+        for _ in 0..ITERATIONS {
+            first = self.step.run(&mut state, LimitStepInput { free, limits }, dt).moved[0];
+        }
+        first
+    }
+}
+
+impl<T: Scalar> Block<T> for Predictive<T> {
+    type State = LinearState<T>;
+    type Input = ControllerInput<T>;
+    type Output = ControllerOutput<T>;
+
+    // Out of line: long, and not in every tick.
+    #[inline(never)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let linear = &self.linear;
+        let seen = linear.seen(state, &input);
+        let demand = linear.direct(&state.states, &seen) + state.integral;
+        let increment = linear.increment(&input, dt);
+        let moved = linear.moved(&state.states, &seen);
+        let mut causes = [T::of(0.0); CAUSES];
+        causes[..STATES].copy_from_slice(&moved);
+        causes[STATES] = state.integral + increment;
+        causes[STATES + 1] = demand;
+        causes[STATES + 2] = input.reference_velocity;
+        causes[STATES + 3] = input.reference_acceleration;
+        causes[STATES + 4] = input.added_torque;
+        let before = state.torque + state.added_torque;
+        let wanted = demand + self.first_move(&causes, before, dt);
+        // Whatever the iteration has left: the rate first, then the torque, as the drive's amplifier would.
+        let (change, rest) = (dt * self.torque_rate_limit, before - input.added_torque);
+        let wanted = wanted.clamp(rest - change, rest + change);
+        let given = within_limit(wanted, linear.torque_limit, input.added_torque);
+        // Where a limit takes torque away, the integral moves only back.
+        let increment = ((demand - given) * increment).le(T::of(0.0)).select(increment, T::of(0.0));
+        let (torque, integral) = limit_and_integrate(&input, given, linear.torque_limit, state.integral, increment);
+        state.advance(moved, integral, torque, &input);
+        ControllerOutput { torque }
+    }
+}
