@@ -4,7 +4,7 @@ use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, StictionHold,
 };
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, HORIZON, LimitStep, LinearController, Notch, Pid, PositionController, Predictive,
+    AxisControl, Cascade, CurrentControl, LimitStep, LinearController, Notch, Pid, PositionController, Predictive,
     STATES, VelocityObserver,
 };
 use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
@@ -62,7 +62,7 @@ fn linear() -> LinearController<f64> {
 }
 
 /// One that its limits hold back.
-fn limit_step() -> LimitStep<f64> {
+fn held_back() -> LimitStep<f64> {
     let near = |i: usize, j: usize| 0.3 / (1.0 + (i.abs_diff(j) as f64).powi(2));
     LimitStep {
         resolvent: std::array::from_fn(|j| std::array::from_fn(|i| near(i, j))),
@@ -70,14 +70,14 @@ fn limit_step() -> LimitStep<f64> {
     }
 }
 
-fn predictive() -> Predictive<f64> {
+fn foreseeing() -> Predictive<f64> {
     let some = |i: usize, j: usize| 0.02 * ((3 * i + 5 * j) % 7) as f64 - 0.05;
     let free = |j: usize, i: usize| if j == STATES + 1 { dying_out(i) } else { some(i, j) };
     Predictive {
         linear: linear(),
         free_torque: std::array::from_fn(|j| std::array::from_fn(|i| free(j, i))),
         free_velocity: std::array::from_fn(|j| std::array::from_fn(|i| some(j, i))),
-        step: limit_step(),
+        step: held_back(),
         velocity_weight: 0.2,
         torque_rate_limit: 200.0,
         speed_limit: 2.0,
@@ -128,15 +128,14 @@ agree!(cascade, Cascade, Cascade::default());
 agree!(current_control, CurrentControl, CurrentControl::default());
 agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
 agree!(linear_controller, LinearController, linear());
-agree!(limit_step, LimitStep, limit_step());
-agree!(predictive, Predictive, predictive());
+agree!(limit_step, LimitStep, held_back());
+agree!(predictive, Predictive, foreseeing());
 agree!(
     position_controller,
     PositionController,
     PositionController::Pid(Pid::default()),
     PositionController::Cascade(Cascade::default()),
-    PositionController::Linear(linear()),
-    PositionController::Predictive(predictive())
+    PositionController::Linear(linear())
 );
 agree!(
     notch,
