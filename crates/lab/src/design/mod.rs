@@ -58,7 +58,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::Error;
 
 /// `Err` unless minimum ≤ value ≤ maximum; NaN is an error.
-fn within(
+pub(crate) fn within(
     name: &'static str,
     value: f64,
     unit: &'static str,

@@ -143,7 +143,7 @@ impl StateSpace {
     }
 
     /// The rates of these poles or zeros in continuous time, ln z/T [1/s].
-    fn rates(&self, points: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    pub(crate) fn rates(&self, points: &[Complex<f64>]) -> Vec<Complex<f64>> {
         let Some(dt) = self.dt else { return points.to_vec() };
         let there = points.iter().filter(|&&point| size(point) > 1e-9);
         there.map(|&point| Complex::new(libm::log(size(point)), libm::atan2(point.im, point.re)) / dt).collect()

@@ -8,7 +8,8 @@ use stickslip_core::control::Cascade;
 
 use super::draw::Captioned;
 use crate::design::{
-    CORNER_LIMIT, Corner, LoopQuality, PositionLoop, SENSITIVITY_LIMIT, axis_control, cascade_as_pid, corners, tune,
+    CORNER_LIMIT, Corner, LoopQuality, NOISE_LIMIT, PositionLoop, SENSITIVITY_LIMIT, axis_control, cascade_as_pid,
+    corners, tune,
 };
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::linear::{Operating, StateSpace, decibels, size, unwrapped};
@@ -20,10 +21,10 @@ use crate::{ControllerChoice, Error, PredictiveFeedback, Preset, StateFeedback, 
 pub const PRESET: &str = "preset.toml";
 
 /// Time over which steps are shown [s].
-const SHOWN: f64 = 0.4;
+pub(crate) const SHOWN: f64 = 0.4;
 
 /// What a search may leave of a limit.
-const TOLERANCE: f64 = 1.01;
+pub(crate) const TOLERANCE: f64 = 1.01;
 
 /// A loop about one operating point.
 #[derive(Clone, Debug)]
@@ -34,9 +35,12 @@ pub struct OperatingLoop {
     pub at: Operating,
     /// What the loop is worth.
     pub quality: LoopQuality,
-    gain: StateSpace,
-    closed: StateSpace,
-    frequencies: Vec<f64>,
+    /// The believed axis.
+    pub(crate) axis: StateSpace,
+    pub(crate) gain: StateSpace,
+    pub(crate) closed: StateSpace,
+    /// Where the loop gain is looked at [rad/s].
+    pub(crate) frequencies: Vec<f64>,
 }
 
 /// The loop of a controller, the load sliding and stuck, and its corners.
@@ -96,17 +100,27 @@ impl LoopRun {
     /// # Errors
     /// What the linearisation refuses.
     pub fn new(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
-        let both = [("sliding", Operating::Sliding(velocity)), ("stuck", Operating::Stuck)];
+        let control = axis_control(&preset.model, &preset.bench)?;
+        let operating = operating(velocity).map(|(_, at)| at);
+        let corners = corners(control, &preset.model, &preset.bench, &operating)?;
+        Ok(LoopRun { corners, ..Self::glance(preset, velocity)? })
+    }
+
+    /// The same without corners, of which it then has none: in a fifth of the time.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn glance(preset: &Preset<f64>, velocity: f64) -> Result<Self, Error> {
         let control = axis_control(&preset.model, &preset.bench)?;
         let judge = |(name, at): (&'static str, Operating)| -> Result<_, Error> {
             let closes = PositionLoop::new(control, &preset.model, &preset.bench, at)?;
             let (gain, closed) = (closes.gain()?, closes.closed()?);
             let frequencies = gain.frequencies()?;
-            Ok(OperatingLoop { name, at, quality: closes.quality(&preset.model)?, gain, closed, frequencies })
+            let (quality, axis) = (closes.quality(&preset.model)?, closes.axis().clone());
+            Ok(OperatingLoop { name, at, quality, axis, gain, closed, frequencies })
         };
-        let [sliding, stuck] = both.map(judge);
-        let corners = corners(control, &preset.model, &preset.bench, &both.map(|(_, at)| at))?;
-        Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners })
+        let [sliding, stuck] = operating(velocity).map(judge);
+        Ok(LoopRun { preset: *preset, operating: [sliding?, stuck?], corners: Vec::new() })
     }
 
     /// The same with a controller that is tuned first, see [`tune`].
@@ -128,6 +142,12 @@ impl LoopRun {
         };
         self.operating.iter().all(within)
             && self.corners.iter().all(|corner| corner.sensitivity <= TOLERANCE * CORNER_LIMIT)
+    }
+
+    /// Whether counts and tacho make no more noise of the commanded torque than a fair tuning admits, the load sliding.
+    pub fn is_quiet(&self) -> bool {
+        let limit = NOISE_LIMIT * self.preset.bench.controller.torque_limit();
+        self.operating[0].quality.noise_torque <= TOLERANCE * limit
     }
 
     /// What a reader should know.
@@ -341,8 +361,13 @@ impl LoopRun {
     }
 }
 
+/// What the load does where a loop is judged: its name, and what it is.
+fn operating(velocity: f64) -> [(&'static str, Operating); 2] {
+    [("sliding", Operating::Sliding(velocity)), ("stuck", Operating::Stuck)]
+}
+
 /// Key, words, unit and value of what a loop is worth; no value where nothing limits it.
-fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'static str, Option<f64>)> {
+pub(crate) fn numbers(quality: &LoopQuality) -> Vec<(&'static str, &'static str, &'static str, Option<f64>)> {
     let LoopQuality { margins, bandwidth, noise_torque, .. } = quality;
     let degrees = margins.phase.map(|phase| phase.value.to_degrees());
     vec![

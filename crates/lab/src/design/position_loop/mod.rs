@@ -115,6 +115,11 @@ impl PositionLoop {
         Ok(linearise(&control, &state, &input, dt)?.trimmed())
     }
 
+    /// The axis alone, from commanded torque and load torque.
+    pub fn axis(&self) -> &StateSpace {
+        &self.axis
+    }
+
     /// The controller's way from angle and tacho to the commanded torque.
     fn back(&self) -> Result<StateSpace, Error> {
         self.controller.select(&[ANGLE, VELOCITY], &[0])
