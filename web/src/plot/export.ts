@@ -43,6 +43,7 @@ export function svg(figure: Figure, height = HEIGHT): string {
   const parts: string[] = []
   const round = (value: number) => value.toFixed(1)
   const pen: Pen = {
+    scale: 1,
     line: (path, ink, width, dash) => {
       const d = path.map((part) => part.map(([a, b], i) => `${i ? 'L' : 'M'}${round(a)} ${round(b)}`).join('')).join('')
       const dashes = dash.length ? ` stroke-dasharray="${dash.join(' ')}"` : ''

@@ -3,10 +3,12 @@
 export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference' | 'trace-1' | 'trace-2' | 'trace-3'
 type Numbers = readonly (number | null)[]
 
-export type Series = { role: Role; name: string; x: Numbers; y: Numbers } & (
+/** `aside`: told by its own text, not by the values under the pointer. */
+export type Series = { role: Role; name: string; x: Numbers; y: Numbers; aside?: boolean } & (
   /** `dash`: instead of the role's. `end`: its name stands at its end. */
   | { mark: 'line'; provisional?: boolean; dash?: number[]; end?: boolean }
-  | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean }
+  /** `cross`: as poles are drawn. */
+  | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean; cross?: boolean }
   | { mark: 'band'; half: Numbers }
 )
 
@@ -21,6 +23,8 @@ export type Stop = { x: number; y: number; text: string }
 
 /** What draws: a canvas or the text of an SVG. */
 export type Pen = {
+  /** Its pixels in one of the page. */
+  scale: number
   line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void
   area: (path: [number, number][], colour: string, opacity: number) => void
   dot: (x: number, y: number, radius: number, colour: string, opacity: number) => void
@@ -50,7 +54,10 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
       if (px == null || py == null) continue
       const at = place.x(px)
       if (half) pen.line([[[at, place.y(py - half)], [at, place.y(py + half)]]], ink, 1, [])
-      pen.dot(at, place.y(py), series.size, ink, series.size < 2 ? 0.7 : 1)
+      if (series.cross) {
+        const [arm, y] = [series.size * pen.scale, place.y(py)]
+        pen.line([[[at - arm, y - arm], [at + arm, y + arm]], [[at - arm, y + arm], [at + arm, y - arm]]], ink, 1.8, [])
+      } else pen.dot(at, place.y(py), series.size, ink, series.size < 2 ? 0.7 : 1)
     }
     return
   }
@@ -85,6 +92,7 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
 /** Draws on a canvas, `scale` of whose pixels make one. */
 export function canvasPen(context: CanvasRenderingContext2D, scale: number): Pen {
   return {
+    scale,
     line(path, colour, width, dash) {
       context.strokeStyle = colour
       context.lineWidth = width * scale
