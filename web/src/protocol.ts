@@ -185,6 +185,49 @@ export type Call = {
   values?: Record<string, string>
 }
   | {
+  call: "loop"
+  /** A hand on the wanted pair of poles. */
+  drag?: PoleDrag
+    | null
+  /** The controller as the other kind that it is, or that kind's defaults. */
+  kind?: DraftKind
+    | null
+  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  speed?: number | null
+  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  thorough?: boolean
+  /** What is not as in force: value by path, as in `set`. */
+  values?: Record<string, string>
+}
+  | {
+  call: "hunting"
+  /** On the desired friction, which the load motor renders, instead of the machine's own. */
+  desired?: boolean
+  /** The draft. */
+  draft?: LoopDraft
+}
+  | {
+  call: "tune"
+  /** A hand on the wanted pair of poles. */
+  drag?: PoleDrag
+    | null
+  /** The controller as the other kind that it is, or that kind's defaults. */
+  kind?: DraftKind
+    | null
+  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  speed?: number | null
+  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  thorough?: boolean
+  /** What is not as in force: value by path, as in `set`. */
+  values?: Record<string, string>
+}
+  | {
+  call: "tuned"
+}
+  | {
+  call: "end_tuning"
+}
+  | {
   call: "signals"
 }
   | {
@@ -419,6 +462,15 @@ export type Answer = {
   | ToChatter & {
   answer: "margin"
 }
+  | LoopSeen & {
+  answer: "loop"
+}
+  | HuntingSeen & {
+  answer: "hunting"
+}
+  | TuneProgress & {
+  answer: "tuned"
+}
   | {
   answer: "text"
   /** As it is. */
@@ -631,6 +683,17 @@ export type ClockStatus = {
   /** Cycles that found no room on their way to recorders and viewers. */
   lost: number
 }
+/** A machine that is off by a factor each. */
+export type CornerSeen = {
+  /** Factor of the coupling stiffness. */
+  coupling_stiffness: number
+  /** `sliding` or `stuck`. */
+  load: string
+  /** Factor of the load inertia. */
+  load_inertia: number
+  /** Peak of the sensitivity; `null` where the loop is not stable. */
+  sensitivity: number | null
+}
 /** What they say. */
 export type Counts = {
   /** Ticks whose readings came in time. */
@@ -667,6 +730,15 @@ export type CurveName = {
   rendered: boolean
   /** Its number. */
   run: number
+}
+/** The direction in which poles of a damping ratio lie. */
+export type DampingRay = {
+  /** The damping ratio. */
+  damping: number
+  /** Of a unit vector; the other ray has the opposite sign. */
+  imaginary: number
+  /** Of a unit vector. */
+  real: number
 }
 /** Pairs x, y; x, y and half width; or x with the lower and the upper edge, in the units of the axes. */
 export type Data = {
@@ -707,6 +779,10 @@ export type Doing = {
   /** What it is: `sine`, `measure friction`. */
   what: string
 }
+/** What a draft can be made of. */
+export type DraftKind = "cascade"
+  | "pid"
+  | "state-feedback"
 /** A hand on a handle. */
 export type Drag = {
   /** Which. */
@@ -920,6 +996,25 @@ export type Happened = {
   /** In a few words. */
   what: string
 }
+/** Whether a controller hunts at a set-point that rests: the numbers of `stickslip hunting`. */
+export type HuntingSeen = {
+  /** Half the distance between the extremes [rad]; `null` where it comes to rest. */
+  amplitude: number | null
+  /** The same in counts of the encoder. */
+  counts: number | null
+  /** Of the desired friction, which the load motor renders, instead of the machine's own. */
+  desired: boolean
+  /** Deviations from the set-point [mrad]. */
+  deviation: number[]
+  /** Whether it hunts. */
+  hunts: boolean
+  /** From one slip to the next [s]. */
+  interval: number | null
+  /** It in words. */
+  sentence: string
+  /** Instants of the course [s]. */
+  time: number[]
+}
 /** A part of the horizontal axis with a name. */
 export type Interval = {
   /** Its begin. */
@@ -1006,6 +1101,136 @@ export type Loop = {
   angle: number[]
   /** Friction torque there [N m]. */
   torque: number[]
+}
+/** A loop about one operating point. */
+export type LoopAt = {
+  /** Its magnitude [dB]. */
+  decibels: number[]
+  /** The angle after a load torque of 0.1 N m [mrad]; empty where the loop is not stable. */
+  disturbed: number[]
+  /** Frequencies of the loop gain, rising [Hz]. */
+  frequency: number[]
+  /** Its imaginary part. */
+  imaginary: number[]
+  /** `sliding` or `stuck`. */
+  load: string
+  /** Its margins. */
+  marks: LoopMark[]
+  /** What it is worth: the numbers of `stickslip loop`. */
+  numbers: LoopNumber[]
+  /** Its phase, without jumps [°]. */
+  phase: number[]
+  /** Poles of the axis alone. */
+  plant: LoopPole[]
+  /** Poles of the closed loop, the slowest first. */
+  poles: LoopPole[]
+  /** Its real part. */
+  real: number[]
+  /** The angle after a set-point of 1 rad [rad]; empty where the loop is not stable. */
+  setpoint: number[]
+  /** Whether it is stable. */
+  stable: boolean
+  /** Instants of the steps [s]. */
+  time: number[]
+}
+/** A position controller that is being designed. */
+export type LoopDraft = {
+  /** A hand on the wanted pair of poles. */
+  drag?: PoleDrag
+    | null
+  /** The controller as the other kind that it is, or that kind's defaults. */
+  kind?: DraftKind
+    | null
+  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  speed?: number | null
+  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  thorough?: boolean
+  /** What is not as in force: value by path, as in `set`. */
+  values?: Record<string, string>
+}
+/** What a fair tuning keeps to. */
+export type LoopLimits = {
+  /** The circle that a loop gain within the first of them stays out of. */
+  circle: [number, number][]
+  /** The same in each corner. */
+  corner: number
+  /** Noise of the commanded torque [N m RMS]. */
+  noise_torque: number
+  /** Peak of the sensitivity, sliding and stuck. */
+  sensitivity: number
+}
+/** A margin, where it is on the loop gain. */
+export type LoopMark = {
+  /** [dB]. */
+  decibels: number
+  /** [Hz]. */
+  frequency: number
+  /** Imaginary part. */
+  imaginary: number
+  /** Which: `gain margin`, `phase margin`, `M_s`. */
+  name: string
+  /** [°]. */
+  phase: number
+  /** Real part of the loop gain. */
+  real: number
+  /** The same beside a point of a picture: `GM 3.9`. */
+  short: string
+  /** It in words. */
+  text: string
+}
+/** A number of a loop. */
+export type LoopNumber = {
+  /** As in `summary.json`, behind `loop.sliding.`. */
+  key: string
+  /** In words. */
+  name: string
+  /** SI unit. */
+  unit: string
+  /** `null` where nothing limits it, and where the loop is not stable. */
+  value: number | null
+}
+/** A pole in continuous time, ln z/T. */
+export type LoopPole = {
+  /** Damping ratio; 1 on the real axis, negative where it grows. */
+  damping: number
+  /** Natural frequency [rad/s]. */
+  frequency: number
+  /** [rad/s]. */
+  imaginary: number
+  /** [1/s]; below 0 it dies out. */
+  real: number
+}
+/** A position controller on the machine as believed. */
+export type LoopSeen = {
+  /** The pair of poles that can be dragged; `null` where the poles follow from gains. */
+  grip: PoleGrip
+    | null
+  /** The fields of the controller. */
+  items: Item[]
+  /** Its kind, as in a file. */
+  kind: string
+  /** What a fair tuning keeps to. */
+  limits: LoopLimits
+  /** The load sliding, then stuck. */
+  loads: LoopAt[]
+  /** Directions in which poles of one damping lie. */
+  rays: DampingRay[]
+  /** So far the plane of the poles is worth looking at [1/s]. */
+  reach: number
+  /** What is not as in force: value by path, as for `set`. */
+  values: Record<string, string>
+  /** Whether it keeps what a fair tuning asks for; `null` unless it was asked thoroughly. */
+  verdict: LoopVerdict
+    | null
+}
+/** Whether a loop keeps what a fair tuning asks for. */
+export type LoopVerdict = {
+  /** It does. */
+  fair: boolean
+  /** Why, in sentences. */
+  sentences: string[]
+  /** The worst of the machines that are off. */
+  worst: CornerSeen
 }
 /** Something that was lost. */
 export type Loss = {
@@ -1139,6 +1364,24 @@ export type Point = {
   nan: boolean[]
   /** Its last cycle. */
   to: number
+}
+/** A hand on the pair of poles that is wanted of a state feedback. */
+export type PoleDrag = {
+  /** Where it is [rad/s]. */
+  imaginary: number
+  /** Where it is [1/s]. */
+  real: number
+}
+/** The pair of poles that is wanted, to be dragged. */
+export type PoleGrip = {
+  /** Natural frequency [rad/s]. */
+  bandwidth: number
+  /** Damping ratio. */
+  damping: number
+  /** Where it lies [rad/s], from 0 on. */
+  imaginary: number
+  /** Where the upper one lies [1/s]. */
+  real: number
 }
 /** What can be measured. */
 export type Quantity = "friction"
@@ -1466,6 +1709,21 @@ export type Trace = {
   symbol: string
   /** SI unit. */
   unit: string
+}
+/** How far a tuning is, or what it found. */
+export type TuneProgress = {
+  /** Who began it. */
+  by: string
+  /** Whether it has ended. */
+  ended: boolean
+  /** The part that is done, 0 … 1: of the longest search. */
+  fraction: number
+  /** Its number; 0 where there was none. */
+  number: number
+  /** What was found, or why nothing was. */
+  sentence: string | null
+  /** What is not as it was in force when it began: value by path; `null` until then, and where nothing was found. */
+  values: Record<string, string> | null
 }
 /** A parameter or a result. */
 export type Value = {

@@ -8,6 +8,7 @@ mod again;
 mod at_rest;
 mod axis;
 mod captures;
+mod controller;
 mod curve;
 mod form;
 mod implementation;
@@ -38,6 +39,7 @@ use std::time::{Duration, Instant};
 use at_rest::SoFar;
 use axis::Job;
 use captures::Captures;
+use controller::Tuner;
 use curve::Measured;
 use implementation::{Builder, Target};
 use listener::Newest;
@@ -152,6 +154,8 @@ struct Shared {
     /// The program, and what the system granted it.
     target: Target,
     builder: Mutex<Builder>,
+    /// The tuning of a controller that was asked for last.
+    tuner: Mutex<Tuner>,
     /// Code and diagram of the software in force.
     generated: Mutex<implementation::Made>,
     /// Where measurement and calibration tools may come in, and who has.
@@ -238,6 +242,7 @@ impl Live {
             opened: Mutex::default(),
             target: Target::new(machine, bench.granted()),
             builder: Mutex::default(),
+            tuner: Mutex::default(),
             generated: Mutex::default(),
             xcp: Mutex::default(),
         });
@@ -270,6 +275,7 @@ impl Live {
         self.shared.halt.store(true, Ordering::Relaxed);
         lock(&self.shared.again).cancel();
         lock(&self.shared.builder).cancel();
+        lock(&self.shared.tuner).cancel();
         // Where the axis has ended already there is nobody to tell.
         let _ = self.jobs.send(Job::End);
         let clocked = self.axis.join().ok().flatten();
@@ -417,6 +423,11 @@ impl Live {
                 let (law, margin) = tuning.margin_with(&changes)?;
                 Ok(Answer::Margin(ToChatter::of(&law, margin)?))
             }
+            Call::Loop(draft) => self.draft_loop(&draft),
+            Call::Hunting { draft, desired } => self.draft_hunting(&draft, desired),
+            Call::Tune(draft) => self.begin_tuning(client, &draft),
+            Call::Tuned {} => Ok(self.tuned()),
+            Call::EndTuning {} => self.end_tuning(client),
             Call::Signals {} => Ok(signals::all()),
             Call::Capture { signals, trigger, before, after, decimation } => {
                 let rate = lock(&self.shared.tuning).preset().bench.tick_rate;

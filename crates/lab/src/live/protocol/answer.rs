@@ -80,6 +80,12 @@ pub enum Answer {
     Drawn(Box<Drawn>),
     /// How far the rendering law is from chatter.
     Margin(ToChatter),
+    /// A position controller on the machine as believed.
+    Loop(Box<LoopSeen>),
+    /// Whether one hunts.
+    Hunting(Box<HuntingSeen>),
+    /// A tuning.
+    Tuned(TuneProgress),
     /// A text.
     Text {
         /// As it is.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Alignment;
+use super::{Alignment, LoopDraft};
 use crate::workflow::sketch::Sketch;
 
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
@@ -165,6 +165,24 @@ pub enum Call {
         #[serde(default)]
         values: BTreeMap<String, String>,
     },
+    /// A position controller as it would be with a draft's values: its loop on the machine as believed, the load sliding
+    /// and stuck. Nothing is put in force.
+    Loop(LoopDraft),
+    /// Whether a draft of a position controller would hunt at a set-point that rests.
+    Hunting {
+        /// The draft.
+        #[serde(default)]
+        draft: LoopDraft,
+        /// On the desired friction, which the load motor renders, instead of the machine's own.
+        #[serde(default)]
+        desired: bool,
+    },
+    /// Tune a draft of a position controller as every controller is tuned, beside the loop; nothing is put in force.
+    Tune(LoopDraft),
+    /// How far the tuning is that was begun last, or what it found.
+    Tuned {},
+    /// End the tuning, for whoever began it.
+    EndTuning {},
     /// Name, unit and meaning of each signal.
     Signals {},
     /// Capture signals around a trigger; the answer has its number.
@@ -355,6 +373,11 @@ impl Call {
                 | Call::Ask {}
                 | Call::Sketch(_)
                 | Call::Margin { .. }
+                | Call::Loop(_)
+                | Call::Hunting { .. }
+                | Call::Tune(_)
+                | Call::Tuned {}
+                | Call::EndTuning {}
                 | Call::Signals {}
                 | Call::Capture { .. }
                 | Call::Fetch { .. }

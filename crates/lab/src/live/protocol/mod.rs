@@ -12,6 +12,10 @@ pub use status::{ClockStatus, Doing, Ended, Mark, MarkKind, Recorded, Status, Xc
 
 pub use super::again::ReplayProgress;
 pub use super::at_rest::MeasuredAtRest;
+pub use super::controller::{
+    CornerSeen, DampingRay, DraftKind, HuntingSeen, LoopAt, LoopDraft, LoopLimits, LoopMark, LoopNumber, LoopPole,
+    LoopSeen, LoopVerdict, PoleDrag, PoleGrip, TuneProgress,
+};
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::implementation::{

@@ -1,3 +1,4 @@
+mod controller;
 mod measured;
 mod recorded;
 mod trouble;
