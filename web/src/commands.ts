@@ -15,6 +15,7 @@ export const WINDOWS = [
   { path: '/', name: 'Home', key: '1' },
   { path: '/friction', name: 'Friction Measurement', key: '2' },
   { path: '/design', name: 'Friction Design', key: '3' },
+  { path: '/controller', name: 'Controller Design', key: '4' },
   { path: '/simulation', name: 'Simulation', key: '5' },
   { path: '/implementation', name: 'Implementation', key: '6' },
   { path: '/runs', name: 'Runs', key: '7' },
