@@ -4,7 +4,7 @@ import assert from 'node:assert/strict'
 import { join } from 'node:path'
 import { play } from './harness.mjs'
 
-const WINDOWS = ['/', '/friction', '/design', '/simulation', '/runs', '/help']
+const WINDOWS = ['/', '/friction', '/design', '/controller', '/simulation', '/runs', '/help']
 const SIZES = { zoomed: { width: 640, height: 360 }, phone: { width: 390, height: 844 } }
 
 /** What is wrong with what is seen: sideways scrolling, words that are cut, Stop out of sight or covered. */

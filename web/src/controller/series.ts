@@ -12,6 +12,9 @@ const DOTS = [2, 3]
 /** The loads that are shown. */
 export const shown = (seen: LoopSeen | null, load: Load): LoopAt[] => (seen?.loads ?? []).filter((at) => load === 'both' || at.load === load)
 
+/** The same, as far as margins say something: a loop that is not stable has none. */
+export const stable = (seen: LoopSeen | null, load: Load) => shown(seen, load).filter((at) => at.stable)
+
 type Columns = (at: LoopAt) => { x: readonly number[]; y: readonly number[] }
 
 /** A line of each load that is shown; behind it, in grey, that of the target, where it is another. */
@@ -28,7 +31,7 @@ export const disturbed: Columns = (at) => ({ x: at.time.slice(0, at.disturbed.le
 
 /** The margins of the loads that are shown, where they are told. */
 export function stops(seen: LoopSeen | null, load: Load, place: (mark: LoopAt['marks'][number]) => [number, number]): Stop[] {
-  return shown(seen, load).flatMap((at) => at.marks.map((mark) => ({ x: place(mark)[0], y: place(mark)[1], text: `load ${at.load}: ${mark.text}` })))
+  return stable(seen, load).flatMap((at) => at.marks.map((mark) => ({ x: place(mark)[0], y: place(mark)[1], text: `load ${at.load}: ${mark.text}` })))
 }
 
 /** The same as points. */
@@ -38,7 +41,7 @@ export function points(stops: Stop[]): Series[] {
 
 /** A margin of each loop as a line from the curve to where it would oscillate. */
 export function reach(seen: LoopSeen | null, load: Load, name: string, to: number, value: (mark: LoopAt['marks'][number]) => number): Series[] {
-  const marks = shown(seen, load).flatMap((at) => at.marks.filter((one) => one.name === name))
+  const marks = stable(seen, load).flatMap((at) => at.marks.filter((one) => one.name === name))
   return marks.map((mark): Series => ({ role: 'reference', name: '', mark: 'line', dash: [], x: [mark.frequency, mark.frequency], y: [to, value(mark)] }))
 }
 
