@@ -63,7 +63,8 @@ fn linear() -> LinearController<f64> {
 
 /// One that its limits hold back.
 fn held_back() -> LimitStep<f64> {
-    let near = |i: usize, j: usize| 0.3 / (1.0 + (i.abs_diff(j) as f64).powi(2));
+    // Small against the limits' own, or the iteration would not come to an end.
+    let near = |i: usize, j: usize| 0.02 / (1.0 + 10.0 * i.abs_diff(j) as f64).powi(2);
     LimitStep {
         resolvent: std::array::from_fn(|j| std::array::from_fn(|i| near(i, j))),
         answer: std::array::from_fn(|k| 0.4 + 0.01 * k as f64),

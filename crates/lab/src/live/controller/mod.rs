@@ -166,6 +166,7 @@ fn kind_of(controller: &ControllerChoice<f64>) -> &'static str {
         ControllerChoice::Cascade(_) => "cascade",
         ControllerChoice::Pid(_) => "pid",
         ControllerChoice::StateFeedback(_) => "state-feedback",
+        ControllerChoice::Predictive(_) => "predictive",
         ControllerChoice::Linear(_) => "linear",
     }
 }
