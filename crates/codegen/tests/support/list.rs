@@ -1,7 +1,7 @@
 // Every block, as the including test takes them: it says what `agree!` makes of a name, a type and its parameters.
 
 use stickslip_core::control::compensation::{
-    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, StictionHold,
+    AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, Network, NetworkFeedforward, StictionHold,
 };
 use stickslip_core::control::{
     AxisControl, Cascade, CurrentControl, LimitStep, LinearController, Notch, Pid, PositionController, Predictive,
@@ -90,6 +90,26 @@ fn dying_out(samples: usize) -> f64 {
     0.8f64.powi(samples as i32)
 }
 
+/// One that uses every number, and knows half of what the inputs ask.
+fn network() -> NetworkFeedforward<f64> {
+    let some = |i: usize, j: usize| 0.1 * ((3 * i + 5 * j) % 7) as f64 - 0.25;
+    let network = Network {
+        offset: std::array::from_fn(|k| 0.1 * k as f64),
+        scale: [2.0, 5.0, 1.0, 1.0, 1.0, 1.0],
+        smallest: [-1.0; 6],
+        largest: [1.0; 6],
+        margin: 1.0,
+        first: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
+        first_bias: std::array::from_fn(|i| some(i, 1)),
+        second: std::array::from_fn(|j| std::array::from_fn(|i| some(i, j))),
+        second_bias: std::array::from_fn(|i| some(i, 2)),
+        output: std::array::from_fn(|i| some(i, 3)),
+        output_bias: 0.05,
+        ..Network::default()
+    };
+    NetworkFeedforward { network, fallback: FrictionFeedforward { friction: rendered(), ..FrictionFeedforward::default() } }
+}
+
 /// Gains of a stationary Kalman filter at this tick.
 fn observer() -> DriveObserver<f64> {
     let gains = ObserverGains {
@@ -158,6 +178,7 @@ agree!(
     FrictionObserver { observer: observer(), ..FrictionObserver::default() }
 );
 agree!(disturbance_observer, DisturbanceObserver, DisturbanceObserver::default());
+agree!(network_feedforward, NetworkFeedforward, network());
 agree!(
     stiction_hold,
     StictionHold,

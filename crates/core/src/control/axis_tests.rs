@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use super::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FrictionObserver,
-    FriedlandPark,
+    FriedlandPark, Network, NetworkFeedforward,
 };
 use super::reference::Setpoint;
 use super::*;
@@ -71,6 +71,11 @@ fn all() -> Vec<AxisControl<f64>> {
         Compensation::FrictionObserver(FrictionObserver {
             observer: DriveObserver::unhurried(INERTIA, bristles.under(friction), DT),
             ..FrictionObserver::default()
+        }),
+        // Not trained: what stands in for it is in force.
+        Compensation::Network(NetworkFeedforward {
+            network: Network::default(),
+            fallback: FrictionFeedforward { friction: bristles.under(friction), ..FrictionFeedforward::default() },
         }),
     ];
     let joined =

@@ -9,6 +9,7 @@ mod feedforward;
 mod friction_observer;
 mod friedland_park;
 mod hold;
+mod network;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,9 @@ pub use feedforward::{CurveFeedforward, FrictionFeedforward, FrictionFeedforward
 pub use friction_observer::{FrictionObserver, FrictionObserverState};
 pub use friedland_park::{FriedlandPark, FriedlandParkState};
 pub use hold::{Hold, HoldInput, HoldOutput, HoldState, StictionHold};
+pub use network::{
+    FEATURES, FeatureState, NEURONS, Network, NetworkFeedforward, NetworkFeedforwardState, SetpointFeatures,
+};
 
 use super::finite_or;
 use super::reference::Setpoint;
@@ -83,6 +87,8 @@ pub enum Compensation<T> {
     FrictionObserver(FrictionObserver<T>),
     /// All that the drive's inertia does not explain, in place of the controller's integral.
     DisturbanceObserver(DisturbanceObserver<T>),
+    /// What a trained network finds along the set-point.
+    Network(NetworkFeedforward<T>),
 }
 
 /// The states of all kinds; only that of the chosen one moves.
@@ -98,12 +104,20 @@ pub struct CompensationState<T> {
     pub friction_observer: FrictionObserverState<T>,
     /// Of the disturbance observer.
     pub disturbance_observer: DisturbanceObserverState<T>,
+    /// Of the network.
+    pub network: NetworkFeedforwardState<T>,
 }
 
 impl<T: Scalar> Compensation<T> {
     /// Whether it follows the set-point, and leaves to the controller what is no friction.
     pub(super) fn feeds_forward(&self) -> bool {
-        matches!(self, Compensation::Curve(_) | Compensation::Feedforward(_) | Compensation::Adaptive(_))
+        matches!(
+            self,
+            Compensation::Curve(_)
+                | Compensation::Feedforward(_)
+                | Compensation::Adaptive(_)
+                | Compensation::Network(_)
+        )
     }
 
     /// Share of the controller's integral that is forgotten in a sample: a disturbance observer takes its place.
@@ -126,6 +140,7 @@ impl<T: Scalar> Compensation<T> {
             Compensation::FriedlandPark(observer) => observer.begin(&mut state.friedland_park, input),
             Compensation::FrictionObserver(observer) => observer.begin(&mut state.friction_observer, input),
             Compensation::DisturbanceObserver(observer) => observer.begin(&mut state.disturbance_observer, input),
+            Compensation::Network(network) => network.begin(&mut state.network, input),
         };
         finite_or(torque, T::of(0.0))
     }
@@ -147,6 +162,7 @@ impl<T: Scalar> Block<T> for Compensation<T> {
             Compensation::FriedlandPark(observer) => observer.run(&mut state.friedland_park, input, dt),
             Compensation::FrictionObserver(observer) => observer.run(&mut state.friction_observer, input, dt),
             Compensation::DisturbanceObserver(observer) => observer.run(&mut state.disturbance_observer, input, dt),
+            Compensation::Network(network) => network.run(&mut state.network, input, dt),
         }
     }
 }

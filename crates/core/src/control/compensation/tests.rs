@@ -24,7 +24,7 @@ fn bristles() -> Bristles<f64> {
     Bristles { stiffness: 3000.0, ..Bristles::default() }
 }
 
-fn all() -> [Compensation<f64>; 6] {
+fn all() -> [Compensation<f64>; 7] {
     [
         Compensation::Curve(CurveFeedforward { friction: curve(), ..CurveFeedforward::default() }),
         Compensation::Feedforward(FrictionFeedforward {
@@ -42,7 +42,20 @@ fn all() -> [Compensation<f64>; 6] {
             observer: DriveObserver::unhurried(INERTIA, bristles().under(curve()), DT),
             ..FrictionObserver::default()
         }),
+        Compensation::Network(network()),
     ]
+}
+
+/// 0.3 N m along the way of the set-point, up to 25 rad/s.
+fn network() -> NetworkFeedforward<f64> {
+    let region = [25.0, 300.0, 1.0, 1.0, 1.0, 1.0];
+    let smallest = region.map(|largest| -largest);
+    let mut network = Network { scale: region, smallest, largest: region, ..Network::default() };
+    network.first[5][0] = 5.0;
+    network.second[0][0] = 5.0;
+    network.output[0] = 0.3;
+    let friction = bristles().under(curve());
+    NetworkFeedforward { network, fallback: FrictionFeedforward { friction, ..FrictionFeedforward::default() } }
 }
 
 /// Begins in a steady motion: the state and what is given then.
