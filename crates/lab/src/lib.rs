@@ -46,8 +46,8 @@ pub use error::Error;
 pub use preset::{
     AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
     DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, NotchChoice, Observation, Poles, PredictiveFeedback, Preset, Quadratic,
-    Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+    FriedlandParkChoice, LawChoice, Model, NetworkChoice, NotchChoice, Observation, Poles, PredictiveFeedback, Preset,
+    Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
 };
 pub use summary::Summary;
 pub use watch::Watch;

@@ -5,7 +5,7 @@ mod controller;
 
 pub use compensation::{
     AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
-    FrictionObserverChoice, FriedlandParkChoice,
+    FrictionObserverChoice, FriedlandParkChoice, NetworkChoice,
 };
 pub use controller::{
     ArmDamping, ControllerChoice, ControllerMatrices, DampedArm, Disturbances, FilterChoice, NotchChoice, Observation,

@@ -101,7 +101,8 @@ fn compensation(name: &str) -> Option<CompensationChoice<f64>> {
     let index = compensations().iter().position(|kind| kind.name == name)?;
     let mut choice = CompensationChoice::Nothing;
     choice.contents(&mut Choose(Some(index)));
-    (choice != CompensationChoice::Nothing).then_some(choice)
+    // A network that was not trained is nothing, either: trained ones come in files.
+    (!matches!(choice, CompensationChoice::Nothing | CompensationChoice::Network(_))).then_some(choice)
 }
 
 /// What a position is held with.

@@ -2,7 +2,7 @@
 
 use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FrictionFeedforward, FrictionObserver,
-    FriedlandPark,
+    FriedlandPark, NetworkFeedforward, SetpointFeatures,
 };
 use stickslip_core::control::{AxisControl, Notch, PositionController, TorqueFilter};
 use stickslip_core::friction::{Bristles, Stribeck};
@@ -68,10 +68,28 @@ pub fn torque_filter(model: &Model<f64>, settings: &Settings<f64>) -> TorqueFilt
     })
 }
 
+/// From a sample to when its torque acts [s]: computed from this sample it does so in the next one, on average in its
+/// middle, behind the servo amplifier.
+pub(crate) fn preview(model: &Model<f64>, settings: &Settings<f64>) -> f64 {
+    1.5 * settings.control_period() + model.servo_lag
+}
+
+/// What a network should see of a set-point, by what is believed of the machine: speeds around the Stribeck velocity, and
+/// the ways along which bristles, and bristles with the coupling, turn over.
+pub(crate) fn setpoint_features(model: &Model<f64>) -> SetpointFeatures<f64> {
+    let own = &model.own;
+    let bristles = own.breakaway_torque / model.own_bristles.stiffness;
+    SetpointFeatures {
+        slow_velocity: 0.3 * own.stribeck_velocity,
+        fast_velocity: 3.0 * own.stribeck_velocity,
+        short_twist: bristles,
+        long_twist: bristles + own.breakaway_torque / model.drive.coupling_stiffness,
+    }
+}
+
 fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensation<f64>, Error> {
     let period = settings.control_period();
-    // A torque computed from this sample acts in the next one, on average in its middle, behind the servo amplifier.
-    let preview = 1.5 * period + model.servo_lag;
+    let preview = preview(model, settings);
     let inertia = model.drive.inertia();
     let torque_limit = model.scaling.servo_limit * model.scaling.torque_per_volt;
     Ok(match settings.compensation {
@@ -122,6 +140,11 @@ fn compensation(model: &Model<f64>, settings: &Settings<f64>) -> Result<Compensa
                 torque_gain: left * left * inertia / period,
                 torque_limit,
             })
+        }
+        CompensationChoice::Network(choice) => {
+            let (friction, bristles) = believed(&choice.belief, model, settings);
+            let fallback = FrictionFeedforward { friction: bristles.under(friction), preview, torque_limit };
+            Compensation::Network(NetworkFeedforward { network: choice.network, fallback })
         }
     })
 }

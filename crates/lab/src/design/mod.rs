@@ -23,6 +23,7 @@ mod velocity_observer;
 
 pub use arm::{ArmLimit, arm_limit, arm_rendering};
 pub use axis_control::{axis_control, position_controller, torque_filter};
+pub(crate) use axis_control::{preview, setpoint_features};
 pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predictive_current_control, speed_holder};
 pub use discretise::zero_order_hold;
 pub(crate) use drive_observer::believed_drive;

@@ -1,6 +1,7 @@
 //! What is stated of the compensation of friction; `design::axis_control` prepares it.
 
 use stickslip_core::Fields;
+use stickslip_core::control::compensation::Network;
 
 /// How friction is compensated beside the position controller.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -20,6 +21,8 @@ pub enum CompensationChoice<T> {
     FrictionObserver(FrictionObserverChoice<T>),
     /// All that the drive's inertia does not explain; the controller's integral fades meanwhile.
     DisturbanceObserver(DisturbanceObserverChoice<T>),
+    /// What a network that was trained on recordings finds along the set-point; the believed friction where it was not.
+    Network(NetworkChoice<T>),
 }
 
 /// Which friction is believed to act.
@@ -92,4 +95,13 @@ pub struct DisturbanceObserverChoice<T> {
     /// Bandwidth of the observer, a double pole; the loop loses phase to it.
     #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 60.0)]
     pub bandwidth: T,
+}
+
+/// A trained network, and what is in force where it knows nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct NetworkChoice<T> {
+    /// Which friction is believed outside the region that it was trained in.
+    pub belief: Belief<T>,
+    /// What was trained, as `examples/network/train.py` writes it. As it stands here it was not, and is nowhere in force.
+    pub network: Network<T>,
 }
