@@ -1,4 +1,4 @@
-//! `stickslip measure`: friction at constant speeds, breakaway, presliding, frequency response, learning.
+//! `stickslip measure`: friction at constant speeds, breakaway, presliding, frequency response, learning, tracking.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use stickslip::bench::remote::Address;
 use stickslip::bench::{ClockedBench, RemoteBench, Wishes};
-use stickslip::experiment::{BreakawayPlan, FrictionPlan, LearningPlan, PreslidingPlan, ResponsePlan};
+use stickslip::experiment::{BreakawayPlan, FrictionPlan, LearningPlan, PreslidingPlan, ResponsePlan, TrackingPlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
 use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock, measure_on};
@@ -39,6 +39,11 @@ pub(crate) enum Measure {
     /// nothing is gained any more.
     #[command(after_help = "Example: stickslip measure learning --set plan.frequency=2 --set plan.repetitions=6")]
     Learning(How),
+    /// Tracking: the controller under test follows sines and moves, slow and fast, with every sample on record. What a
+    /// network for the compensation of friction is trained on.
+    #[command(after_help = "Example: stickslip measure tracking --preset prototype\n\
+                            Example: stickslip measure tracking --set plan.speed=20 --set plan.stroke=10 --dry-run")]
+    Tracking(How),
 }
 
 /// On which bench, how long, and where to.
@@ -100,7 +105,8 @@ impl Measure {
         | Measure::Breakaway(how)
         | Measure::Presliding(how)
         | Measure::Response(how)
-        | Measure::Learning(how)) = self;
+        | Measure::Learning(how)
+        | Measure::Tracking(how)) = self;
         how.shown
     }
 
@@ -112,6 +118,7 @@ impl Measure {
             Measure::Presliding(how) => (how, PreslidingPlan::<f64>::KIND),
             Measure::Response(how) => (how, ResponsePlan::<f64>::KIND),
             Measure::Learning(how) => (how, LearningPlan::<f64>::KIND),
+            Measure::Tracking(how) => (how, TrackingPlan::<f64>::KIND),
         };
         (how.folder(kind), how.preset.clone())
     }
@@ -123,6 +130,7 @@ impl Measure {
             Measure::Presliding(how) => how.run::<PreslidingPlan<f64>>(out, watch),
             Measure::Response(how) => how.run::<ResponsePlan<f64>>(out, watch),
             Measure::Learning(how) => how.run::<LearningPlan<f64>>(out, watch),
+            Measure::Tracking(how) => how.run::<TrackingPlan<f64>>(out, watch),
         }
     }
 }

@@ -40,13 +40,14 @@ pub(super) struct Facts {
 }
 
 /// Of each kind, what it is called and the result that a reader looks for first.
-const KINDS: [(&str, &str, &str); 17] = [
+const KINDS: [(&str, &str, &str); 18] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
     ("measure presliding", "presliding", "measure.bristle_stiffness"),
     ("measure response", "frequency response", "measure.tacho.magnitude_deviation"),
     ("measure learning", "learning", "measure.factor"),
+    ("measure tracking", "tracking", "measure.deviation"),
     ("hunting", "hunting", "hunting.amplitude"),
     ("benchmark", "controllers compared", "benchmark.failed_runs"),
     ("calibrate", "calibration", "calibrate.load_inertia"),

@@ -16,6 +16,7 @@ mod plateau;
 mod presliding;
 mod rendering;
 mod response;
+mod tracking;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
 pub(crate) use friction::hold_speed;
@@ -31,6 +32,7 @@ pub use rendering::{
     sweep_through_standstill,
 };
 pub use response::{Answer, COHERENT, Line, Response, ResponsePlan, measure_response};
+pub use tracking::{Followed, Motion, Tracked, TrackedSample, TrackingPlan, record_tracking};
 
 use crate::bench::{Bench, Change};
 use crate::{Error, design};

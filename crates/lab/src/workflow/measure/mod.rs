@@ -5,6 +5,7 @@ mod friction;
 mod learning;
 mod presliding;
 mod response;
+mod tracking;
 
 use std::path::Path;
 
