@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use stickslip::design::axis_control;
 use stickslip::{
-    CompensationChoice, ControllerChoice, FeedforwardChoice, FrictionObserverChoice, Preset, StateFeedback, parameters,
+    CompensationChoice, ControllerChoice, FeedforwardChoice, FrictionObserverChoice, NetworkChoice, Preset,
+    StateFeedback, parameters,
 };
 use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::Setpoint;
@@ -19,7 +20,7 @@ const SAMPLES: u32 = 200_000;
 type Row = (&'static str, f64, f64);
 
 /// A row each.
-pub(crate) fn run(rounds: usize) -> Result<[Row; 4], Box<dyn Error>> {
+pub(crate) fn run(rounds: usize) -> Result<[Row; 5], Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let mut time = |controller, compensation| -> Result<f64, Box<dyn Error>> {
         (preset.bench.controller, preset.bench.compensation) = (controller, compensation);
@@ -30,20 +31,23 @@ pub(crate) fn run(rounds: usize) -> Result<[Row; 4], Box<dyn Error>> {
     let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
     let fed_forward = CompensationChoice::Feedforward(FeedforwardChoice::default());
     let observed = CompensationChoice::FrictionObserver(FrictionObserverChoice::default());
+    let trained = CompensationChoice::Network(NetworkChoice::default());
     Ok([
         (NAMES[0], time(pid, CompensationChoice::Nothing)?, 20.0),
         (NAMES[1], time(state_feedback, CompensationChoice::Nothing)?, 150.0),
         (NAMES[2], time(state_feedback, fed_forward)?, 150.0),
         (NAMES[3], time(pid, observed)?, 1000.0),
+        (NAMES[4], time(pid, trained)?, 500.0),
     ])
 }
 
 /// What is measured.
-pub(crate) const NAMES: [&str; 4] = [
+pub(crate) const NAMES: [&str; 5] = [
     "control_pid/20ns",
     "control_state_feedback/150ns",
     "control_state_feedback_feedforward/150ns",
     "control_friction_observer/1us",
+    "control_network/500ns",
 ];
 
 /// A sine under control: nanoseconds a sample.

@@ -1,14 +1,14 @@
 //! Tracking: the controller under test follows motions rich in reversals and speeds, sample by sample on record.
 //!
-//! Sines from slow to fast at several frequencies, each ending at a turning point and followed by the move back, then moves
-//! of several lengths, gentle and as fast as allowed. One set-point goes on from one motion to the next: what it did before
-//! is known of each sample. So the record says which torque each motion takes, and is what a network can be trained on.
+//! Sines from slow to fast at several frequencies, then moves of several lengths, gentle and as fast as allowed; each motion
+//! ends at rest where it began. One set-point goes on from one to the next: what it did before is known of each sample. So
+//! the record says which torque each motion takes, and is what a network can be trained on.
 
 use std::f64::consts::TAU;
 
 use stickslip_core::Fields;
 use stickslip_core::control::compensation::{FEATURES, FeatureState, SetpointFeatures};
-use stickslip_core::control::reference::{Generator, MotionLimits, PointToPoint, Reference, Setpoint, Sine, Stroke};
+use stickslip_core::control::reference::{Chirp, Generator, MotionLimits, PointToPoint, Reference, Setpoint};
 
 use super::kept;
 use crate::bench::{Bench, Command, Frame};
@@ -16,12 +16,12 @@ use crate::design::{preview, setpoint_features};
 use crate::preset::CompensationChoice;
 use crate::{Error, Watch};
 
-/// Time in which a sine fades in [s].
-const FADE: f64 = 0.5;
-/// A sine lasts for so many periods, and at least for so long [s].
+/// Time in which a sine fades in, and out [s].
+const FADE: f64 = 1.0;
+/// Between that it lasts for so many periods, and at least for so long [s].
 const PERIODS: f64 = 2.0;
 const LEAST_TIME: f64 = 2.0;
-/// Rest after each move [s].
+/// Rest after each motion [s].
 const DWELL: f64 = 0.2;
 /// Lengths of moves, as shares of the stroke.
 const LENGTHS: [f64; 4] = [1e-3, 1e-2, 0.1, 1.0];
@@ -68,8 +68,6 @@ pub struct Motion {
     reference: Reference<f64>,
     /// How long [s].
     duration: f64,
-    /// Whether the way back follows.
-    returns: bool,
 }
 
 /// One sample of the controller.
@@ -118,10 +116,6 @@ pub struct Tracked {
 }
 
 impl TrackingPlan<f64> {
-    fn limits(&self) -> MotionLimits<f64> {
-        MotionLimits { velocity: self.speed, acceleration: self.acceleration, jerk: self.jerk }
-    }
-
     /// The motions, one after the other.
     pub fn motions(&self) -> Vec<Motion> {
         let spread = |count: f64, low: f64, high: f64| {
@@ -137,18 +131,24 @@ impl TrackingPlan<f64> {
                 if amplitude > self.stroke * within || speed * TAU * frequency > self.acceleration * within {
                     continue;
                 }
-                // It ends where it turns, a quarter past a period.
-                let periods = ((LEAST_TIME + FADE) * frequency).max(PERIODS).ceil() + 0.25;
-                let sine = Sine { amplitude, frequency, fade_time: FADE };
+                // Whole periods: it ends where it began.
+                let between = (LEAST_TIME * frequency).max(PERIODS);
+                let duration = (between + 2.0 * FADE * frequency).ceil() / frequency;
+                let sine = Chirp {
+                    amplitude,
+                    start_frequency: frequency,
+                    end_frequency: frequency,
+                    duration,
+                    fade_time: FADE,
+                };
                 motions.push(Motion {
                     what: format!("sine of {frequency:.2} Hz, {speed:.3} rad/s"),
-                    reference: Reference::Sine(sine),
-                    duration: periods / frequency,
-                    returns: true,
+                    reference: Reference::Chirp(sine),
+                    duration: duration + DWELL,
                 });
             }
         }
-        let full = self.limits();
+        let full = MotionLimits { velocity: self.speed, acceleration: self.acceleration, jerk: self.jerk };
         let [speed, acceleration] = GENTLE;
         let gentle = MotionLimits {
             velocity: speed * full.velocity,
@@ -163,7 +163,6 @@ impl TrackingPlan<f64> {
                     what: format!("{name} moves of {distance:.3} rad"),
                     duration: moves.duration(),
                     reference: Reference::PointToPoint(moves),
-                    returns: false,
                 });
             }
         }
@@ -172,12 +171,8 @@ impl TrackingPlan<f64> {
 
     /// Time that it takes on the bench [s].
     pub fn duration(&self) -> f64 {
-        let back = |motion: &Motion| match motion.reference {
-            Reference::Sine(sine) => Stroke::plan(sine.amplitude, &self.limits()).duration() + DWELL,
-            _ => 0.0,
-        };
         // And half a second to come to rest.
-        self.motions().iter().map(|motion| motion.duration + back(motion)).sum::<f64>() + 0.5
+        self.motions().iter().map(|motion| motion.duration).sum::<f64>() + 0.5
     }
 }
 
@@ -225,7 +220,7 @@ fn follow(
     let (rate, divider) = (bench.settings().tick_rate, bench.settings().divider());
     let motions = tracked.motions.clone();
     let total = plan.duration();
-    let (mut ticks, mut position, mut begin) = (0u64, home, None);
+    let (mut ticks, mut begin) = (0u64, None);
     let samples = &mut tracked.samples;
     let mut see = |frame: &Frame| {
         // The mark is the motion, from 1.
@@ -243,31 +238,15 @@ fn follow(
         }
     };
     for (number, motion) in motions.iter().enumerate() {
-        let mut legs = vec![(motion.reference, motion.duration)];
-        if motion.returns {
-            // Where the sine turns is known when it is there.
-            legs.push((Reference::PointToPoint(PointToPoint::default()), 0.0));
-        }
-        for (reference, duration) in legs {
-            let (reference, duration) = match reference {
-                Reference::PointToPoint(moves) if duration <= 0.0 => {
-                    let limits = plan.limits();
-                    let back = PointToPoint { distance: home - position, limits, dwell_time: DWELL, ..moves };
-                    (Reference::PointToPoint(back), back.duration())
-                }
-                other => (other, duration),
-            };
-            let mut setpoints = Generator::new(reference, rate).with_origin(position);
-            for _ in 0..(duration * rate).round() as u64 {
-                if ticks.is_multiple_of(512) {
-                    watch.stage("motions", ticks as f64 / rate / total)?;
-                }
-                ticks += 1;
-                let setpoint = setpoints.next();
-                position = setpoint.position;
-                let command = Command { setpoint, control: true, mark: number as u32 + 1, ..Command::default() };
-                bench.hand_over(command)?.iter().for_each(&mut see);
+        let mut setpoints = Generator::new(motion.reference, rate).with_origin(home);
+        for _ in 0..(motion.duration * rate).round() as u64 {
+            if ticks.is_multiple_of(512) {
+                watch.stage("motions", ticks as f64 / rate / total)?;
             }
+            ticks += 1;
+            let setpoint = setpoints.next();
+            let command = Command { setpoint, control: true, mark: number as u32 + 1, ..Command::default() };
+            bench.hand_over(command)?.iter().for_each(&mut see);
         }
     }
     bench.drain(&mut see)

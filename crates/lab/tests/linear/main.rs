@@ -3,6 +3,7 @@
 
 mod hunting;
 mod learning;
+mod network;
 mod responses;
 mod reversals;
 

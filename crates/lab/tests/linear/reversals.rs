@@ -38,7 +38,7 @@ fn tuned(controller: impl Fn(&ControllerChoice<f64>) -> ControllerChoice<f64>) -
 }
 
 /// The bench under control along a set-point for a time [s]: told are time [s], set-point and true angle [rad].
-fn run(
+pub(super) fn run(
     preset: &Preset<f64>,
     duration: f64,
     mut next: impl FnMut() -> Setpoint<f64>,
@@ -56,7 +56,7 @@ fn run(
 }
 
 /// Largest deviation of the screw [rad] about the reversals of a sine of 20 rad at 0.1 Hz, mean of two.
-fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) -> f64 {
+pub(super) fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoice<f64>) -> f64 {
     let preset = Preset { bench: Settings { compensation, ..preset.bench }, ..*preset };
     let sine = Sine { amplitude: 20.0, frequency: 0.1, fade_time: 0.0 };
     let mut setpoints = Generator::new(Reference::Sine(sine), preset.bench.tick_rate);
