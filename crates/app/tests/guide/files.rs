@@ -128,6 +128,7 @@ fn what_learning_hunting_and_benchmark_write_is_described() {
                  --set model.own.stribeck_velocity=0.5";
     for (command, options) in [
         ("measure learning", "--set plan.repetitions=3"),
+        ("measure tracking", "--set plan.speeds=2 --set plan.frequencies=2 --set plan.lowest_frequency=1"),
         ("hunting", &format!("--preset prototype {hunts}")),
         ("benchmark", "--quick --controller pid --friction nominal --manoeuvre reversal --seeds 1"),
     ] {
