@@ -28,7 +28,7 @@ pub struct Entrant {
 #[derive(Clone, Debug, PartialEq)]
 enum Source {
     /// One of the house.
-    House(House),
+    House(Box<House>),
     /// That of a parameter file, as it is stated there.
     File(Box<Preset<f64>>),
 }
@@ -149,7 +149,7 @@ impl Entrant {
                 _ => return Err(unknown()),
             }
         }
-        Ok(Entrant { name: name.into(), source: Source::House(house) })
+        Ok(Entrant { name: name.into(), source: Source::House(Box::new(house)) })
     }
 
     /// What is tuned of it: entrants with the same share their gains. `None` where it runs as it is stated.

@@ -33,15 +33,17 @@ fn sine(preset: &Preset<f64>, compensation: CompensationChoice<f64>, amplitude: 
     let preset = Preset { bench: Settings { compensation, ..preset.bench }, ..*preset };
     let sine = Sine { amplitude, frequency: 2.0, fade_time: 1.0 };
     let mut setpoints = Generator::new(Reference::Sine(sine), preset.bench.tick_rate);
-    let (mut square, mut count) = (0.0, 0.0);
+    let (mut square, mut count, mut before) = (0.0, 0.0, 0.0);
     run(
         &preset,
         3.0,
         || setpoints.next(),
         |time, wanted, angle| {
+            // The angle is told at the end of the tick: at its begin it is that of the tick before.
             if time > 1.0 {
-                (square, count) = (square + (wanted - angle) * (wanted - angle), count + 1.0);
+                (square, count) = (square + (wanted - before) * (wanted - before), count + 1.0);
             }
+            before = angle;
         },
     );
     f64::sqrt(square / count)
@@ -63,26 +65,30 @@ fn the_trained_network_takes_the_peaks_off_the_reversals_and_one_without_weights
     assert!(deviations[1] < FAST_SINE * deviations[0], "{deviations:.2?} mrad");
 }
 
-/// Shares of the deviation alone that the network may leave. Measured: see the test's output.
-const REVERSAL: f64 = 0.6;
+/// Shares of the deviation alone that the network may leave; it leaves 0.16 and 0.46.
+const REVERSAL: f64 = 0.25;
 const FAST_SINE: f64 = 0.6;
 
 #[test]
 fn beyond_what_it_was_trained_with_the_loop_has_the_feedforward_that_is_believed() {
     let preset = trained();
     let trained = network(&preset);
-    // A sine that the machine follows, and a network that was trained at a tenth of its speed.
+    // A network that was trained at a tenth of the sine's speed.
     let slow = |of: [f64; FEATURES]| [0.1 * of[0], 0.1 * of[1], of[2], of[3], of[4], of[5]];
     let region = Network { smallest: slow(trained.smallest), largest: slow(trained.largest), ..trained };
-    // What it gives there is nonsense.
-    let wrong = Network { output_bias: 1.0, ..region };
+    // What it gives there is nonsense: it pushes the wrong way.
+    let wrong = Network { output: region.output.map(|weight| -2.0 * weight), ..region };
     let believed = CompensationChoice::Feedforward(FeedforwardChoice::default());
     let nowhere = Network { smallest: [0.0; FEATURES], largest: [0.0; FEATURES], ..wrong };
     let everywhere = Network { smallest: [-1e9; FEATURES], largest: [1e9; FEATURES], ..wrong };
-    let deviations = [believed, with(nowhere), with(everywhere)].map(|choice| 1e3 * sine(&preset, choice, 2.0));
-    println!("{deviations:.2?} mrad RMS: believed, guarded, not guarded");
-    assert!((deviations[1] / deviations[0] - 1.0).abs() < 1e-6, "{deviations:.2?} mrad");
-    assert!(deviations[2] > 3.0 * deviations[0], "{deviations:.2?} mrad");
+    let deviations = [believed, with(nowhere), with(wrong), with(everywhere)];
+    let deviations = deviations.map(|choice| 1e3 * sine(&preset, choice, 2.0));
+    println!("{deviations:.2?} mrad RMS: believed, guarded everywhere, guarded when fast, not guarded");
+    // Where the set-point rests, before the sine and for moments at its turns, the network is within its region.
+    for guarded in &deviations[1..3] {
+        assert!((guarded / deviations[0] - 1.0).abs() < 0.02, "{deviations:.2?} mrad");
+    }
+    assert!(deviations[3] > 2.0 * deviations[0], "{deviations:.2?} mrad");
 }
 
 #[test]
