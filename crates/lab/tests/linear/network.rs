@@ -1,15 +1,19 @@
 //! The network that the repository has does what is said of it.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use stickslip_core::control::compensation::{Compensation, FEATURES, Network};
 use stickslip_core::control::reference::{Generator, Reference, Sine};
 
 use super::reversals::{reversal_peak, run};
+use stickslip::bench::VirtualBench;
 use stickslip::design::axis_control;
+use stickslip::experiment::{Tracked, TrackingPlan, home, record_tracking};
 use stickslip::parameters::{self, presets};
 use stickslip::recording::Recording;
-use stickslip::{CompensationChoice, FeedforwardChoice, NetworkChoice, Preset, Settings};
+use stickslip::{CompensationChoice, FeedforwardChoice, NetworkChoice, Preset, Settings, Watch};
 
 fn file(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../data/network").join(name)
@@ -127,4 +131,47 @@ fn a_network_in_a_file_reads_back_to_its_bits_and_comes_into_force() {
     });
     let refused = parameters::read::<Preset<f64>>(&text, "t").unwrap_err().to_string();
     assert!(refused.contains("bench.compensation.network.smallest"), "{refused}");
+}
+
+/// A few motions on record; `watch` sees them.
+fn tracked(watch: &Watch) -> Result<Tracked, stickslip::Error> {
+    let mut preset = trained();
+    preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice::default());
+    let mut bench = VirtualBench::new(&preset, 1).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let plan = TrackingPlan { speeds: 2.0, frequencies: 2.0, lowest_frequency: 1.0, ..TrackingPlan::default() };
+    record_tracking(&plan, &mut bench, watch)
+}
+
+#[test]
+fn a_record_of_tracking_has_the_friction_of_each_sample_and_what_a_network_sees_of_it() {
+    let record = tracked(&Watch::silent()).unwrap();
+    assert!(record.complete && (record.duration - record.samples.len() as f64 * record.period).abs() < 2.0);
+    let own = trained().model.own;
+    let (mut error, mut count, mut largest) = (0.0, 0.0, [0.0f64; FEATURES]);
+    for ((sample, features), torque) in record.samples.iter().zip(record.seen()).zip(record.friction()) {
+        for (largest, feature) in largest.iter_mut().zip(features) {
+            *largest = largest.max(feature);
+        }
+        // What slides steadily has the friction of the curve; the controller's noise averages out.
+        if features[0] > 3.0 && features[5] > 0.999 && sample.setpoint.acceleration.abs() < 100.0 {
+            (error, count) = (error + torque - own.magnitude(features[0]), count + 1.0);
+        }
+    }
+    assert!(count > 500.0 && (error / count).abs() < 0.03, "{} N m over {count} samples", error / count);
+    // The fast sine, its smooth signs, and memories that are full.
+    assert!((largest[0] - 40.0).abs() < 1.0 && largest[2] > 0.99 && largest[4] > 0.999, "{largest:?}");
+}
+
+#[test]
+fn a_record_that_is_cancelled_keeps_what_it_has_from_the_second_motion_on() {
+    for (until, kept) in [(0.05, false), (0.6, true)] {
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let stop = cancelled.clone();
+        let record = tracked(&Watch::new(cancelled, move |_, done| stop.store(done > until, Ordering::Relaxed)));
+        match record {
+            Ok(record) => assert!(kept && !record.complete && !record.samples.is_empty()),
+            Err(error) => assert!(!kept && matches!(error, stickslip::Error::Cancelled), "{error}"),
+        }
+    }
 }
