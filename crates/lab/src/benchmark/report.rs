@@ -93,17 +93,24 @@ impl Outcome {
             let preset = case.on(&self.plan.preset);
             let own = preset.model.own;
             let said = |value: f64, unit: &str| tied(&Estimate::new(value, unit));
-            let machine = format!("{}, {} friction", self.plan.machine, case.name);
-            let caption = format!(
-                "{machine}: M_S {}, M_K {}, Ω_Strib {}. Factor: by how much the deviations are smaller than those of {}. A \
-                 count is {}.",
+            let mut machine = format!("{}, {} friction", self.plan.machine, case.name);
+            let friction = format!(
+                "{machine}: M_S {}, M_K {}, Ω_Strib {}",
                 said(own.breakaway_torque, "N m"),
                 said(own.kinetic_torque, "N m"),
                 said(own.stribeck_velocity, "rad/s"),
-                self.plan.entrants[0].name,
-                said(count, "rad")
             );
-            tables.push((caption, self.table(case.name, &ranks, true)));
+            if self.measures(true).next().is_some() {
+                let caption = format!(
+                    "{friction}. Factor: by how much the deviations are smaller than those of {}. A count is {}.",
+                    self.plan.entrants[0].name,
+                    said(count, "rad")
+                );
+                tables.push((caption, self.table(case.name, &ranks, true)));
+            } else {
+                // Nobody is ranked by what is no tracking.
+                machine = friction;
+            }
             if self.measures(false).next().is_some() {
                 let tolerance = said(super::manoeuvre::tolerance(&preset), "rad");
                 let caption = format!("{machine}: settling and rest. A move has settled within {tolerance}.");

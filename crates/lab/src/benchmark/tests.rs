@@ -37,6 +37,21 @@ fn plan(folder: &std::path::Path) -> Plan {
 }
 
 #[test]
+fn what_is_no_tracking_ranks_nobody() {
+    let folder = tempfile::tempdir().unwrap();
+    let manoeuvres = vec![Manoeuvre::Strokes];
+    let plan = Plan { variations: Vec::new(), manoeuvres, places: 2, ..plan(folder.path()) };
+    let outcome = run_plan(&plan, folder.path(), &Watch::silent()).unwrap();
+    let tables = outcome.tables();
+    let [(caption, table)] = &tables[..] else { panic!("one table: {tables:?}") };
+    let text = table.lines().join("\n");
+    assert!(caption.contains("M_S 0.4500 N·m") && caption.contains("settling"), "{caption}");
+    assert!(!text.contains("failed") && text.contains("strokes, settling"), "{text}");
+    // A short way and a long one, forth and back, were gone.
+    assert!(outcome.cells.iter().all(|cell| cell.values(Manoeuvre::Strokes, 2).iter().all(|largest| *largest > 1e-3)));
+}
+
+#[test]
 fn a_compensation_that_knows_the_friction_ranks_before_none_whatever_the_threads() {
     let folder = tempfile::tempdir().unwrap();
     let plan = plan(folder.path());
