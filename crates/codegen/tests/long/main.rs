@@ -12,7 +12,7 @@ mod support;
 
 use std::process::Command;
 
-use stickslip_codegen::record::{self, Precision, Recorded};
+use stickslip_codegen::record::{self, Precision, Program, Recorded};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::scalar::Scalar;
@@ -43,6 +43,19 @@ const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other
 
 fn ticks() -> Ticks {
     if std::env::var_os("STICKSLIP_LONG").is_some() { FULL } else { USUAL }
+}
+
+/// A block of so many operations shows in a shorter run what there is to see.
+const MANY: usize = 30_000;
+
+/// Operations of a step, calls included.
+fn operations(program: &Program) -> usize {
+    let mut of_each: Vec<usize> = Vec::new();
+    for step in &program.steps {
+        let calls = step.graph.calls.iter().map(|call| of_each[call.function]);
+        of_each.push(step.graph.nodes.len() + calls.sum::<usize>());
+    }
+    of_each.last().copied().unwrap_or_default()
 }
 
 /// The compilers that there are.
@@ -103,6 +116,8 @@ where
     let program = record::record::<B, F>(block);
     let top = program.steps.last().expect("a program has at least the block itself");
     let names = [top.output.paths(), top.state.paths()].concat();
+    let most = if operations(&program) > MANY { SHORT } else { MILLION };
+    let (extreme, other) = (extreme.min(most), other.min(most));
     let workshop = Workshop::new::<F>(&program, schedule);
     let block = block.map(&mut |v: f64| <F as Scalar>::of(v));
     let expected = rust::hashes(&block, schedule, extreme.max(other));

@@ -60,7 +60,9 @@ pub fn hashes<T: Number, B: Block<T, Input: Default>>(block: &B, schedule: &Sche
         changes += usize::from(alone != last);
         last = alone;
         if (number + 1).is_multiple_of(CHUNK) {
-            assert!(changes > CHUNK / 10, "only {changes} of the {CHUNK} ticks up to {number} change anything");
+            // Of many inputs one is no number in nearly all special ticks, and all NaN are alike.
+            let least = if ordinary { CHUNK / 10 } else { 0 };
+            assert!(changes > least, "only {changes} of the {CHUNK} ticks up to {number} change anything");
             changes = 0;
             out.push(hash);
         }

@@ -4,7 +4,7 @@ use stickslip_core::control::compensation::{
     AdaptiveStribeck, Compensation, CurveFeedforward, DisturbanceObserver, FriedlandPark, FrictionObserver, FrictionFeedforward, Network, NetworkFeedforward, StictionHold,
 };
 use stickslip_core::control::{
-    AxisControl, Cascade, CurrentControl, LimitStep, LinearController, Notch, Pid, PositionController, Predictive,
+    AxisControl, Cascade, CurrentControl, LimitStep, LimitSteps, LinearController, Notch, Pid, PositionController, Predictive,
     STATES, VelocityObserver,
 };
 use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
@@ -78,7 +78,7 @@ fn foreseeing() -> Predictive<f64> {
         linear: linear(),
         free_torque: std::array::from_fn(|j| std::array::from_fn(|i| free(j, i))),
         free_velocity: std::array::from_fn(|j| std::array::from_fn(|i| some(j, i))),
-        step: held_back(),
+        steps: LimitSteps { step: held_back() },
         velocity_weight: 0.2,
         torque_rate_limit: 200.0,
         speed_limit: 2.0,
@@ -150,6 +150,7 @@ agree!(current_control, CurrentControl, CurrentControl::default());
 agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
 agree!(linear_controller, LinearController, linear());
 agree!(limit_step, LimitStep, held_back());
+agree!(limit_steps, LimitSteps, LimitSteps { step: held_back() });
 agree!(predictive, Predictive, foreseeing());
 agree!(
     position_controller,

@@ -27,7 +27,8 @@ pub use linear::{INPUTS, LinearController, LinearState, STATES};
 pub use pid::{Pid, PidState};
 pub use position::{ControllerInput, ControllerOutput, PositionController, PositionControllerState};
 pub use predictive::{
-    CAUSES, HORIZON, LimitStep, LimitStepInput, LimitStepOutput, LimitStepState, Limited, Predictive, SPEEDS, STRIDE,
+    CAUSES, HORIZON, LimitStep, LimitStepInput, LimitStepOutput, LimitStepState, LimitSteps, Limited, Predictive,
+    SPEEDS, STRIDE,
 };
 pub use velocity_observer::{VelocityObserver, VelocityObserverInput, VelocityObserverOutput, VelocityObserverState};
 

@@ -16,9 +16,10 @@ pub const SPEEDS: usize = HORIZON / STRIDE;
 /// What the course without limits follows from: states and integral after this sample, its torque, velocity and
 /// acceleration of the set-point, and the torque that compensation adds.
 pub const CAUSES: usize = STATES + 5;
-/// How often limits and course are brought together. The error that is left is of the order of the encoder's noise where a
-/// limit is met gently, and vanishes where it is met for long.
-const ITERATIONS: usize = 40;
+/// How often limits and course are brought together: so many rounds of so many steps. In jumps of the set-point that ask
+/// for many times the torque, forty leave 0.1 to 5 % of the largest torque on average, and at worst a fifth in a sample.
+const ROUNDS: usize = 5;
+const AT_ONCE: usize = 8;
 /// Over-relaxation of the iteration, the usual value.
 const RELAXATION: f64 = 1.6;
 
@@ -29,12 +30,12 @@ const RELAXATION: f64 = 1.6;
 /// regulator itself behind the horizon):
 ///
 /// ```text
-/// min ½·(U − U⁰)ᵀ·H·(U − U⁰)   over   |u + M_c| ≤ M_max,   |Δ(u + M_c)| ≤ T·Ṁ_max,   |Ω| ≤ Ω_max
+/// min ½·(U − U⁰)ᵀ·H·(U − U⁰)   over   |u + M_c| ≤ M_max,   |Δ(u + M_c)| ≤ T·dM_max,   |Ω| ≤ Ω_max
 /// ```
 ///
 /// and gives its first torque. H = T⁻ᵀ·T⁻¹ with the closed loop's answer T to torque added to it. Where no limit is in the
 /// way, U = U⁰ to the bit: it *is* the linear controller. The quadratic program is solved by a fixed number of steps of
-/// the alternating direction method of multipliers ([`LimitStep`]) from a cold start, so that no sample hands an error on
+/// the alternating direction method of multipliers ([`LimitStep`], forty times) from a cold start, so that no sample hands an error on
 /// to the next. The first torque keeps torque limit and rate whatever the iteration has left; the velocity is held as far as
 /// these two admit.
 ///
@@ -52,12 +53,12 @@ pub struct Predictive<T> {
     #[field(unit = "1", range = -1e15..=1e15)]
     pub free_velocity: [[T; SPEEDS]; CAUSES],
     /// How course and limits are brought together.
-    pub step: LimitStep<T>,
+    pub steps: LimitSteps<T>,
     /// Torque that a velocity counts as in that.
     #[field(unit = "N m s/rad", range = 0.0..=1e9, default = 1.0)]
     pub velocity_weight: T,
     /// Largest rate of the torque.
-    #[field(symbol = "Ṁ_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e6)]
+    #[field(symbol = "dM_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e6)]
     pub torque_rate_limit: T,
     /// Largest velocity of the load.
     #[field(symbol = "Ω_max", unit = "rad/s", range = 1e-3..=1e6, default = 200.0)]
@@ -110,6 +111,13 @@ pub struct LimitStep<T> {
     pub answer: [T; HORIZON],
 }
 
+/// So many steps at once that a picture of them, and the C, is one that can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct LimitSteps<T> {
+    /// Each of them.
+    pub step: LimitStep<T>,
+}
+
 /// How far the course moves away from the one without limits.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct LimitStepOutput<T> {
@@ -158,7 +166,7 @@ impl<T: Scalar> LimitStep<T> {
         for k in 0..HORIZON {
             sum[k] += b.change[k];
             if k + 1 < HORIZON {
-                sum[k] = sum[k] - b.change[k + 1];
+                sum[k] -= b.change[k + 1];
             }
         }
         for (j, velocity) in b.velocity.iter().enumerate() {
@@ -189,6 +197,21 @@ impl<T: Scalar> Block<T> for LimitStep<T> {
         let relaxed = reached.each(&kept, &limits, |reached, kept, _| kept + T::of(RELAXATION) * (reached - kept));
         state.point = relaxed.each(&price, &limits, |relaxed, price, _| relaxed + price);
         LimitStepOutput { moved }
+    }
+}
+
+impl<T: Scalar> Block<T> for LimitSteps<T> {
+    type State = LimitStepState<T>;
+    type Input = LimitStepInput<T>;
+    type Output = LimitStepOutput<T>;
+
+    #[inline(always)]
+    fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
+        let mut output = LimitStepOutput { moved: [T::of(0.0); HORIZON] };
+        for _ in 0..AT_ONCE {
+            output = self.step.run(state, input, dt);
+        }
+        output
     }
 }
 
@@ -224,8 +247,8 @@ impl<T: Scalar> Predictive<T> {
         let limits = [self.linear.torque_limit, dt * self.torque_rate_limit, speed_limit];
         let mut state = LimitStepState { point: free };
         let mut first = zero;
-        for _ in 0..ITERATIONS {
-            first = self.step.run(&mut state, LimitStepInput { free, limits }, dt).moved[0];
+        for _ in 0..ROUNDS {
+            first = self.steps.run(&mut state, LimitStepInput { free, limits }, dt).moved[0];
         }
         first
     }

@@ -65,7 +65,7 @@ impl Predictive<f64> {
         let mut it = Predictive { linear: LinearController::observing(), ..Predictive::default() };
         it.free_torque[STATES + 1][0] = 1.0;
         for k in 0..HORIZON {
-            it.step.resolvent[k][k] = 0.3;
+            it.steps.step.resolvent[k][k] = 0.3;
         }
         it
     }

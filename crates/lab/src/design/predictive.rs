@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use stickslip_core::control::{
-    CAUSES, HORIZON, INPUTS, LimitStep, LinearController, Predictive, SPEEDS, STATES, STRIDE,
+    CAUSES, HORIZON, INPUTS, LimitStep, LimitSteps, LinearController, Predictive, SPEEDS, STATES, STRIDE,
 };
 
 use super::state_feedback;
@@ -62,7 +62,9 @@ pub fn predictive(choice: &PredictiveFeedback<f64>, model: &Model<f64>, dt: f64)
         linear,
         free_torque,
         free_velocity,
-        step: LimitStep { resolvent: std::array::from_fn(|j| std::array::from_fn(|i| resolvent[(i, j)])), answer },
+        steps: LimitSteps {
+            step: LimitStep { resolvent: std::array::from_fn(|j| std::array::from_fn(|i| resolvent[(i, j)])), answer },
+        },
         velocity_weight,
         torque_rate_limit: choice.torque_rate_limit,
         speed_limit: choice.speed_limit,

@@ -126,7 +126,7 @@ pub struct PredictiveFeedback<T> {
     /// What it does where no limit is in the way.
     pub feedback: StateFeedback<T>,
     /// Largest rate of the torque.
-    #[field(symbol = "Ṁ_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e4)]
+    #[field(symbol = "dM_max", unit = "N m/s", range = 1e-3..=1e9, default = 1e4)]
     pub torque_rate_limit: T,
     /// Largest velocity of the load.
     #[field(symbol = "Ω_max", unit = "rad/s", range = 1e-3..=1e6, default = 100.0)]

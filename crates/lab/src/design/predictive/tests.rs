@@ -77,7 +77,8 @@ fn at_rest(controller: &Predictive<f64>) -> LinearState<f64> {
 
 /// The same controller that does not look ahead: what exceeds a limit is cut off.
 fn short_sighted(controller: &Predictive<f64>) -> Predictive<f64> {
-    Predictive { step: LimitStep { resolvent: [[0.0; HORIZON]; HORIZON], ..controller.step }, ..*controller }
+    let step = LimitStep { resolvent: [[0.0; HORIZON]; HORIZON], ..controller.steps.step };
+    Predictive { steps: LimitSteps { step }, ..*controller }
 }
 
 #[test]
@@ -157,7 +158,7 @@ fn the_course_that_it_sees_is_the_one_that_the_linear_controller_then_takes() {
 
 /// The nearest course by another way: Hildreth's, one limit after the other, until nothing changes.
 fn nearest(controller: &Predictive<f64>, free: &Limited<f64>, limits: &[f64; 3]) -> Vec<f64> {
-    let resolvent = DMatrix::from_fn(HORIZON, HORIZON, |i, j| controller.step.resolvent[j][i]);
+    let resolvent = DMatrix::from_fn(HORIZON, HORIZON, |i, j| controller.steps.step.resolvent[j][i]);
     let mut rows = DMatrix::zeros(2 * HORIZON + SPEEDS, HORIZON);
     let mut free_and_limit = Vec::new();
     for k in 0..HORIZON {
@@ -168,7 +169,7 @@ fn nearest(controller: &Predictive<f64>, free: &Limited<f64>, limits: &[f64; 3])
     for j in 0..SPEEDS {
         let last = (j + 1) * STRIDE - 1;
         for k in 0..=last {
-            rows[(2 * HORIZON + j, k)] = controller.step.answer[last - k];
+            rows[(2 * HORIZON + j, k)] = controller.steps.step.answer[last - k];
         }
     }
     free_and_limit.extend(free.torque.map(|value| (value, limits[0])));
@@ -215,7 +216,7 @@ fn its_course_is_the_nearest_within_the_limits() {
         let mut state = LimitStepState { point: free };
         let mut found = [0.0; HORIZON];
         for _ in 0..3000 {
-            found = controller.step.step(&mut state, LimitStepInput { free, limits }, DT).moved;
+            found = controller.steps.step.step(&mut state, LimitStepInput { free, limits }, DT).moved;
         }
         for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert!((found - expected).abs() < 1e-6, "{speed} rad/s, sample {k}: {found} {expected}");
