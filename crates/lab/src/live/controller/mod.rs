@@ -25,7 +25,7 @@ use super::protocol::{Answer, Item};
 use super::{Live, lock};
 use crate::design::within;
 use crate::parameters::{self, Entry, Value, diff};
-use crate::workflow::position_loop::{LoopRun, as_cascade, as_pid, as_state_feedback};
+use crate::workflow::position_loop::{LoopRun, as_cascade, as_pid, as_predictive, as_state_feedback};
 use crate::{ControllerChoice, Error, Preset};
 
 /// Where the position controller stands among the parameters.
@@ -64,6 +64,8 @@ pub enum DraftKind {
     Pid,
     /// Feedback of all states of the drive; the defaults of one, unless it is one.
     StateFeedback,
+    /// A state feedback within limits; of a state feedback the one that it is.
+    Predictive,
 }
 
 /// A draft that has been read.
@@ -107,6 +109,7 @@ impl Live {
             Some(DraftKind::Cascade) => *controller = as_cascade(controller),
             Some(DraftKind::Pid) => *controller = as_pid(controller),
             Some(DraftKind::StateFeedback) => *controller = as_state_feedback(controller),
+            Some(DraftKind::Predictive) => *controller = as_predictive(controller),
             None => {}
         }
         if let Some(drag) = &draft.drag {
