@@ -783,6 +783,7 @@ export type Doing = {
 export type DraftKind = "cascade"
   | "pid"
   | "state-feedback"
+  | "predictive"
 /** A hand on a handle. */
 export type Drag = {
   /** Which. */
