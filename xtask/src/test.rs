@@ -74,7 +74,7 @@ pub(crate) fn test() -> Result<(), String> {
         run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
         Ok(Outcome::Passed)
     });
-    suite.stage("page", seconds(420), |_| {
+    suite.stage("page", seconds(470), |_| {
         let web = copy.join("web");
         if !tools::works("node") || !tools::works("npm") {
             return Ok(Outcome::Skipped("npm is missing".into()));
