@@ -16,8 +16,8 @@ pub const SPEEDS: usize = HORIZON / STRIDE;
 /// What the course without limits follows from: states and integral after this sample, its torque, velocity and
 /// acceleration of the set-point, and the torque that compensation adds.
 pub const CAUSES: usize = STATES + 5;
-/// How often limits and course are brought together: so many rounds of so many steps. In jumps of the set-point that ask
-/// for many times the torque, forty leave 0.1 to 5 % of the largest torque on average, and at worst a fifth in a sample.
+/// How often limits and course are brought together: so many rounds of so many steps. Jumps of the set-point that ask for
+/// many times the torque would need more; what is left then is cut off.
 const ROUNDS: usize = 5;
 const AT_ONCE: usize = 8;
 /// Over-relaxation of the iteration, the usual value.
@@ -35,9 +35,9 @@ const RELAXATION: f64 = 1.6;
 ///
 /// and gives its first torque. H = T⁻ᵀ·T⁻¹ with the closed loop's answer T to torque added to it. Where no limit is in the
 /// way, U = U⁰ to the bit: it *is* the linear controller. The quadratic program is solved by a fixed number of steps of
-/// the alternating direction method of multipliers ([`LimitStep`], forty times) from a cold start, so that no sample hands an error on
-/// to the next. The first torque keeps torque limit and rate whatever the iteration has left; the velocity is held as far as
-/// these two admit.
+/// the alternating direction method of multipliers ([`LimitStep`], forty times) from a cold start, so that no sample hands
+/// an error on to the next. The first torque keeps torque limit and rate whatever the iteration has left; the velocity is
+/// held as far as these two admit.
 ///
 /// B. Kouvaritakis, J. A. Rossiter, J. Schuurmans, IEEE TAC 45 (2000) 1545; B. Stellato et al., Math. Prog. Comp. 12
 /// (2020) 637. What a drive does behind the horizon (20 samples) it does not see: a long way to brake needs a set-point

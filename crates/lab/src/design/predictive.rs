@@ -11,7 +11,7 @@ use crate::Error;
 use crate::preset::{Model, PredictiveFeedback};
 
 /// Weight of the distance from the limits against that from the course without limits, and the size of what velocities
-/// count as: the iteration comes to its end soonest with these on the drives of the presets, between 3 and 20, and 2 and 10.
+/// count as. They decide how soon the iteration is near its end, not where that is; found by trial on `prototype`.
 const PENALTY: f64 = 8.0;
 const VELOCITIES: f64 = 5.0;
 
