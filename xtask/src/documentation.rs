@@ -1,8 +1,10 @@
 //! What `cargo doc` complains about, without the units that it takes for links.
 
 /// Units of one word, which stand in brackets behind a quantity: "mean step [s]". Rustdoc reads `[s]` as a link.
-const UNITS: [&str; 19] =
-    ["s", "ns", "m", "kg", "A", "K", "rad", "N", "V", "W", "J", "H", "Ω", "Hz", "px", "dB", "lines", "counts", "bytes"];
+const UNITS: [&str; 20] = [
+    "s", "ns", "m", "kg", "A", "K", "rad", "mrad", "N", "V", "W", "J", "H", "Ω", "Hz", "px", "dB", "lines", "counts",
+    "bytes",
+];
 
 /// The complaints in what `cargo doc` writes to stderr.
 pub(crate) fn complaints(stderr: &str) -> Vec<&str> {
