@@ -1,5 +1,7 @@
 //! Symbols and words of a diagram.
 
+use std::collections::HashMap;
+
 use stickslip_core::fields::Field;
 
 use crate::tree::Tree;
@@ -75,8 +77,10 @@ impl<'a> Part<'a> {
 pub(super) fn names(tree: &Tree) -> Vec<String> {
     let numbers: Vec<Part> = Part::whole(tree).all().into_iter().filter(|part| *part.tree == Tree::Number).collect();
     let symbols: Vec<String> = numbers.iter().map(Part::symbol).collect();
+    let mut times: HashMap<&str, usize> = HashMap::new();
+    symbols.iter().for_each(|symbol| *times.entry(symbol).or_default() += 1);
     let name = |(part, symbol): (&Part, &String)| {
-        let alone = symbols.iter().filter(|other| *other == symbol).count() == 1;
+        let alone = times[symbol.as_str()] == 1;
         match (symbol.is_empty(), alone, part.path.split_once('.')) {
             (true, ..) => part.path.rsplit('.').next().unwrap_or_default().to_string(),
             (false, false, Some((group, _))) => {

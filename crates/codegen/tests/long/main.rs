@@ -45,8 +45,10 @@ fn ticks() -> Ticks {
     if std::env::var_os("STICKSLIP_LONG").is_some() { FULL } else { USUAL }
 }
 
-/// A block of so many operations shows in a shorter run what there is to see.
+/// A block of so many operations shows in a shorter run what there is to see; it would be compiled half a minute if each
+/// call were replaced by what it calls.
 const MANY: usize = 30_000;
+const CALLS_STAY: [&str; 1] = ["-fno-inline"];
 
 /// Operations of a step, calls included.
 fn operations(program: &Program) -> usize {
@@ -116,7 +118,7 @@ where
     let program = record::record::<B, F>(block);
     let top = program.steps.last().expect("a program has at least the block itself");
     let names = [top.output.paths(), top.state.paths()].concat();
-    let most = if operations(&program) > MANY { SHORT } else { MILLION };
+    let (most, switches) = if operations(&program) > MANY { (SHORT, &CALLS_STAY[..]) } else { (MILLION, &[][..]) };
     let (extreme, other) = (extreme.min(most), other.min(most));
     let workshop = Workshop::new::<F>(&program, schedule);
     let block = block.map(&mut |v: f64| <F as Scalar>::of(v));
@@ -126,7 +128,7 @@ where
         if ticks == 0 {
             continue;
         }
-        let (compiled, expected) = (workshop.compile(variant, &[]), &expected[..ticks / CHUNK]);
+        let (compiled, expected) = (workshop.compile(variant, switches), &expected[..ticks / CHUNK]);
         if let Some((tick, number, a, b)) = first_difference(&block, schedule, &workshop, &compiled, expected) {
             panic!("{variant}, {}: tick {tick}, {}: {a:?} expected, {b:?} found", F::C_NAME, names[number]);
         }

@@ -3,12 +3,17 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use stickslip::benchmark::{Entrant, HOUSE, Outcome, Plan, run_plan};
+use stickslip::benchmark::{Entrant, HOUSE, Manoeuvre, Outcome, Plan, run_plan};
 use stickslip::parameters::presets;
 use stickslip::{Error, Preset, Watch, output};
 
 /// Machines, and in how many ticks of 4 kHz a controller has its turn.
 const CASES: [(&str, f64); 4] = [("prototype", 4.0), ("prototype", 1.0), ("clm-bench", 4.0), ("clm-bench", 1.0)];
+/// Who is held at how many set-points; and who is sent on ways of all lengths, and on how many.
+const HELD: [&str; 2] = ["pid+hold", "state-feedback+hold"];
+const PLACES: u64 = 200;
+const SENT: [&str; 5] = ["pid", "cascade+feedforward", "state-feedback", "state-feedback+feedforward", "mpc"];
+const WAYS: u64 = 24;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "docs/studies".into()));
@@ -21,10 +26,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          `cargo xtask study benchmark` makes this page.\n",
     );
     for (machine, divider) in CASES {
-        let outcome = compare(machine, divider, &cells.join(format!("{machine}-{divider}")))?;
+        let cells = cells.join(format!("{machine}-{divider}"));
+        let outcome = compare(machine, divider, &HOUSE, None, &cells)?;
         let rate = outcome.plan.preset.bench.tick_rate / divider / 1e3;
         write!(page, "\n## {machine}, control at {rate} kHz\n\n{}\n", outcome.remarks().join(" "))?;
         for (caption, table) in outcome.tables().into_iter().chain(outcome.robustness()) {
+            write!(page, "\n{}", table.caption(caption).markdown())?;
+        }
+        write!(page, "\n{PLACES} set-points to rest at, each with other noise:\n")?;
+        let held = compare(machine, divider, &HELD, Some((Manoeuvre::Hold, PLACES)), &cells.join("held"))?;
+        write!(page, "\n{WAYS} ways from 10 µm to 100 mm, as fast as half of the torque admits:\n")?;
+        let sent = compare(machine, divider, &SENT, Some((Manoeuvre::Strokes, WAYS)), &cells.join("sent"))?;
+        for (caption, table) in held.tables().into_iter().chain(sent.tables()) {
             write!(page, "\n{}", table.caption(caption).markdown())?;
         }
         // What is done is not lost if the rest is not waited for.
@@ -33,11 +46,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn compare(machine: &str, divider: f64, cells: &Path) -> Result<Outcome, Error> {
+/// Some of the house on a machine: on everything, or in one manoeuvre as often as stated.
+fn compare(
+    machine: &str,
+    divider: f64,
+    names: &[&str],
+    only: Option<(Manoeuvre, u64)>,
+    cells: &Path,
+) -> Result<Outcome, Error> {
     let mut preset: Preset<f64> = presets::find(machine)?.read()?;
     preset.bench.control_divider = divider;
-    let entrants = HOUSE.iter().map(|name| Entrant::find(name)).collect::<Result<_, _>>()?;
-    let outcome = run_plan(&Plan::new(machine, preset, entrants), cells, &Watch::silent())?;
+    let entrants = names.iter().map(|name| Entrant::find(name)).collect::<Result<_, _>>()?;
+    let mut plan = Plan::new(machine, preset, entrants);
+    if let Some((manoeuvre, places)) = only {
+        plan = Plan { manoeuvres: vec![manoeuvre], places, variations: Vec::new(), ..plan };
+    }
+    let outcome = run_plan(&plan, cells, &Watch::silent())?;
     eprintln!("{machine}, every {divider} ticks: {} cells", outcome.cells.len());
     Ok(outcome)
 }

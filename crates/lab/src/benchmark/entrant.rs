@@ -208,18 +208,20 @@ impl Entrant {
 }
 
 impl House {
-    /// Dead zone of two counts and a knocker of two thirds of the believed breakaway torque; a dither as large, well above
-    /// the vibration of the coupling and well below what samples can show.
+    /// Dead zone of two counts; a knocker that breaks a load away which the integral has brought near to breakaway, by
+    /// somewhat more than friction then falls: a larger one throws it past the set-point. A dither of two thirds of the
+    /// believed breakaway torque, well above the vibration of the coupling and well below what samples can show.
     fn hold(&self, preset: &Preset<f64>) -> Hold<f64> {
         let Preset { model, bench, .. } = preset;
         let count = TAU / model.encoder.counts_per_revolution;
-        let torque = model.own.breakaway_torque * 2.0 / 3.0;
+        let breakaway = model.own.breakaway_torque;
+        let knock = (1.2 * (breakaway - model.own.kinetic_torque)).max(0.1 * breakaway);
         let mut hold = StictionHold { dead_zone: 0.0, knock_torque: 0.0, ..StictionHold::default() };
         if self.holds {
-            (hold.dead_zone, hold.knock_torque, hold.knock_zone) = (2.0 * count, torque, 1.5 * count);
+            (hold.dead_zone, hold.knock_torque, hold.knock_zone) = (2.0 * count, knock, 1.5 * count);
         }
         if self.dithers {
-            hold.dither_torque = torque;
+            hold.dither_torque = breakaway * 2.0 / 3.0;
             hold.dither_frequency = (1.6 * model.drive.vibration() / TAU).min(0.2 / bench.control_period());
         }
         if self.holds || self.dithers { Hold::Stiction(hold) } else { Hold::Nothing }

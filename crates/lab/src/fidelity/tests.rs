@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use stickslip_core::drive::{Arm, ElasticArm};
 use stickslip_core::render::{Law, RenderedArm};
-use stickslip_core::tick::Order;
+use stickslip_core::tick::{Order, Tick, TickOutput};
 
 use super::machine::machine;
 use super::*;
@@ -399,26 +399,91 @@ fn a_rendered_arm_is_hardly_told_from_one_that_is_carried() {
     assert!(judged(&softer, "sine_2hz_arm") > 0.04);
 }
 
+/// Three seconds of a position that is held, with a short knock [N m] after the first: machine and software of a role,
+/// the software changed; `seen` gets each tick after the knock.
+fn knocked(
+    cell: &Cell,
+    role: Role,
+    torque: f64,
+    change: impl FnOnce(&mut Tick<f64>),
+    mut seen: impl FnMut(&Judged, &TickOutput<f64>),
+) {
+    let settings = &cell.preset.bench;
+    let mut tick = design::software(&cell.preset.model, settings).unwrap();
+    change(&mut tick);
+    let mut bench = Judged::new(&machine(cell, role), tick, settings, settings.divider(), 1).unwrap();
+    let second = settings.tick_rate as u64;
+    for cycle in 0..3 * second {
+        let knock = f64::from(u8::from((second..second + second / 100).contains(&cycle)));
+        let order = Order { control: 1.0, render: 1.0, added_torque: torque * knock, ..Order::default() };
+        let output = bench.tick(order);
+        if cycle >= second + second / 100 {
+            seen(&bench, &output);
+        }
+    }
+}
+
 /// Root mean square of the load motor's torque [N m] over a second at rest, which a short knock has left, with an arm of
 /// this rigid inertia rendered, whether the bench admits it or not.
 fn torque_after_a_knock(cell: &Cell, rigid_inertia: f64) -> f64 {
-    let settings = &cell.preset.bench;
-    let mut tick = design::software(&cell.preset.model, settings).unwrap();
-    if let RenderedArm::Elastic(arm) = &mut tick.arm {
-        arm.arm.rigid_inertia = rigid_inertia;
-    }
-    let mut bench = Judged::new(&machine(cell, Role::Rendered), tick, settings, settings.divider(), 1).unwrap();
-    let second = settings.tick_rate as u64;
     let mut squares = Vec::new();
-    for cycle in 0..3 * second {
-        let knock = f64::from(u8::from((second..second + second / 100).contains(&cycle)));
-        let order = Order { control: 1.0, render: 1.0, added_torque: 0.3 * knock, ..Order::default() };
-        let output = bench.tick(order);
-        if cycle >= 2 * second {
-            squares.push(output.difference_torque.powi(2));
+    let heavy = |tick: &mut Tick<f64>| {
+        if let RenderedArm::Elastic(arm) = &mut tick.arm {
+            arm.arm.rigid_inertia = rigid_inertia;
         }
+    };
+    knocked(cell, Role::Rendered, 0.3, heavy, |_, output| squares.push(output.difference_torque.powi(2)));
+    let last_second = squares.len() - cell.preset.bench.tick_rate as usize;
+    libm::sqrt(mean(squares[last_second..].iter().copied()))
+}
+
+/// Frequency [Hz] and damping ratio of an oscillation that dies out, sampled with a period [s]: from its crossings of zero,
+/// and from how its extremes between them fall.
+fn mode(course: &[f64], period: f64) -> (f64, f64) {
+    let crossings: Vec<f64> = (1..course.len())
+        .filter(|&k| (course[k - 1] < 0.0) != (course[k] < 0.0))
+        .map(|k| k as f64 - course[k] / (course[k] - course[k - 1]))
+        .collect();
+    let halves = crossings.len() - 1;
+    let half = (crossings[halves] - crossings[0]) / halves as f64;
+    let size = |pair: &[f64]| course[pair[0] as usize..pair[1] as usize].iter().fold(0.0f64, |m, q| m.max(q.abs()));
+    let sizes: Vec<(f64, f64)> =
+        crossings.windows(2).enumerate().map(|(k, pair)| (k as f64, libm::log(size(pair)))).collect();
+    let (x, y) = (mean(sizes.iter().map(|it| it.0)), mean(sizes.iter().map(|it| it.1)));
+    let fall = sizes.iter().map(|it| (it.0 - x) * (it.1 - y)).sum::<f64>()
+        / sizes.iter().map(|it| (it.0 - x).powi(2)).sum::<f64>();
+    (0.5 / (half * period), -fall / std::f64::consts::PI)
+}
+
+#[test]
+fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_carried() {
+    let dying: Vec<f64> =
+        (0..4000).map(|k| f64::from(k) * 1e-3).map(|t| libm::exp(-0.01 * 62.8 * t) * libm::sin(62.8 * t)).collect();
+    let (hertz, damping) = mode(&dying, 1e-3);
+    assert!((hertz - 62.8 / std::f64::consts::TAU).abs() < 1e-3 && (damping - 0.01).abs() < 1e-5, "{hertz} {damping}");
+
+    for (bed, rate) in [("prototype", 4000.0), ("prototype", 10_000.0), ("clm-bench", 4000.0), ("clm-bench", 10_000.0)]
+    {
+        let cell = with_arm(bed, rate);
+        let [carried, rendered] = [Role::Desired, Role::Rendered].map(|role| {
+            let mut course = Vec::new();
+            let change = |tick: &mut Tick<f64>| {
+                if role != Role::Rendered {
+                    tick.arm = RenderedArm::Nothing;
+                }
+            };
+            knocked(&cell, role, 2.0, change, |bench, _| {
+                let truth = bench.truth();
+                let (asked, carried) = (truth.tick.arm.twist, truth.plant.machine.arm_twist);
+                course.push(if role == Role::Rendered { asked } else { carried });
+            });
+            // Once the carriage rests again.
+            mode(&course[(0.5 * rate) as usize..], 1.0 / rate)
+        });
+        println!("{bed} {rate}: {carried:?} {rendered:?}");
+        assert!((rendered.0 / carried.0 - 1.0).abs() < 0.005, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
+        assert!((rendered.1 - carried.1).abs() < 0.002, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
     }
-    libm::sqrt(mean(squares.iter().copied()))
 }
 
 #[test]

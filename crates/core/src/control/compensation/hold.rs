@@ -29,7 +29,7 @@ pub struct StictionHold<T> {
     /// Deviation within which the controller's integral rests.
     #[field(symbol = "e_d", unit = "rad", range = 0.0..=1.0)]
     pub dead_zone: T,
-    /// Torque of a knock; two thirds of the breakaway torque are a good start.
+    /// Torque of a knock; somewhat more than the friction falls after breakaway, 1.2·(M_S − M_K), is a good start.
     #[field(symbol = "M_k", unit = "N m", range = 0.0..=100.0)]
     pub knock_torque: T,
     /// Duration of a knock.
