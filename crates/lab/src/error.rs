@@ -22,6 +22,17 @@ pub enum Error {
     /// Something is wrong with a parameter file.
     #[error(transparent)]
     Parameters(#[from] ParameterProblems),
+    /// Something is wrong with what a file of the friction library says about itself.
+    #[error(
+        "{file}: {problem}. A file of the friction library begins with [about]: title, source, licence, and, where \
+             known, lacks and deviations"
+    )]
+    Library {
+        /// Which file.
+        file: String,
+        /// What.
+        problem: String,
+    },
     /// There is no parameter at this path.
     #[error("{path} is no parameter. {}", did_you_mean(nearest.as_deref(), "`stickslip params describe` lists them all."))]
     UnknownParameter {

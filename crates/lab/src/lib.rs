@@ -19,6 +19,7 @@ pub mod generate;
 pub mod identify;
 pub mod integrator;
 pub mod judged;
+pub mod library;
 pub mod linear;
 pub mod live;
 pub mod machine;

@@ -11,6 +11,7 @@ mod doctor;
 mod export;
 mod fidelity;
 mod fit;
+mod friction;
 mod generate;
 mod hunting;
 mod identify;
@@ -61,6 +62,10 @@ pub(crate) enum Command {
                             Example: stickslip design --from clm-bench --point 0=0.3 --point 2=0.17 --point 12=0.13"
     )]
     Design(design::DesignCommand),
+    /// Friction that was identified on real machines: its curve, its presliding, what it cannot represent; and a bench with it.
+    #[command(after_help = "Example: stickslip friction\n\
+                            Example: stickslip friction dc-servo --onto prototype --as desired")]
+    Friction(friction::FrictionCommand),
     /// How far the loop of a position controller is from oscillation, the load sliding and stuck: margins, sensitivity, noise.
     #[command(name = "loop", after_help = "Example: stickslip loop\nExample: stickslip loop --control pid --tune")]
     Loop(position_loop::LoopCommand),
@@ -189,6 +194,7 @@ impl Command {
             Command::Loop(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Hunting(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Friction(command) => (command.leaves()?, None),
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
             Command::Benchmark(command) => (command.out.clone(), Some(command.preset.clone())),
@@ -216,6 +222,7 @@ impl Command {
             }
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
+            Command::Friction(command) => command.run(out),
             Command::Loop(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)

@@ -130,6 +130,7 @@ fn what_learning_hunting_and_benchmark_write_is_described() {
         ("measure learning", "--set plan.repetitions=3"),
         ("measure tracking", "--set plan.speeds=2 --set plan.frequencies=2 --set plan.lowest_frequency=1"),
         ("hunting", &format!("--preset prototype {hunts}")),
+        ("friction", "dc-servo --onto prototype"),
         ("benchmark", "--quick --controller pid --friction nominal --manoeuvre reversal --seeds 1"),
     ] {
         assert_eq!(wrong_after(command, options), [] as [String; 0], "{command}");

@@ -33,12 +33,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for (caption, table) in outcome.tables().into_iter().chain(outcome.robustness()) {
             write!(page, "\n{}", table.caption(caption).markdown())?;
         }
-        write!(page, "\n{PLACES} set-points to rest at, each with other noise:\n")?;
-        let held = compare(machine, divider, &HELD, Some((Manoeuvre::Hold, PLACES)), &cells.join("held"))?;
-        write!(page, "\n{WAYS} ways from 10 µm to 100 mm, as fast as half of the torque admits:\n")?;
-        let sent = compare(machine, divider, &SENT, Some((Manoeuvre::Strokes, WAYS)), &cells.join("sent"))?;
-        for (caption, table) in held.tables().into_iter().chain(sent.tables()) {
-            write!(page, "\n{}", table.caption(caption).markdown())?;
+        for (intro, names, manoeuvre, places) in [
+            (format!("{PLACES} set-points to rest at, each with other noise:"), &HELD[..], Manoeuvre::Hold, PLACES),
+            (
+                format!("{WAYS} ways from 10 µm to 100 mm, as fast as half of the torque admits:"),
+                &SENT[..],
+                Manoeuvre::Strokes,
+                WAYS,
+            ),
+        ] {
+            let outcome = compare(machine, divider, names, Some((manoeuvre, places)), &cells.join(manoeuvre.name()))?;
+            write!(page, "\n{intro}\n")?;
+            for (caption, table) in outcome.tables() {
+                write!(page, "\n{}", table.caption(caption).markdown())?;
+            }
         }
         // What is done is not lost if the rest is not waited for.
         output::write(&folder.join("benchmark.md"), &page)?;

@@ -480,9 +480,8 @@ fn the_mode_of_a_rendered_arm_has_the_frequency_and_the_damping_of_one_that_is_c
             // Once the carriage rests again.
             mode(&course[(0.5 * rate) as usize..], 1.0 / rate)
         });
-        println!("{bed} {rate}: {carried:?} {rendered:?}");
-        assert!((rendered.0 / carried.0 - 1.0).abs() < 0.005, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
-        assert!((rendered.1 - carried.1).abs() < 0.002, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
+        assert!((rendered.0 / carried.0 - 1.0).abs() < 0.003, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
+        assert!((rendered.1 - carried.1).abs() < 0.0005, "{bed}, {rate} Hz: {carried:?}, {rendered:?}");
     }
 }
 

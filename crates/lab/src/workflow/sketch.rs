@@ -356,7 +356,7 @@ fn in_range(field: &Field, name: &'static str, value: f64) -> Result<(), Error> 
 }
 
 /// From rest to one end of the way [rad], to the other, and back.
-fn presliding(friction: &Friction<f64>, way: f64) -> Loop {
+pub(crate) fn presliding(friction: &Friction<f64>, way: f64) -> Loop {
     let element = FrictionElement { friction: *friction };
     let mut state = FrictionElementState::default();
     let step = way / STEPS as f64;
