@@ -1,7 +1,7 @@
 //! One value changed in a file that people wrote: comments and layout of the rest stay as they are.
 
 use stickslip_core::fields::{Fields, Variant};
-use toml_edit::{DocumentMut, Item, TableLike, Value};
+use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
 
 use super::entry::within;
 use super::problem::ParameterProblems;
@@ -92,9 +92,25 @@ fn insert(text: &str, path: &str, literal: &str) -> Option<String> {
         }
         None => {
             let gap = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
-            Some(format!("{text}{gap}\n[{group}]\n{key} = {literal}\n"))
+            let below_a_heading = format!("{text}{gap}\n[{group}]\n{key} = {literal}\n");
+            // A heading cannot add to a table that is written within one line.
+            let possible = below_a_heading.parse::<DocumentMut>().is_ok();
+            if possible { Some(below_a_heading) } else { insert_nested(document, path, literal) }
         }
     }
+}
+
+/// The text with a new key, and the tables that it needs, within the innermost table that is there; `None` without one.
+fn insert_nested(mut document: DocumentMut, path: &str, literal: &str) -> Option<String> {
+    let ends = path.rmatch_indices('.').map(|(end, _)| end);
+    let end = ends.into_iter().find(|&end| table(document.as_item_mut(), &path[..end]).is_some())?;
+    let mut names = path[end + 1..].split('.');
+    let first = names.next()?;
+    let nested = names.rev().try_fold(literal.parse::<Value>().ok()?, |value, name| {
+        Some(Value::InlineTable(InlineTable::from_iter([(name, value)])))
+    })?;
+    table(document.as_item_mut(), &path[..end])?.insert(first, Item::Value(nested));
+    Some(document.to_string())
 }
 
 /// The text without the keys that only variants other than the chosen one have.

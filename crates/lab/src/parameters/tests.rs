@@ -250,6 +250,21 @@ fn a_set_value_keeps_everything_else() {
 }
 
 #[test]
+fn a_set_value_enters_a_table_that_is_written_within_a_line() {
+    let set =
+        |text, value| set::<Machine<f64>>(text, "m.toml", "drive.friction.sliding.kinetic_torque", value).unwrap();
+    let one_line = "[drive]\nfriction = { model = \"lugre\" } # bristles\n";
+    let expected = "[drive]\nfriction = { model = \"lugre\" , sliding = { kinetic_torque = 0.4 } } # bristles\n";
+    assert_eq!(set(one_line, "0.4"), expected);
+    assert_eq!(set(expected, "0.5"), expected.replace("0.4", "0.5"));
+    // Below a heading it is another heading, as ever.
+    assert!(
+        set("[drive.friction]\nmodel = \"lugre\"\n", "0.4")
+            .ends_with("[drive.friction.sliding]\nkinetic_torque = 0.4\n")
+    );
+}
+
+#[test]
 fn setting_a_value_checks_laws_too() {
     let text = "[[springs]]\nstiffness = 10.0\n[[springs]]\n";
     let error = set::<Machine<f64>>(text, "m.toml", "springs.0.strength", "21").unwrap_err();
