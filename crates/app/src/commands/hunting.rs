@@ -47,9 +47,7 @@ impl HuntingCommand {
             preset.model.own = preset.bench.desired;
             preset.model.own_bristles = preset.bench.desired_bristles;
         }
-        let usual = HuntingPlan::default();
-        let plan = HuntingPlan { duration: self.duration, from: self.duration * usual.from / usual.duration, ..usual };
-        let run = HuntingRun::new(&preset, &plan, watch)?;
+        let run = HuntingRun::new(&preset, &HuntingPlan::lasting(self.duration), watch)?;
         let summary = run.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for line in run.table().lines() {

@@ -133,7 +133,7 @@ impl Manoeuvre {
     }
 
     /// The set-points on a machine, `chance` (0 … 1) choosing the place, and how long they take [s].
-    pub(super) fn reference(self, preset: &Preset<f64>, chance: f64) -> (Reference<f64>, f64) {
+    pub fn reference(self, preset: &Preset<f64>, chance: f64) -> (Reference<f64>, f64) {
         let sine = |amplitude, frequency, fade_time| Reference::Sine(Sine { amplitude, frequency, fade_time });
         match self {
             Manoeuvre::Reversal => (sine(20.0, 0.1, 0.0), 8.1),

@@ -317,6 +317,14 @@ impl Default for HuntingPlan {
     }
 }
 
+impl HuntingPlan {
+    /// The usual plan over another time [s]: slow controllers hunt slowly.
+    pub fn lasting(duration: f64) -> Self {
+        let usual = HuntingPlan::default();
+        HuntingPlan { duration, from: duration * usual.from / usual.duration, ..usual }
+    }
+}
+
 /// Predicts whether the believed drive hunts under the control that is stated, how far and how often.
 ///
 /// # Errors

@@ -60,12 +60,6 @@ pub fn fit_file(path: &Path, columns: &CurveColumns, each_direction: bool) -> Re
     let table = Recording::read(&file)?;
     let CurveFile { axis, weighted, curves } = curves(&table, columns)?;
     let preload = table.column(PRELOAD).ok().and_then(|column| column.values.first().copied());
-    // Errors that are given are believed as those of a measurement; without, the scatter tells.
-    let plan = if weighted {
-        FrictionCurve::FIT
-    } else {
-        StribeckPlan { huber: FrictionCurve::FIT.huber, ..StribeckPlan::default() }
-    };
     let sides: &[(Side, &str)] = if each_direction {
         &[(Side::Positive, "positive"), (Side::Negative, "negative")]
     } else {
@@ -76,20 +70,34 @@ pub fn fit_file(path: &Path, columns: &CurveColumns, each_direction: bool) -> Re
         for &(side, direction) in sides {
             let name =
                 [curve.name.as_str(), direction].iter().filter(|word| !word.is_empty()).copied().collect::<Vec<_>>();
-            let counts = |point: &&CurvePoint| match side {
-                Side::Positive => point.velocity > 0.0,
-                Side::Negative => point.velocity < 0.0,
-                Side::Both => true,
-            };
-            let points: Vec<CurvePoint> = curve.points.iter().filter(counts).copied().collect();
-            let fit = fit_stribeck(&points, &StribeckPlan { side, ..plan })?;
-            fits.push(Fitted { name: name.join(" "), points, side, weighted, fit });
+            fits.push(Fitted::of(name.join(" "), &curve.points, side, weighted)?);
         }
     }
     Ok(FrictionFits { file, axis, preload, fits })
 }
 
 impl Fitted {
+    /// Fits those points that are on the side. `weighted`: their standard errors are a measurement's own and believed;
+    /// otherwise only their ratios mean anything and the scatter tells.
+    ///
+    /// # Errors
+    /// A point that is none; too few points.
+    pub fn of(name: String, points: &[CurvePoint], side: Side, weighted: bool) -> Result<Self, Error> {
+        let plan = if weighted {
+            FrictionCurve::FIT
+        } else {
+            StribeckPlan { huber: FrictionCurve::FIT.huber, ..StribeckPlan::default() }
+        };
+        let counts = |point: &&CurvePoint| match side {
+            Side::Positive => point.velocity > 0.0,
+            Side::Negative => point.velocity < 0.0,
+            Side::Both => true,
+        };
+        let points: Vec<CurvePoint> = points.iter().filter(counts).copied().collect();
+        let fit = fit_stribeck(&points, &StribeckPlan { side, ..plan })?;
+        Ok(Fitted { name, points, side, weighted, fit })
+    }
+
     /// Which plateaus would tell more of the parameter that is known worst, and how much: its index and the plateaus.
     pub fn advice(&self) -> (usize, Addition) {
         let width = |i: usize| (self.fit.ci95[i][1] - self.fit.ci95[i][0]) / self.fit.parameters[i];
