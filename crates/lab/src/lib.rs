@@ -33,6 +33,7 @@ pub mod realtime;
 pub mod recording;
 pub mod report;
 pub mod run;
+pub mod simulation;
 mod statistics;
 pub mod summary;
 pub mod table;
