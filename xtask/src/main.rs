@@ -10,6 +10,7 @@ mod dist;
 mod documentation;
 mod guide;
 mod licences;
+mod python;
 mod study;
 mod suite;
 mod test;

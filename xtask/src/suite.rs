@@ -19,17 +19,21 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// Adds a line `test result: ok. 12 passed; 0 failed; 1 ignored; …`; any other line changes nothing.
+    /// Adds a line of a test harness, `test result: ok. 12 passed; 0 failed; 1 ignored; …`, or of pytest, `2 failed,
+    /// 30 passed, 1 skipped in 2.50s`; any other line changes nothing.
     pub(crate) fn read(&mut self, line: &str) {
-        let Some((_, results)) = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". ")) else {
-            return;
+        let harness = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". "));
+        let results = match (harness, line.rsplit_once(" in ")) {
+            (Some((_, results)), _) => results,
+            (None, Some((results, time))) if time.starts_with(|c: char| c.is_ascii_digit()) => results,
+            _ => return,
         };
-        for (number, kind) in results.split("; ").filter_map(|part| part.split_once(' ')) {
+        for (number, kind) in results.split([';', ',']).filter_map(|part| part.trim().split_once(' ')) {
             let count: u32 = number.parse().unwrap_or(0);
             match kind {
                 "passed" => self.passed += count,
-                "failed" => self.failed += count,
-                "ignored" => self.skipped += count,
+                "failed" | "error" | "errors" => self.failed += count,
+                "ignored" | "skipped" => self.skipped += count,
                 _ => {}
             }
         }
@@ -139,10 +143,13 @@ mod tests {
             "test result: ok. 12 passed; 0 failed; 1 ignored; 0 measured; 2 filtered out; finished in 0.00s",
             "test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s",
             "test result: of a user's own printing",
+            "it passed in the end",
+            "1 failed, 20 passed, 3 skipped, 1 error in 7.12s",
+            "4 passed in 75.01s (0:01:15)",
         ] {
             counts.read(line);
         }
-        assert_eq!(counts, Counts { passed: 15, failed: 2, skipped: 1 });
+        assert_eq!(counts, Counts { passed: 39, failed: 4, skipped: 4 });
     }
 
     #[test]

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::suite::{Counts, Outcome, Suite};
 use crate::tools::{BARE_TARGET, WINDOWS_TARGET};
-use crate::{documentation, guide, licences, tools, tree};
+use crate::{documentation, guide, licences, python, tools, tree};
 
 /// Runs all stages in a copy of the tracked files. `Err` if one failed.
 pub(crate) fn test() -> Result<(), String> {
@@ -74,6 +74,16 @@ pub(crate) fn test() -> Result<(), String> {
         run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
         Ok(Outcome::Passed)
     });
+    // The tests have left the program; another build of it would have other features, and take minutes.
+    let program = target.join("debug").join(format!("stickslip{}", std::env::consts::EXE_SUFFIX));
+    let built = || match program.exists() {
+        true => Ok(()),
+        false => run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"])),
+    };
+    suite.stage("python", seconds(150), |counts| {
+        built()?;
+        python::check(&copy, &target, &program, counts)
+    });
     suite.stage("page", seconds(470), |_| {
         let web = copy.join("web");
         if !tools::works("node") || !tools::works("npm") {
@@ -88,12 +98,8 @@ pub(crate) fn test() -> Result<(), String> {
         if !tools::works(&chromium) {
             return Ok(Outcome::Skipped("checked without a browser: chromium is missing".into()));
         }
-        // The tests have left the program; another build of it would have other features, and take minutes.
-        let program = target.join("debug").join(format!("stickslip{}", std::env::consts::EXE_SUFFIX));
-        if !program.exists() {
-            run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"]))?;
-        }
-        run(npm(&web).args(["run", "--silent", "browser"]).env("STICKSLIP", program))?;
+        built()?;
+        run(npm(&web).args(["run", "--silent", "browser"]).env("STICKSLIP", &program))?;
         Ok(Outcome::Passed)
     });
     suite.stage("documentation", seconds(60), |_| {
@@ -144,7 +150,7 @@ pub(crate) fn run(command: &mut Command) -> Result<(), String> {
 }
 
 /// As [`run`], counting the tests that it reports.
-fn run_counting(command: &mut Command, counts: &mut Counts) -> Result<(), String> {
+pub(crate) fn run_counting(command: &mut Command, counts: &mut Counts) -> Result<(), String> {
     let failure = |error: std::io::Error| format!("cannot read what the tests say: {error}");
     let mut child = command.stdout(Stdio::piped()).spawn().map_err(failure)?;
     let output = child.stdout.take().expect("the output is piped");
@@ -169,7 +175,8 @@ fn only_with(there: bool, part: &str, check: impl FnOnce() -> Result<(), String>
     if there { check().map(|()| Outcome::Passed) } else { Ok(Outcome::Skipped(format!("{part} is missing"))) }
 }
 
-fn target_folder(root: &Path) -> PathBuf {
+/// Where cargo builds to.
+pub(crate) fn target_folder(root: &Path) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
 }
 

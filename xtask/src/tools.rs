@@ -140,13 +140,13 @@ fn sentence(program: &Program) -> String {
     format!("{command} is missing, needed for {purpose} (on Debian `apt-get install {}`)", packages.join(" "))
 }
 
-/// Whether a command exists and succeeds.
 /// Whether a program is there.
 pub(crate) fn works(command: &str) -> bool {
     runs(command, &["--version"])
 }
 
-fn runs(command: &str, arguments: &[&str]) -> bool {
+/// Whether a command exists and succeeds.
+pub(crate) fn runs(command: &str, arguments: &[&str]) -> bool {
     Command::new(command)
         .args(arguments)
         .stdout(Stdio::null())

@@ -87,7 +87,8 @@ fn same(one: &Path, other: &Path) -> bool {
     matches!((fs::read(one), fs::read(other)), (Ok(one), Ok(other)) if one == other)
 }
 
-fn failure(action: &str, path: &Path, error: &std::io::Error) -> String {
+/// What went wrong with a path.
+pub(crate) fn failure(action: &str, path: &Path, error: &std::io::Error) -> String {
     format!("cannot {action} {}: {error}", path.display())
 }
 

@@ -184,21 +184,16 @@ fn sample(tick: &Tick<f64>, bench: &Judged, time: f64, reference: Setpoint<f64>)
 /// What the supervision of a bench would say.
 fn beyond_limits(preset: &Preset<f64>, time: f64, deviation: f64, velocity: f64) -> Option<String> {
     let safety = &preset.bench.safety;
-    // Written so that a NaN is beyond.
-    if !(deviation.abs() <= safety.following_error) {
-        return Some(format!(
-            "at {time:.4} s the screw was {deviation:.4} rad from its set-point, {} rad are allowed. Ask for less, control \
-             better, or allow more (bench.safety.following_error)",
-            safety.following_error
-        ));
-    }
-    (!(velocity.abs() <= safety.speed)).then(|| {
-        format!(
-            "at {time:.4} s the screw turned at {velocity:.1} rad/s, {} rad/s are allowed. Ask for less, control better, or \
-             allow more (bench.safety.speed)",
-            safety.speed
-        )
-    })
+    // Written so that a NaN is a fault.
+    let (follows, slow) = (deviation.abs() <= safety.following_error, velocity.abs() <= safety.speed);
+    let (what, allowed) = match (follows, slow) {
+        (true, true) => return None,
+        (false, _) => (format!("was {deviation:.4} rad from its set-point"), format!("{} rad", safety.following_error)),
+        (true, false) => (format!("turned at {velocity:.1} rad/s"), format!("{} rad/s", safety.speed)),
+    };
+    let path = if follows { "bench.safety.speed" } else { "bench.safety.following_error" };
+    let remedy = "Ask for less, control better, or allow more";
+    Some(format!("at {time:.4} s the screw {what}, {allowed} are allowed. {remedy} ({path})"))
 }
 
 fn check_time(name: &'static str, value: f64) -> Result<(), Error> {

@@ -1,0 +1,53 @@
+//! The friction bench for Python: what `import stickslip` is made of.
+//!
+//! Everything is computed by the library `stickslip`; here is only what turns its values into NumPy arrays, its errors
+//! into exceptions and its texts into docstrings. What needs nothing of Rust (results as mappings, xarray, Matplotlib)
+//! is Python, in `python/stickslip`.
+
+mod array;
+mod benchmark;
+mod error;
+mod fit;
+mod friction;
+mod group;
+mod judge;
+mod measure;
+mod outcome;
+mod parameter;
+mod preset;
+mod simulate;
+mod tree;
+mod value;
+mod watched;
+
+use pyo3::prelude::*;
+
+/// The compiled part of stickslip.
+#[pymodule]
+mod _stickslip {
+    #[pymodule_export]
+    use crate::benchmark::benchmark_on;
+    #[pymodule_export]
+    use crate::fit::{Fit, curves_of, fit_points};
+    #[pymodule_export]
+    use crate::friction::{_friction, Friction};
+    #[pymodule_export]
+    use crate::group::Group;
+    #[pymodule_export]
+    use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
+    #[pymodule_export]
+    use crate::measure::{measure_on_preset, plan_of};
+    #[pymodule_export]
+    use crate::outcome::Outcome;
+    #[pymodule_export]
+    use crate::parameter::Parameter;
+    #[pymodule_export]
+    use crate::preset::{_restored, Preset, preset, presets};
+    #[pymodule_export]
+    use crate::simulate::{Measured, Setpoint, simulate_on};
+
+    /// Version of the package.
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name by which Python asks for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

@@ -1,0 +1,258 @@
+"""What came of a piece of work: numbers with units and intervals, data, remarks, a report."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._signals import Columns, Signals, _axes, _words
+from ._stickslip import Outcome, Preset, StribeckFit, preset
+
+if TYPE_CHECKING:
+    import matplotlib.axes
+
+
+class Summary(Mapping[str, float]):
+    """Numbers under the names of a `summary.json`, in SI units; NaN where there is none."""
+
+    units: dict[str, str]
+    """Unit of each number; "1" for a pure number."""
+    intervals: dict[str, tuple[float, float]]
+    """Ends of the 95 % interval of each number that has one."""
+    records: list[dict[str, Any]]
+    """Rows of its tables, each a mapping: for `pandas.DataFrame`."""
+
+    def __init__(self, text: str) -> None:
+        told = json.loads(text)
+        results = told["results"]
+        self._values = {name: _number(it["value"]) for name, it in results.items()}
+        self.units = {name: it["unit"] for name, it in results.items()}
+        known = {name: it["ci95"] for name, it in results.items() if it.get("ci95")}
+        self.intervals = {name: (_number(low), _number(high)) for name, (low, high) in known.items()}
+        self.records = told.get("rows", [])
+
+    def __getitem__(self, name: str) -> float:
+        return self._values[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name} = {value:.6g} {self.units[name]}" for name, value in self._values.items())
+
+
+def _number(value: float | None) -> float:
+    # A summary has null for what is not finite.
+    return math.nan if value is None else float(value)
+
+
+class Result(Signals):
+    """What came of a piece of work: its data as signals, and its numbers, remarks and report."""
+
+    summary: Summary
+    """Its numbers, under the names of `summary.json`."""
+    remarks: list[str]
+    """What one should know of it, each with a remedy."""
+    made_by: str
+    """The call that it came of, as its report has it."""
+
+    def __init__(self, outcome: Outcome, made_by: str, columns: Columns | None = None) -> None:
+        super().__init__(outcome.columns() if columns is None else columns)
+        self._outcome = outcome
+        self.made_by = made_by
+        self.summary = Summary(outcome.summary())
+        self.remarks = outcome.remarks()
+
+    def __repr__(self) -> str:
+        return "\n".join([f"{type(self).__name__}: {self.made_by}", *self._outcome.lines(), *self.remarks])
+
+    def html(self) -> str:
+        """The report as one page of HTML, figures included."""
+        return self._outcome.html(self.made_by)
+
+    def write(self, folder: str | os.PathLike[str]) -> Summary:
+        """Writes report, data and `summary.json` into a folder, as the command line does; returns the summary."""
+        return Summary(self._outcome.write(os.fspath(folder), self.made_by))
+
+
+class FrictionCurve(Result):
+    """Friction at constant speeds: `velocity` [rad/s], `torque` [N m], `standard_error` [N m]."""
+
+    preload: float
+    """How far the linings of the friction wheel were pressed on, 0 … 1."""
+
+    def __init__(self, outcome: Outcome, made_by: str) -> None:
+        super().__init__(outcome, made_by)
+        self.preload = self.summary.get("measure.preload", math.nan)
+
+    def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
+        """Draws torque over velocity with its 95 % intervals; needs Matplotlib. Names are signals, as of any result."""
+        if names:
+            return super().plot(*names, ax=ax, **style)
+        ax = _axes(ax)
+        _points(ax, self["velocity"], self["torque"], self["standard_error"], self.units, style)
+        ax.legend()
+        return ax
+
+
+class Fit(Result):
+    """A Stribeck curve through points, with what the points tell of it.
+
+    `parameters`, `standard_errors` and `intervals` have the names of a parameter file: `breakaway_torque`,
+    `kinetic_torque`, `stribeck_velocity`, `viscous_friction`.
+    """
+
+    parameters: dict[str, float]
+    """The values [N m, N m, rad/s, N m s/rad; of a linear axis N, N, m/s, N s/m]."""
+    standard_errors: dict[str, float]
+    """Their standard errors; infinite where the points do not tell a parameter."""
+    intervals: dict[str, tuple[float, float]]
+    """Ends of their 95 % intervals."""
+    known: dict[str, bool]
+    """Whether the points tell each of them."""
+    covariance: NDArray[np.float64]
+    """Their covariance, in the order of `parameters`."""
+    residuals: NDArray[np.float64]
+    """Measured less fitted, positive away from zero [N m]."""
+    rms: float
+    """Root mean square of the residuals [N m]."""
+    chi_square: float
+    """Weighted sum of their squares."""
+    degrees_of_freedom: int
+    """Points less parameters."""
+    lack_of_fit: float
+    """How far the form of the curve is from the friction that was measured, as a standard deviation [N m]."""
+
+    def __init__(self, fit: StribeckFit, made_by: str, columns: Columns, preload: float | None) -> None:
+        super().__init__(fit.outcome(), made_by, columns)
+        self._fit = fit
+        self._preload = preload
+        self.parameters = fit.parameters
+        self.standard_errors = fit.standard_errors
+        self.intervals = fit.intervals
+        self.known = fit.known
+        self.covariance = fit.covariance
+        self.residuals = fit.residuals
+        self.rms = fit.rms
+        self.chi_square = fit.chi_square
+        self.degrees_of_freedom = fit.degrees_of_freedom
+        self.lack_of_fit = fit.lack_of_fit
+
+    def predict(self, velocity: ArrayLike) -> NDArray[np.float64]:
+        """The fitted torque [N m] at velocities [rad/s]."""
+        return self._fit.at(np.atleast_1d(velocity))[0]
+
+    def band(self, velocity: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper end of the 95 % band of the curve [N m] at velocities [rad/s]."""
+        torque, half_width = self._fit.at(np.atleast_1d(velocity))
+        return torque - half_width, torque + half_width
+
+    def on(self, bench: Preset) -> Preset:
+        """A preset that believes this friction of its axis (`model.own`), with the linings as they were measured.
+
+        Raises InvalidValue where the points do not tell all four parameters.
+        """
+        part = preset(text=self._fit.fragment())
+        changes: dict[str, Any] = {"model.own": part.model.own}
+        if self._preload is not None:
+            changes["plant.wheel.preload"] = self._preload
+        return bench.set(changes)
+
+    def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
+        """Draws the points, the curve and its 95 % band; needs Matplotlib. Names are signals, as of any result."""
+        if names:
+            return super().plot(*names, ax=ax, **style)
+        ax = _axes(ax)
+        velocity = self["velocity"]
+        _points(ax, velocity, self["torque"], self.get("standard_error"), self.units, style)
+        for side in (velocity[velocity > 0], velocity[velocity < 0]):
+            if side.size:
+                over = np.linspace(side.min(), side.max(), 400)
+                (line,) = ax.plot(over, self.predict(over), color="C1")
+                ax.fill_between(over, *self.band(over), color="C1", alpha=0.25, linewidth=0)
+        line.set_label("fitted, with its 95 % band")
+        ax.legend()
+        return ax
+
+
+def _points(
+    ax: matplotlib.axes.Axes,
+    velocity: NDArray[np.float64],
+    torque: NDArray[np.float64],
+    standard_error: NDArray[np.float64] | None,
+    units: dict[str, str],
+    style: dict[str, Any],
+) -> None:
+    """Measured points, with 95 % intervals where errors are known."""
+    error = None if standard_error is None else 1.96 * standard_error
+    ax.errorbar(velocity, torque, yerr=error, **{"fmt": ".", "color": "C0", "label": "measured", **style})
+    ax.set_xlabel(f"{_words('velocity')} [{units['velocity']}]")
+    ax.set_ylabel(f"{_words('torque')} [{units['torque']}]")
+
+
+class Design(Result):
+    """A desired friction, and what the load motor can do about it."""
+
+    preset: Preset
+    """The bench with it as `bench.desired`."""
+    renderable: bool
+    """Whether the load motor can render it."""
+
+    def __init__(self, outcome: Outcome, made_by: str, designed: Preset, renderable: bool) -> None:
+        super().__init__(outcome, made_by)
+        self.preset = designed
+        self.renderable = renderable
+
+
+class Loop(Result):
+    """How far the loop of a position controller is from oscillation."""
+
+    preset: Preset
+    """The bench with this controller."""
+
+    def __init__(self, outcome: Outcome, made_by: str, bench: Preset) -> None:
+        super().__init__(outcome, made_by)
+        self.preset = bench
+
+
+class Hunting(Result):
+    """Whether a controller will hunt."""
+
+    hunts: bool
+    """Whether it will."""
+    amplitude: float
+    """Half the distance between the extremes [rad]; 0 where it does not hunt."""
+    interval: float
+    """Mean time from one slip to the next [s]; infinite where it does not hunt."""
+
+    def __init__(self, outcome: Outcome, made_by: str, cycle: tuple[float, float] | None) -> None:
+        super().__init__(outcome, made_by)
+        self.hunts = cycle is not None
+        self.amplitude, self.interval = cycle or (0.0, math.inf)
+
+
+class Simulation(Signals):
+    """Signals of a closed loop, a value each sample of the position controller."""
+
+    stopped: str | None
+    """Why it ended before its time, and what to do; None where it did not."""
+
+    def __init__(self, columns: Columns, stopped: str | None) -> None:
+        super().__init__(columns)
+        self.stopped = stopped
+
+    def __repr__(self) -> str:
+        return super().__repr__() + (f"\nStopped: {self.stopped}" if self.stopped else "")
+
+    def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
+        """Draws signals over time, set-point and true angle unless named; needs Matplotlib."""
+        return super().plot(*(names or ("reference_position", "true_angle")), ax=ax, **style)

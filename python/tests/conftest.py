@@ -1,0 +1,29 @@
+import os
+
+import matplotlib
+import pytest
+
+import stickslip
+
+matplotlib.use("Agg")
+
+
+@pytest.fixture(scope="session")
+def bench():
+    """A bench without mismatch."""
+    return stickslip.preset("clm-bench")
+
+
+@pytest.fixture(scope="session")
+def curve(bench):
+    """A short friction measurement on it."""
+    return stickslip.measure(bench, plan={"speeds": 8})
+
+
+@pytest.fixture(scope="session")
+def program():
+    """The command line, where it has been built."""
+    program = os.environ.get("STICKSLIP")
+    if not program:
+        pytest.skip("STICKSLIP names no program to compare with")
+    return program

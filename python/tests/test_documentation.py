@@ -1,0 +1,108 @@
+"""What docstrings, guide and examples say is what the package does; the stubs are those of the compiled part."""
+
+import ast
+import doctest
+import inspect
+import os
+import pathlib
+import re
+import runpy
+
+import matplotlib.pyplot as plt
+import pytest
+
+import stickslip
+from stickslip import _bench, _results, _signals, _stickslip
+
+ROOT = pathlib.Path(__file__).parents[2]
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE | doctest.IGNORE_EXCEPTION_DETAIL
+PUBLIC = {name: getattr(stickslip, name) for name in stickslip.__all__ if name not in ("Controller", "Progress", "__version__")}
+
+
+def documented():
+    """Every public function, class and method with its docstring."""
+    for name, item in PUBLIC.items():
+        yield name, item
+        if inspect.isclass(item):
+            for part, member in vars(item).items():
+                if not part.startswith("_") and (callable(member) or inspect.isdatadescriptor(member)):
+                    yield f"{name}.{part}", member
+
+
+@pytest.mark.parametrize("name, item", list(documented()))
+def test_a_docstring_says_what_it_is_and_its_examples_hold(name, item):
+    text = inspect.getdoc(item)
+    assert text and text[0].isupper() or text[0] in '`"', name
+    examples = doctest.DocTestParser().get_doctest(text, {"np": __import__("numpy"), **vars(stickslip)}, name, None, 0)
+    outcome = doctest.DocTestRunner(optionflags=FLAGS).run(examples)
+    assert outcome.failed == 0
+
+
+def test_a_wrong_example_would_be_found():
+    examples = doctest.DocTestParser().get_doctest(">>> 1 + 1\n3", {}, "wrong", None, 0)
+    quiet = doctest.DocTestRunner(optionflags=FLAGS).run(examples, out=lambda text: None)
+    assert quiet.failed == 1
+
+
+def test_functions_have_examples_or_are_in_the_guide():
+    guide = (ROOT / "docs/src/python.md").read_text()
+    for name, item in PUBLIC.items():
+        if inspect.isroutine(item):
+            assert ">>>" in inspect.getdoc(item) or f"stickslip.{name}(" in guide, name
+
+
+def test_the_code_of_the_guide_runs(tmp_path, monkeypatch):
+    text = (ROOT / "docs/src/python.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert len(blocks) >= 5
+    monkeypatch.chdir(tmp_path)
+    os.symlink(ROOT / "data", "data")
+    names: dict = {}
+    for block in blocks:
+        exec(compile(block, "python.md", "exec"), names)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("example", sorted((ROOT / "python/examples").glob("*.py")), ids=lambda path: path.stem)
+def test_an_example_runs(example, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    runpy.run_path(str(example), run_name="example")
+    plt.close("all")
+
+
+def signatures(text):
+    """Functions and methods of a stub with the names of their parameters."""
+    found = {}
+    for node in ast.parse(text).body:
+        parts = [("", node)] if isinstance(node, ast.FunctionDef) else []
+        if isinstance(node, ast.ClassDef):
+            found[node.name] = None
+            parts = [(f"{node.name}.", part) for part in node.body if isinstance(part, ast.FunctionDef)]
+        for prefix, part in parts:
+            arguments = part.args
+            found[prefix + part.name] = [it.arg for it in arguments.posonlyargs + arguments.args + arguments.kwonlyargs]
+    return found
+
+
+def test_the_stubs_are_those_of_the_compiled_part():
+    stub = signatures((pathlib.Path(stickslip.__file__).parent / "_stickslip.pyi").read_text())
+    for name, item in vars(_stickslip).items():
+        if name.startswith("__"):
+            continue
+        assert name in stub, f"{name} is missing in _stickslip.pyi: generate it anew"
+        if inspect.isclass(item):
+            for part, member in vars(item).items():
+                if not part.startswith("_"):
+                    assert f"{name}.{part}" in stub, f"{name}.{part} is missing in _stickslip.pyi: generate it anew"
+        else:
+            assert stub[name] == list(inspect.signature(item).parameters), name
+
+
+def test_the_package_says_that_it_has_types():
+    folder = pathlib.Path(stickslip.__file__).parent
+    assert (folder / "py.typed").exists()
+    for module in (_bench, _results, _signals):
+        for name, item in inspect.getmembers(module, inspect.isfunction):
+            if item.__module__ == module.__name__ and not name.startswith("_"):
+                missing = set(inspect.signature(item).parameters) - set(item.__annotations__)
+                assert not missing and "return" in item.__annotations__, f"{name}: {missing}"
