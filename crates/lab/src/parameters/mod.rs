@@ -3,6 +3,7 @@
 //! Everything follows from the tables of `stickslip_core::fields`. A path such as `plant.drive.motor_inertia` is for
 //! files, forms and the command line; in Rust use the field.
 
+mod change;
 mod entry;
 mod laws;
 mod node;
@@ -16,6 +17,7 @@ mod set;
 mod tests;
 mod write;
 
+pub(crate) use change::{change, check};
 pub(crate) use entry::within;
 pub use entry::{Difference, Entry, Value, diff, flatten};
 pub use problem::{Fault, ParameterProblems, Problem};

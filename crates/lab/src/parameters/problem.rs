@@ -110,7 +110,7 @@ impl Fault {
     }
 
     /// The fault of a number as the value of a field, if it has one.
-    pub(super) fn of_number(value: f64, field: &'static Field) -> Option<Self> {
+    pub(crate) fn of_number(value: f64, field: &'static Field) -> Option<Self> {
         let Field { minimum, maximum, default, unit, .. } = *field;
         if !value.is_finite() {
             Some(Fault::NotFinite { value, minimum, maximum, unit })
