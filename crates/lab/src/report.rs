@@ -20,6 +20,7 @@ mod compare;
 mod figure;
 mod html;
 mod json;
+mod map;
 mod table;
 
 use std::path::Path;
@@ -28,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 pub use table::{Cell, Table};
 
-use crate::figure::Figure;
+use crate::figure::{Figure, Map};
 use crate::quantity::Estimate;
 use crate::{Error, Summary, output};
 
@@ -98,6 +99,13 @@ pub enum Section {
         /// The caption, without its number.
         caption: String,
     },
+    /// A map with its caption; it counts as a figure.
+    Map {
+        /// The map.
+        map: Box<Map>,
+        /// The caption, without its number.
+        caption: String,
+    },
 }
 
 impl Report {
@@ -141,6 +149,11 @@ impl Report {
     /// Adds a figure with its caption.
     pub fn figure(self, figure: Figure, caption: impl Into<String>) -> Self {
         self.section(Section::Figure { figure: Box::new(figure), caption: caption.into() })
+    }
+
+    /// Adds a map with its caption.
+    pub fn map(self, map: Map, caption: impl Into<String>) -> Self {
+        self.section(Section::Map { map: Box::new(map), caption: caption.into() })
     }
 
     /// Adds any section.

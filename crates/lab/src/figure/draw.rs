@@ -233,7 +233,7 @@ fn summary(figure: &Figure, x: &Scale, y: &Scale) -> String {
 }
 
 /// Three digits, as in a sentence.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let text = format!("{value:.2e}");
     let exponent: i32 = text.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0);
     crate::quantity::number(value, (2 - exponent).clamp(0, 9).unsigned_abs() as usize)

@@ -25,6 +25,7 @@ mod axis;
 mod draw;
 mod layout;
 mod legend;
+mod map;
 mod series;
 pub(crate) mod shown;
 pub(crate) mod symbol;
@@ -34,6 +35,7 @@ pub(crate) mod theme;
 mod thin;
 
 pub use axis::Axis;
+pub use map::Map;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub(crate) use series::Data;

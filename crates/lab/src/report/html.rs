@@ -1,6 +1,6 @@
 //! The page of a report: title block, numbered figures and tables, provenance; for screen, phone, paper and no script.
 
-use super::{Key, Provenance, Report, Section, figure};
+use super::{Key, Provenance, Report, Section, figure, map};
 use crate::figure::symbol::{self, escape};
 use crate::figure::theme;
 use crate::quantity::Written;
@@ -37,6 +37,7 @@ pub(super) fn page(report: &Report) -> String {
             }
             Section::Table(table) => table.html(count(&mut tables)),
             Section::Figure { figure, caption } => figure::html(figure, caption, count(&mut figures)),
+            Section::Map { map, caption } => map::html(map, caption, count(&mut figures)),
         })
         .collect();
     let provenance: String = report.provenance.iter().map(origin).collect();
