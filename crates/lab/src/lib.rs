@@ -35,6 +35,7 @@ pub mod report;
 pub mod run;
 pub mod simulation;
 mod statistics;
+pub mod study;
 pub mod summary;
 pub mod table;
 pub mod truth;

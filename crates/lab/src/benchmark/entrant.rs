@@ -1,18 +1,21 @@
 //! Controllers under test.
 
 use std::f64::consts::TAU;
+use std::fs;
+use std::path::Path;
 
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
 
+use super::PROGRAM;
 use crate::design::{cascade_as_pid, tune};
-use crate::parameters::presets;
+use crate::parameters::{self, presets};
 use crate::preset::{
     CompensationChoice, ControllerChoice, FilterChoice, Observation, Preset, ShaperChoice, StateFeedback,
 };
 use crate::workflow::position_loop::as_predictive;
-use crate::{Error, Watch};
+use crate::{Error, Watch, output};
 
 /// Speed at which a load slides for the tuning [rad/s].
 const SLIDING: f64 = 10.0;
@@ -153,38 +156,47 @@ impl Entrant {
     }
 
     /// What is tuned of it: entrants with the same share their gains. `None` where it runs as it is stated.
-    pub(super) fn tuned_as(&self) -> Option<&'static str> {
+    pub(crate) fn tuned_as(&self) -> Option<&'static str> {
         match &self.source {
             Source::House(house) => BASES.iter().find(|(_, base)| *base == house.base).map(|(name, _)| *name),
             Source::File(_) => None,
         }
     }
 
-    /// The controller of that name, tuned on what a preset believes.
+    /// The controller that the tuning of this entrant starts from.
+    pub(crate) fn start(&self, preset: &Preset<f64>) -> Option<ControllerChoice<f64>> {
+        match &self.source {
+            Source::House(house) => Some(start(house.base, preset)),
+            Source::File(_) => None,
+        }
+    }
+
+    /// The controller of that name, tuned on what a preset believes. What was tuned from the same before is taken from
+    /// the folder; what is tuned is put there.
     ///
     /// # Errors
-    /// As [`tune`].
-    pub(super) fn tune(name: &str, preset: &Preset<f64>, watch: &Watch) -> Result<ControllerChoice<f64>, Error> {
-        let torque_limit = preset.bench.controller.torque_limit();
-        let cascade = Cascade { torque_limit, inertia: preset.model.drive.inertia(), ..Cascade::default() };
+    /// As [`tune`]; [`Error::File`].
+    pub(crate) fn tuned(
+        name: &'static str,
+        preset: &Preset<f64>,
+        folder: &Path,
+        watch: &Watch,
+    ) -> Result<ControllerChoice<f64>, Error> {
+        let kept = folder.join(format!("tuned-{name}.toml"));
+        let follows_from = format!("# {PROGRAM}\n{}", parameters::write_commented(preset));
+        if let Some(controller) = read_tuned(&kept, &follows_from) {
+            return Ok(controller);
+        }
         let base = BASES.iter().find(|(known, _)| *known == name).map_or(Base::Pid, |(_, base)| *base);
-        let feedback = |observer| {
-            ControllerChoice::StateFeedback(StateFeedback { observer, torque_limit, ..StateFeedback::default() })
-        };
-        let start = match base {
-            Base::Pid => ControllerChoice::Pid(Pid { torque_limit, ..cascade_as_pid(&cascade) }),
-            Base::Cascade => ControllerChoice::Cascade(cascade),
-            Base::StateFeedback => feedback(Observation::Full(Default::default())),
-            Base::Reduced => feedback(Observation::Reduced(Default::default())),
-            Base::LoadSide => feedback(Observation::LoadSide(Default::default())),
-            Base::MotorSide => feedback(Observation::MotorSide(Default::default())),
-            Base::Predictive => as_predictive(&feedback(Observation::Full(Default::default()))),
-        };
-        Ok(tune(&start, &preset.model, &preset.bench, SLIDING, watch)?.controller)
+        let controller = tune(&start(base, preset), &preset.model, &preset.bench, SLIDING, watch)?.controller;
+        let mut with = *preset;
+        with.bench.controller = controller;
+        output::write(&kept, format!("{}\n{FOLLOWS}\n{follows_from}", parameters::write_commented(&with)))?;
+        Ok(controller)
     }
 
     /// A preset with this entrant; `tuned` is the controller of [`tuned_as`](Self::tuned_as).
-    pub(super) fn on(&self, preset: &Preset<f64>, tuned: Option<ControllerChoice<f64>>) -> Preset<f64> {
+    pub(crate) fn on(&self, preset: &Preset<f64>, tuned: Option<ControllerChoice<f64>>) -> Preset<f64> {
         let stated = *preset;
         let mut preset = *preset;
         let bench = &mut preset.bench;
@@ -205,6 +217,35 @@ impl Entrant {
         preset.bench.shaper = ShaperChoice::Nothing;
         preset
     }
+}
+
+/// What the tuning of a base starts from.
+fn start(base: Base, preset: &Preset<f64>) -> ControllerChoice<f64> {
+    let torque_limit = preset.bench.controller.torque_limit();
+    let cascade = Cascade { torque_limit, inertia: preset.model.drive.inertia(), ..Cascade::default() };
+    let feedback = |observer| {
+        ControllerChoice::StateFeedback(StateFeedback { observer, torque_limit, ..StateFeedback::default() })
+    };
+    match base {
+        Base::Pid => ControllerChoice::Pid(Pid { torque_limit, ..cascade_as_pid(&cascade) }),
+        Base::Cascade => ControllerChoice::Cascade(cascade),
+        Base::StateFeedback => feedback(Observation::Full(Default::default())),
+        Base::Reduced => feedback(Observation::Reduced(Default::default())),
+        Base::LoadSide => feedback(Observation::LoadSide(Default::default())),
+        Base::MotorSide => feedback(Observation::MotorSide(Default::default())),
+        Base::Predictive => as_predictive(&feedback(Observation::Full(Default::default()))),
+    }
+}
+
+/// Stands between a tuned preset and the one that it follows from, which is all comment.
+const FOLLOWS: &str = "# ---- tuned from ----";
+
+/// The controller that was tuned from the same before.
+fn read_tuned(path: &Path, follows_from: &str) -> Option<ControllerChoice<f64>> {
+    let text = fs::read_to_string(path).ok()?;
+    let (preset, from) = text.split_once(&format!("\n{FOLLOWS}\n"))?;
+    let preset: Preset<f64> = parameters::read(preset, &path.display().to_string()).ok()?;
+    (from == follows_from).then_some(preset.bench.controller)
 }
 
 impl House {

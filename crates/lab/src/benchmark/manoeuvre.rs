@@ -162,7 +162,7 @@ impl Manoeuvre {
     }
 
     /// The numbers of a run, in the order of the measures.
-    pub(super) fn judge(self, course: &Course, preset: &Preset<f64>, chance: f64) -> Vec<f64> {
+    pub(crate) fn judge(self, course: &Course, preset: &Preset<f64>, chance: f64) -> Vec<f64> {
         let Course { period, deviation, .. } = course;
         let from = |time: f64| ((time / period).round() as usize).min(deviation.len());
         let rms =

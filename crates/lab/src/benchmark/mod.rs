@@ -21,7 +21,11 @@ pub use entrant::{Entrant, HOUSE, entrants};
 pub use friction::{FRICTIONS, FrictionCase, VARIATIONS, Variation};
 pub use manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
 pub use rank::{Ranked, rank};
+pub(crate) use run::run;
 pub use study::{CellResult, Outcome, Plan, run_plan};
+
+/// Whose results they are: another version may compute otherwise.
+const PROGRAM: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
 
 #[cfg(test)]
 mod tests;

@@ -14,19 +14,19 @@ const REST: f64 = 0.3;
 
 /// What truly happened, once a sample of the controller, from the begin of the manoeuvre on.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Course {
+pub(crate) struct Course {
     /// Time between samples [s].
-    pub(super) period: f64,
+    pub(crate) period: f64,
     /// Set-point less true angle [rad].
-    pub(super) deviation: Vec<f64>,
+    pub(crate) deviation: Vec<f64>,
     /// True velocity [rad/s].
-    pub(super) velocity: Vec<f64>,
+    pub(crate) velocity: Vec<f64>,
     /// Torque in force [N m].
-    pub(super) torque: Vec<f64>,
+    pub(crate) torque: Vec<f64>,
 }
 
 /// Runs it; `None` where it did not come to its end: what the supervision of a bench would stop.
-pub(super) fn run(
+pub(crate) fn run(
     preset: &Preset<f64>,
     manoeuvre: Manoeuvre,
     seed: u64,

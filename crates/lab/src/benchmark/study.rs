@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::{Deserialize, Serialize};
 
 use super::run::run;
-use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, VARIATIONS, Variation};
+use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VARIATIONS, Variation};
 use crate::parallel::map;
 use crate::preset::{ControllerChoice, Preset};
 use crate::{Error, Watch, output, parameters};
@@ -172,33 +172,8 @@ fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static s
     names.dedup();
     // All frictions share the machine and the bristles; the nominal one is the one that is tuned for.
     let preset = FRICTIONS[1].on(&plan.preset);
-    let tune = |name: &&'static str| {
-        let kept = folder.join(format!("tuned-{name}.toml"));
-        let follows_from = format!("# {PROGRAM}\n{}", parameters::write_commented(&preset));
-        if let Some(controller) = read_tuned(&kept, &follows_from) {
-            return Ok((*name, controller));
-        }
-        let controller = Entrant::tune(name, &preset, watch)?;
-        let mut with = preset;
-        with.bench.controller = controller;
-        output::write(&kept, format!("{}\n{FOLLOWS}\n{follows_from}", parameters::write_commented(&with)))?;
-        Ok((*name, controller))
-    };
+    let tune = |name: &&'static str| Ok((*name, Entrant::tuned(name, &preset, folder, watch)?));
     map(&names, plan.threads, tune)
-}
-
-/// Whose results they are: another version may compute otherwise.
-const PROGRAM: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
-
-/// Stands between a tuned preset and the one that it follows from, which is all comment.
-const FOLLOWS: &str = "# ---- tuned from ----";
-
-/// The controller that was tuned from the same before.
-fn read_tuned(path: &Path, follows_from: &str) -> Option<ControllerChoice<f64>> {
-    let text = fs::read_to_string(path).ok()?;
-    let (preset, from) = text.split_once(&format!("\n{FOLLOWS}\n"))?;
-    let preset: Preset<f64> = parameters::read(preset, &path.display().to_string()).ok()?;
-    (from == follows_from).then_some(preset.bench.controller)
 }
 
 /// A cell's result, from its file or its runs.

@@ -1,0 +1,48 @@
+//! Parameter studies on the virtual bench: what becomes of a manoeuvre when parameters of the machine, of the belief or of
+//! the controller change.
+//!
+//! A [`Plan`] names a machine, who drives it ([`Entrant`](crate::benchmark::Entrant)), manoeuvres with their measures
+//! ([`Manoeuvre`](crate::benchmark::Manoeuvre)), axes of parameters, and a [`Design`]: a grid, a sample, or what a
+//! sensitivity analysis asks for. [`read`] reads it from a file. Truth and belief are apart in the parameters, so that an
+//! axis changes the machine, what is believed of it, or both.
+//!
+//! Each case is a function of its number: threads, order and interruptions do not show in the result.
+
+mod axis;
+mod check;
+mod design;
+mod file;
+mod outcome;
+mod pictures;
+mod plan;
+mod report;
+mod run;
+mod sensitivity;
+mod sobol;
+mod table;
+
+use std::path::PathBuf;
+
+pub use axis::{Axis, Spread};
+pub use design::Design;
+pub use file::read;
+pub use plan::Plan;
+pub use report::Written;
+pub use run::run_study;
+pub use table::Row;
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was asked for.
+    pub plan: Plan,
+    /// Its file, one row a case.
+    pub file: PathBuf,
+    /// Cases.
+    pub cases: u64,
+    /// Those of them that an earlier run had left.
+    pub kept: u64,
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,153 @@
+//! A study as it is run: the machine, who drives it, what is done, what is changed.
+
+use std::path::Path;
+
+use super::{Axis, Design, axis};
+use crate::benchmark::{Entrant, Manoeuvre, Measure};
+use crate::parameters::{self, flatten, within};
+use crate::preset::{ControllerChoice, Preset};
+use crate::{Error, Watch};
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What the study is called.
+    pub title: String,
+    /// What the machine is called.
+    pub machine: String,
+    /// The machine without any change.
+    pub preset: Preset<f64>,
+    /// Who drives it; as the preset has it where nobody is named.
+    pub entrant: Option<Entrant>,
+    /// What is done.
+    pub manoeuvres: Vec<Manoeuvre>,
+    /// Seeds of noise of each case, the same in all of them.
+    pub seeds: u64,
+    /// Places to rest at, or ways to go, of each case.
+    pub places: u64,
+    /// What is changed, in this order.
+    pub axes: Vec<Axis>,
+    /// Which cases there are.
+    pub design: Design,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Parts of a preset that an entrant brings along.
+const OF_ENTRANT: [&str; 5] = ["bench.controller", "bench.filter", "bench.shaper", "bench.compensation", "bench.hold"];
+
+/// Whether an entrant brings a parameter along.
+pub(super) fn of_entrant(path: &str) -> bool {
+    OF_ENTRANT.iter().any(|group| within(path, group))
+}
+
+/// A plan whose controller is tuned.
+#[derive(Clone, Debug)]
+pub(super) struct Ready<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) cases: u64,
+    tuned: Option<ControllerChoice<f64>>,
+}
+
+impl Plan {
+    /// How many cases there are.
+    ///
+    /// # Errors
+    /// [`Error::TooFew`] for a study without a case; [`Error::OutOfRange`] for more than can be numbered.
+    pub fn cases(&self) -> Result<u64, Error> {
+        match self.design.cases(&self.axes) {
+            None | Some(9_007_199_254_740_993..) => Err(Error::OutOfRange {
+                name: "the number of cases",
+                value: f64::INFINITY,
+                unit: "1",
+                minimum: 1.0,
+                maximum: 9_007_199_254_740_992.0,
+                remedy: "Give the axes fewer values, or draw a sample of them.",
+            }),
+            Some(0) => {
+                let remedy = "Give each axis a value, and a sample a size.";
+                Err(Error::TooFew { what: "cases", found: 0, needed: 1, remedy })
+            }
+            Some(cases) => Ok(cases),
+        }
+    }
+
+    /// The measures of all manoeuvres.
+    pub fn measures(&self) -> impl Iterator<Item = &'static Measure> + '_ {
+        self.manoeuvres.iter().flat_map(|manoeuvre| manoeuvre.measures())
+    }
+
+    /// Values of the axes in a case, counted from 0.
+    pub fn values(&self, case: u64) -> Vec<f64> {
+        axis::values(&self.axes, &self.design.place(case, &self.axes))
+    }
+
+    /// Runs of a case: manoeuvre, seed, and where between two counts it rests or which way it goes.
+    pub(super) fn runs(&self) -> impl Iterator<Item = (Manoeuvre, u64, f64)> + '_ {
+        self.manoeuvres.iter().flat_map(|&manoeuvre| {
+            let count = if manoeuvre.has_places() { self.places } else { self.seeds };
+            (0..count).map(move |k| (manoeuvre, k + 1, (k as f64 + 0.5) / count as f64))
+        })
+    }
+
+    /// The plan with its controller, which is tuned once, on the machine as believed without any change; what was tuned
+    /// from the same is taken from the folder.
+    ///
+    /// # Errors
+    /// What tuning refuses; [`Error::Cancelled`]; [`Error::File`]; as [`cases`](Self::cases).
+    pub(super) fn ready(&self, folder: &Path, watch: &Watch) -> Result<Ready<'_>, Error> {
+        let cases = self.cases()?;
+        let tuned = match self.entrant.as_ref().and_then(Entrant::tuned_as) {
+            Some(name) => {
+                watch.stage("tune the controller", 0.0)?;
+                Some(Entrant::tuned(name, &self.preset, folder, watch)?)
+            }
+            None => None,
+        };
+        Ok(Ready { plan: self, cases, tuned })
+    }
+
+    /// The preset whose parameters the axes name: with a controller of the entrant's kind.
+    pub(super) fn stated(&self) -> Preset<f64> {
+        let of = |entrant: &Entrant| entrant.on(&self.preset, entrant.start(&self.preset));
+        self.entrant.as_ref().map_or(self.preset, of)
+    }
+}
+
+impl Ready<'_> {
+    /// The preset of a case.
+    ///
+    /// # Errors
+    /// [`Error::Parameters`] where the values do not go together.
+    pub(super) fn preset(&self, case: u64, values: &[f64]) -> Result<Preset<f64>, Error> {
+        let Plan { axes, entrant, .. } = self.plan;
+        let mut preset = self.plan.preset;
+        let apply = |preset: &mut Preset<f64>, takes: &dyn Fn(&str) -> bool| {
+            axes.iter().zip(values).for_each(|(axis, value)| axis.apply(*value, preset, takes));
+        };
+        match entrant {
+            None => apply(&mut preset, &|_| true),
+            Some(entrant) => {
+                // Who holds by the believed breakaway torque holds by a belief that may be changed: after it.
+                apply(&mut preset, &|path| !of_entrant(path));
+                preset = entrant.on(&preset, self.tuned);
+                apply(&mut preset, &of_entrant);
+            }
+        }
+        parameters::check(&preset, &format!("case {}", case + 1))?;
+        Ok(preset)
+    }
+
+    /// All that a result follows from: another study's results are not taken for this one's.
+    pub(super) fn follows_from(&self) -> String {
+        let Plan { preset, entrant, manoeuvres, seeds, places, axes, design, .. } = self.plan;
+        let name = entrant.as_ref().map(|entrant| entrant.name.as_str());
+        let whole = entrant.as_ref().map_or(*preset, |entrant| entrant.on(preset, self.tuned));
+        let lines = |preset| flatten(&preset).into_iter().map(|entry| format!("{} {:?}\n", entry.path, entry.value));
+        let values: String = lines(*preset).chain(lines(whole)).collect();
+        format!(
+            "stickslip {} {name:?} {manoeuvres:?} {seeds} {places}\n{axes:?}\n{design:?}\n{values}",
+            env!("CARGO_PKG_VERSION")
+        )
+    }
+}

@@ -1,0 +1,141 @@
+//! The report of a study: what came out in words and pictures, and what it was asked of.
+
+use std::path::Path;
+
+use super::outcome::Overview;
+use super::pictures::Picture;
+use super::run::FILE;
+use super::{Axis, Design, Outcome, Spread};
+use crate::figure::Figure;
+use crate::parameters::number;
+use crate::quantity::Estimate;
+use crate::report::{Cell, Provenance, Report, Table};
+use crate::{Error, Summary, parameters};
+
+/// What a study leaves besides its file.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The numbers.
+    pub summary: Summary,
+    /// What came out, in words.
+    pub told: String,
+}
+
+impl Outcome {
+    /// Writes report and summary into a folder, that of the study's file.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses; [`Error::Recording`] where the file of the study was changed.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Written, Error> {
+        let overview = self.overview()?;
+        let mut summary = self.summary(&overview);
+        let (sensitivities, pictures) = (self.sensitivities()?, self.pictures()?);
+        for sensitivity in &sensitivities {
+            sensitivity.rows(&mut summary);
+        }
+        summary.file(FILE);
+        let told = self.told(&overview);
+        let provenance = Provenance::new(command, None, parameters::write_commented(&self.plan.preset));
+        let mut report = Report::new(self.plan.title.clone(), provenance).summary(told.clone());
+        if !sensitivities.is_empty() {
+            report = report.heading("Which axis matters");
+        }
+        for sensitivity in sensitivities {
+            report = report.figure(sensitivity.figure(), sensitivity.caption()).table(sensitivity.table());
+        }
+        report = report.heading("What becomes of the measures");
+        for picture in pictures {
+            report = match picture {
+                Picture::Figure(figure, caption) => report.figure(figure, caption),
+                Picture::Map(map, caption) => report.map(map, caption),
+            };
+        }
+        report = report.table(measures(&overview)).heading("What was changed").table(self.axes());
+        report = report.paragraph(self.asked());
+        if overview.failed > 0 {
+            report = report.heading("Cases without all numbers").list(reasons(&overview));
+        }
+        let none: [(&str, &Figure); 0] = [];
+        let summary = report.write_all(summary, none, directory)?;
+        Ok(Written { summary, told })
+    }
+
+    /// The axes, their parameters and values.
+    fn axes(&self) -> Table {
+        let table = Table::new(["axis", "parameters", "values", "unit"]).caption(
+            "Axes: plant is the machine, model what the software believes of it, bench how it is driven. A factor multiplies \
+             what is there without it.",
+        );
+        self.plan.axes.iter().fold(table, |table, axis| {
+            let unit = if axis.factor { "factor".into() } else { crate::quantity::unit(&axis.unit) };
+            let cells = [axis.name.clone(), axis.paths.join(", "), values(axis), unit];
+            table.row(cells.map(|text| Cell::from(text.as_str())))
+        })
+    }
+
+    /// Design, controller, seeds.
+    fn asked(&self) -> String {
+        let plan = &self.plan;
+        let design = match &plan.design {
+            Design::Grid => "Each value of each axis with each of the others".into(),
+            Design::LatinHypercube { samples, seed } => format!("A Latin hypercube of {samples} cases, seed {seed}"),
+            Design::Sobol { samples } => format!("{samples} points of Sobol's sequence"),
+            Design::Normal { samples, seed, .. } => format!("{samples} cases of a normal distribution, seed {seed}"),
+            Design::Morris { trajectories, levels, seed } => {
+                format!("{trajectories} trajectories over {levels} levels (Morris), seed {seed}")
+            }
+            Design::Saltelli { samples } => format!("Saltelli's design on {samples} rows of Sobol's sequence"),
+        };
+        let controller = plan.entrant.as_ref().map_or("the preset's own", |entrant| entrant.name.as_str());
+        let manoeuvres: Vec<&str> = plan.manoeuvres.iter().map(|manoeuvre| manoeuvre.name()).collect();
+        let noise = match plan.seeds {
+            1 => "one seed, the same in each case".into(),
+            seeds => format!("the mean over {seeds} seeds, the same in each case"),
+        };
+        format!("{design}. Controller: {controller}. Manoeuvres: {}. Noise: {noise}.", manoeuvres.join(", "))
+    }
+}
+
+/// The values of an axis in words.
+fn values(axis: &Axis) -> String {
+    match &axis.spread {
+        Spread::Values(values) if values.len() <= 6 => {
+            values.iter().map(|value| number::rounded(*value, 5)).collect::<Vec<_>>().join(", ")
+        }
+        Spread::Values(values) => {
+            let [first, last] = [values.first(), values.last()].map(|value| value.copied().unwrap_or(f64::NAN));
+            format!("{} values, {} … {}", values.len(), number::rounded(first, 5), number::rounded(last, 5))
+        }
+        Spread::Range { low, high, logarithmic } => {
+            let how = if *logarithmic { ", logarithmic" } else { "" };
+            format!("{} … {}{how}", number::text(*low), number::text(*high))
+        }
+        Spread::Normal { mean, sd } => {
+            format!("normal, {} ± {} (standard deviation)", number::text(*mean), number::text(*sd))
+        }
+    }
+}
+
+/// Smallest, mean and largest of each measure.
+fn measures(overview: &Overview) -> Table {
+    let table = Table::new(["measure", "cases", "smallest", "mean", "largest"]).caption("Measures over all cases.");
+    overview.ranges.iter().fold(table, |table, range| {
+        let estimate = |value: f64| Cell::Estimate(Estimate::new(value, range.measure.unit));
+        table.row([
+            Cell::from(range.measure.title),
+            Cell::from(range.known.to_string().as_str()),
+            estimate(range.smallest.0),
+            estimate(range.mean()),
+            estimate(range.largest.0),
+        ])
+    })
+}
+
+/// Reasons as they were first met.
+fn reasons(overview: &Overview) -> Vec<String> {
+    let told = |(reason, case, more): &(String, u64, u64)| match more {
+        0 => format!("Case {case}: {reason}"),
+        more => format!("Case {case}, and {more} more like it: {reason}"),
+    };
+    overview.reasons.iter().map(told).collect()
+}

@@ -1,0 +1,300 @@
+//! Laws of studies: files that are refused, cases that fail, interruptions that do not show.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::*;
+use crate::{Error, Watch};
+
+/// Beliefs about a machine, quickly: a sine, one seed.
+const BELIEF: &str = r#"
+manoeuvres = ["sine_2hz"]
+
+[set]
+bench.compensation.kind = "feedforward"
+
+[[axis]]
+name = "belief"
+path = ["model.own.breakaway_torque", "model.own.kinetic_torque"]
+factor = true
+range = [0.4, 1.6]
+points = 3
+
+[[axis]]
+path = "plant.drive.load_inertia"
+values = [1.0e-3, 1.2e-3, 1.4e-3, 1.6e-3, 1.8e-3, 2.0e-3, 2.2e-3]
+"#;
+
+fn write(folder: &Path, text: &str) -> PathBuf {
+    let path = folder.join("study.toml");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn plan(text: &str) -> Plan {
+    let folder = tempfile::tempdir().unwrap();
+    Plan { threads: 2, ..read(&write(folder.path(), text)).unwrap() }
+}
+
+fn rows(outcome: &Outcome) -> Vec<Row> {
+    let mut rows = Vec::new();
+    outcome.each(|row| rows.push(row.clone())).unwrap();
+    rows
+}
+
+/// The message of a file that is refused.
+fn refused(text: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    read(&write(folder.path(), text)).unwrap_err().to_string()
+}
+
+#[test]
+fn a_belief_that_is_right_compensates_best() {
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
+    let rows = rows(&outcome);
+    assert_eq!((rows.len(), rows[0].case, rows[20].case), (21, 1, 21));
+    assert_eq!(rows[8].values, [1.0, 1.2e-3], "the last axis changes first");
+    let deviation = |belief: f64| {
+        let row = rows.iter().find(|row| row.values == [belief, 1.2e-3]).unwrap();
+        row.measures[0].unwrap()
+    };
+    assert!(deviation(1.0) < 0.7 * deviation(0.4) && deviation(1.0) < 0.7 * deviation(1.6), "{rows:?}");
+}
+
+#[test]
+fn neither_threads_nor_interruptions_show_in_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
+    let run = |threads, name: &str, watch: &Watch| {
+        run_study(&Plan { threads, ..plan(BELIEF) }, &folder.path().join(name), watch)
+    };
+    assert_eq!(run(1, "one", &Watch::silent()).unwrap().kept, 0);
+    run(3, "three", &Watch::silent()).unwrap();
+    assert_eq!(bytes("one"), bytes("three"));
+    // Ended behind the first part of ten, and again behind the second.
+    for (finished, kept) in [(10, 0), (20, 10)] {
+        let cancelled = Arc::new(AtomicBool::new(false));
+        let stop = cancelled.clone();
+        let total = f64::from(21 - kept);
+        let enough = (f64::from(finished - kept) - 0.5) / total;
+        let watch = Watch::new(cancelled, move |_, fraction| stop.store(fraction > enough, Ordering::Relaxed));
+        assert!(matches!(run(1, "often", &watch), Err(Error::Cancelled)));
+        assert!(!folder.path().join("often/study.parquet").exists());
+    }
+    let outcome = run(2, "often", &Watch::silent()).unwrap();
+    assert_eq!((outcome.kept, outcome.cases), (20, 21));
+    assert_eq!(bytes("often"), bytes("one"));
+    assert!(!folder.path().join("often/parts").exists());
+    // All of it is there: nothing is run again.
+    assert_eq!(run(2, "often", &Watch::silent()).unwrap().kept, 21);
+}
+
+#[test]
+fn what_follows_from_something_else_or_is_broken_is_not_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let stop = cancelled.clone();
+    let watch = Watch::new(cancelled, move |_, fraction| stop.store(fraction > 0.5, Ordering::Relaxed));
+    let two = Plan { threads: 1, ..plan(BELIEF) };
+    assert!(run_study(&two, folder.path(), &watch).is_err());
+    let part = folder.path().join("parts/0000000.parquet");
+    let whole = std::fs::read(&part).unwrap();
+    // Another machine, other values, another seed.
+    let mut others = vec![two.clone(); 3];
+    others[0].preset.plant.drive.motor_inertia *= 1.01;
+    others[1].axes[0].spread = Spread::Values(vec![0.4, 1.0, 1.7]);
+    others[2].seeds = 2;
+    for other in others {
+        std::fs::write(&part, &whole).unwrap();
+        assert_eq!(run_study(&other, folder.path(), &Watch::silent()).unwrap().kept, 0);
+        std::fs::create_dir_all(folder.path().join("parts")).unwrap();
+    }
+    // Half of a part is none.
+    std::fs::write(&part, &whole[..whole.len() / 2]).unwrap();
+    assert_eq!(run_study(&two, folder.path(), &Watch::silent()).unwrap().kept, 0);
+}
+
+#[test]
+fn a_case_that_fails_says_why_and_ends_nothing() {
+    let text = BELIEF.replace("values = [1.0e-3, 1.2e-3, 1.4e-3, 1.6e-3, 1.8e-3, 2.0e-3, 2.2e-3]", "values = [1.2e-3]");
+    // A bench that admits no deviation, and a jitter that its ticks cannot bear: one stops, the other is refused.
+    let more = "[[axis]]\npath = \"bench.safety.following_error\"\nvalues = [1e-3, 2.0]\n\
+                [[axis]]\npath = \"plant.tick_jitter\"\nvalues = [0.0, 40e-6]\n";
+    let plan = Plan { threads: 2, ..plan(&format!("{}{more}", text.replace("points = 3", "points = 2"))) };
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run_study(&plan, folder.path(), &Watch::silent()).unwrap();
+    let rows = rows(&outcome);
+    assert_eq!(rows.len(), 8);
+    for row in rows {
+        let [_, _, following_error, jitter] = row.values[..] else { panic!("four axes") };
+        let failure = row.failure.clone().unwrap_or_default();
+        if jitter > 0.0 {
+            assert!(
+                failure.contains("plant.tick_jitter") && failure.contains(&format!("case {}", row.case)),
+                "{failure}"
+            );
+        } else if following_error < 1.0 {
+            assert_eq!(failure, "sine_2hz: it did not follow, the supervision stopped it");
+        } else {
+            assert_eq!((failure.as_str(), row.measures[0].is_some()), ("", true));
+            continue;
+        }
+        assert_eq!(row.measures, [None]);
+    }
+    let written = outcome.write(folder.path(), "stickslip study").unwrap();
+    assert_eq!(written.summary.value("study.failed_cases"), Some(6.0));
+}
+
+#[test]
+fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
+    let message = refused("manoevres = [\"creep\"]\n[[axis]]\nvalue = [1]\n[design]\nsample = 3\n");
+    assert!(message.contains("manoevres is not known") && message.contains("study.toml:1). Did you mean manoeuvres?"));
+    assert!(message.contains("study.toml:3). Did you mean axis.values?"), "{message}");
+    assert!(message.contains("study.toml:5). Did you mean design.samples?"), "{message}");
+    let axis = |axis: &str| refused(&format!("manoeuvres = [\"creep\"]\n\n[[axis]]\n{axis}\n"));
+    for (text, expected) in [
+        (
+            "path = \"plant.drive.load_inertai\"\nvalues = [1e-3]",
+            "study.toml:3). Did you mean plant.drive.load_inertia?",
+        ),
+        ("path = \"plant.drive.load_inertia\"\nvalues = [1e-3, 5.0]", "plant.drive.load_inertia = 5 kg m^2 is outside"),
+        ("path = \"plant.drive.load_inertia\"\nfactor = true\nvalues = [-1.0]", "It is a magnitude"),
+        ("path = \"bench.control_divider\"\nvalues = [1.5]", "is not a whole number"),
+        ("path = \"bench.controller\"\nvalues = [1.0]", "the path of a single number"),
+        ("path = \"bench.compensation.kind\"\nvalues = [1.0]", "the path of a single number"),
+        (
+            "path = [\"plant.drive.load_inertia\", \"plant.drive.coupling_stiffness\"]\nvalues = [0.5]",
+            "different units",
+        ),
+        ("path = \"plant.tick_jitter\"\nfactor = true\nvalues = [2]", "a factor leaves"),
+        ("path = []\nvalues = [1.0]", "no path"),
+        ("path = \"plant.drive.load_inertia\"", "too little or too much"),
+        ("path = \"plant.drive.load_inertia\"\nvalues = []", "no value"),
+        ("path = \"plant.drive.load_inertia\"\nrange = [2e-3, 1e-3]\npoints = 3", "its range is none"),
+        ("path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]", "a grid counts its values"),
+        ("name = \"case\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]", "the column case is there already"),
+        ("path = \"plant.drive.load_inertia\"\nvalues = [\"1\"]", "study.toml:"),
+        (
+            "path = \"plant.drive.load_inertia\"\nvalues = [1e-3]\n[[axis]]\nname = \"b\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]",
+            "it sets what the axis plant.drive.load_inertia sets",
+        ),
+    ] {
+        let message = axis(text);
+        assert!(message.contains(expected), "{text}\n{message}");
+    }
+    assert!(refused("manoeuvres = []\n").contains("each manoeuvre once"));
+    assert!(refused("manoeuvres = [\"creep\"]\n").contains("there is no axis"));
+    assert!(refused("manoeuvres = [\"crawl\"]\n").contains("crawl is no manoeuvre"));
+    assert!(refused("manoeuvres = [\"creep\"]\nseeds = 0\n").contains("seeds = 0"));
+    assert!(refused("manoeuvres = [\"creep\"\n").contains("study.toml:"));
+    let controller = "manoeuvres = [\"creep\"]\ncontroller = \"pid\"\n[set]\nbench.controller.position_gain = 3\n";
+    assert!(refused(controller).contains("the controller brings its own"));
+}
+
+/// Three axes, quickly.
+fn sampled(design: &str) -> Plan {
+    let axes = "\n[[axis]]\nname = \"belief\"\npath = [\"model.own.breakaway_torque\", \"model.own.kinetic_torque\"]\n\
+                factor = true\nrange = [0.4, 1.6]\n\
+                [[axis]]\nname = \"inertia\"\npath = [\"plant.drive.load_inertia\", \"model.drive.load_inertia\"]\n\
+                range = [0.8e-3, 1.6e-3]\nlogarithmic = true\n";
+    plan(&format!(
+        "manoeuvres = [\"sine_2hz\"]\n[set]\nbench.compensation.kind = \"feedforward\"\n[design]\n{design}{axes}"
+    ))
+}
+
+#[test]
+fn a_screening_and_indices_say_that_the_belief_matters_more_than_the_inertia_that_is_known() {
+    for (design, kind, cases) in [
+        ("kind = \"morris\"\ntrajectories = 6", "effects", 18.0),
+        ("kind = \"saltelli\"\nsamples = 8", "indices", 32.0),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let outcome = run_study(&sampled(design), folder.path(), &Watch::silent()).unwrap();
+        let written = outcome.write(folder.path(), "stickslip study").unwrap();
+        assert_eq!(written.summary.value("study.cases"), Some(cases));
+        let json: serde_json::Value = serde_json::from_str(&written.summary.to_json()).unwrap();
+        let of = |axis: &str| {
+            let row = json["rows"].as_array().unwrap().iter().find(|row| row["kind"] == kind && row["axis"] == axis);
+            let row = row.unwrap_or_else(|| panic!("{json}"));
+            row["magnitude"].as_f64().or_else(|| row["total"].as_f64()).unwrap()
+        };
+        assert!(of("belief") > 2.0 * of("inertia"), "{design}: {} {}", of("belief"), of("inertia"));
+        let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert!(page.contains("Which axis matters") && page.contains("2 Hz, RMS over belief"), "{design}");
+    }
+}
+
+#[test]
+fn samples_lie_within_their_ranges_and_pictures_are_of_their_kind() {
+    for design in ["kind = \"latin-hypercube\"\nsamples = 12", "kind = \"sobol\"\nsamples = 12"] {
+        let plan = sampled(design);
+        for case in 0..12 {
+            let values = plan.values(case);
+            assert!((0.4..=1.6).contains(&values[0]) && (0.8e-3..=1.6e-3).contains(&values[1]), "{values:?}");
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
+    let written = outcome.write(folder.path(), "stickslip study").unwrap();
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("2 Hz, RMS over plant.drive.load_inertia and belief"), "a map of two axes");
+    assert_eq!(page.matches("fill-opacity").count(), 21, "a cell a case");
+    assert!(written.told.contains("21 cases on prototype."), "{}", written.told);
+}
+
+#[test]
+fn normal_axes_are_about_their_means_and_correlated() {
+    let text = "manoeuvres = [\"creep\"]\n[design]\nkind = \"normal\"\nsamples = 2000\ncorrelation = [[1, 0.8], [0.8, 1]]\n\
+                [[axis]]\npath = \"model.own.breakaway_torque\"\nmean = 0.4\nsd = 0.02\n\
+                [[axis]]\npath = \"model.own.kinetic_torque\"\nmean = 0.3\nsd = 0.01\n";
+    let plan = plan(text);
+    let all: Vec<Vec<f64>> = (0..2000).map(|case| plan.values(case)).collect();
+    let mean = |of: &dyn Fn(&Vec<f64>) -> f64| all.iter().map(of).sum::<f64>() / 2000.0;
+    let product = mean(&|values| (values[0] - 0.4) / 0.02 * (values[1] - 0.3) / 0.01);
+    // Standard errors of 1/√2000 = 0.022 standard deviations; four of them.
+    assert!((mean(&|values| values[0]) - 0.4).abs() < 0.09 * 0.02 && (product - 0.8).abs() < 0.12, "{product}");
+    for (change, expected) in [
+        (("0.8, 1", "0.7, 1"), "correlation is none"),
+        (("[[1, 0.8], [0.8, 1]]", "[[1, 2], [2, 1]]"), "correlation is none"),
+        (("[[1, 0.8], [0.8, 1]]", "[[1]]"), "correlation is not 2 × 2"),
+        (("samples = 2000\n", ""), "the design needs samples"),
+        (("samples = 2000", "samples = 2000\nlevels = 4"), "the design takes no levels"),
+        (("mean = 0.4\nsd = 0.02", "range = [0.1, 0.4]"), "a normal sample needs means"),
+        (("sd = 0.02", "sd = -0.02"), "its sd is none"),
+        (("kind = \"normal\"", "kind = \"normals\""), "study.toml:"),
+    ] {
+        let message = refused(&text.replace(change.0, change.1));
+        assert!(message.contains(expected), "{change:?}\n{message}");
+    }
+    let morris = |design: &str| {
+        refused(&format!(
+            "manoeuvres = [\"creep\"]\n[design]\nkind = \"morris\"\n{design}\n[[axis]]\npath = \"plant.tick_jitter\"\nrange = [0, 1e-5]\n"
+        ))
+    };
+    assert!(morris("trajectories = 4\nlevels = 3").contains("levels = 3 is odd"));
+    assert!(morris("trajectories = 1").contains("at least 2 are needed"));
+}
+
+#[test]
+fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_changed() {
+    let text = "manoeuvres = [\"sine_2hz\"]\ncontroller = \"pid+hold\"\n\
+                [[axis]]\npath = \"model.own.breakaway_torque\"\nvalues = [0.4, 0.44]\n\
+                [[axis]]\npath = \"bench.hold.dead_zone\"\nfactor = true\nvalues = [1.0, 2.0]\n";
+    let plan = plan(text);
+    let folder = tempfile::tempdir().unwrap();
+    let outcome = run_study(&plan, folder.path(), &Watch::silent()).unwrap();
+    assert_eq!(rows(&outcome).iter().filter(|row| row.measures[0].is_some()).count(), 4);
+    let ready = plan.ready(folder.path(), &Watch::silent()).unwrap();
+    let hold = |case| match ready.preset(case, &plan.values(case)).unwrap().bench.hold {
+        stickslip_core::control::compensation::Hold::Stiction(hold) => hold,
+        other => panic!("a hold: {other:?}"),
+    };
+    assert!((hold(2).knock_torque / hold(0).knock_torque - 1.1).abs() < 1e-12);
+    assert_eq!(hold(1).dead_zone, 2.0 * hold(0).dead_zone);
+    assert!(
+        refused(&text.replace("bench.hold.dead_zone", "bench.controller.position_gain"))
+            .contains("no number of this preset")
+    );
+}
