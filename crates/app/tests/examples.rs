@@ -145,7 +145,11 @@ fn words(line: &str) -> Vec<String> {
 
 /// Data of the repository wherever the test runs.
 fn at_home(word: &str, root: &Path) -> String {
-    if word.starts_with("data/") { root.join(word).display().to_string() } else { word.to_owned() }
+    if ["data/", "examples/"].iter().any(|folder| word.starts_with(folder)) {
+        root.join(word).display().to_string()
+    } else {
+        word.to_owned()
+    }
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -26,6 +26,7 @@ mod report;
 mod runs;
 mod serve;
 mod status;
+mod study;
 mod validate;
 mod xcp;
 
@@ -89,6 +90,17 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip benchmark --quick\n\
                             Example: stickslip benchmark --quick --controller pid --controller my-bench.toml --friction vicious")]
     Benchmark(benchmark::Benchmark),
+    /// What becomes of a manoeuvre when parameters of machine, belief or controller change: grids, samples, sensitivities.
+    #[command(after_help = "A study is a file:\n\n\
+                            preset = \"prototype\"\n\
+                            manoeuvres = [\"reversal\"]\n\n\
+                            [[axis]]\n\
+                            path = [\"model.own.breakaway_torque\", \"model.own.kinetic_torque\"]\n\
+                            factor = true\n\
+                            range = [0.7, 1.3]\n\
+                            points = 7\n\n\
+                            Example: stickslip study examples/study/belief.toml")]
+    Study(study::Study),
     /// Inertia and friction of an axis from a recording of it.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
@@ -198,6 +210,7 @@ impl Command {
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
             Command::Benchmark(command) => (command.out.clone(), Some(command.preset.clone())),
+            Command::Study(command) => (command.out.clone(), None),
             Command::Identify(command) => (command.out.clone(), None),
             Command::Validate(command) => (command.out.clone(), None),
             Command::Capture(command) => (command.out.clone(), None),
@@ -240,6 +253,10 @@ impl Command {
                 command.run(out, &watch)
             }
             Command::Benchmark(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Study(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }

@@ -138,6 +138,23 @@ fn what_learning_hunting_and_benchmark_write_is_described() {
 }
 
 #[test]
+fn what_study_writes_is_described() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("study.toml");
+    let study = "manoeuvres = [\"sine_2hz\"]\n[[axis]]\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3, 1.2e-3]\n";
+    std::fs::write(&file, study).expect("the folder takes files");
+    assert_eq!(wrong_after("study", &file.display().to_string()), [] as [String; 0]);
+}
+
+#[test]
+fn the_study_on_its_page_is_the_example() {
+    let example = include_str!("../../../../examples/study/belief.toml");
+    // Without the comment above it, which the page says at length.
+    let example = example.split_once("\n\n").map_or(example, |(_, below)| below);
+    assert!(Page::read("studies.md").text.contains(example), "{example}");
+}
+
+#[test]
 fn what_generate_writes_is_described() {
     let out = MICROCONTROLLER.path().join("observer");
     assert_eq!(wrong(&Page::read("files.md"), "generate c", &out), [] as [String; 0]);
