@@ -12,37 +12,6 @@ use crate::preset::Preset;
 use crate::value::settings;
 use crate::watched::watched;
 
-/// Calls a function with the plan of a kind of measurement as its type.
-macro_rules! with_plan {
-    ($py:expr, $kind:expr, $call:ident $arguments:tt) => {{
-        macro_rules! choose {
-                                                ($plan:ty) => {
-                                                    return $call::<$plan> $arguments
-                                                };
-                                            }
-        let kinds = [
-            FrictionPlan::<f64>::KIND,
-            BreakawayPlan::<f64>::KIND,
-            PreslidingPlan::<f64>::KIND,
-            ResponsePlan::<f64>::KIND,
-            LearningPlan::<f64>::KIND,
-            TrackingPlan::<f64>::KIND,
-        ];
-        match kinds.iter().position(|kind| *kind == $kind) {
-            Some(0) => choose!(FrictionPlan<f64>),
-            Some(1) => choose!(BreakawayPlan<f64>),
-            Some(2) => choose!(PreslidingPlan<f64>),
-            Some(3) => choose!(ResponsePlan<f64>),
-            Some(4) => choose!(LearningPlan<f64>),
-            Some(5) => choose!(TrackingPlan<f64>),
-            _ => {
-                let words = format!("{} is no measurement. There are: {}.", $kind, kinds.join(", "));
-                Err(Exception::UnknownName.with($py, words))
-            }
-        }
-    }};
-}
-
 /// How a measurement is run.
 struct How<'a, 'py> {
     preset: &'a Preset,
@@ -51,6 +20,39 @@ struct How<'a, 'py> {
     preload: Option<f64>,
     seed: u64,
     progress: Option<&'a Bound<'py, PyAny>>,
+}
+
+/// A kind of measurement: its name, and what can be done with it.
+struct Kind {
+    name: &'static str,
+    run: fn(Python<'_>, &How<'_, '_>) -> PyResult<Outcome>,
+    describe: fn(Python<'_>) -> PyResult<Vec<Parameter>>,
+}
+
+const KINDS: [Kind; 6] = [
+    Kind::of::<FrictionPlan<f64>>(),
+    Kind::of::<BreakawayPlan<f64>>(),
+    Kind::of::<PreslidingPlan<f64>>(),
+    Kind::of::<ResponsePlan<f64>>(),
+    Kind::of::<LearningPlan<f64>>(),
+    Kind::of::<TrackingPlan<f64>>(),
+];
+
+impl Kind {
+    const fn of<P: Plan + Send + Sync + 'static>() -> Self
+    where
+        P::Outcome: Send + Sync + 'static,
+    {
+        Kind { name: P::KIND, run: run::<P>, describe: describe::<P> }
+    }
+
+    fn find(py: Python<'_>, name: &str) -> PyResult<&'static Self> {
+        KINDS.iter().find(|kind| kind.name == name).ok_or_else(|| {
+            let known: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
+            let words = format!("{name} is no measurement. There are: {}.", known.join(", "));
+            Exception::UnknownName.with(py, words)
+        })
+    }
 }
 
 /// Runs a measurement on the virtual bench of a preset.
@@ -68,13 +70,13 @@ pub(crate) fn measure_on_preset(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Outcome> {
     let how = How { preset, plan, thorough, preload, seed, progress };
-    with_plan!(py, kind, run(py, &how))
+    (Kind::find(py, kind)?.run)(py, &how)
 }
 
 /// What can be said of the plan of a measurement: its parameters.
 #[pyfunction]
 pub(crate) fn plan_of(py: Python<'_>, kind: &str) -> PyResult<Vec<Parameter>> {
-    with_plan!(py, kind, describe(py))
+    (Kind::find(py, kind)?.describe)(py)
 }
 
 fn describe<P: Plan>(py: Python<'_>) -> PyResult<Vec<Parameter>> {
