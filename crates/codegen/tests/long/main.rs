@@ -45,9 +45,10 @@ fn ticks() -> Ticks {
     if std::env::var_os("STICKSLIP_LONG").is_some() { FULL } else { USUAL }
 }
 
-/// A block of so many operations shows in a shorter run what there is to see; it would be compiled half a minute if each
-/// call were replaced by what it calls.
+/// A block of so many operations shows in a shorter run what there is to see.
 const MANY: usize = 30_000;
+/// One of so many would be compiled half a minute if each call were replaced by what it calls.
+const SEVERAL: usize = 10_000;
 const CALLS_STAY: [&str; 1] = ["-fno-inline"];
 
 /// Operations of a step, calls included.

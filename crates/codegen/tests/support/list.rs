@@ -150,6 +150,7 @@ agree!(current_control, CurrentControl, CurrentControl::default());
 agree!(pid, Pid, Pid::default(), Pid { use_tacho: 0.0, ..Pid::default() });
 agree!(linear_controller, LinearController, linear());
 agree!(limit_step, LimitStep, held_back());
+agree!(limit_steps, LimitSteps, LimitSteps { step: held_back() });
 agree!(predictive, Predictive, foreseeing());
 agree!(
     position_controller,

@@ -291,7 +291,8 @@ fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_chan
         stickslip_core::control::compensation::Hold::Stiction(hold) => hold,
         other => panic!("a hold: {other:?}"),
     };
-    assert!((hold(2).knock_torque / hold(0).knock_torque - 1.1).abs() < 1e-12);
+    // 1.2·(M_S − M_K).
+    assert!((hold(2).knock_torque - hold(0).knock_torque - 1.2 * 0.04).abs() < 1e-12);
     assert_eq!(hold(1).dead_zone, 2.0 * hold(0).dead_zone);
     assert!(
         refused(&text.replace("bench.hold.dead_zone", "bench.controller.position_gain"))
