@@ -69,7 +69,7 @@ impl FrictionCommand {
         }
         self.shown.show(out, &summary, |out| {
             writeln!(out, "{}", entry.about.title)?;
-            writeln!(out, "{} Licence: {}.", entry.about.source, entry.about.licence)?;
+            writeln!(out, "{}. Licence: {}.", entry.about.source, entry.about.licence)?;
             for line in entry.table().lines() {
                 writeln!(out, "{line}")?;
             }

@@ -55,6 +55,7 @@ impl Entry {
         flatten(&self.identified).into_iter().fold(Table::new(["parameter", "value"]), |table, entry| {
             let value = match entry.value {
                 Value::Variant(name) => Cell::from(name),
+                Value::Number(0.0) if entry.path.starts_with("range.") => Cell::from("not known"),
                 Value::Number(value) => {
                     let estimate = Estimate::new(value, entry.field.unit);
                     Cell::Estimate(match self.about.deviations.get(&entry.path) {
@@ -121,10 +122,11 @@ impl Entry {
         let provenance = Provenance::new(command, None, parameters::write_commented(&self.identified));
         let about = &self.about;
         let report = Report::new(about.title.clone(), provenance)
-            .summary(format!("{} Licence: {}.", about.source, about.licence))
-            .list(self.remarks())
-            .table(self.table());
-        self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
+            .summary(format!("{}. Licence: {}.", about.source, about.licence))
+            .list(self.remarks());
+        let report =
+            self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
+        report.table(self.table())
     }
 
     /// The numbers, under their stable names.
