@@ -119,7 +119,9 @@ where
     let program = record::record::<B, F>(block);
     let top = program.steps.last().expect("a program has at least the block itself");
     let names = [top.output.paths(), top.state.paths()].concat();
-    let (most, switches) = if operations(&program) > MANY { (SHORT, &CALLS_STAY[..]) } else { (MILLION, &[][..]) };
+    let operations = operations(&program);
+    let most = if operations > MANY { SHORT } else { MILLION };
+    let switches = if operations > SEVERAL { &CALLS_STAY[..] } else { &[] };
     let (extreme, other) = (extreme.min(most), other.min(most));
     let workshop = Workshop::new::<F>(&program, schedule);
     let block = block.map(&mut |v: f64| <F as Scalar>::of(v));
