@@ -20,8 +20,8 @@ pub(crate) struct Study {
     /// Threads that share the work; as many as there are processors. The numbers do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Folder for study.parquet, figures, report and summary.json. What is finished lies in parts; the same command goes on
-    /// from there.
+    /// Folder for study.parquet, report and summary.json. What is finished lies in parts; the same command goes on from
+    /// there.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/study")]
     pub(super) out: PathBuf,
     #[command(flatten)]

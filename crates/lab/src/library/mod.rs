@@ -254,7 +254,7 @@ impl Entry {
             }
         }
         // What a file could not say is none.
-        parameters::read::<Preset<f64>>(&parameters::write_commented(&preset), &self.name)?;
+        parameters::check(&preset, &self.name)?;
         Ok(preset)
     }
 }

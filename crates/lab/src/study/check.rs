@@ -9,6 +9,9 @@ use crate::Error;
 use crate::parameters::{self, Entry, Fault, ParameterProblems, Problem, Value, flatten};
 use crate::preset::Preset;
 
+/// Most values of an axis.
+const MOST_POINTS: usize = 1_000_000;
+
 /// A file beside the preset that it speaks of.
 pub(super) struct Checked<'a> {
     pub(super) stated: &'a Stated,
@@ -152,6 +155,9 @@ impl Checked<'_> {
     fn spread(&self, key: &str, stated: &StatedAxis, design: &Design) -> Result<Spread, Error> {
         let wrong = |reason: &str, remedy| Err(self.source.wrong(key, reason.into(), remedy));
         let StatedAxis { values, range, points, logarithmic, mean, sd, .. } = stated;
+        if points.is_some_and(|points| points > MOST_POINTS) {
+            return wrong("it has more than a million points", "Take fewer, or draw a sample.");
+        }
         let spread = match (values, range, mean, sd) {
             (Some(values), None, None, None) if points.is_none() && !logarithmic => Spread::Values(values.clone()),
             (None, Some([low, high]), None, None) => {

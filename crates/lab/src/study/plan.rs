@@ -33,6 +33,9 @@ pub struct Plan {
     pub threads: usize,
 }
 
+/// Years of work, whose parts can still be listed in memory.
+const MOST_CASES: u64 = 1_000_000_000;
+
 /// Parts of a preset that an entrant brings along.
 const OF_ENTRANT: [&str; 5] = ["bench.controller", "bench.filter", "bench.shaper", "bench.compensation", "bench.hold"];
 
@@ -53,15 +56,17 @@ impl Plan {
     /// How many cases there are.
     ///
     /// # Errors
-    /// [`Error::TooFew`] for a study without a case; [`Error::OutOfRange`] for more than can be numbered.
+    /// [`Error::TooFew`] for a study without a case; [`Error::OutOfRange`] for more than a billion.
     pub fn cases(&self) -> Result<u64, Error> {
-        match self.design.cases(&self.axes) {
-            None | Some(9_007_199_254_740_993..) => Err(Error::OutOfRange {
+        // None where it is more than any integer.
+        let count = self.design.cases(&self.axes);
+        match count.filter(|count| *count <= MOST_CASES) {
+            None => Err(Error::OutOfRange {
                 name: "the number of cases",
-                value: f64::INFINITY,
+                value: count.map_or(f64::INFINITY, |count| count as f64),
                 unit: "1",
                 minimum: 1.0,
-                maximum: 9_007_199_254_740_992.0,
+                maximum: MOST_CASES as f64,
                 remedy: "Give the axes fewer values, or draw a sample of them.",
             }),
             Some(0) => {

@@ -173,6 +173,14 @@ fn wrong_names_and_values_are_refused_with_their_line_before_anything_runs() {
         ("path = \"plant.drive.load_inertia\"", "too little or too much"),
         ("path = \"plant.drive.load_inertia\"\nvalues = []", "no value"),
         ("path = \"plant.drive.load_inertia\"\nrange = [2e-3, 1e-3]\npoints = 3", "its range is none"),
+        (
+            "path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]\npoints = 1_000_000_000_000",
+            "more than a million points",
+        ),
+        (
+            "path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]\npoints = 100_000\n[[axis]]\nname = \"b\"\npath = \"plant.drive.motor_inertia\"\nrange = [1e-3, 2e-3]\npoints = 100_000",
+            "the number of cases",
+        ),
         ("path = \"plant.drive.load_inertia\"\nrange = [1e-3, 2e-3]", "a grid counts its values"),
         ("name = \"case\"\npath = \"plant.drive.load_inertia\"\nvalues = [1e-3]", "the column case is there already"),
         ("path = \"plant.drive.load_inertia\"\nvalues = [\"1\"]", "study.toml:"),
