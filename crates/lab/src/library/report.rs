@@ -101,7 +101,12 @@ impl Entry {
             sliding = sliding.series(Series::band(Role::Own, "95 %", band));
         }
         let sliding = sliding.series(Series::line(Role::Own, self.name.clone(), line));
-        let caption = "By standard deviations of the parameters that the source tells, as if they were independent.";
+        let caption = if self.about.deviations.is_empty() {
+            "What a measurement at constant speed sees. The source tells no uncertainty."
+        } else {
+            "What a measurement at constant speed sees. The band is of those parameters of which the source tells a standard \
+             deviation, as if they were independent."
+        };
         let mut figures = vec![("curve.svg", sliding, caption.to_string())];
         if let Some(way) = breakaway_way(shown) {
             let felt = presliding(shown, WAY * way);
@@ -126,7 +131,7 @@ impl Entry {
             .list(self.remarks());
         let report =
             self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
-        report.table(self.table())
+        report.table(self.table().caption("All numbers, with 95 % intervals where the source tells a deviation."))
     }
 
     /// The numbers, under their stable names.

@@ -16,6 +16,9 @@ fn every_entry_is_whole_says_where_it_comes_from_and_can_be_drawn() {
         let summary = entry.write(folder.path(), "stickslip friction").unwrap();
         assert!(folder.path().join("curve.svg").exists() && folder.path().join("report.html").exists(), "{name}");
         assert!(summary.to_json().contains("friction.kinetic_torque"), "{name}");
+        // A band is spoken of where there is one.
+        let html = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+        assert_eq!(html.contains("The band is of"), !entry.about.deviations.is_empty(), "{name}");
     }
 }
 

@@ -56,7 +56,10 @@ impl Outcome {
                 let axes = [axis(columns), axis(rows), value];
                 let unit = crate::quantity::unit(measure.unit);
                 let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-                let caption = format!("{}{unit}; the darker the more. Cells without a number failed.", measure.title);
+                let caption = format!(
+                    "{}{unit}; the stronger the colour, the more. Cells without a number failed.",
+                    measure.title
+                );
                 Picture::Map(Map::new(title, axes, [of_columns.clone(), of_rows.clone()], values), caption)
             };
             return Ok(measures.iter().zip(values).map(map).collect());
