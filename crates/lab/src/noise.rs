@@ -3,7 +3,7 @@
 use stickslip_core::plant::Noise;
 
 /// Standard normals by a counter-based generator: Philox 4x32-10 (Salmon et al., SC 2011) and Box–Muller.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Normals {
     seed: u64,
 }
@@ -40,7 +40,7 @@ const INSTANTS: u32 = 3;
 /// The ticks of a virtual bench whose instants wander: instant k lies ε_k off its place, ε normal and independent, so
 /// that ticks are longer and shorter by ε_(k+1) − ε_k and none is lost. Whole steps of the virtual machine only, and an
 /// instant never passes the next.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ticks {
     steps: usize,
     /// Standard deviation of ε, in steps.

@@ -137,11 +137,12 @@ pub struct Order<T> {
     pub control_release: T,
 }
 
-impl Order<f64> {
+impl<T: Scalar> Order<T> {
     /// Sets when the position controller runs: every `divider` ticks, its output one of its samples late.
     pub fn schedule(&mut self, cycle: u64, divider: u64) {
-        self.control_due = f64::from(u8::from(cycle.is_multiple_of(divider)));
-        self.control_release = f64::from(u8::from(cycle % divider == divider - 1));
+        let flag = |is: bool| T::of(f64::from(u8::from(is)));
+        self.control_due = flag(cycle.is_multiple_of(divider));
+        self.control_release = flag(cycle % divider == divider - 1);
     }
 }
 

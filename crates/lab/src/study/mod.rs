@@ -6,9 +6,10 @@
 //! sensitivity analysis asks for. [`read`] reads it from a file. Truth and belief are apart in the parameters, so that an
 //! axis changes the machine, what is believed of it, or both.
 //!
-//! Each case is a function of its number: threads, order and interruptions do not show in the result.
+//! Each case is a function of its number: threads, order, lanes and interruptions do not show in the result.
 
 mod axis;
+mod cases;
 mod check;
 mod design;
 mod file;

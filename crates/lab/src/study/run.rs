@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::plan::Ready;
 use super::table::{Columns, Row, Writer, read_part, rows};
 use super::{Outcome, Plan};
-use crate::benchmark::run;
+use crate::benchmark::ABREAST;
 use crate::parallel::map;
 use crate::{Error, Watch, output};
 
@@ -19,7 +19,7 @@ const PARTS: &str = "parts";
 /// The result.
 pub(super) const FILE: &str = "study.parquet";
 /// Cases of a part: a hundredth of all, so that little is lost, and few enough that a part takes no memory.
-const PART: [u64; 2] = [10, 1000];
+const PART: [u64; 2] = [ABREAST as u64, 1000];
 
 /// The part of a study that a file holds.
 #[derive(Clone, Debug)]
@@ -32,61 +32,14 @@ struct Part {
 
 impl Ready<'_> {
     fn parts(&self, folder: &Path) -> Vec<Part> {
-        let size = (self.cases / 100).clamp(PART[0], PART[1]);
+        // Whole vectors, so that no lane of a part but the last is left.
+        let size = (self.cases / 100).clamp(PART[0], PART[1]).next_multiple_of(ABREAST as u64);
         let part = |index: u64| Part {
             path: folder.join(format!("{index:07}.parquet")),
             first: index * size,
             count: size.min(self.cases - index * size),
         };
         (0..self.cases.div_ceil(size)).map(part).collect()
-    }
-
-    /// Runs a case; what it cannot do is said in its row.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`] alone.
-    fn row(&self, case: u64, watch: &Watch) -> Result<Row, Error> {
-        let plan = self.plan;
-        let values = plan.values(case);
-        let mut row = Row { case: case + 1, values, measures: Vec::new(), failure: None };
-        let mut failures: Vec<String> = Vec::new();
-        let preset = match self.preset(case, &row.values) {
-            Ok(preset) => preset,
-            Err(error) => {
-                row.measures = plan.measures().map(|_| None).collect();
-                row.failure = Some(error.to_string());
-                return Ok(row);
-            }
-        };
-        for manoeuvre in &plan.manoeuvres {
-            let mut found: Vec<Vec<f64>> = Vec::new();
-            let (mut runs, mut stopped) = (0, Vec::new());
-            for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
-                runs += 1;
-                match run(&preset, *manoeuvre, seed, chance, watch) {
-                    Ok(Some(course)) => found.push(manoeuvre.judge(&course, &preset, chance)),
-                    Ok(None) => stopped.push(seed.to_string()),
-                    Err(Error::Cancelled) => return Err(Error::Cancelled),
-                    Err(error) => {
-                        let text = format!("{}: {error}", manoeuvre.name());
-                        failures.extend((!failures.contains(&text)).then_some(text));
-                    }
-                }
-            }
-            if !stopped.is_empty() {
-                let which = if runs > 1 { format!(" with seed {}", stopped.join(", ")) } else { String::new() };
-                failures.push(format!("{}{which}: it did not follow, the supervision stopped it", manoeuvre.name()));
-            }
-            // A mean over those that came to their end would hide the others.
-            let whole = found.len() == runs;
-            for index in 0..manoeuvre.measures().len() {
-                let known = found.iter().map(|values| values[index]).filter(|value| value.is_finite());
-                let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-                row.measures.push((whole && count > 0.0).then(|| sum / count));
-            }
-        }
-        row.failure = (!failures.is_empty()).then(|| failures.join("; "));
-        Ok(row)
     }
 }
 
@@ -138,8 +91,8 @@ fn is_there(part: &Part, columns: &Columns, follows_from: &str) -> bool {
     })
 }
 
-/// Runs what is missing. Threads take one case after the other across the parts; who brings the last row of a part writes
-/// it, so that as many parts as there are threads are in memory at most.
+/// Runs what is missing. Threads take a vector of cases after the other across the parts; who brings the last rows of a
+/// part writes it, so that as many parts as there are threads are in memory at most.
 fn run_parts(
     ready: &Ready<'_>,
     missing: &[&Part],
@@ -150,18 +103,19 @@ fn run_parts(
     let total: u64 = missing.iter().map(|part| part.count).sum();
     let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
     let open: Mutex<BTreeMap<usize, Vec<Row>>> = Mutex::default();
-    let size = missing.first().map_or(1, |part| part.count);
+    let (size, step) = (missing.first().map_or(1, |part| part.count), ABREAST as u64);
     let work = || -> Result<(), Error> {
         loop {
-            let job = next.fetch_add(1, Ordering::Relaxed);
+            let job = next.fetch_add(step, Ordering::Relaxed);
             // Only the last part of a study may be shorter than others.
-            let index = (job / size) as usize;
+            let (index, from) = ((job / size) as usize, job % size);
             let Some(part) = missing.get(index).filter(|_| job < total) else { return Ok(()) };
-            let row = ready.row(part.first + job % size, watch)?;
+            let count = step.min(part.count - from);
+            let found = ready.rows(part.first + from, count, watch)?;
             let whole = {
                 let mut open = open.lock().expect("no thread panics with the lock");
                 let rows = open.entry(index).or_default();
-                rows.push(row);
+                rows.extend(found);
                 if rows.len() as u64 == part.count { open.remove(&index) } else { None }
             };
             if let Some(mut rows) = whole {
@@ -172,7 +126,7 @@ fn run_parts(
                     writer.close()
                 })?;
             }
-            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let done = done.fetch_add(count, Ordering::Relaxed) + count;
             watch.stage("run the cases", done as f64 / total as f64)?;
         }
     };

@@ -73,8 +73,8 @@ fn neither_threads_nor_interruptions_show_in_the_file() {
     assert_eq!(run(1, "one", &Watch::silent()).unwrap().kept, 0);
     run(3, "three", &Watch::silent()).unwrap();
     assert_eq!(bytes("one"), bytes("three"));
-    // Ended behind the first part of ten, and again behind the second.
-    for (finished, kept) in [(10, 0), (20, 10)] {
+    // Ended behind the first part of eight, and again behind the second.
+    for (finished, kept) in [(8, 0), (16, 8)] {
         let cancelled = Arc::new(AtomicBool::new(false));
         let stop = cancelled.clone();
         let total = f64::from(21 - kept);
@@ -84,7 +84,7 @@ fn neither_threads_nor_interruptions_show_in_the_file() {
         assert!(!folder.path().join("often/study.parquet").exists());
     }
     let outcome = run(2, "often", &Watch::silent()).unwrap();
-    assert_eq!((outcome.kept, outcome.cases), (20, 21));
+    assert_eq!((outcome.kept, outcome.cases), (16, 21));
     assert_eq!(bytes("often"), bytes("one"));
     assert!(!folder.path().join("often/parts").exists());
     // All of it is there: nothing is run again.

@@ -1,8 +1,15 @@
 //! The virtual bench for who judges: the signal path closed over the machine, faster than any other and seen from within.
 //!
-//! No homing, no supervision, no commands; nothing that measures may use it, since it shows the truth.
+//! No homing, no supervision, no commands; nothing that measures may use it, since it shows the truth. Over [`Lanes`]
+//! several machines run side by side, each with the bits that it has alone.
+//!
+//! [`Lanes`]: stickslip_core::scalar::Lanes
 
+mod abreast;
+
+pub use abreast::Abreast;
 use stickslip_core::block::Block as _;
+use stickslip_core::fields::Fields as _;
 use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
 use stickslip_core::tick::{BenchInput, BenchState, Order, Tick, TickOutput, VirtualBench};
 
@@ -10,11 +17,11 @@ use crate::noise::{Normals, Ticks};
 use crate::preset::Settings;
 use crate::{Error, integrator};
 
-/// A machine under software, tick after tick.
+/// A machine under software, tick after tick; over lanes as many as there are lanes.
 #[derive(Clone, Debug)]
-pub struct Judged {
-    bench: VirtualBench<f64>,
-    state: BenchState<f64>,
+pub struct Judged<T = f64> {
+    bench: VirtualBench<T>,
+    state: BenchState<T>,
     normals: Normals,
     ticks: Ticks,
     dt: f64,
@@ -44,18 +51,21 @@ impl Judged {
         let ticks = Ticks::new(steps, step, plant.tick_jitter);
         Ok(Judged { bench, state, normals: Normals::new(seed), ticks, dt, divider, cycle: 0 })
     }
+}
 
+impl<T: Abreast> Judged<T> {
     /// The next tick under an order, whose schedule is its own.
-    pub fn tick(&mut self, mut order: Order<f64>) -> TickOutput<f64> {
+    pub fn tick(&mut self, mut order: Order<T>) -> TickOutput<T> {
         order.schedule(self.cycle, self.divider);
-        let input = BenchInput { order, external_torque: 0.0, noise: self.normals.of_tick(self.cycle) };
+        let noise = self.normals.of_tick(self.cycle).map(&mut T::of);
+        let input = BenchInput { order, external_torque: T::of(0.0), noise };
         let steps = self.ticks.steps(&self.normals, self.cycle);
         self.cycle += 1;
-        self.bench.tick_of(steps, &mut self.state, input, self.dt)
+        T::tick(&self.bench, steps, &mut self.state, input, T::of(self.dt))
     }
 
     /// Everything that is true.
-    pub fn truth(&self) -> &BenchState<f64> {
+    pub fn truth(&self) -> &BenchState<T> {
         &self.state
     }
 }

@@ -1,0 +1,150 @@
+//! Machines side by side: one a lane, in the widest vectors that the processor has.
+
+use multiversion::multiversion;
+use stickslip_core::fields::{Field, Fields, Variant, Walk};
+use stickslip_core::scalar::{Lanes, Scalar};
+use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
+
+use super::Judged;
+
+/// A number that stands for one run, or for several side by side.
+pub trait Abreast: Scalar {
+    /// How many.
+    const RUNS: usize;
+
+    /// The number of one of them.
+    fn lane(self, lane: usize) -> f64;
+
+    /// The same with another number for one of them.
+    #[must_use]
+    fn with_lane(self, lane: usize, value: f64) -> Self;
+
+    /// A tick of the bench; see [`VirtualBench::tick_of`].
+    fn tick(
+        bench: &VirtualBench<Self>,
+        steps: usize,
+        state: &mut BenchState<Self>,
+        input: BenchInput<Self>,
+        dt: Self,
+    ) -> TickOutput<Self>;
+}
+
+impl Abreast for f64 {
+    const RUNS: usize = 1;
+
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    fn with_lane(self, _: usize, value: f64) -> Self {
+        value
+    }
+
+    fn tick(
+        bench: &VirtualBench<Self>,
+        steps: usize,
+        state: &mut BenchState<Self>,
+        input: BenchInput<Self>,
+        dt: Self,
+    ) -> TickOutput<Self> {
+        bench.tick_of(steps, state, input, dt)
+    }
+}
+
+impl<const N: usize> Abreast for Lanes<f64, N> {
+    const RUNS: usize = N;
+
+    #[inline]
+    fn lane(self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+
+    #[inline]
+    fn with_lane(mut self, lane: usize, value: f64) -> Self {
+        self.0[lane] = value;
+        self
+    }
+
+    fn tick(
+        bench: &VirtualBench<Self>,
+        steps: usize,
+        state: &mut BenchState<Self>,
+        input: BenchInput<Self>,
+        dt: Self,
+    ) -> TickOutput<Self> {
+        vectors(bench, steps, state, &input, dt)
+    }
+}
+
+/// Chosen at run time by what the processor can do; the bits are the same in all of them.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn vectors<const N: usize>(
+    bench: &VirtualBench<Lanes<f64, N>>,
+    steps: usize,
+    state: &mut BenchState<Lanes<f64, N>>,
+    input: &BenchInput<Lanes<f64, N>>,
+    dt: Lanes<f64, N>,
+) -> TickOutput<Lanes<f64, N>> {
+    bench.tick_of(steps, state, *input, dt)
+}
+
+impl<const N: usize> Judged<Lanes<f64, N>> {
+    /// Machines side by side, each [`beside`](Judged::beside) the first; lanes that are left repeat the last. `None`
+    /// where there is no machine, or where there are more than lanes.
+    pub fn of(machines: &[Judged]) -> Option<Self> {
+        let (first, last) = (machines.first()?, machines.last()?);
+        if machines.len() > N {
+            return None;
+        }
+        let of = |lane: usize| machines.get(lane).unwrap_or(last);
+        Some(Judged {
+            bench: gather(|lane| of(lane).bench),
+            state: gather(|lane| of(lane).state),
+            normals: first.normals,
+            ticks: first.ticks,
+            dt: first.dt,
+            divider: first.divider,
+            cycle: first.cycle,
+        })
+    }
+}
+
+impl Judged {
+    /// Whether it may run in a lane beside another: all is the same but numbers.
+    pub fn beside(&self, other: &Judged) -> bool {
+        let schedule = |it: &Judged| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
+        schedule(self) == schedule(other)
+            && configuration(self.bench) == configuration(other.bench)
+            && configuration(self.state) == configuration(other.state)
+    }
+}
+
+/// One struct of many: number by number, one a lane.
+fn gather<P: Fields<f64>, const N: usize>(lane: impl Fn(usize) -> P) -> P::With<Lanes<f64, N>> {
+    let spread = |lane: P| lane.map(&mut Lanes::of);
+    (1..N).fold(spread(lane(0)), |all, index| {
+        all.merge(&spread(lane(index)), &mut |all, one: Lanes<f64, N>| all.with_lane(index, one.lane(index)))
+    })
+}
+
+/// Choices and fixed counts in the order of declaration: what lanes share.
+struct Configuration(Vec<usize>);
+
+impl Walk<f64> for Configuration {
+    fn number(&mut self, _: &'static Field, _: &mut f64) {}
+
+    fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
+        self.0.push(current);
+        current
+    }
+
+    fn fixed(&mut self, count: &mut usize) {
+        self.0.push(*count);
+    }
+}
+
+fn configuration(mut of: impl Fields<f64>) -> Vec<usize> {
+    let mut found = Configuration(Vec::new());
+    of.contents(&mut found);
+    found.0
+}

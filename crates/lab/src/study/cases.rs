@@ -1,0 +1,82 @@
+//! Cases of a study side by side: parameters to measures.
+
+use super::plan::Ready;
+use super::table::Row;
+use crate::benchmark::{Course, run_abreast};
+use crate::{Error, Watch};
+
+/// What is known so far of the measures of a manoeuvre in one case.
+#[derive(Clone, Debug, Default)]
+struct Found {
+    /// Of each run that came to its end, its measures.
+    measures: Vec<Vec<f64>>,
+    runs: usize,
+    /// Seeds of those that were stopped.
+    stopped: Vec<String>,
+}
+
+impl Ready<'_> {
+    /// Runs cases one beside the other; what a case cannot do is said in its row. A row is a function of its case's
+    /// number, whoever is beside it.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] alone.
+    pub(super) fn rows(&self, first: u64, count: u64, watch: &Watch) -> Result<Vec<Row>, Error> {
+        let plan = self.plan;
+        let empty = |case: u64| Row { case: case + 1, values: plan.values(case), measures: Vec::new(), failure: None };
+        let mut rows: Vec<Row> = (first..first + count).map(empty).collect();
+        let (mut presets, mut at) = (Vec::new(), Vec::new());
+        for (index, row) in rows.iter_mut().enumerate() {
+            match self.preset(row.case - 1, &row.values) {
+                Ok(preset) => {
+                    presets.push(preset);
+                    at.push(index);
+                }
+                Err(error) => {
+                    row.measures = plan.measures().map(|_| None).collect();
+                    row.failure = Some(error.to_string());
+                }
+            }
+        }
+        let machines: Vec<_> = presets.iter().collect();
+        let mut failures: Vec<Vec<String>> = vec![Vec::new(); machines.len()];
+        for manoeuvre in &plan.manoeuvres {
+            let mut found = vec![Found::default(); machines.len()];
+            for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
+                let courses = run_abreast(&machines, *manoeuvre, seed, chance, watch)?;
+                for (place, course) in courses.into_iter().enumerate() {
+                    let judge = |course: &Course| manoeuvre.judge(course, machines[place], chance);
+                    let found = &mut found[place];
+                    found.runs += 1;
+                    match course {
+                        Ok(Some(course)) => found.measures.push(judge(&course)),
+                        Ok(None) => found.stopped.push(seed.to_string()),
+                        Err(error) => {
+                            let text = format!("{}: {error}", manoeuvre.name());
+                            let told = &mut failures[place];
+                            told.extend((!told.contains(&text)).then_some(text));
+                        }
+                    }
+                }
+            }
+            for (place, Found { measures, runs, stopped }) in found.into_iter().enumerate() {
+                if !stopped.is_empty() {
+                    let which = if runs > 1 { format!(" with seed {}", stopped.join(", ")) } else { String::new() };
+                    let what = "it did not follow, the supervision stopped it";
+                    failures[place].push(format!("{}{which}: {what}", manoeuvre.name()));
+                }
+                // A mean over those that came to their end would hide the others.
+                let whole = measures.len() == runs;
+                for index in 0..manoeuvre.measures().len() {
+                    let known = measures.iter().map(|values| values[index]).filter(|value| value.is_finite());
+                    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+                    rows[at[place]].measures.push((whole && count > 0.0).then(|| sum / count));
+                }
+            }
+        }
+        for (place, told) in failures.into_iter().enumerate() {
+            rows[at[place]].failure = (!told.is_empty()).then(|| told.join("; "));
+        }
+        Ok(rows)
+    }
+}
