@@ -11,6 +11,7 @@ mod fit;
 mod friction;
 mod group;
 mod judge;
+mod library;
 mod measure;
 mod outcome;
 mod parameter;
@@ -35,6 +36,8 @@ mod _stickslip {
     use crate::group::Group;
     #[pymodule_export]
     use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
+    #[pymodule_export]
+    use crate::library::{IdentifiedFriction, friction_library, identified_friction};
     #[pymodule_export]
     use crate::measure::{measure_on_preset, plan_of};
     #[pymodule_export]

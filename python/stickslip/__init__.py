@@ -21,7 +21,20 @@ from ._bench import (
 from ._errors import BenchFault, Cancelled, Error, FileError, InvalidValue, UnknownName
 from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation, Summary
 from ._signals import Signals
-from ._stickslip import Friction, Group, Measured, Parameter, Preset, Setpoint, __version__, preset, presets
+from ._stickslip import (
+    Friction,
+    Group,
+    IdentifiedFriction,
+    Measured,
+    Parameter,
+    Preset,
+    Setpoint,
+    __version__,
+    friction_library,
+    identified_friction,
+    preset,
+    presets,
+)
 
 __all__ = [
     "BenchFault",
@@ -35,6 +48,7 @@ __all__ = [
     "FrictionCurve",
     "Group",
     "Hunting",
+    "IdentifiedFriction",
     "InvalidValue",
     "Loop",
     "Measured",
@@ -52,7 +66,9 @@ __all__ = [
     "demo",
     "design",
     "fit",
+    "friction_library",
     "hunting",
+    "identified_friction",
     "loop",
     "measure",
     "plan_parameters",
