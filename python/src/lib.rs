@@ -7,6 +7,7 @@
 mod array;
 mod benchmark;
 mod error;
+mod fidelity;
 mod fit;
 mod friction;
 mod group;
@@ -28,6 +29,8 @@ use pyo3::prelude::*;
 mod _stickslip {
     #[pymodule_export]
     use crate::benchmark::benchmark_on;
+    #[pymodule_export]
+    use crate::fidelity::fidelity_of;
     #[pymodule_export]
     use crate::fit::{Fit, curves_of, fit_points};
     #[pymodule_export]

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "plan_of", "preset", "presets", "render_on", "simulate_on"]
+__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fidelity_of", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "plan_of", "preset", "presets", "render_on", "simulate_on"]
 
 __version__: Final[str]
 """
@@ -514,6 +514,11 @@ def demo_on(preset: Preset, seed: SupportsIndex, progress: Any | None) -> Outcom
 def design_for(preset: Preset, points: SupportsGetItem[int, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], acceleration: SupportsFloat | SupportsIndex | None) -> tuple[Preset, Outcome, bool]:
     """
     The desired friction through reference points, what the load motor can do about it, and the preset with it.
+    """
+
+def fidelity_of(presets: SupportsGetItem[int, str], laws: SupportsGetItem[int, str], rates: SupportsGetItem[int, SupportsFloat | SupportsIndex], wheel: bool | None, mismatches: SupportsGetItem[int, str], scenarios: SupportsGetItem[int, str], quick: bool, seeds: SupportsIndex | None, threads: SupportsIndex | None, progress: Any | None) -> Outcome:
+    """
+    Compares what is rendered with what is truly there.
     """
 
 def fit_points(velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, side: str, linear: bool, preload: SupportsFloat | SupportsIndex | None, source: str) -> StribeckFit:
