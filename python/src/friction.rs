@@ -35,7 +35,8 @@ impl Friction {
         Ok(Friction { law, text })
     }
 
-    fn of_law(py: Python<'_>, law: &Law) -> PyResult<Self> {
+    /// Of values that are known.
+    pub(crate) fn of_law(py: Python<'_>, law: &Law) -> PyResult<Self> {
         Self::of_text(py, parameters::write_commented(law))
     }
 

@@ -7,10 +7,12 @@
 mod array;
 mod benchmark;
 mod error;
+mod fidelity;
 mod fit;
 mod friction;
 mod group;
 mod judge;
+mod library;
 mod measure;
 mod outcome;
 mod parameter;
@@ -28,6 +30,8 @@ mod _stickslip {
     #[pymodule_export]
     use crate::benchmark::benchmark_on;
     #[pymodule_export]
+    use crate::fidelity::fidelity_of;
+    #[pymodule_export]
     use crate::fit::{Fit, curves_of, fit_points};
     #[pymodule_export]
     use crate::friction::{_friction, Friction};
@@ -35,6 +39,8 @@ mod _stickslip {
     use crate::group::Group;
     #[pymodule_export]
     use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
+    #[pymodule_export]
+    use crate::library::{IdentifiedFriction, friction_library, identified_friction};
     #[pymodule_export]
     use crate::measure::{measure_on_preset, plan_of};
     #[pymodule_export]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use stickslip::benchmark;
 use stickslip::demo::Demo;
+use stickslip::fidelity;
 use stickslip::report::Report;
 use stickslip::table::Column;
 use stickslip::workflow::design::Design;
@@ -159,6 +160,24 @@ impl Found for benchmark::Outcome {
     }
     fn report(&self, command: &str) -> Result<Report, Error> {
         self.report(command)
+    }
+    fn write(&self, folder: &std::path::Path, command: &str) -> Result<Summary, Error> {
+        self.write(folder, command)
+    }
+}
+
+impl Found for fidelity::Outcome {
+    fn summary(&self) -> Summary {
+        self.summary()
+    }
+    fn lines(&self) -> Vec<String> {
+        self.tables().into_iter().flat_map(|(title, table)| std::iter::once(title).chain(table.lines())).collect()
+    }
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+    fn report(&self, command: &str) -> Result<Report, Error> {
+        Ok(self.report(command))
     }
     fn write(&self, folder: &std::path::Path, command: &str) -> Result<Summary, Error> {
         self.write(folder, command)

@@ -9,6 +9,7 @@ from ._bench import (
     benchmark,
     demo,
     design,
+    fidelity,
     fit,
     hunting,
     loop,
@@ -21,7 +22,20 @@ from ._bench import (
 from ._errors import BenchFault, Cancelled, Error, FileError, InvalidValue, UnknownName
 from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation, Summary
 from ._signals import Signals
-from ._stickslip import Friction, Group, Measured, Parameter, Preset, Setpoint, __version__, preset, presets
+from ._stickslip import (
+    Friction,
+    Group,
+    IdentifiedFriction,
+    Measured,
+    Parameter,
+    Preset,
+    Setpoint,
+    __version__,
+    friction_library,
+    identified_friction,
+    preset,
+    presets,
+)
 
 __all__ = [
     "BenchFault",
@@ -35,6 +49,7 @@ __all__ = [
     "FrictionCurve",
     "Group",
     "Hunting",
+    "IdentifiedFriction",
     "InvalidValue",
     "Loop",
     "Measured",
@@ -51,8 +66,11 @@ __all__ = [
     "benchmark",
     "demo",
     "design",
+    "fidelity",
     "fit",
+    "friction_library",
     "hunting",
+    "identified_friction",
     "loop",
     "measure",
     "plan_parameters",

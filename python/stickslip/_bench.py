@@ -212,6 +212,46 @@ def benchmark(
     return Result(outcome, f"stickslip.benchmark(bench, {controllers}, quick={quick})")
 
 
+def fidelity(
+    presets: Sequence[str] = (),
+    *,
+    laws: Sequence[str] = (),
+    rates: Sequence[float] = (),
+    wheel: bool | None = None,
+    mismatches: Sequence[str] = (),
+    scenarios: Sequence[str] = (),
+    quick: bool = False,
+    seeds: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Whether a controller notices that its friction is rendered: 0 is indistinguishable, 1 as if nothing were rendered.
+
+    `presets` are names or parameter files. What is not chosen is all that the benchmark has, which takes long; `rates`
+    are in Hz. The rows are the `records` of its summary, the numbers those of `stickslip fidelity`.
+
+    >>> import stickslip
+    >>> found = stickslip.fidelity(["prototype"], laws=["paper"], rates=[4000], wheel=True,
+    ...     mismatches=["perfect"], scenarios=["sine_2hz"], seeds=2)
+    >>> found.summary.records[0]["difference"] < 0.2
+    True
+    """
+    outcome = _stickslip.fidelity_of(
+        list(presets),
+        list(laws),
+        list(rates),
+        wheel,
+        list(mismatches),
+        list(scenarios),
+        quick,
+        seeds,
+        threads,
+        progress,
+    )
+    chosen = f"{presets}, laws={laws}, rates={rates}, wheel={wheel}, mismatches={mismatches}, scenarios={scenarios}"
+    return Result(outcome, f"stickslip.fidelity({chosen}, quick={quick}, seeds={seeds})")
+
+
 def simulate(
     bench: Preset,
     reference: str | Mapping[str, Any] | ArrayLike,

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Friction", "Group", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fit_points", "hunting_of", "loop_of", "measure_on_preset", "plan_of", "preset", "presets", "render_on", "simulate_on"]
+__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fidelity_of", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "plan_of", "preset", "presets", "render_on", "simulate_on"]
 
 __version__: Final[str]
 """
@@ -97,6 +97,83 @@ class Group:
     def to_dict(self, /) -> "dict[str, float | int | bool | str]":
         """
         All values under their paths from here.
+        """
+
+@final
+class IdentifiedFriction:
+    """
+    Friction that was identified on a real machine: where it comes from, its numbers, and how far they go.
+    """
+    def __repr__(self, /) -> str: ...
+    @property
+    def friction(self, /) -> Friction:
+        """
+        The friction model.
+        """
+    @property
+    def inertia(self, /) -> float | None:
+        """
+        Inertia that it was identified with [kg m²]; None where that is not known.
+        """
+    @property
+    def licence(self, /) -> str:
+        """
+        On what terms it may be used.
+        """
+    @property
+    def name(self, /) -> str:
+        """
+        Its name, or the file that it comes from.
+        """
+    def on(self, /, bench: Preset, role: str = "desired") -> Preset:
+        """
+        A bench of which this is the friction: as `role` "desired" what the load motor shall render, as "own" what the
+        machine has and believes that it has, the friction wheel lifted off.
+
+        >>> import stickslip
+        >>> p = stickslip.preset("prototype")
+        >>> q = stickslip.identified_friction("dc-servo").on(p)
+        >>> q.bench.desired == p.bench.desired
+        False
+        """
+    @property
+    def remarks(self, /) -> list[str]:
+        """
+        What it cannot represent, what its source does not tell, and the step that follows it.
+        """
+    def scaled(self, /, factor: SupportsFloat | SupportsIndex) -> IdentifiedFriction:
+        """
+        The same motion on a machine of another size: all torques and the inertia multiplied.
+        """
+    @property
+    def source(self, /) -> str:
+        """
+        Who measured and identified it, and how.
+        """
+    @property
+    def speeds(self, /) -> tuple[float, float] | None:
+        """
+        Lowest and highest speed at which something was measured [rad/s]; None where that is not known.
+        """
+    @property
+    def standard_deviations(self, /) -> dict[str, float]:
+        """
+        Standard deviations of its parameters by their paths, in their units; those that the source tells.
+        """
+    @property
+    def title(self, /) -> str:
+        """
+        What it is, in a line.
+        """
+    def torque(self, /, velocity: ArrayLike) -> tuple[NDArray[float64], NDArray[float64]]:
+        """
+        Friction torque [N m] at constant velocities [rad/s] and its standard deviation [N m], as far as the source tells
+        deviations; as if they were independent.
+
+        >>> import stickslip
+        >>> torque, deviation = stickslip.identified_friction("emps").torque([1.0, 10.0])
+        >>> torque.shape, bool((deviation > 0).all())
+        ((2,), True)
         """
 
 @final
@@ -439,14 +516,38 @@ def design_for(preset: Preset, points: SupportsGetItem[int, SupportsLenAndGetIte
     The desired friction through reference points, what the load motor can do about it, and the preset with it.
     """
 
+def fidelity_of(presets: SupportsGetItem[int, str], laws: SupportsGetItem[int, str], rates: SupportsGetItem[int, SupportsFloat | SupportsIndex], wheel: bool | None, mismatches: SupportsGetItem[int, str], scenarios: SupportsGetItem[int, str], quick: bool, seeds: SupportsIndex | None, threads: SupportsIndex | None, progress: Any | None) -> Outcome:
+    """
+    Compares what is rendered with what is truly there.
+    """
+
 def fit_points(velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, side: str, linear: bool, preload: SupportsFloat | SupportsIndex | None, source: str) -> StribeckFit:
     """
     Fits points: velocities, torques or forces, and their standard errors where they are known.
     """
 
+def friction_library() -> "dict[str, str]":
+    """
+    The frictions of the library: name, and what each is.
+
+    >>> import stickslip
+    >>> "emps" in stickslip.friction_library()
+    True
+    """
+
 def hunting_of(preset: Preset, desired: bool, duration: SupportsFloat | SupportsIndex | None, progress: Any | None) -> tuple[tuple[float, float] | None, Outcome]:
     """
     Whether the controller of a preset hunts, over a duration [s].
+    """
+
+def identified_friction(source: str) -> IdentifiedFriction:
+    """
+    The friction of the library of that name, or of a file like those of `data/friction`.
+
+    >>> import stickslip
+    >>> servo = stickslip.identified_friction("dc-servo")
+    >>> servo.friction.steady(1.0) > 0.0
+    True
     """
 
 def loop_of(preset: Preset, speed: SupportsFloat | SupportsIndex, tune: bool, progress: Any | None) -> tuple[Preset, Outcome]:

@@ -161,6 +161,17 @@ def test_a_benchmark_gives_records_and_goes_on_from_its_folder(tmp_path):
         stickslip.benchmark(prototype, ["cascade"], manoeuvres=["loop-the-loop"])
 
 
+def test_fidelity_is_that_of_the_command_line(program, tmp_path):
+    ours = stickslip.fidelity(
+        ["prototype"], laws=["paper"], rates=[4000], wheel=True, mismatches=["perfect"], scenarios=["sine_2hz"], seeds=2
+    )
+    chosen = "--preset prototype --law paper --rate 4000 --wheel pressed --mismatch perfect --scenario sine_2hz --seeds 2"
+    same(ours.summary, told_by(program, "fidelity", *chosen.split(), out=tmp_path))
+    assert "paper" in repr(ours) and "svg" in ours.html()
+    with pytest.raises(stickslip.UnknownName, match="sine_2hz"):
+        stickslip.fidelity(scenarios=["sine_3hz"])
+
+
 def test_results_are_written_as_the_command_line_writes_them(curve, tmp_path):
     written = curve.write(tmp_path)
     assert {it.name for it in tmp_path.iterdir()} == {"curve.csv", "curve.parquet", "report.html", "report.json", "summary.json"}
