@@ -7,6 +7,7 @@
 mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
+mod lanes;
 mod tick;
 mod w3;
 mod w5;
@@ -43,10 +44,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
     let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm", "w3_generated/c_libm_checked"];
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
+    let side_by_side = "study_lanes/scalar";
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
-    let names: Vec<_> =
-        demos.iter().map(|demo| demo.0).chain(ticks).chain(whole).chain(controllers::NAMES).chain(wake_ups).collect();
+    let names: Vec<_> = demos
+        .iter()
+        .map(|demo| demo.0)
+        .chain(ticks)
+        .chain(whole)
+        .chain([side_by_side])
+        .chain(controllers::NAMES)
+        .chain(wake_ups)
+        .collect();
     if !names.iter().any(|name| wanted(name)) {
         return Err(format!("no benchmark is called so. There are: {}", names.join(", ")).into());
     }
@@ -78,6 +87,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Cycles, 99 % of the changes; and half of them.
         let [median, p99] = tick::change()?;
         println!("{} {p99} 1 {:.2} (median {median})", whole[2], 1.0 / p99.max(1.0));
+    }
+    if wanted(side_by_side) {
+        // Simulated seconds a second on one core: here more is better.
+        let (lanes, scalar) = lanes::run_both(ROUNDS)?;
+        println!("{side_by_side} {lanes:.1} {scalar:.1} {:.2}", lanes / scalar);
     }
     if controllers::NAMES.into_iter().any(&wanted) {
         for (name, ours, asked) in controllers::run(ROUNDS)? {
