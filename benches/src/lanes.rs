@@ -1,17 +1,16 @@
-//! Eight benches in lanes beside the same eight one after the other.
+//! Benches in lanes beside the same one after the other.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
 use stickslip::design::software;
-use stickslip::judged::{Abreast, Judged};
+use stickslip::judged::{ABREAST, Abreast, Judged};
 use stickslip::{Preset, parameters};
 use stickslip_core::control::reference::{Reference, Sine};
 use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::Order;
 
-const LANES: usize = 8;
 /// Seconds of the bench in a round.
 const DURATION: f64 = 0.5;
 
@@ -36,13 +35,13 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let (mut wide, mut single) = (f64::INFINITY, f64::INFINITY);
     for round in 0..rounds as u64 {
         let mut benches = Vec::new();
-        for _ in 0..LANES {
+        for _ in 0..ABREAST {
             preset.plant.drive.load_inertia *= 1.01;
             let settings = &preset.bench;
             let tick = software(&preset.model, settings)?;
             benches.push(Judged::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let abreast = Judged::<Lanes<f64, LANES>>::of(&benches).ok_or("as many benches as lanes")?;
+        let abreast = Judged::<Lanes<f64, ABREAST>>::of(&benches).ok_or("as many benches as lanes")?;
         let begin = Instant::now();
         let together = black_box(run(abreast, preset.bench.tick_rate));
         wide = wide.min(begin.elapsed().as_secs_f64());
@@ -55,6 +54,6 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
         // The same bits, or it is no comparison.
         assert_eq!(together.to_bits(), alone[0].to_bits());
     }
-    let simulated = LANES as f64 * DURATION;
+    let simulated = ABREAST as f64 * DURATION;
     Ok((simulated / wide, simulated / single))
 }

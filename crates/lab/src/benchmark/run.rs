@@ -6,14 +6,12 @@ use stickslip_core::tick::Order;
 
 use super::Manoeuvre;
 use crate::design::software;
-use crate::judged::{Abreast, Judged};
+use crate::judged::{ABREAST, Abreast, Judged};
 use crate::preset::Preset;
 use crate::{Error, Watch};
 
 /// Time at rest before it begins [s].
 const REST: f64 = 0.3;
-/// Machines side by side: one vector of the widest registers.
-pub(crate) const ABREAST: usize = 8;
 /// With fewer the lanes that are left cost more than one after the other.
 const WORTH_LANES: usize = 3;
 

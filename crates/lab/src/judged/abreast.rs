@@ -7,11 +7,11 @@ use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 
 use super::Judged;
 
+/// Machines side by side: one vector of the widest registers.
+pub const ABREAST: usize = 8;
+
 /// A number that stands for one run, or for several side by side.
 pub trait Abreast: Scalar {
-    /// How many.
-    const RUNS: usize;
-
     /// The number of one of them.
     fn lane(self, lane: usize) -> f64;
 
@@ -26,12 +26,12 @@ pub trait Abreast: Scalar {
         state: &mut BenchState<Self>,
         input: BenchInput<Self>,
         dt: Self,
-    ) -> TickOutput<Self>;
+    ) -> TickOutput<Self> {
+        bench.tick_of(steps, state, input, dt)
+    }
 }
 
 impl Abreast for f64 {
-    const RUNS: usize = 1;
-
     fn lane(self, _: usize) -> f64 {
         self
     }
@@ -39,21 +39,9 @@ impl Abreast for f64 {
     fn with_lane(self, _: usize, value: f64) -> Self {
         value
     }
-
-    fn tick(
-        bench: &VirtualBench<Self>,
-        steps: usize,
-        state: &mut BenchState<Self>,
-        input: BenchInput<Self>,
-        dt: Self,
-    ) -> TickOutput<Self> {
-        bench.tick_of(steps, state, input, dt)
-    }
 }
 
 impl<const N: usize> Abreast for Lanes<f64, N> {
-    const RUNS: usize = N;
-
     #[inline]
     fn lane(self, lane: usize) -> f64 {
         self.0[lane]

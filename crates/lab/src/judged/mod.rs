@@ -7,7 +7,7 @@
 
 mod abreast;
 
-pub use abreast::Abreast;
+pub use abreast::{ABREAST, Abreast};
 use stickslip_core::block::Block as _;
 use stickslip_core::fields::Fields as _;
 use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};

@@ -2,7 +2,7 @@
 
 use super::plan::Ready;
 use super::table::Row;
-use crate::benchmark::{Course, run_abreast};
+use crate::benchmark::run_abreast;
 use crate::{Error, Watch};
 
 /// What is known so far of the measures of a manoeuvre in one case.
@@ -45,11 +45,10 @@ impl Ready<'_> {
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
                 let courses = run_abreast(&machines, *manoeuvre, seed, chance, watch)?;
                 for (place, course) in courses.into_iter().enumerate() {
-                    let judge = |course: &Course| manoeuvre.judge(course, machines[place], chance);
                     let found = &mut found[place];
                     found.runs += 1;
                     match course {
-                        Ok(Some(course)) => found.measures.push(judge(&course)),
+                        Ok(Some(course)) => found.measures.push(manoeuvre.judge(&course, machines[place], chance)),
                         Ok(None) => found.stopped.push(seed.to_string()),
                         Err(error) => {
                             let text = format!("{}: {error}", manoeuvre.name());

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::plan::Ready;
 use super::table::{Columns, Row, Writer, read_part, rows};
 use super::{Outcome, Plan};
-use crate::benchmark::ABREAST;
+use crate::judged::ABREAST;
 use crate::parallel::map;
 use crate::{Error, Watch, output};
 
@@ -103,7 +103,10 @@ fn run_parts(
     let total: u64 = missing.iter().map(|part| part.count).sum();
     let (next, done) = (AtomicU64::new(0), AtomicU64::new(0));
     let open: Mutex<BTreeMap<usize, Vec<Row>>> = Mutex::default();
-    let (size, step) = (missing.first().map_or(1, |part| part.count), ABREAST as u64);
+    let size = missing.first().map_or(1, |part| part.count);
+    // No thread without work where cases are few. A power of two, which divides every part but the last.
+    let threads = ready.plan.threads.max(1);
+    let step = 1 << total.div_ceil(threads as u64).clamp(1, ABREAST as u64).ilog2();
     let work = || -> Result<(), Error> {
         loop {
             let job = next.fetch_add(step, Ordering::Relaxed);
@@ -130,7 +133,6 @@ fn run_parts(
             watch.stage("run the cases", done as f64 / total as f64)?;
         }
     };
-    let threads = ready.plan.threads.max(1);
     let each = |(): &()| {
         let ended = work();
         if ended.is_err() {
