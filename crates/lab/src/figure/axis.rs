@@ -25,6 +25,9 @@ pub struct Axis {
     /// asinh(x/2) instead of x.
     #[serde(default)]
     stretched: bool,
+    /// ln x instead of x.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    logarithmic: bool,
     /// Chosen, not by the data.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range: Option<(f64, f64)>,
@@ -40,12 +43,22 @@ pub(super) struct Tick {
 impl Axis {
     /// An axis for a quantity ("speed Ω") in a unit as in a field ("rad/s").
     pub fn new(quantity: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { quantity: quantity.into(), unit: unit.into(), stretched: false, range: None }
+        Self { quantity: quantity.into(), unit: unit.into(), stretched: false, logarithmic: false, range: None }
+    }
+
+    /// Quantity and printed unit apart, empty for a pure number.
+    pub(crate) fn head(&self) -> [String; 2] {
+        [self.quantity.clone(), quantity::unit(&self.unit)]
     }
 
     /// Stretched around zero, asinh(x/2): linear within ± 2 (rad/s), logarithmic beyond.
     pub fn stretched(self) -> Self {
-        Self { stretched: true, ..self }
+        Self { stretched: true, logarithmic: false, ..self }
+    }
+
+    /// Evenly in the logarithm, for values above 0; others are not drawn.
+    pub fn logarithmic(self) -> Self {
+        Self { stretched: false, logarithmic: true, ..self }
     }
 
     /// From `low` to `high`, whatever the data; ignored unless `low < high`, both finite.
@@ -67,12 +80,14 @@ impl Axis {
 
     /// The scale over these values, from pixel `start` to pixel `end`, with 5 % air unless the range is given.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, start: f64, end: f64) -> Scale {
-        let (low, high) = match self.range.filter(sensible) {
-            Some((low, high)) => (self.stretch(low), self.stretch(high)),
+        let shape = self.shape();
+        let chosen = self.range.filter(sensible).map(|(low, high)| (shape.place(low), shape.place(high)));
+        let (low, high) = match chosen.filter(sensible) {
+            Some(ends) => ends,
             None => {
-                let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                    (low.min(self.stretch(value)), high.max(self.stretch(value)))
-                });
+                let places = values.map(|value| shape.place(value)).filter(|place| place.is_finite());
+                let (low, high) = places
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)));
                 match high - low {
                     span if span > LEAST_SPAN => (low - 0.05 * span, high + 0.05 * span),
                     // One value, or none: something around it.
@@ -83,11 +98,42 @@ impl Axis {
                 }
             }
         };
-        Scale { stretched: self.stretched, low, high, start, end }
+        Scale { shape, low, high, start, end }
     }
 
-    fn stretch(&self, value: f64) -> f64 {
-        if self.stretched { libm::asinh(value / LINEAR_PART) } else { value }
+    fn shape(&self) -> Shape {
+        match (self.stretched, self.logarithmic) {
+            (false, false) => Shape::Linear,
+            (true, _) => Shape::Stretched,
+            (false, true) => Shape::Logarithmic,
+        }
+    }
+}
+
+/// What of a value lies evenly along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shape {
+    Linear,
+    Stretched,
+    Logarithmic,
+}
+
+impl Shape {
+    /// Not finite for a value that has no place.
+    fn place(self, value: f64) -> f64 {
+        match self {
+            Shape::Linear => value,
+            Shape::Stretched => libm::asinh(value / LINEAR_PART),
+            Shape::Logarithmic => libm::log(value),
+        }
+    }
+
+    fn value(self, place: f64) -> f64 {
+        match self {
+            Shape::Linear => place,
+            Shape::Stretched => LINEAR_PART * libm::sinh(place),
+            Shape::Logarithmic => libm::exp(place),
+        }
     }
 }
 
@@ -98,7 +144,7 @@ fn sensible(&(low, high): &(f64, f64)) -> bool {
 /// From values to pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
-    stretched: bool,
+    shape: Shape,
     low: f64,
     high: f64,
     start: f64,
@@ -108,14 +154,12 @@ pub(super) struct Scale {
 impl Scale {
     /// Where a value lies [px].
     pub(super) fn place(&self, value: f64) -> f64 {
-        let value = if self.stretched { libm::asinh(value / LINEAR_PART) } else { value };
-        self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
+        self.start + (self.shape.place(value) - self.low) / (self.high - self.low) * (self.end - self.start)
     }
 
     /// The values at both ends.
     pub(super) fn ends(&self) -> (f64, f64) {
-        let back = |value: f64| if self.stretched { LINEAR_PART * libm::sinh(value) } else { value };
-        (back(self.low), back(self.high))
+        (self.shape.value(self.low), self.shape.value(self.high))
     }
 
     /// Whether a value lies between the ends.
@@ -137,7 +181,31 @@ impl Scale {
 
     /// Marks at 1, 2, 5 times powers of ten, at least `gap` pixels apart.
     pub(super) fn ticks(&self, gap: f64) -> Vec<Tick> {
-        if self.stretched { self.stretched_ticks(gap) } else { self.linear_ticks(gap) }
+        match self.shape {
+            Shape::Linear => self.linear_ticks(gap),
+            Shape::Stretched => self.stretched_ticks(gap),
+            Shape::Logarithmic => self.logarithmic_ticks(gap),
+        }
+    }
+
+    /// At 1, 2, 5 of each decade where there is room, else at every decade, or every so many.
+    fn logarithmic_ticks(&self, gap: f64) -> Vec<Tick> {
+        let (low, high) = self.ends();
+        let decade = (self.end - self.start).abs() / (self.high - self.low) * core::f64::consts::LN_10;
+        let every = if libm::log10(2.0) * decade >= gap { 0 } else { (gap / decade).ceil().max(1.0) as i32 };
+        // What the eye reads as the end of an axis may lie a rounding beyond it.
+        let within = |value: f64| low * (1.0 - 1e-9) <= value && value <= high * (1.0 + 1e-9);
+        steps(low)
+            .take_while(|&(_, value)| value <= high * (1.0 + 1e-9))
+            .filter(|&(power, value)| {
+                let is_decade = (value.log10() - f64::from(power)).abs() < 0.1;
+                within(value) && (every == 0 || is_decade && power % every == 0)
+            })
+            .map(|(power, value)| Tick {
+                value,
+                label: quantity::number(value, (-power).max(0).unsigned_abs() as usize),
+            })
+            .collect()
     }
 
     fn linear_ticks(&self, gap: f64) -> Vec<Tick> {
@@ -242,6 +310,20 @@ mod tests {
                 assert!(scale.place(pair[0].value) + half_widths < scale.place(pair[1].value), "{pair:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_ticks_at_decades_or_within_them() {
+        let axis = Axis::new("stiffness", "N m/rad").logarithmic();
+        assert_eq!(labels(&axis, 0.1, 10.0, 660.0, 40.0), ["0.1", "0.2", "0.5", "1", "2", "5", "10"]);
+        assert_eq!(labels(&axis, 3e-3, 2e3, 332.0, 40.0), ["0.01", "0.1", "1", "10", "100", "1000"]);
+        assert_eq!(
+            labels(&axis, 1e-6, 1e6, 332.0, 50.0),
+            ["0.000001", "0.0001", "0.01", "1", "100", "10\u{202f}000", "1\u{202f}000\u{202f}000"]
+        );
+        // Values without a logarithm have no place, and do not spoil that of others; a range that has none is not taken.
+        let scale = axis.clone().range(-1.0, 1.0).scale([0.0, -3.0, 1.0, 100.0].into_iter(), 0.0, 110.0);
+        assert!((scale.place(10.0) - 55.0).abs() < 1e-9 && !scale.place(0.0).is_finite());
     }
 
     #[test]

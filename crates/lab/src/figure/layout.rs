@@ -47,23 +47,29 @@ impl Layout {
         [self.x.place(x), self.y.place(y)]
     }
 
+    /// Whether both axes have a place for a row, whose first number is that of the x-axis.
+    fn holds(&self, row: &[f64]) -> bool {
+        let has_place = |&y: &f64| self.y.place(y).is_finite();
+        can_be_shown(row) && self.x.place(row[0]).is_finite() && row[1..].iter().all(has_place)
+    }
+
     /// The rows of a series that are drawn, in unbroken pieces: what cannot be shown or seen is left out.
     pub(super) fn pieces<'a>(&self, series: &'a Series) -> Vec<Vec<&'a [f64]>> {
         let thinned = |rows: Vec<&'a [f64]>, thin: &dyn Fn(&[[f64; 2]]) -> Vec<usize>| {
             let places: Vec<_> = rows.iter().map(|row| self.place([row[0], row[1]])).collect();
             thin(&places).into_iter().map(|index| rows[index]).collect::<Vec<_>>()
         };
-        fn shown<const N: usize>(rows: &[[f64; N]], count: usize) -> Vec<&[f64]> {
-            rows.iter().map(<[f64; N]>::as_slice).filter(|row| can_be_shown(&row[..count])).collect()
+        fn shown<'a, const N: usize>(layout: &Layout, rows: &'a [[f64; N]]) -> Vec<&'a [f64]> {
+            rows.iter().map(<[f64; N]>::as_slice).filter(|row| layout.holds(&row[..2])).collect()
         }
-        fn unbroken<const N: usize>(rows: &[[f64; N]]) -> impl Iterator<Item = Vec<&[f64]>> {
-            rows.split(|row| !can_be_shown(row)).map(|piece| piece.iter().map(<[f64; N]>::as_slice).collect())
+        fn unbroken<'a, const N: usize>(layout: &Layout, rows: &'a [[f64; N]]) -> impl Iterator<Item = Vec<&'a [f64]>> {
+            rows.split(|row| !layout.holds(row)).map(|piece| piece.iter().map(<[f64; N]>::as_slice).collect())
         }
         let pieces: Vec<_> = match &series.data {
-            Data::Points(pairs) => vec![thinned(shown(pairs, 2), &thin::points)],
-            Data::Bars(bars) => vec![shown(bars, 2)],
-            Data::Line(pairs) => unbroken(pairs).map(|piece| thinned(piece, &thin::line)).collect(),
-            Data::Band(edges) => unbroken(edges)
+            Data::Points(pairs) => vec![thinned(shown(self, pairs), &thin::points)],
+            Data::Bars(bars) => vec![shown(self, bars)],
+            Data::Line(pairs) => unbroken(self, pairs).map(|piece| thinned(piece, &thin::line)).collect(),
+            Data::Band(edges) => unbroken(self, edges)
                 .map(|piece| {
                     // A row that either edge needs.
                     let [mut kept, upper] = [1, 2].map(|column| {

@@ -169,6 +169,11 @@ impl Map {
         [&self.x, &self.y, &self.value].map(Axis::title)
     }
 
+    /// The same with the units apart.
+    pub(crate) fn heads(&self) -> [[String; 2]; 3] {
+        [&self.x, &self.y, &self.value].map(Axis::head)
+    }
+
     /// Values of both axes with their number, as drawn from below.
     pub(crate) fn cells(&self) -> impl Iterator<Item = [Option<f64>; 3]> + '_ {
         let columns = self.columns.len().max(1);

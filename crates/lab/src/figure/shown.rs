@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::layout::Layout;
 use super::series::Data;
 use super::{Figure, draw};
-use crate::quantity;
 
 /// Significant digits: more than a figure shows, fewer than would fill the page.
 const DIGITS: usize = 5;
@@ -55,8 +54,7 @@ impl Figure {
             let rows = drawn.into_iter().step_by(step).map(row).collect();
             ShownSeries { name: series.name.clone(), class: draw::class(series), kind, rows }
         });
-        let title = |axis: &super::Axis| [axis.quantity.clone(), quantity::unit(&axis.unit)];
-        Shown { x: title(&self.x), y: title(&self.y), series: series.collect() }
+        Shown { x: self.x.head(), y: self.y.head(), series: series.collect() }
     }
 }
 

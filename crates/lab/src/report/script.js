@@ -1,5 +1,27 @@
 'use strict';
 // Values under the pointer or by arrow keys, and export; all from what is in the page.
+const make = (parent, name, properties) => Object.assign(parent.appendChild(document.createElement(name)), properties);
+const quote = (text) => `"${text.replaceAll('"', '""')}"`;
+const csvHead = ([quantity, unit]) => quote(unit ? `${quantity} [${unit}]` : quantity);
+// Buttons that save the drawing of a figure, and its numbers as lines of CSV.
+const saving = (figure, caption, drawing, csv) => {
+  const save = (name, type, text) => {
+    const link = make(document.body, 'a', { href: URL.createObjectURL(new Blob([text], { type })), download: `${figure.id}.${name}` });
+    link.click();
+    link.remove();
+  };
+  const tools = document.createElement('div');
+  tools.className = 'tools';
+  caption.before(tools);
+  const button = (text, ariaLabel, onclick) => make(tools, 'button', { type: 'button', textContent: text, ariaLabel, onclick });
+  button('SVG', 'Save figure as SVG', () => save('svg', 'image/svg+xml', drawing));
+  button('CSV', 'Save data as CSV', () => save('csv', 'text/csv', [...csv(), ''].join('\n')));
+};
+for (const map of document.querySelectorAll('.map')) {
+  const { heads, cells } = JSON.parse(map.querySelector('script').textContent);
+  const csv = () => [heads.map(csvHead).join(','), ...cells.map((cell) => cell.join(','))];
+  saving(map, map.querySelector('p'), map.querySelector('svg').outerHTML, csv);
+}
 for (const figure of document.querySelectorAll('figure')) {
   const plot = figure.querySelector('.plot');
   const svg = plot.querySelector('svg');
@@ -13,7 +35,6 @@ for (const figure of document.querySelectorAll('figure')) {
   svg.setAttribute('aria-label', title.textContent);
   title.remove();
 
-  const make = (parent, name, properties) => Object.assign(parent.appendChild(document.createElement(name)), properties);
   const tip = make(plot, 'output', { className: 'tip', hidden: true });
   const mark = svg.appendChild(document.createElementNS(svg.namespaceURI, 'circle'));
   for (const [name, value] of Object.entries({ r: 5, fill: 'none', stroke: 'currentColor', 'stroke-width': 2 })) mark.setAttribute(name, value);
@@ -77,25 +98,14 @@ for (const figure of document.querySelectorAll('figure')) {
     keys[event.key]();
   });
 
-  const save = (name, type, text) => {
-    const link = make(document.body, 'a', { href: URL.createObjectURL(new Blob([text], { type })), download: `${figure.id}.${name}` });
-    link.click();
-    link.remove();
-  };
   const csv = () => {
-    const quote = (text) => `"${text.replaceAll('"', '""')}"`;
-    const head = ([quantity, unit]) => quote(unit ? `${quantity} [${unit}]` : quantity);
     const lines = shown.series.flatMap((one) => one.rows.map(([, , x, y, z]) => {
       const ends = { band: ['', y, z], bars: [y, y - z, y + z] }[one.kind] || [y, '', ''];
       return [quote(one.name), x, ...ends].join(',');
     }));
-    return [['series', head(shown.x), head(shown.y), 'low', 'high'].join(','), ...lines, ''].join('\n');
+    return [['series', csvHead(shown.x), csvHead(shown.y), 'low', 'high'].join(','), ...lines];
   };
-  const tools = document.createElement('div');
-  tools.className = 'tools';
-  figure.querySelector('figcaption').before(tools);
-  make(tools, 'button', { type: 'button', textContent: 'SVG', ariaLabel: 'Save figure as SVG', onclick: () => save('svg', 'image/svg+xml', drawing) });
-  make(tools, 'button', { type: 'button', textContent: 'CSV', ariaLabel: 'Save data as CSV', onclick: () => save('csv', 'text/csv', csv()) });
+  saving(figure, figure.querySelector('figcaption'), drawing, csv);
 }
 // Paper has no folds: tables of figures go to the end, so that the text stays together.
 const folds = [...document.querySelectorAll('details')].map((fold) => ({ fold, home: fold.parentNode, next: fold.nextSibling, open: fold.open }));

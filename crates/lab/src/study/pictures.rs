@@ -28,14 +28,10 @@ fn is_logarithmic(axis: &Axis) -> bool {
     low > 0.0 && high / low >= DECADES
 }
 
-/// An axis of a study as one of a figure, and what becomes of its values there.
-fn drawn(axis: &Axis) -> (FigureAxis, fn(f64) -> f64) {
-    if is_logarithmic(axis) {
-        let of = if axis.unit == "1" { String::new() } else { format!(" in {}", crate::quantity::unit(&axis.unit)) };
-        (FigureAxis::new(format!("log10 of {}{of}", axis.name), "1"), libm::log10)
-    } else {
-        (FigureAxis::new(axis.name.clone(), axis.unit.clone()), |value| value)
-    }
+/// An axis of a study as one of a figure.
+fn drawn(axis: &Axis) -> FigureAxis {
+    let drawn = FigureAxis::new(axis.name.clone(), axis.unit.clone());
+    if is_logarithmic(axis) { drawn.logarithmic() } else { drawn }
 }
 
 impl Outcome {
@@ -56,10 +52,8 @@ impl Outcome {
                 let axes = [axis(columns), axis(rows), value];
                 let unit = crate::quantity::unit(measure.unit);
                 let unit = if unit.is_empty() { String::new() } else { format!(", in {unit}") };
-                let caption = format!(
-                    "{}{unit}; the stronger the colour, the more. Cells without a number failed.",
-                    measure.title
-                );
+                let failed = if values.contains(&None) { " Cells without a number failed." } else { "" };
+                let caption = format!("{}{unit}; the stronger the colour, the more.{failed}", measure.title);
                 Picture::Map(Map::new(title, axes, [of_columns.clone(), of_rows.clone()], values), caption)
             };
             return Ok(measures.iter().zip(values).map(map).collect());
@@ -71,12 +65,11 @@ impl Outcome {
         let alone = self.plan.axes.len() == 1;
         for (index, measure) in measures.iter().enumerate() {
             for (k, axis) in self.plan.axes.iter().enumerate() {
-                let (x, place) = drawn(axis);
                 let mut points: Vec<(f64, f64)> =
-                    rows.iter().map(|row| (place(row.values[k]), row.measures[index].unwrap_or(f64::NAN))).collect();
+                    rows.iter().map(|row| (row.values[k], row.measures[index].unwrap_or(f64::NAN))).collect();
                 points.sort_by(|one, other| one.0.total_cmp(&other.0));
                 let mut figure = Figure::new(format!("{} over {}", measure.title, axis.name))
-                    .x(x)
+                    .x(drawn(axis))
                     .y(FigureAxis::new(measure.title, measure.unit));
                 if alone && self.plan.design == Design::Grid {
                     figure = figure.series(Series::line(Role::Fitted, "between them", points.iter().copied()));
