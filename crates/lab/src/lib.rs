@@ -40,6 +40,7 @@ pub mod summary;
 pub mod table;
 pub mod truth;
 pub mod tuning;
+pub mod uncertainty;
 pub mod units;
 pub mod watch;
 pub mod workflow;

@@ -99,8 +99,9 @@ impl Found {
         }
         for (key, item) in table.iter() {
             let Some(node) = Node::of_item(item) else { continue };
-            // What an identification found stands beside the preset that follows from it.
-            if choices.iter().any(|(tag, ..)| *tag == key) || (path.is_empty() && key == crate::identify::TABLE) {
+            // What an identification found, and how well a fit knows it, stand beside the parameters.
+            let beside = path.is_empty() && [crate::identify::TABLE, crate::uncertainty::TABLE].contains(&key);
+            if choices.iter().any(|(tag, ..)| *tag == key) || beside {
                 continue;
             }
             let path = join(path, &bare_or_quoted(key));

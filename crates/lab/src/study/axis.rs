@@ -42,6 +42,13 @@ pub enum Spread {
         /// Its standard deviation.
         sd: f64,
     },
+    /// A normal distribution of the logarithm.
+    LogNormal {
+        /// Its median, above 0.
+        median: f64,
+        /// Standard deviation of the logarithm: 0.01 is 1 %.
+        sd: f64,
+    },
 }
 
 impl Spread {
@@ -64,8 +71,30 @@ impl Spread {
             Spread::Values(values) => values[((place * values.len() as f64) as usize).min(values.len() - 1)],
             Spread::Range { low, high, logarithmic: false } => low + place * (high - low),
             Spread::Range { low, high, logarithmic: true } => low * libm::pow(high / low, place),
-            Spread::Normal { mean, sd } => mean + sd * Normal::standard().inverse_cdf(place),
+            Spread::Normal { .. } | Spread::LogNormal { .. } => self.off(Normal::standard().inverse_cdf(place)),
         }
+    }
+
+    /// The value so many standard deviations off the mean; NaN where there is no standard deviation.
+    fn off(&self, off: f64) -> f64 {
+        match self {
+            Spread::Normal { mean, sd } => mean + sd * off,
+            Spread::LogNormal { median, sd } => median * libm::exp(sd * off),
+            Spread::Values(_) | Spread::Range { .. } => f64::NAN,
+        }
+    }
+
+    /// Share of the values that lie outside an interval; 0 where they have ends, which are looked at themselves.
+    pub(super) fn outside(&self, minimum: f64, maximum: f64) -> f64 {
+        let (low, high) = match self {
+            Spread::Normal { mean, sd } => ((minimum - mean) / sd, (maximum - mean) / sd),
+            // Of nothing and less the logarithm is −∞.
+            Spread::LogNormal { median, sd } => {
+                (libm::log(minimum.max(0.0) / median) / sd, libm::log(maximum.max(0.0) / median) / sd)
+            }
+            Spread::Values(_) | Spread::Range { .. } => return 0.0,
+        };
+        Normal::standard().cdf(low) + Normal::standard().cdf(-high)
     }
 
     /// Values that must be allowed: all of a list, the ends of a range, a mean.
@@ -73,7 +102,7 @@ impl Spread {
         match self {
             Spread::Values(values) => values.clone(),
             Spread::Range { low, high, .. } => vec![*low, *high],
-            Spread::Normal { mean, .. } => vec![*mean],
+            Spread::Normal { mean: value, .. } | Spread::LogNormal { median: value, .. } => vec![*value],
         }
     }
 }
@@ -99,14 +128,10 @@ impl Axis {
 
 /// The values of all axes at a place.
 pub(super) fn values(axes: &[Axis], place: &Place) -> Vec<f64> {
-    let of = |axis: &Axis, off: f64| match axis.spread {
-        Spread::Normal { mean, sd } => mean + sd * off,
-        // Whoever made the plan has seen to it that there is no other.
-        Spread::Values(_) | Spread::Range { .. } => f64::NAN,
-    };
     match place {
         Place::Within(places) => axes.iter().zip(places).map(|(axis, place)| axis.value(*place)).collect(),
-        Place::Normal(offs) => axes.iter().zip(offs).map(|(axis, off)| of(axis, *off)).collect(),
+        // Whoever made the plan has seen to it that each axis has a standard deviation.
+        Place::Normal(offs) => axes.iter().zip(offs).map(|(axis, off)| axis.spread.off(*off)).collect(),
     }
 }
 
@@ -132,6 +157,19 @@ mod tests {
         let normal = Spread::Normal { mean: 2.0, sd: 0.5 };
         assert!((normal.at(0.975) - 2.0 - 0.5 * 1.959_963_984_540_054).abs() < 1e-9);
         assert_eq!(normal.at(0.5), 2.0);
+        let share = Spread::LogNormal { median: 2.0, sd: 0.5 };
+        assert!((libm::log(share.at(0.975) / 2.0) - 0.5 * 1.959_963_984_540_054).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_share_outside_an_interval_is_that_of_the_tails() {
+        // 1 − Φ(2) = 0.022750131948179 on one side, 1 − Φ(1) = 0.158655253931457 on the other.
+        let tails = 0.022_750_131_948_179 + 0.158_655_253_931_457;
+        assert!((Spread::Normal { mean: 2.0, sd: 0.5 }.outside(1.0, 2.5) - tails).abs() < 1e-9);
+        let logarithmic = Spread::LogNormal { median: 2.0, sd: 0.5 };
+        assert!((logarithmic.outside(2.0 / libm::exp(1.0), 2.0 * libm::exp(0.5)) - tails).abs() < 1e-9);
+        assert_eq!(logarithmic.outside(0.0, f64::INFINITY), 0.0);
+        assert_eq!(Spread::Values(vec![3.0]).outside(0.0, 1.0), 0.0);
     }
 
     #[test]

@@ -1,21 +1,26 @@
 //! Axes and design of a file, held against the preset.
 
-use nalgebra::DMatrix;
-
-use super::file::{Kind, Paths, Stated, StatedAxis, StatedDesign, Text};
+use super::file::{Kind, Stated, StatedAxis, StatedDesign, Text};
 use super::table::{CASE, FAILURE};
 use super::{Axis, Design, Plan, Spread};
 use crate::Error;
 use crate::parameters::{self, Entry, Fault, ParameterProblems, Problem, Value, flatten};
 use crate::preset::Preset;
+use crate::quantity::rough;
+use crate::uncertainty::{self, Known};
 
 /// Most values of an axis.
 const MOST_POINTS: usize = 1_000_000;
+/// Share of the draws from a fit that may lie outside the range of a parameter: more would show in what is measured of the
+/// others. Each of them is a case that fails and says so.
+const OUTSIDE: f64 = 1e-3;
 
 /// A file beside the preset that it speaks of.
 pub(super) struct Checked<'a> {
     pub(super) stated: &'a Stated,
     pub(super) source: &'a Text<'a>,
+    /// One for each that it states.
+    pub(super) fits: Vec<Known>,
     /// With a controller of the kind that the cases have.
     pub(super) preset: Preset<f64>,
 }
@@ -70,39 +75,92 @@ impl Checked<'_> {
         })
     }
 
-    /// L of a correlation L·Lᵀ; none stated is none there.
+    /// L of the correlation L·Lᵀ of all axes: that of each fit, then that of the axes that are stated, which are
+    /// independent where nothing is said.
     fn factor(&self, correlation: Option<&[Vec<f64>]>) -> Result<Vec<Vec<f64>>, Error> {
         let count = self.stated.axis.len();
-        let rows = |matrix: DMatrix<f64>| -> Vec<Vec<f64>> {
-            matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
-        };
-        let Some(stated) = correlation else { return Ok(rows(DMatrix::identity(count, count))) };
         let wrong = |reason: String| {
             let remedy = "A correlation has a row and a column an axis, is symmetric, has ones on its diagonal, and no \
                           combination of axes has a negative variance.";
             self.source.wrong("design", reason, remedy)
         };
-        if stated.len() != count || stated.iter().any(|row| row.len() != count) {
-            return Err(wrong(format!("correlation is not {count} × {count}")));
+        let independent = || (0..count).map(|i| (0..count).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+        let of_axes = match correlation {
+            None => independent(),
+            Some(stated) if stated.len() != count || stated.iter().any(|row| row.len() != count) => {
+                return Err(wrong(format!("correlation is not {count} × {count}")));
+            }
+            Some(stated) => uncertainty::factor(stated).ok_or_else(|| wrong("correlation is none".into()))?,
+        };
+        let blocks: Vec<&Vec<Vec<f64>>> = self.fits.iter().map(|fit| &fit.factor).chain([&of_axes]).collect();
+        let all: usize = blocks.iter().map(|block| block.len()).sum();
+        let mut factor = Vec::new();
+        for block in blocks {
+            let before = factor.len();
+            factor.extend(block.iter().map(|row| {
+                let mut whole = vec![0.0; all];
+                whole[before..before + row.len()].copy_from_slice(row);
+                whole
+            }));
         }
-        let matrix = DMatrix::from_fn(count, count, |i, j| stated[i][j]);
-        let is_one = (0..count).all(|i| matrix[(i, i)] == 1.0) && matrix == matrix.transpose();
-        let factor = matrix.cholesky().filter(|_| is_one);
-        factor.map(|cholesky| rows(cholesky.l())).ok_or_else(|| wrong("correlation is none".into()))
+        Ok(factor)
     }
 
-    /// All axes; what is wrong with their paths and values comes at once.
+    /// The parameters that fits know, as axes: what each file says of them, put where the study says.
+    fn of_fits(&self, design: &Design) -> Result<Vec<Wanted>, Error> {
+        let mut wanted = Vec::new();
+        for (index, (stated, Known { together, values, .. })) in self.stated.fit.iter().zip(&self.fits).enumerate() {
+            let key = format!("fit.{index}");
+            if !matches!(design, Design::Normal { .. }) {
+                let reason = "what a fit knows is drawn from, and the design does not draw normals".into();
+                return Err(self.source.wrong(&key, reason, "Say kind = \"normal\" and samples under [design]."));
+            }
+            for ((path, sd), value) in together.parameters.iter().zip(&together.sd).zip(values) {
+                let (_, last) = path.rsplit_once('.').unwrap_or(("", path));
+                let paths = stated.path.as_ref().map_or_else(
+                    || vec![path.clone()],
+                    |groups| groups.all().iter().map(|group| format!("{group}.{last}")).collect(),
+                );
+                let spread = if together.logarithmic {
+                    Spread::LogNormal { median: *value, sd: *sd }
+                } else {
+                    Spread::Normal { mean: *value, sd: *sd }
+                };
+                wanted.push(Wanted { key: key.clone(), name: None, paths, factor: false, spread });
+            }
+        }
+        Ok(wanted)
+    }
+
+    /// Of the draws from a fit nearly all must be values of the parameter.
+    fn within(&self, key: &str, entry: &Entry, spread: &Spread) -> Result<(), Error> {
+        let stickslip_core::fields::Field { minimum, maximum, unit, .. } = *entry.field;
+        let share = spread.outside(minimum, maximum);
+        if share <= OUTSIDE {
+            return Ok(());
+        }
+        let reason = format!(
+            "{} % of the draws of {} would lie outside {minimum} … {maximum} {unit}",
+            rough(100.0 * share),
+            entry.path
+        );
+        let remedy = "Measure what tells it (`stickslip fit` names that), or draw from another fit.";
+        Err(self.source.wrong(key, reason, remedy))
+    }
+
+    /// All axes, those of fits first; what is wrong with their paths and values comes at once.
     pub(super) fn axes(&self, plan: &Plan) -> Result<Vec<Axis>, Error> {
         let entries = flatten(&self.preset);
-        let (mut axes, mut problems): (Vec<Axis>, Vec<Problem>) = (Vec::new(), Vec::new());
+        let mut wanted = self.of_fits(&plan.design)?;
         for (index, stated) in self.stated.axis.iter().enumerate() {
             let key = format!("axis.{index}");
-            let line = self.source.place_of(&key).map(|[line, _]| line);
             let spread = self.spread(&key, stated, &plan.design)?;
-            let paths = match &stated.path {
-                Paths::One(path) => vec![path.clone()],
-                Paths::Several(paths) => paths.clone(),
-            };
+            let StatedAxis { name, path, factor, .. } = stated;
+            wanted.push(Wanted { key, name: name.clone(), paths: path.all(), factor: *factor, spread });
+        }
+        let (mut axes, mut problems): (Vec<Axis>, Vec<Problem>) = (Vec::new(), Vec::new());
+        for Wanted { key, name, paths, factor, spread } in wanted {
+            let line = self.source.place_of(&key).map(|[line, _]| line);
             let [Some(first), last] = [paths.first(), paths.last()] else {
                 return Err(self.source.wrong(&key, "it has no path".into(), "Name a parameter."));
             };
@@ -110,12 +168,15 @@ impl Checked<'_> {
             for path in &paths {
                 match entry(&entries, path) {
                     Ok(entry) => {
-                        if stated.factor && entry.value == Value::Number(0.0) {
+                        if factor && entry.value == Value::Number(0.0) {
                             let reason = format!("{path} is 0, which a factor leaves as it is");
                             return Err(self.source.wrong(&key, reason, "Give it a value under [set], or no factor."));
                         }
+                        if key.starts_with("fit") {
+                            self.within(&key, entry, &spread)?;
+                        }
                         units.push(entry.field.unit);
-                        problems.extend(value_fault(entry, stated.factor, &spread).map(|fault| Problem {
+                        problems.extend(value_fault(entry, factor, &spread).map(|fault| Problem {
                             line,
                             path: path.clone(),
                             fault,
@@ -124,12 +185,12 @@ impl Checked<'_> {
                     Err(fault) => problems.push(Problem { line, path: path.clone(), fault }),
                 }
             }
-            if !stated.factor && units.iter().any(|unit| *unit != units[0]) {
+            if !factor && units.iter().any(|unit| *unit != units[0]) {
                 let reason = format!("{first} and {} have different units", last.unwrap_or(first));
                 return Err(self.source.wrong(&key, reason, "Make them two axes, or one with factor = true."));
             }
-            let unit = if stated.factor { "1" } else { units.first().copied().unwrap_or("1") };
-            let name = stated.name.clone().unwrap_or_else(|| first.clone());
+            let unit = if factor { "1" } else { units.first().copied().unwrap_or("1") };
+            let name = name.unwrap_or_else(|| first.clone());
             let taken = axes.iter().any(|axis| axis.name == name)
                 || [CASE, FAILURE].contains(&name.as_str())
                 || plan.measures().any(|measure| measure.name == name);
@@ -137,15 +198,16 @@ impl Checked<'_> {
                 let reason = format!("the column {name} is there already");
                 return Err(self.source.wrong(&key, reason, "Give the axis another name."));
             }
-            let again = |axis: &&Axis| !stated.factor && axis.paths.iter().any(|path| paths.contains(path));
+            let again = |axis: &&Axis| !factor && axis.paths.iter().any(|path| paths.contains(path));
             if let Some(other) = axes.iter().find(again) {
                 let reason = format!("it sets what the axis {} sets", other.name);
                 return Err(self.source.wrong(&key, reason, "A later axis may only multiply: factor = true."));
             }
-            axes.push(Axis { name, paths, factor: stated.factor, unit: unit.into(), spread });
+            axes.push(Axis { name, paths, factor, unit: unit.into(), spread });
         }
         if axes.is_empty() {
-            return Err(self.source.wrong("axis", "there is no axis".into(), "Add [[axis]] with a path and values."));
+            let remedy = "Add [[axis]] with a path and values, or [[fit]] with a file.";
+            return Err(self.source.wrong("axis", "there is no axis".into(), remedy));
         }
         let file = self.source.file();
         if problems.is_empty() { Ok(axes) } else { Err(ParameterProblems { file, problems }.into()) }
@@ -179,7 +241,7 @@ impl Checked<'_> {
         };
         let known = match &spread {
             Spread::Values(values) => !values.is_empty() && values.iter().all(|value| value.is_finite()),
-            Spread::Range { .. } | Spread::Normal { .. } => true,
+            Spread::Range { .. } | Spread::Normal { .. } | Spread::LogNormal { .. } => true,
         };
         if !known {
             return wrong("it has no value, or one that is no number", "Give at least one, and points from 1.");
@@ -194,6 +256,16 @@ impl Checked<'_> {
             _ => Ok(spread),
         }
     }
+}
+
+/// An axis as a file wants it.
+struct Wanted {
+    /// Where in the file.
+    key: String,
+    name: Option<String>,
+    paths: Vec<String>,
+    factor: bool,
+    spread: Spread,
 }
 
 fn said(names: &[&str]) -> String {

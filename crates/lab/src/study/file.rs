@@ -1,6 +1,6 @@
 //! The file of a study, in TOML: read, checked against the preset, all before anything runs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use toml_edit::Document;
@@ -13,6 +13,7 @@ use crate::benchmark::{Entrant, MANOEUVRES};
 use crate::parameters::schema::nearest;
 use crate::parameters::{self, Fault, ParameterProblems, Problem, presets};
 use crate::preset::Preset;
+use crate::uncertainty;
 
 /// What a file says.
 #[derive(Debug, Deserialize)]
@@ -29,6 +30,8 @@ pub(super) struct Stated {
     places: Option<u64>,
     #[serde(default)]
     pub(super) design: StatedDesign,
+    #[serde(default)]
+    pub(super) fit: Vec<StatedFit>,
     #[serde(default)]
     pub(super) axis: Vec<StatedAxis>,
 }
@@ -73,12 +76,28 @@ pub(super) struct StatedAxis {
     pub(super) sd: Option<f64>,
 }
 
+/// What it says of parameters that a fit knows together.
+#[derive(Debug, Deserialize)]
+pub(super) struct StatedFit {
+    pub(super) file: PathBuf,
+    pub(super) path: Option<Paths>,
+}
+
 /// One parameter, or several that take the same value.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Paths {
     One(String),
     Several(Vec<String>),
+}
+
+impl Paths {
+    pub(super) fn all(&self) -> Vec<String> {
+        match self {
+            Paths::One(path) => vec![path.clone()],
+            Paths::Several(paths) => paths.clone(),
+        }
+    }
 }
 
 fn prototype() -> String {
@@ -89,9 +108,11 @@ fn once() -> u64 {
     1
 }
 
-/// Keys of the file, of its design and of an axis.
-const KEYS: [&str; 9] = ["title", "preset", "set", "controller", "manoeuvres", "seeds", "places", "design", "axis"];
+/// Keys of the file, of its design, of a fit and of an axis.
+const KEYS: [&str; 10] =
+    ["title", "preset", "set", "controller", "manoeuvres", "seeds", "places", "design", "fit", "axis"];
 const DESIGN: [&str; 6] = ["kind", "samples", "trajectories", "levels", "seed", "correlation"];
+const FIT: [&str; 2] = ["file", "path"];
 const AXIS: [&str; 9] = ["name", "path", "factor", "values", "range", "points", "logarithmic", "mean", "sd"];
 
 /// Largest number of seeds or places.
@@ -101,7 +122,8 @@ const REPEATS: u64 = 1000;
 ///
 /// # Errors
 /// [`Error::File`]; [`Error::Parameters`] with keys and paths that are not known, and values that the preset does not
-/// admit; [`Error::Document`] with what does not go together; what reading preset and controller refuses.
+/// admit; [`Error::Document`] with what does not go together, in the file or in that of a fit; what reading preset and
+/// controller refuses.
 pub fn read(path: &Path) -> Result<Plan, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
     let source = Text { path, text: &text };
@@ -162,7 +184,8 @@ fn plan(stated: &Stated, source: &Text<'_>) -> Result<Plan, Error> {
         design: super::Design::Grid,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
     };
-    let checked = Checked { stated, source, preset: plan.stated() };
+    let fits = stated.fit.iter().map(|fit| uncertainty::read(&fit.file)).collect::<Result<_, _>>()?;
+    let checked = Checked { stated, source, fits, preset: plan.stated() };
     plan.design = checked.design()?;
     plan.axes = checked.axes(&plan)?;
     let cases = plan.cases()?;
@@ -253,8 +276,10 @@ impl Text<'_> {
         if let Some(design) = document.get("design").and_then(toml_edit::Item::as_table_like) {
             problems.extend(self.unknown(design, "design.", &DESIGN));
         }
-        if let Some(axes) = document.get("axis").and_then(toml_edit::Item::as_array_of_tables) {
-            problems.extend(axes.iter().flat_map(|axis| self.unknown(axis, "axis.", &AXIS)));
+        for (group, dotted, known) in [("fit", "fit.", &FIT[..]), ("axis", "axis.", &AXIS[..])] {
+            if let Some(tables) = document.get(group).and_then(toml_edit::Item::as_array_of_tables) {
+                problems.extend(tables.iter().flat_map(|table| self.unknown(table, dotted, known)));
+            }
         }
         if problems.is_empty() { Ok(()) } else { Err(ParameterProblems { file: self.file(), problems }.into()) }
     }

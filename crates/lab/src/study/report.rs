@@ -51,6 +51,7 @@ impl Outcome {
             };
         }
         report = report.table(measures(&overview)).heading("What was changed").table(self.axes());
+        report = self.correlation().into_iter().fold(report, Report::table);
         report = report.paragraph(self.asked());
         if overview.failed > 0 {
             report = report.heading("Cases without all numbers").list(reasons(&overview));
@@ -71,6 +72,25 @@ impl Outcome {
             let cells = [axis.name.clone(), axis.paths.join(", "), values(axis), unit];
             table.row(cells.map(|text| Cell::from(text.as_str())))
         })
+    }
+
+    /// How the axes were drawn together; none where each was drawn by itself.
+    fn correlation(&self) -> Option<Table> {
+        let Design::Normal { factor, .. } = &self.plan.design else { return None };
+        let between = |i: usize, j: usize| factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum::<f64>();
+        let count = factor.len();
+        if (0..count).all(|i| (0..i).all(|j| between(i, j) == 0.0)) {
+            return None;
+        }
+        let numbers = (1..=count).map(|k| k.to_string());
+        let table = Table::new(["axis".to_owned()].into_iter().chain(numbers))
+            .caption("Correlation of the axes, of their logarithms where they are log-normal.");
+        let row = |(i, axis): (usize, &Axis)| {
+            let name = format!("{} {}", i + 1, axis.name);
+            let cells = (0..count).map(|j| number::rounded(between(i, j), 3));
+            [name].into_iter().chain(cells).map(|text| Cell::from(text.as_str())).collect::<Vec<_>>()
+        };
+        Some(self.plan.axes.iter().enumerate().map(row).fold(table, Table::row))
     }
 
     /// Design, controller, seeds.
@@ -112,6 +132,13 @@ fn values(axis: &Axis) -> String {
         }
         Spread::Normal { mean, sd } => {
             format!("normal, {} ± {} (standard deviation)", number::text(*mean), number::text(*sd))
+        }
+        Spread::LogNormal { median, sd } => {
+            format!(
+                "log-normal, {} ± {} % (standard deviation)",
+                number::rounded(*median, 5),
+                number::rounded(100.0 * sd, 3)
+            )
         }
     }
 }

@@ -307,3 +307,120 @@ fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_chan
             .contains("no number of this preset")
     );
 }
+
+/// What `stickslip fit` leaves of a curve whose points scatter by `noise` [N m].
+fn fitted(folder: &Path, noise: f64) -> (PathBuf, crate::fit::StribeckFit) {
+    let curve = crate::fit::with_values(&Default::default(), [0.45, 0.36, 4.0, 2e-3]);
+    let mut rows = "velocity [rad/s],torque [N m]\n".to_owned();
+    for k in 0..40_u64 {
+        let velocity = 0.1 * libm::pow(500.0, k as f64 / 39.0);
+        let [normal, _] = crate::noise::Normals::new(7).pair(0, k);
+        rows += &format!("{velocity},{}\n", curve.torque(velocity) + noise * normal);
+    }
+    std::fs::write(folder.join("curve.csv"), rows).unwrap();
+    let fits = crate::workflow::fit::fit_file(folder, &Default::default(), false).unwrap();
+    fits.write(folder, "stickslip fit").unwrap();
+    (folder.join("fit.toml"), fits.fits[0].fit.clone())
+}
+
+/// A study that draws from a fit, without what stands below its first lines.
+fn drawing(file: &Path, samples: usize) -> String {
+    format!(
+        "manoeuvres = [\"sine_2hz\"]\n[set]\nbench.compensation.kind = \"feedforward\"\n\
+         [design]\nkind = \"normal\"\nsamples = {samples}\nseed = 3\n[[fit]]\nfile = {file:?}\n"
+    )
+}
+
+#[test]
+fn draws_have_the_covariance_of_the_fit_about_its_values() {
+    const DRAWS: usize = 20_000;
+    let folder = tempfile::tempdir().unwrap();
+    let (file, fit) = fitted(folder.path(), 4e-3);
+    let plan = plan(&drawing(&file, DRAWS));
+    assert_eq!(plan.axes[2].paths, ["model.own.stribeck_velocity"]);
+    let draws: Vec<Vec<f64>> = (0..DRAWS as u64).map(|case| plan.values(case)).collect();
+    // Of each case by itself, whatever was drawn before.
+    assert_eq!(plan.values(17), draws[17]);
+    // The fit's intervals are even in the logarithm, and so are the draws: in the logarithms the covariance is C_ij/(p_i·p_j).
+    let off = |draw: &[f64], i: usize| libm::log(draw[i] / fit.parameters[i]) * fit.parameters[i];
+    let mean = |of: &dyn Fn(&[f64]) -> f64| draws.iter().map(|draw| of(draw)).sum::<f64>() / DRAWS as f64;
+    for i in 0..4 {
+        // Five standard errors of a mean, and below of a covariance: (C_ii·C_jj + C_ij²)/n.
+        let bound = 5.0 * fit.standard_errors[i] / (DRAWS as f64).sqrt();
+        assert!(mean(&|draw| off(draw, i)).abs() < bound, "{i}");
+        for j in 0..=i {
+            let [ii, jj, ij] = [fit.covariance[i][i], fit.covariance[j][j], fit.covariance[i][j]];
+            let bound = 5.0 * ((ii * jj + ij * ij) / DRAWS as f64).sqrt();
+            let found = mean(&|draw| off(draw, i) * off(draw, j));
+            assert!((found - ij).abs() < bound, "{i} {j}: {found} for {ij}");
+        }
+    }
+    // Independent draws, which a single fit would not have noticed, are far from that.
+    assert!((fit.covariance[0][2] / (fit.standard_errors[0] * fit.standard_errors[2])).abs() > 0.2);
+}
+
+#[test]
+fn a_fit_goes_where_the_study_says_and_stands_beside_other_axes() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, fit) = fitted(folder.path(), 4e-3);
+    let text = format!(
+        "{}path = [\"plant.screw_friction.model.lugre.sliding\", \"model.own\"]\n\
+         [[axis]]\nname = \"belief\"\npath = \"model.own.breakaway_torque\"\nfactor = true\nmean = 1.0\nsd = 0.1\n",
+        drawing(&file, 6)
+    );
+    let plan = plan(&text);
+    assert_eq!(plan.axes.len(), 5);
+    assert_eq!(
+        plan.axes[0].paths,
+        ["plant.screw_friction.model.lugre.sliding.breakaway_torque", "model.own.breakaway_torque"]
+    );
+    let outcome = run_study(&plan, &folder.path().join("out"), &Watch::silent()).unwrap();
+    let all = rows(&outcome);
+    assert!(all.iter().all(|row| row.measures[0].is_some()), "{all:?}");
+    let ready = plan.ready(folder.path(), &Watch::silent()).unwrap();
+    let preset = ready.preset(4, &all[4].values).unwrap();
+    assert_eq!(preset.model.own.breakaway_torque, all[4].values[0] * all[4].values[4], "the factor comes after");
+    assert_eq!(preset.model.own.kinetic_torque, all[4].values[1]);
+    outcome.write(&folder.path().join("out"), "stickslip study").unwrap();
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("Correlation of the axes") && page.contains("log-normal"));
+    assert!(fit.standard_errors[0] > 0.0);
+}
+
+#[test]
+fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, _) = fitted(folder.path(), 4e-3);
+    let whole = drawing(&file, 6);
+    let toml = std::fs::read_to_string(&file).unwrap();
+    for ((from, to), expected) in [
+        (("kind = \"normal\"\nsamples = 6\nseed = 3\n", ""), "the design does not draw normals"),
+        (("kind = \"normal\"", "kind = \"sobol\""), "the design takes no seed"),
+        (("file = ", "files = "), "Did you mean fit.file?"),
+        (("[[fit]]\n", "[[fit]]\npath = \"plant.drive\"\n"), "plant.drive.breakaway_torque is not known"),
+        (("[[fit]]\n", "[[fit]]\npath = []\n"), "it has no path"),
+        (("fit.toml", "fitted.toml"), "cannot read it"),
+        (
+            (
+                "[[fit]]\n",
+                "[[axis]]\nname = \"own\"\npath = \"model.own.kinetic_torque\"\nmean = 0.3\nsd = 0.01\n[[fit]]\n",
+            ),
+            "it sets what the axis model.own.kinetic_torque sets",
+        ),
+    ] {
+        let message = refused(&whole.replace(from, to));
+        assert!(message.contains(expected), "{from}\n{message}");
+    }
+    // The same numbers as the parameters' own standard deviations, the third far too large: half of the draws and a few
+    // more would be negative velocities.
+    let start = toml.find("sd = [").unwrap();
+    let end = start + toml[start..].find('\n').unwrap();
+    let changed = toml.replace("logarithmic = true", "logarithmic = false");
+    let changed = changed.replace(&toml[start..end], "sd = [0.001, 0.001, 40.0, 1e-5]");
+    std::fs::write(&file, changed).unwrap();
+    let message = refused(&whole);
+    assert!(
+        message.contains("46 % of the draws of model.own.stribeck_velocity would lie outside 0.0001 … 1000 rad/s"),
+        "{message}"
+    );
+}

@@ -17,6 +17,7 @@ use crate::quantity::{Estimate, NORMAL95, number, rough};
 use crate::recording::Recording;
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::table::Column;
+use crate::uncertainty::Together;
 use crate::{Error, Preset, Summary, output, parameters};
 
 /// Plateaus that the advice adds.
@@ -207,7 +208,7 @@ impl FrictionFits {
         }
     }
 
-    /// `fit.toml`: the own friction as a part of a parameter file.
+    /// `fit.toml`: the own friction as a part of a parameter file, with its [`uncertainty`](crate::uncertainty).
     ///
     /// # Errors
     /// [`Error::Parameters`] where a fitted value is none that a parameter may have.
@@ -229,6 +230,7 @@ impl FrictionFits {
         {
             writeln!(text, "{key} = {value:?} # {estimate}").expect("a string takes all");
         }
+        text += &Together::of_fit(&one.fit, "model.own").to_toml();
         parameters::read::<Preset<f64>>(&text, "fit.toml")?;
         Ok(Ok(text))
     }
