@@ -20,8 +20,8 @@ use case::Trajectory;
 use compiler::{STRICT, compile_and_run};
 use number::{Number, run};
 
-/// Fast and native: contraction would show.
-pub const FAST: [&str; 2] = ["-O3", "-march=native"];
+/// Quickly compiled: what optimisation could do to the text is the matter of `long` and `clean`.
+pub const QUICK: [&str; 1] = ["-O1"];
 
 /// Panics at the first result whose bits differ. NaN is NaN, whatever its sign and payload.
 pub fn assert_same(what: &str, expected: &[Vec<f64>], got: &[Vec<f64>]) {
@@ -51,7 +51,7 @@ where
 {
     let program = record::record::<B, F>(block);
     let code = c::print::<F>(&program, "block").expect("a good name");
-    let flags = [&STRICT[..], &FAST].concat();
+    let flags = [&STRICT[..], &QUICK].concat();
     let guarded = number::run_guarded(&block.map(&mut |v: f64| F::of(v)), trajectories);
     assert_faults_are_told(trajectories, &guarded, program.start.len());
     let ran = compile_and_run(&program, &code, "gcc", &flags, trajectories);
