@@ -10,6 +10,7 @@ mod crowd;
 mod lanes;
 mod tick;
 mod w3;
+mod w4;
 mod w5;
 
 use std::error::Error;
@@ -51,6 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .iter()
         .map(|demo| demo.0)
         .chain(ticks)
+        .chain(w4::NAMES)
         .chain(whole)
         .chain([side_by_side])
         .chain(controllers::NAMES)
@@ -70,6 +72,24 @@ fn main() -> Result<(), Box<dyn Error>> {
         let pairs = [(ours, hand), (ours_guarded, generated), (generated, hand), (generated, hand_checked)];
         for (name, (ours, peer)) in ticks.into_iter().zip(pairs) {
             println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
+        }
+    }
+    if w4::NAMES.into_iter().any(&wanted) {
+        // Microseconds a fit.
+        let w4::Outcome { ours, peers } = w4::run(ROUNDS)?;
+        for (name, peer) in w4::NAMES.into_iter().zip(peers) {
+            match peer {
+                Ok(peer) => println!(
+                    "{name} {:.2} {:.2} {:.2} (RMS residual {:.6e}, peer {:.6e} N m; parameters within {:.1e})",
+                    ours.time,
+                    peer.time,
+                    peer.time / ours.time,
+                    ours.rms,
+                    peer.rms,
+                    ours.apart(&peer)
+                ),
+                Err(reason) => println!("{name} skipped: {reason}"),
+            }
         }
     }
     if whole[..2].iter().any(|name| wanted(name)) {

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use super::points::Sample;
 use super::projection::{Parameters, cost};
-use super::stribeck::Sample;
 use super::{f_test, student_t95};
 use crate::quantity::rough;
 

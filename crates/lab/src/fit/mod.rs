@@ -1,9 +1,12 @@
 //! Fits with covariance: parameters never come without what is known of their error.
 
+mod descent;
 mod drop;
 mod findings;
 mod linear;
 mod nonlinear;
+mod optimum;
+mod points;
 mod projection;
 mod statistics;
 mod stribeck;
@@ -15,6 +18,7 @@ pub use findings::{Finding, HARDLY_KNOWN};
 pub(crate) use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
+pub use optimum::{StribeckOptimum, stribeck_optimum};
 pub use statistics::{f_test, runs_test, student_t95};
 pub use stribeck::{
     CurvePoint, HUBER, OUTLIER, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, Uncertainty, fit_stribeck,

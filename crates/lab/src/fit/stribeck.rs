@@ -1,18 +1,18 @@
 //! The Stribeck curve, equation (1), from measured points: weighted, optionally robust, with covariance.
 //!
-//! A global search by variable projection, then Levenberg-Marquardt in log-parameters, whose derivatives are those of
-//! the curve itself over dual numbers. Whether a drop is in the data at all is judged apart: [`StribeckDrop`].
+//! A global search by variable projection, then Newton's method. Whether a drop is in the data at all is judged apart:
+//! [`StribeckDrop`].
 
-use std::convert::Infallible;
-
-use nalgebra::{DMatrix, Matrix4, SymmetricEigen, Vector4};
+use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::{Dual, Scalar};
 
+use super::descent::normal_at;
 use super::drop;
 pub use super::drop::StribeckDrop;
-use super::nonlinear::{Stop, minimise};
-use super::projection::{Parameters, cost, curve, search};
+use super::optimum::{bounds as bounds_of, from_near, optimum};
+use super::points::{Points, Sample};
+use super::projection::{Parameters, cost, curve};
 use super::{runs_test, student_t95};
 use crate::Error;
 use crate::quantity::Estimate;
@@ -169,22 +169,13 @@ impl StribeckFit {
     }
 }
 
-/// A point in the units of the fit.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    pub(super) speed: f64,
-    pub(super) torque: f64,
-    pub(super) weight: f64,
-}
-
 /// Fits equation (1) to the points of one side or of both.
 ///
 /// # Errors
 /// A point that is not a finite torque at a finite velocity ≠ 0 with a standard error > 0; fewer than five points.
 pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<StribeckFit, Error> {
     let mut samples = select(points, plan.side)?;
-    let range = speed_range(&samples);
-    let bounds = [range[0] / 10.0, range[1] * 3.0];
+    let bounds = bounds_of(speed_range(&samples));
     let mut parameters = robust(&samples, plan.huber, bounds);
     let mut lack_of_fit = 0.0;
     if plan.uncertainty == Uncertainty::Extra {
@@ -199,13 +190,13 @@ pub fn fit_stribeck(points: &[CurvePoint], plan: &StribeckPlan) -> Result<Stribe
 /// minimum of Huber's loss.
 fn robust(samples: &[Sample], huber: Option<f64>, bounds: [f64; 2]) -> Parameters<f64> {
     let mut weighted = samples.to_vec();
-    let mut parameters = polish(&weighted, search(&weighted, bounds), bounds);
+    let mut parameters = optimum(&weighted, bounds);
     let Some(threshold) = huber else { return parameters };
     for _ in 0..100 {
         for (w, s) in weighted.iter_mut().zip(samples) {
             w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
         }
-        let next = polish(&weighted, search(&weighted, bounds), bounds);
+        let next = optimum(&weighted, bounds);
         let moved = (0..4).any(|i| (next[i] - parameters[i]).abs() > 1e-10 * parameters[i].abs());
         parameters = next;
         if !moved {
@@ -231,7 +222,7 @@ fn extra(samples: &[Sample], huber: Option<f64>, start: Parameters<f64>, bounds:
             for (w, s) in weighted.iter_mut().zip(&widened) {
                 w.weight = s.weight * huber_weight(standardised(parameters, s), threshold);
             }
-            parameters = polish(&weighted, parameters, bounds);
+            parameters = from_near(&weighted, parameters, bounds);
         }
         scatter(parameters, &widened, threshold) - square
     };
@@ -326,21 +317,6 @@ fn gradient(parameters: Parameters<f64>, speed: f64) -> (f64, [f64; 4]) {
     (value.value, value.gradient)
 }
 
-/// The last digits of a fit: parameters at 0 stay there, the Stribeck velocity stays within its bounds.
-fn polish(samples: &[Sample], start: Parameters<f64>, bounds: [f64; 2]) -> Parameters<f64> {
-    const FREE: [f64; 2] = [0.0, f64::INFINITY];
-    let residual = |curve: &Stribeck<Dual<4>>, s: &Sample| {
-        (Dual::of(s.torque) - curve.magnitude(Dual::of(s.speed))) * Dual::of(s.weight.sqrt())
-    };
-    let residuals = |parameters| {
-        let curve = curve(parameters);
-        Ok::<_, Infallible>(samples.iter().map(|s| residual(&curve, s)).collect())
-    };
-    let stop = Stop { step: 1e-12, fall: f64::NEG_INFINITY, evaluations: 100 };
-    let Ok(minimum) = minimise(start, [FREE, FREE, bounds, FREE], stop, residuals);
-    minimum.parameters
-}
-
 fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
     let [breakaway, kinetic, velocity, viscous] = parameters;
     let edge = velocity <= bounds[0] * (1.0 + 1e-9) || velocity >= bounds[1] * (1.0 - 1e-9);
@@ -369,8 +345,8 @@ fn assess(
             scatter(parameters, samples, threshold) / (inside * inside)
         }
     };
-    let covariance =
-        covariance(parameters, samples).map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
+    let inverse = inverse(&normal_at(&Points::of_samples(samples), parameters));
+    let covariance = inverse.map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
     let known = match plan.uncertainty {
         Uncertainty::Absolute => true,
@@ -419,19 +395,13 @@ fn interval(value: f64, half_width: f64) -> [f64; 2] {
 }
 
 /// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction open.
-fn covariance(parameters: Parameters<f64>, samples: &[Sample]) -> Option<[[f64; 4]; 4]> {
-    let rows: Vec<[f64; 4]> =
-        samples.iter().map(|s| gradient(parameters, s.speed).1.map(|g| g * s.weight.sqrt())).collect();
-    let mut jacobian = DMatrix::from_fn(rows.len(), 4, |i, j| rows[i][j]);
-    let scales: [f64; 4] = std::array::from_fn(|j| jacobian.column(j).norm());
-    if scales.contains(&0.0) {
+pub(super) fn inverse(normal: &[[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
+    let scales: [f64; 4] = std::array::from_fn(|j| normal[j][j].sqrt());
+    // Written so that NaN is open.
+    if !scales.iter().all(|scale| *scale > 0.0) {
         return None;
     }
-    for (j, scale) in scales.iter().enumerate() {
-        jacobian.column_mut(j).unscale_mut(*scale);
-    }
-    let normal: Matrix4<f64> = (jacobian.transpose() * &jacobian).fixed_view::<4, 4>(0, 0).into_owned();
-    let eigen = SymmetricEigen::new(normal);
+    let eigen = SymmetricEigen::new(Matrix4::from_fn(|i, j| normal[i][j] / (scales[i] * scales[j])));
     // Below 1e-13 of the largest eigenvalue (4 at most) rounding decides.
     if eigen.eigenvalues.min() < 4e-13 {
         return None;

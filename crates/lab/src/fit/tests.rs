@@ -230,3 +230,138 @@ fn robust_intervals_under_known_errors_contain_the_truth_as_often_as_they_say() 
         assert!((354..=398).contains(&hit), "{hits:?}");
     }
 }
+
+/// The fit as it was before: variable projection on a dense grid with a golden section, then Levenberg-Marquardt.
+mod reference {
+    use std::convert::Infallible;
+
+    use stickslip_core::scalar::{Dual, Scalar as _};
+
+    use super::super::points::Sample;
+    use super::super::projection::{cost, curve};
+    use super::super::{Stop, minimise};
+
+    /// Best of starts all over, each by Levenberg-Marquardt in logarithms.
+    pub(super) fn best(samples: &[Sample], bounds: [f64; 2]) -> ([f64; 4], f64) {
+        let torque = samples.iter().map(|s| s.torque.abs()).fold(0.0, f64::max);
+        let fastest = samples.iter().map(|s| s.speed).fold(0.0, f64::max);
+        let (low, high) = (bounds[0].ln(), bounds[1].ln());
+        let mut best = ([0.0; 4], f64::INFINITY);
+        for k in 0..40 {
+            let velocity = (low + (high - low) * (f64::from(k) + 0.5) / 40.0).exp();
+            for share in [0.3, 1.0, 3.0] {
+                let start = [share * torque, torque, velocity, 0.1 * torque / fastest];
+                let residuals = |p: [Dual<4>; 4]| {
+                    let curve = curve(p);
+                    let residual = |s: &Sample| {
+                        (Dual::of(s.torque) - curve.magnitude(Dual::of(s.speed))) * Dual::of(s.weight.sqrt())
+                    };
+                    Ok::<_, Infallible>(samples.iter().map(residual).collect())
+                };
+                let stop = Stop { step: 1e-11, fall: f64::NEG_INFINITY, evaluations: 200 };
+                let free = [0.0, f64::INFINITY];
+                let Ok(found) = minimise(start, [free, free, bounds, free], stop, residuals);
+                let cost = cost(found.parameters, samples);
+                if cost < best.1 {
+                    best = (found.parameters, cost);
+                }
+            }
+        }
+        best
+    }
+}
+
+fn samples_of(points: &[CurvePoint]) -> Vec<points::Sample> {
+    let sample =
+        |p: &CurvePoint| points::Sample { speed: p.velocity, torque: p.torque, weight: p.standard_error.powi(-2) };
+    points.iter().map(sample).collect()
+}
+
+#[test]
+fn no_other_search_finds_a_lower_sum_of_squares() {
+    // With and without a drop, with noise up to it, and viscous friction that ends at 0.
+    let truths = [[0.3, 0.18, 3.0, 2e-3], [0.18, 0.2, 1.0, 2e-3], [0.2, 0.2, 1.0, 1e-3], [0.3, 0.1, 0.2, -5e-4]];
+    for (k, truth) in truths.into_iter().enumerate() {
+        for noise in [1e-3, 3e-2] {
+            for seed in 0..4 {
+                let samples = samples_of(&synthetic(truth, noise, 100 * k as u64 + seed));
+                let bounds = optimum::bounds([0.1, 50.0]);
+                let (theirs, least) = reference::best(&samples, bounds);
+                let ours = optimum::optimum(&samples, bounds);
+                let cost = projection::cost(ours, &samples);
+                // Theirs stop at shares of 1e-11 of the parameters, and where a direction is flat.
+                assert!(cost <= least * (1.0 + 1e-9), "{truth:?} {noise} {seed}: {ours:?} {cost}, {theirs:?} {least}");
+            }
+        }
+    }
+}
+
+/// Five thousand points of a run, as they came.
+fn many(truth: [f64; 4], noise: f64, seed: u64) -> [Vec<f64>; 2] {
+    let speed = |k: u64| 0.1 * libm::pow(500.0, (k * 1237 % 5000) as f64 / 4999.0);
+    let torque = |k: u64| projection::curve(truth).magnitude(speed(k)) + noise * normal(seed, k);
+    [(0..5000).map(speed).collect(), (0..5000).map(torque).collect()]
+}
+
+#[test]
+fn of_many_points_the_optimum_is_that_of_all_of_them_and_the_same_as_the_fits() {
+    for (seed, (truth, noise)) in
+        [([0.3, 0.18, 3.0, 2e-3], 0.01), ([0.3, 0.18, 0.5, 2e-4], 0.05), ([0.18, 0.25, 6.0, 2e-3], 0.02)]
+            .into_iter()
+            .enumerate()
+    {
+        let [speeds, torques] = many(truth, noise, seed as u64);
+        let found = stribeck_optimum(&speeds, &torques, None).unwrap();
+        let point = |(v, t): (&f64, &f64)| CurvePoint { velocity: *v, torque: *t, standard_error: 1.0 };
+        let all: Vec<CurvePoint> = speeds.iter().zip(&torques).map(point).collect();
+        let fit = fit_stribeck(&all, &StribeckPlan::default()).unwrap();
+        // From the fit's own parameters down as far as it goes, over all points.
+        let exact = optimum::from_near(&samples_of(&all), fit.parameters, optimum::bounds([0.1, 50.0]));
+        for i in 0..4 {
+            assert!((found.parameters[i] / exact[i] - 1.0).abs() < 1e-7, "{i}: {} {}", found.parameters[i], exact[i]);
+            assert_eq!(found.parameters[i], fit.parameters[i]);
+            // The covariance is that one step before the end.
+            let error = found.covariance[i][i].sqrt();
+            assert!((error / fit.standard_errors[i] - 1.0).abs() < 1e-3, "{i}");
+        }
+        assert!((found.rms / fit.rms - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn columns_that_are_no_points_are_refused() {
+    let [speeds, torques] = many([0.3, 0.18, 3.0, 2e-3], 0.01, 1);
+    let weights = vec![1.0; 5000];
+    let said = |speeds: &[f64], torques: &[f64], weights: &[f64]| {
+        stribeck_optimum(speeds, torques, Some(weights)).unwrap_err().to_string()
+    };
+    let with = |column: &[f64], index: usize, value: f64| {
+        let mut column = column.to_vec();
+        column[index] = value;
+        column
+    };
+    for (message, expected) in [
+        (said(&with(&speeds, 7, 0.0), &torques, &weights), "point 7 of the friction curve: velocity = 0."),
+        (said(&with(&speeds, 4999, -1.0), &torques, &weights), "point 4999 of the friction curve: velocity = -1."),
+        (said(&with(&speeds, 7, f64::NAN), &torques, &weights), "point 7 of the friction curve: velocity = NaN."),
+        (said(&speeds, &with(&torques, 8, f64::INFINITY), &weights), "point 8 of the friction curve: torque = inf."),
+        (said(&speeds, &torques, &with(&weights, 9, 0.0)), "point 9 of the friction curve: weight = 0."),
+        (said(&speeds, &torques, &with(&weights, 9, f64::NAN)), "point 9 of the friction curve: weight = NaN."),
+        (said(&speeds, &torques[1..], &weights), "4999 torques or weights, 5000 are needed"),
+        (said(&speeds, &torques, &weights[1..]), "4999 torques or weights, 5000 are needed"),
+        (said(&speeds[..4], &torques[..4], &weights[..4]), "4 points of the friction curve, 5 are needed"),
+        (said(&speeds, &with(&torques, 8, 1e200), &weights), "the sum of squares = inf"),
+    ] {
+        assert!(message.starts_with(expected), "{expected}\n{message}");
+    }
+}
+
+#[test]
+fn where_a_curve_leaves_a_direction_open_the_slow_search_tells() {
+    let flat = synthetic([0.2, 0.2, 1.0, 1e-3], 0.0, 1);
+    let fit = fit_stribeck(&flat, &StribeckPlan::default()).unwrap();
+    assert!(fit.rms < 1e-9 && !fit.drop.is_identified(), "{fit:?}");
+    let found = stribeck_optimum(&[1.0; 6], &[0.1; 6], None).unwrap();
+    assert_eq!(found.covariance, [[f64::INFINITY; 4]; 4]);
+    assert!(found.rms < 1e-12);
+}
