@@ -1,6 +1,8 @@
 //! Cases of a study side by side: parameters to measures.
 
-use super::plan::Ready;
+use std::ops::Range;
+
+use super::Work;
 use super::table::Row;
 use crate::benchmark::run_abreast;
 use crate::{Error, Watch};
@@ -15,16 +17,16 @@ struct Found {
     stopped: Vec<String>,
 }
 
-impl Ready<'_> {
-    /// Runs cases one beside the other; what a case cannot do is said in its row. A row is a function of its case's
-    /// number, whoever is beside it.
+impl Work {
+    /// Runs cases one beside the other, counted from 0; what a case cannot do is said in its row. A row is a function of
+    /// its case's number, whoever is beside it.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.
-    pub(super) fn rows(&self, first: u64, count: u64, watch: &Watch) -> Result<Vec<Row>, Error> {
-        let plan = self.plan;
+    pub(super) fn rows(&self, cases: Range<u64>, watch: &Watch) -> Result<Vec<Row>, Error> {
+        let plan = &self.plan;
         let empty = |case: u64| Row { case: case + 1, values: plan.values(case), measures: Vec::new(), failure: None };
-        let mut rows: Vec<Row> = (first..first + count).map(empty).collect();
+        let mut rows: Vec<Row> = cases.map(empty).collect();
         let (mut presets, mut at) = (Vec::new(), Vec::new());
         for (index, row) in rows.iter_mut().enumerate() {
             match self.preset(row.case - 1, &row.values) {
