@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::cases::none_ends_others;
 use super::*;
 use crate::{Error, Watch};
 
@@ -329,6 +330,35 @@ fn an_entrant_holds_by_the_belief_of_its_case_and_its_own_parameters_can_be_chan
         refused(&text.replace("bench.hold.dead_zone", "bench.controller.position_gain"))
             .contains("no number of this preset")
     );
+}
+
+#[test]
+fn a_case_that_panics_says_so_and_the_others_are_what_they_are_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(BELIEF);
+    let silent = Watch::silent();
+    let right = rows(&run_study(&plan, &folder.path().join("right"), &silent).unwrap());
+    for threads in [1, 3] {
+        let parts = Parts::open(&plan, &folder.path().join(threads.to_string()), &silent).unwrap();
+        let work = parts.work();
+        let run = |cases: std::ops::Range<u64>| {
+            // As a fault of the program would: among others, and alone.
+            assert!(!cases.contains(&4) && !cases.contains(&13), "the drawer is stuck");
+            work.rows(cases, &silent)
+        };
+        let lost = |case, words: String| work.lost(case, &words);
+        parts.run_by(threads, &silent, |cases| none_ends_others(cases, run, lost)).unwrap();
+        for (row, right) in rows(&parts.finish().unwrap()).iter().zip(&right) {
+            if [5, 14].contains(&row.case) {
+                let failure = row.failure.as_deref().unwrap();
+                assert!(failure.starts_with("the program failed: the drawer is stuck ("), "{failure}");
+                assert!(failure.contains("study/tests.rs:") || failure.contains("study\\tests.rs:"), "{failure}");
+                assert_eq!((&row.values, &row.measures[..]), (&right.values, &[None][..]));
+            } else {
+                assert_eq!(row, right);
+            }
+        }
+    }
 }
 
 #[test]
