@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _stickslip
+from . import _cluster, _stickslip
 from ._bench import Progress
 from ._results import Study
 from ._stickslip import Preset
@@ -25,6 +25,7 @@ def study(
     folder: str | os.PathLike[str] | None = None,
     *,
     threads: int | None = None,
+    cluster: Any = None,
     progress: Progress | None = None,
 ) -> Study:
     """What becomes of a manoeuvre when parameters of the machine, of the belief or of the controller change.
@@ -32,6 +33,9 @@ def study(
     `plan` is the file of a study, or a mapping of what such a file says; its `preset` may be a Preset. What is finished
     lies in `folder`, from which the same study goes on after an interruption, and `study.parquet` is there at the end.
     Without a folder an interruption leaves nothing. The numbers are those of `stickslip study`, whatever the `threads`.
+
+    `cluster` is a `distributed.Client`, an address for one, or a cluster of Dask: its workers then run the cases, and the
+    bytes are the same. What is finished comes to the folder here, and nothing of it is lost with a worker.
 
     >>> import stickslip
     >>> found = stickslip.study({
@@ -56,7 +60,10 @@ def study(
         else:
             parts = _stickslip.open_study(os.fspath(plan), "", None, at, progress)
             made_by = f"stickslip.study({os.fspath(plan)!r})"
-        parts.run(threads, progress)
+        if cluster is None:
+            parts.run(threads, progress)
+        else:
+            _cluster.run(parts, cluster, progress)
         outcome, columns, failures, axes, grid, kept = parts.finish()
         found = Study(outcome, made_by, columns, failures, axes, grid, kept)
     except BaseException:
