@@ -18,6 +18,7 @@ mod outcome;
 mod parameter;
 mod preset;
 mod simulate;
+mod study;
 mod tree;
 mod value;
 mod watched;
@@ -51,6 +52,8 @@ mod _stickslip {
     use crate::preset::{_restored, Preset, preset, presets};
     #[pymodule_export]
     use crate::simulate::{Measured, Setpoint, simulate_on};
+    #[pymodule_export]
+    use crate::study::{StudyParts, StudyWork, open_study};
 
     /// Version of the package.
     #[pymodule_export]

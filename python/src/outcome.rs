@@ -7,6 +7,7 @@ use stickslip::benchmark;
 use stickslip::demo::Demo;
 use stickslip::fidelity;
 use stickslip::report::Report;
+use stickslip::study;
 use stickslip::table::Column;
 use stickslip::workflow::design::Design;
 use stickslip::workflow::fit::FrictionFits;
@@ -172,6 +173,24 @@ impl Found for fidelity::Outcome {
     }
     fn lines(&self) -> Vec<String> {
         self.tables().into_iter().flat_map(|(title, table)| std::iter::once(title).chain(table.lines())).collect()
+    }
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+    fn report(&self, command: &str) -> Result<Report, Error> {
+        Ok(self.report(command))
+    }
+    fn write(&self, folder: &std::path::Path, command: &str) -> Result<Summary, Error> {
+        self.write(folder, command)
+    }
+}
+
+impl Found for study::Findings {
+    fn summary(&self) -> Summary {
+        self.summary()
+    }
+    fn lines(&self) -> Vec<String> {
+        vec![self.told()]
     }
     fn remarks(&self) -> Vec<String> {
         Vec::new()

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use stickslip::parameters::presets::Source;
 use stickslip::parameters::{self, Difference, Entry};
 
 use crate::error::{Exception, raised};
@@ -75,6 +76,11 @@ impl Preset {
     /// Of values that were computed.
     pub(crate) fn computed(py: Python<'_>, values: &stickslip::Preset<f64>) -> PyResult<Self> {
         Self::of_text(py, parameters::write_commented(values), "computed".into())
+    }
+
+    /// Its text, and what messages call it.
+    pub(crate) fn source(&self) -> Source {
+        Source { file: self.file.clone(), text: self.text.clone() }
     }
 
     /// All values.

@@ -20,7 +20,7 @@ from ._bench import (
     simulate,
 )
 from ._errors import BenchFault, Cancelled, Error, FileError, InvalidValue, UnknownName
-from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation, Summary
+from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation, Study, Summary
 from ._signals import Signals
 from ._stickslip import (
     Friction,
@@ -36,6 +36,7 @@ from ._stickslip import (
     preset,
     presets,
 )
+from ._study import study
 
 __all__ = [
     "BenchFault",
@@ -60,6 +61,7 @@ __all__ = [
     "Setpoint",
     "Signals",
     "Simulation",
+    "Study",
     "Summary",
     "UnknownName",
     "__version__",
@@ -79,4 +81,5 @@ __all__ = [
     "read_curves",
     "render",
     "simulate",
+    "study",
 ]

@@ -114,8 +114,7 @@ def fit(
     ]
     if standard_error is not None:
         columns.append(("standard_error", force, np.asarray(standard_error, float)))
-    found = _stickslip.fit_points(velocity, torque, standard_error, side, linear, preload, source)
-    return Fit(found, f"stickslip.fit({source}, side={side!r})", columns, preload)
+    return Fit(columns, side, linear, preload, source)
 
 
 def design(bench: Preset, points: Sequence[tuple[float, float]] = (), *, acceleration: float | None = None) -> Design:

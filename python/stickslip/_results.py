@@ -5,17 +5,21 @@ from __future__ import annotations
 import json
 import math
 import os
+import pathlib
+import tempfile
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._errors import FileError
 from ._signals import Columns, Signals, _axes, _words
-from ._stickslip import Outcome, Preset, StribeckFit, preset
+from ._stickslip import Outcome, Preset, fit_points, preset
 
 if TYPE_CHECKING:
     import matplotlib.axes
+    import xarray
 
 
 class Summary(Mapping[str, float]):
@@ -67,7 +71,7 @@ class Result(Signals):
 
     def __init__(self, outcome: Outcome, made_by: str, columns: Columns | None = None) -> None:
         super().__init__(outcome.columns() if columns is None else columns)
-        self._outcome = outcome
+        self._outcome: Outcome | _Kept = outcome
         self.made_by = made_by
         self.summary = Summary(outcome.summary())
         self.remarks = outcome.remarks()
@@ -82,6 +86,38 @@ class Result(Signals):
     def write(self, folder: str | os.PathLike[str]) -> Summary:
         """Writes report, data and `summary.json` into a folder, as the command line does; returns the summary."""
         return Summary(self._outcome.write(os.fspath(folder), self.made_by))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_outcome": _Kept.of(self._outcome, self.made_by)}
+
+
+class _Kept:
+    """What an outcome says and writes: it can be pickled, which what was computed cannot."""
+
+    def __init__(self, outcome: Outcome, made_by: str) -> None:
+        self._lines = outcome.lines()
+        with tempfile.TemporaryDirectory() as folder:
+            outcome.write(folder, made_by)
+            self._files = {it.name: it.read_bytes() for it in pathlib.Path(folder).iterdir()}
+
+    @classmethod
+    def of(cls, outcome: Outcome | _Kept, made_by: str) -> _Kept:
+        return outcome if isinstance(outcome, _Kept) else cls(outcome, made_by)
+
+    def lines(self) -> list[str]:
+        return self._lines
+
+    def html(self, _: str) -> str:
+        return self._files["report.html"].decode()
+
+    def write(self, folder: str, _: str) -> str:
+        try:
+            os.makedirs(folder, exist_ok=True)
+            for name, contents in self._files.items():
+                pathlib.Path(folder, name).write_bytes(contents)
+        except OSError as error:
+            raise FileError(f"{folder}: cannot write it ({error}). Choose another place.") from error
+        return self._files["summary.json"].decode()
 
 
 class FrictionCurve(Result):
@@ -132,9 +168,11 @@ class Fit(Result):
     lack_of_fit: float
     """How far the form of the curve is from the friction that was measured, as a standard deviation [N m]."""
 
-    def __init__(self, fit: StribeckFit, made_by: str, columns: Columns, preload: float | None) -> None:
-        super().__init__(fit.outcome(), made_by, columns)
-        self._fit = fit
+    def __init__(self, columns: Columns, side: str, linear: bool, preload: float | None, source: str) -> None:
+        arrays = {name: values for name, _, values in columns}
+        self._asked = (arrays["velocity"], arrays["torque"], arrays.get("standard_error"), side, linear, preload, source)
+        fit = self._fit = fit_points(*self._asked)
+        super().__init__(fit.outcome(), f"stickslip.fit({source}, side={side!r})", columns)
         self._preload = preload
         self.parameters = fit.parameters
         self.standard_errors = fit.standard_errors
@@ -146,6 +184,15 @@ class Fit(Result):
         self.chi_square = fit.chi_square
         self.degrees_of_freedom = fit.degrees_of_freedom
         self.lack_of_fit = fit.lack_of_fit
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = super().__getstate__()
+        del state["_fit"]
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        # The same points have the same curve, to the bit.
+        self.__dict__.update(state, _fit=fit_points(*state["_asked"]))
 
     def predict(self, velocity: ArrayLike) -> NDArray[np.float64]:
         """The fitted torque [N m] at velocities [rad/s]."""
@@ -256,3 +303,88 @@ class Simulation(Signals):
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
         """Draws signals over time, set-point and true angle unless named; needs Matplotlib."""
         return super().plot(*(names or ("reference_position", "true_angle")), ax=ax, **style)
+
+
+class Study(Result):
+    """What became of the measures of a study, a value each case: `case` from 1, the axes, the measures.
+
+    A measure that a case does not have is NaN, and `failures` says why. What a sensitivity analysis tells of the axes
+    is among the `records` of the summary.
+    """
+
+    axes: list[str]
+    """What was changed."""
+    measures: list[str]
+    """What was measured."""
+    failures: dict[int, str]
+    """Why a case lacks numbers, by the number of the case."""
+    kept: int
+    """Cases that the folder had from an earlier run."""
+
+    def __init__(
+        self,
+        outcome: Outcome,
+        made_by: str,
+        columns: Columns,
+        failures: dict[int, str],
+        axes: list[str],
+        grid: list[NDArray[np.float64]] | None,
+        kept: int,
+    ) -> None:
+        super().__init__(outcome, made_by, columns)
+        self.failures = failures
+        self.axes = axes
+        self.measures = [name for name, _, _ in columns[1 + len(axes) :]]
+        self.kept = kept
+        self._grid = grid
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The cases as a Dataset, with units as attributes; needs xarray.
+
+        A grid has its axes as dimensions. Of other designs the dimension is `case`, with the axes as coordinates.
+        """
+        import xarray
+
+        def units(name: str) -> dict[str, str]:
+            return {"units": self.units[name]}
+
+        case = self["case"].astype(np.int64)
+        failure = np.array([self.failures.get(number, "") for number in case.tolist()], dtype=object)
+        dims: tuple[str, ...] = ("case",)
+        shape: tuple[int, ...] = (case.size,)
+        if self._grid is None:
+            coords = {name: ("case", self[name], units(name)) for name in self.axes}
+        else:
+            dims, shape = tuple(self.axes), tuple(values.size for values in self._grid)
+            coords = {name: (name, values, units(name)) for name, values in zip(self.axes, self._grid)}
+        arrays: dict[str, Any] = {name: (dims, self[name].reshape(shape), units(name)) for name in self.measures}
+        arrays |= {"failure": (dims, failure.reshape(shape)), "case": (dims, case.reshape(shape))}
+        return xarray.Dataset(arrays, coords)
+
+    def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
+        """Draws measures over an axis, or one over two axes of a grid as a map; needs Matplotlib.
+
+        `names` are measures and axes; without them the first measure, over the only two axes or the first one.
+        """
+        over = [name for name in names if name in self.axes]
+        shown = [name for name in names if name not in over] or self.measures[:1]
+        grid = self._grid if self._grid is not None and all(values.size > 1 for values in self._grid) else None
+        ax = _axes(ax)
+        if grid is not None and len(grid) == 2 and len(shown) == 1 and len(over) != 1:
+            x, y = over or reversed(self.axes)
+            orders = {name: np.argsort(values) for name, values in zip(self.axes, grid)}
+            table = self[shown[0]].reshape(grid[0].size, grid[1].size)[np.ix_(*orders.values())]
+            places = {name: values[orders[name]] for name, values in zip(self.axes, grid)}
+            drawn = table if x == self.axes[1] else table.T
+            mesh = ax.pcolormesh(places[x], places[y], drawn, **{"shading": "nearest", **style})
+            ax.figure.colorbar(mesh, ax=ax, label=f"{_words(shown[0])} [{self.units[shown[0]]}]")
+            ax.set_xlabel(f"{_words(x)} [{self.units[x]}]")
+            ax.set_ylabel(f"{_words(y)} [{self.units[y]}]")
+            return ax
+        (x,) = over or self.axes[:1]
+        for name in shown:
+            label = f"{_words(name)} [{self.units[name]}]"
+            ax.plot(self[x], self[name], **{"marker": ".", "linestyle": "none", "label": label, **style})
+        ax.set_xlabel(f"{_words(x)} [{self.units[x]}]")
+        ax.legend()
+        return ax

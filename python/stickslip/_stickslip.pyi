@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fidelity_of", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "plan_of", "preset", "presets", "render_on", "simulate_on"]
+__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fidelity_of", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "open_study", "plan_of", "preset", "presets", "render_on", "simulate_on"]
 
 __version__: Final[str]
 """
@@ -486,6 +486,46 @@ class StribeckFit:
         Their standard errors; infinite where the points do not tell a parameter.
         """
 
+@final
+class StudyParts:
+    """
+    A study in its folder.
+    """
+    def finish(self, /) -> tuple[Outcome, list[tuple[str, str, NDArray[float64]]], dict[int, str], list[str], list[NDArray[float64]] | None, int]:
+        """
+        Makes the file of the study, and what it tells.
+        """
+    def missing(self, /) -> list[tuple[int, int]]:
+        """
+        The parts that were missing when it was opened, and the cases of each.
+        """
+    def put(self, /, index: SupportsIndex, bytes: bytes) -> None:
+        """
+        Takes the bytes of a part that was run elsewhere.
+        """
+    def run(self, /, threads: SupportsIndex | None, progress: Any | None) -> None:
+        """
+        Runs them here, on as many threads as there are processors unless it is said how many.
+        """
+    def work(self, /) -> str:
+        """
+        What it takes to run them, as a text.
+        """
+
+@final
+class StudyWork:
+    """
+    What it takes to run the parts of a study, wherever.
+    """
+    def __new__(cls, /, text: str) -> StudyWork:
+        """
+        From its text, if it is of this version.
+        """
+    def part(self, /, index: SupportsIndex) -> bytes:
+        """
+        The bytes of a part, run on one thread.
+        """
+
 def _friction(text: str) -> Friction:
     """
     A friction from its text: what a pickle calls.
@@ -559,6 +599,11 @@ def loop_of(preset: Preset, speed: SupportsFloat | SupportsIndex, tune: bool, pr
 def measure_on_preset(preset: Preset, kind: str, plan: Any | None, thorough: bool, preload: SupportsFloat | SupportsIndex | None, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
     Runs a measurement on the virtual bench of a preset.
+    """
+
+def open_study(file: str | PathLike[str] | None, text: str, preset: Preset | None, folder: str | PathLike[str], progress: Any | None) -> StudyParts:
+    """
+    Opens the study of a file, or of a text that a program made, on a preset instead of the one that the text names.
     """
 
 def plan_of(kind: str) -> list[Parameter]:

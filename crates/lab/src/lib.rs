@@ -18,6 +18,7 @@ pub mod fit;
 pub mod generate;
 pub mod identify;
 pub mod integrator;
+mod isolated;
 pub mod judged;
 pub mod library;
 pub mod linear;

@@ -34,10 +34,10 @@ impl Study {
         if self.threads > 0 {
             plan.threads = self.threads;
         }
-        let outcome = run_study(&plan, &self.out, watch)?;
-        let written = outcome.write(&self.out, &source::command_line())?;
-        self.shown.show(out, &written.summary, |out| {
-            writeln!(out, "{}", written.told)?;
+        let findings = run_study(&plan, &self.out, watch)?.findings()?;
+        let summary = findings.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            writeln!(out, "{}", findings.told())?;
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })
     }

@@ -134,7 +134,7 @@ impl Entrant {
     pub fn find(name: &str) -> Result<Self, Error> {
         if name.ends_with(".toml") {
             let preset: Preset<f64> = presets::find(name)?.read()?;
-            return Ok(Entrant { name: name.into(), source: Source::File(Box::new(preset)) });
+            return Ok(Entrant::of_parameters(name.into(), preset));
         }
         let unknown = || {
             let (bases, added) = parts();
@@ -153,6 +153,19 @@ impl Entrant {
             }
         }
         Ok(Entrant { name: name.into(), source: Source::House(Box::new(house)) })
+    }
+
+    /// The parameters that it is stated by, if it comes from a file.
+    pub(crate) fn stated(&self) -> Option<&Preset<f64>> {
+        match &self.source {
+            Source::House(_) => None,
+            Source::File(preset) => Some(preset),
+        }
+    }
+
+    /// The entrant of that name that these parameters state: on a machine that may lack its file.
+    pub(crate) fn of_parameters(name: String, preset: Preset<f64>) -> Self {
+        Entrant { name, source: Source::File(Box::new(preset)) }
     }
 
     /// What is tuned of it: entrants with the same share their gains. `None` where it runs as it is stated.

@@ -21,7 +21,7 @@ pub use entrant::{Entrant, HOUSE, entrants};
 pub use friction::{FRICTIONS, FrictionCase, VARIATIONS, Variation};
 pub use manoeuvre::{MANOEUVRES, Manoeuvre, Measure};
 pub use rank::{Ranked, rank};
-pub(crate) use run::run_abreast;
+pub(crate) use run::{run_abreast, simulated_time};
 pub use study::{CellResult, Outcome, Plan, run_plan};
 
 /// Whose results they are: another version may compute otherwise.

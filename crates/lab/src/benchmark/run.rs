@@ -94,6 +94,11 @@ pub(crate) fn run_abreast(
     Ok(results)
 }
 
+/// How long a run takes on the virtual bench, with the rest before it [s].
+pub(crate) fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance: f64) -> f64 {
+    REST + manoeuvre.reference(preset, chance).1
+}
+
 /// What a machine is to follow, and within what.
 struct Run<'a> {
     preset: &'a Preset<f64>,

@@ -1,5 +1,6 @@
 //! What a study changes: a parameter or several, and the values that they take.
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF as _, Normal};
 
 use super::design::Place;
@@ -7,7 +8,7 @@ use crate::parameters::change;
 use crate::preset::Preset;
 
 /// An axis of a study.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
     /// Its column.
     pub name: String,
@@ -22,7 +23,7 @@ pub struct Axis {
 }
 
 /// The values of an axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Spread {
     /// These, each as likely as the others.
     Values(Vec<f64>),
@@ -95,6 +96,11 @@ impl Spread {
             Spread::Values(_) | Spread::Range { .. } => return 0.0,
         };
         Normal::standard().cdf(low) + Normal::standard().cdf(-high)
+    }
+
+    /// The values where they are a list.
+    pub(super) fn listed(&self) -> Option<&[f64]> {
+        if let Spread::Values(values) = self { Some(values) } else { None }
     }
 
     /// Values that must be allowed: all of a list, the ends of a range, a mean.

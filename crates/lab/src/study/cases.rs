@@ -1,8 +1,11 @@
 //! Cases of a study side by side: parameters to measures.
 
-use super::plan::Ready;
+use std::ops::Range;
+
+use super::Work;
 use super::table::Row;
 use crate::benchmark::run_abreast;
+use crate::isolated::isolated;
 use crate::{Error, Watch};
 
 /// What is known so far of the measures of a manoeuvre in one case.
@@ -15,16 +18,54 @@ struct Found {
     stopped: Vec<String>,
 }
 
-impl Ready<'_> {
-    /// Runs cases one beside the other; what a case cannot do is said in its row. A row is a function of its case's
-    /// number, whoever is beside it.
+/// Rows of cases side by side. Where their computation panics, they are run one after the other: the case that does so has
+/// what it said as its failure, the others the numbers that they have beside anybody.
+///
+/// # Errors
+/// What `run` refuses.
+pub(super) fn none_ends_others(
+    cases: Range<u64>,
+    run: impl Fn(Range<u64>) -> Result<Vec<Row>, Error>,
+    lost: impl Fn(u64, String) -> Row,
+) -> Result<Vec<Row>, Error> {
+    if let Ok(rows) = isolated(|| run(cases.clone())) {
+        return rows;
+    }
+    let mut rows = Vec::new();
+    for case in cases {
+        match isolated(|| run(case..case + 1)) {
+            Ok(row) => rows.extend(row?),
+            Err(words) => rows.push(lost(case, words)),
+        }
+    }
+    Ok(rows)
+}
+
+impl Work {
+    /// Runs cases one beside the other, counted from 0; what a case cannot do is said in its row. A row is a function of
+    /// its case's number, whoever is beside it.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.
-    pub(super) fn rows(&self, first: u64, count: u64, watch: &Watch) -> Result<Vec<Row>, Error> {
-        let plan = self.plan;
+    pub(super) fn rows(&self, cases: Range<u64>, watch: &Watch) -> Result<Vec<Row>, Error> {
+        none_ends_others(cases, |cases| self.beside(cases, watch), |case, words| self.lost(case, &words))
+    }
+
+    /// The row of a case whose computation panicked.
+    pub(super) fn lost(&self, case: u64, words: &str) -> Row {
+        let unknown = |_| vec![f64::NAN; self.plan.axes.len()];
+        Row {
+            case: case + 1,
+            values: isolated(|| self.plan.values(case)).unwrap_or_else(unknown),
+            measures: self.plan.measures().map(|_| None).collect(),
+            failure: Some(format!("the program failed: {words}. That is a fault of stickslip: please report it.")),
+        }
+    }
+
+    fn beside(&self, cases: Range<u64>, watch: &Watch) -> Result<Vec<Row>, Error> {
+        let plan = &self.plan;
         let empty = |case: u64| Row { case: case + 1, values: plan.values(case), measures: Vec::new(), failure: None };
-        let mut rows: Vec<Row> = (first..first + count).map(empty).collect();
+        let mut rows: Vec<Row> = cases.map(empty).collect();
         let (mut presets, mut at) = (Vec::new(), Vec::new());
         for (index, row) in rows.iter_mut().enumerate() {
             match self.preset(row.case - 1, &row.values) {

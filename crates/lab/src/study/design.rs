@@ -3,12 +3,14 @@
 //! A place is a number within 0 … 1, which the axis turns into its value. Each case follows from its number alone, so
 //! that a study of millions of cases takes no memory and any part of it can be run by itself.
 
+use serde::{Deserialize, Serialize};
+
 use super::{Axis, sobol};
 use crate::noise::Normals;
 use crate::statistics::splitmix;
 
 /// How the cases lie.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Design {
     /// Each value of each axis with each of the others; the last axis changes first.
     Grid,

@@ -126,19 +126,39 @@ const REPEATS: u64 = 1000;
 /// controller refuses.
 pub fn read(path: &Path) -> Result<Plan, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
-    let source = Text { path, text: &text };
-    source.known_keys()?;
-    let stated: Stated = toml::from_str(&text).map_err(|error| {
-        let place = error.span().map(|span| source.place(span.start));
-        let reason = error.message().trim().replace('\n', ", ");
-        Error::Document { path: path.into(), place, reason, remedy: "`stickslip study --help` has an example." }
-    })?;
-    plan(&stated, &source)
+    Text { path, text: &text, tells_lines: true }.plan(None)
 }
 
-fn plan(stated: &Stated, source: &Text<'_>) -> Result<Plan, Error> {
+/// Reads a study whose text was made by a program, which messages call `study`; their lines would tell nobody anything. A
+/// machine takes the place of the preset that the text names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_text(text: &str, machine: Option<presets::Source>) -> Result<Plan, Error> {
+    Text { path: Path::new("study"), text, tells_lines: false }.plan(machine)
+}
+
+impl Text<'_> {
+    fn plan(&self, machine: Option<presets::Source>) -> Result<Plan, Error> {
+        self.known_keys()?;
+        let stated: Stated = toml::from_str(self.text).map_err(|error| {
+            let place = error.span().and_then(|span| self.place(span.start));
+            let reason = error.message().trim().replace('\n', ", ");
+            Error::Document {
+                path: self.path.into(),
+                place,
+                reason,
+                remedy: "`stickslip study --help` has an example.",
+            }
+        })?;
+        plan(&stated, self, machine)
+    }
+}
+
+fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) -> Result<Plan, Error> {
     let entrant = stated.controller.as_deref().map(Entrant::find).transpose()?;
-    let mut preset = presets::find(&stated.preset)?;
+    let named = machine.as_ref().map_or_else(|| stated.preset.clone(), |source| stem(Path::new(&source.file)));
+    let mut preset = machine.map_or_else(|| presets::find(&stated.preset), Ok)?;
     let mut settings = Vec::new();
     flat(&stated.set, "", &mut settings);
     if let Some((path, _)) = settings.iter().find(|(path, _)| entrant.is_some() && of_entrant(path)) {
@@ -173,8 +193,8 @@ fn plan(stated: &Stated, source: &Text<'_>) -> Result<Plan, Error> {
     }
     let preset: Preset<f64> = preset.read()?;
     let mut plan = Plan {
-        title: stated.title.clone().unwrap_or_else(|| source.name()),
-        machine: stated.preset.clone(),
+        title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
+        machine: named,
         preset,
         entrant,
         manoeuvres,
@@ -233,23 +253,27 @@ fn literal(value: &toml::Value) -> String {
 pub(super) struct Text<'a> {
     path: &'a Path,
     text: &'a str,
+    /// Whether a reader knows the lines.
+    tells_lines: bool,
+}
+
+/// The name of a file without its ending.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 impl Text<'_> {
-    fn name(&self) -> String {
-        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-    }
-
     /// The file, as messages call it.
     pub(super) fn file(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// Line and column of a byte, from 1.
-    fn place(&self, offset: usize) -> [usize; 2] {
+    /// Line and column of a byte, from 1, where they say something.
+    fn place(&self, offset: usize) -> Option<[usize; 2]> {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = before.bytes().filter(|byte| *byte == b'\n').count();
-        [line + 1, before.rsplit('\n').next().unwrap_or_default().chars().count() + 1]
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count();
+        self.tells_lines.then_some([line + 1, column + 1])
     }
 
     /// Where a key of the file stands, as `seeds`, `design` or `axis.0`.
@@ -260,7 +284,7 @@ impl Text<'_> {
             (toml_edit::Item::ArrayOfTables(list), Ok(index)) => list.get(index)?.span(),
             (item, _) => item.span().or_else(|| document.key(key).and_then(toml_edit::Key::span)),
         };
-        span.map(|span| self.place(span.start))
+        span.and_then(|span| self.place(span.start))
     }
 
     /// What does not go together, with its place.
@@ -286,7 +310,11 @@ impl Text<'_> {
 
     fn unknown(&self, table: &dyn toml_edit::TableLike, group: &str, known: &[&'static str]) -> Vec<Problem> {
         let problem = |key: &str| {
-            let line = table.key(key).and_then(toml_edit::Key::span).map(|span| self.place(span.start)[0]);
+            let line = table
+                .key(key)
+                .and_then(toml_edit::Key::span)
+                .and_then(|span| self.place(span.start))
+                .map(|[line, _]| line);
             let nearest = nearest(key, known.iter().copied()).map(|name| format!("{group}{name}"));
             let fault = Fault::Unknown { nearest, known: known.to_vec() };
             Problem { line, path: format!("{group}{key}"), fault }

@@ -6,7 +6,8 @@
 //! sensitivity analysis asks for. [`read`] reads it from a file. Truth and belief are apart in the parameters, so that an
 //! axis changes the machine, what is believed of it, or both.
 //!
-//! Each case is a function of its number: threads, order, lanes and interruptions do not show in the result.
+//! Each case is a function of its number: threads, order, lanes and interruptions do not show in the result. [`run_study`]
+//! runs them here; [`Parts`] hands the [`Work`] to whoever will.
 
 mod axis;
 mod cases;
@@ -21,16 +22,18 @@ mod run;
 mod sensitivity;
 mod sobol;
 mod table;
+mod work;
 
 use std::path::PathBuf;
 
 pub use axis::{Axis, Spread};
 pub use design::Design;
-pub use file::read;
+pub use file::{read, read_text};
+pub use outcome::Findings;
 pub use plan::Plan;
-pub use report::Written;
-pub use run::run_study;
+pub use run::{Parts, run_study};
 pub use table::Row;
+pub use work::Work;
 
 /// What came out.
 #[derive(Clone, Debug)]

@@ -1,9 +1,11 @@
-//! What a study came to: the numbers over all of its cases.
+//! What a study came to: its rows, and the numbers over all of them.
 
-use super::table::{Columns, Row, each};
+use super::pictures::{Picture, Sensitivity};
+use super::table::{CASE, Columns, Row, each};
 use super::{Outcome, Plan};
 use crate::benchmark::Measure;
 use crate::quantity::{Estimate, tied};
+use crate::table::Column;
 use crate::{Error, Summary};
 
 /// A measure over all cases.
@@ -75,23 +77,69 @@ impl Overview {
     }
 }
 
+/// What a study came to: numbers, words, pictures. They are made of its rows once, whoever shows them.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    pub(super) outcome: Outcome,
+    pub(super) overview: Overview,
+    pub(super) sensitivities: Vec<Sensitivity>,
+    pub(super) pictures: Vec<Picture>,
+}
+
 impl Outcome {
     /// Calls with all rows, a group at a time.
     pub(super) fn each(&self, mut take: impl FnMut(&Row)) -> Result<(), Error> {
         each(&self.file, &Columns::of(&self.plan), |rows| rows.iter().for_each(&mut take))
     }
 
-    /// The numbers over all cases.
-    pub(super) fn overview(&self) -> Result<Overview, Error> {
-        let mut overview = Overview::new(&self.plan);
-        self.each(|row| overview.add(row))?;
-        Ok(overview)
+    /// The rows as columns: the number of the case from 1, the axes, the measures; NaN where there is no number.
+    ///
+    /// # Errors
+    /// [`Error::File`], and [`Error::Recording`] where the file of the study was changed.
+    pub fn columns(&self) -> Result<Vec<Column>, Error> {
+        let named = Columns::of(&self.plan);
+        let empty = |(name, unit): (&str, &str)| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
+        let mut columns: Vec<Column> = std::iter::once((CASE, "1")).chain(named.named()).map(empty).collect();
+        self.each(|row| {
+            let measures = row.measures.iter().map(|value| value.unwrap_or(f64::NAN));
+            let values = std::iter::once(row.case as f64).chain(row.values.iter().copied()).chain(measures);
+            columns.iter_mut().zip(values).for_each(|(column, value)| column.values.push(value));
+        })?;
+        Ok(columns)
     }
 
+    /// Cases with a failure, and why.
+    ///
+    /// # Errors
+    /// As [`columns`](Self::columns).
+    pub fn failures(&self) -> Result<Vec<(u64, String)>, Error> {
+        let mut failures = Vec::new();
+        self.each(|row| failures.extend(row.failure.clone().map(|reason| (row.case, reason))))?;
+        Ok(failures)
+    }
+
+    /// What all rows come to.
+    ///
+    /// # Errors
+    /// As [`columns`](Self::columns).
+    pub fn findings(&self) -> Result<Findings, Error> {
+        let mut overview = Overview::new(&self.plan);
+        self.each(|row| overview.add(row))?;
+        let (sensitivities, pictures) = (self.sensitivities()?, self.pictures()?);
+        Ok(Findings { outcome: self.clone(), overview, sensitivities, pictures })
+    }
+}
+
+impl Findings {
     /// The numbers under their stable names, and a row for each measure.
-    pub(super) fn summary(&self, overview: &Overview) -> Summary {
+    pub fn summary(&self) -> Summary {
+        let Findings { outcome, overview, sensitivities, .. } = self;
         let mut summary = Summary::new("study");
-        summary.result("study.cases", self.cases as f64, "1").result("study.failed_cases", overview.failed as f64, "1");
+        summary.result("study.cases", outcome.cases as f64, "1").result(
+            "study.failed_cases",
+            overview.failed as f64,
+            "1",
+        );
         for range in &overview.ranges {
             summary.row([
                 ("kind", "measure".into()),
@@ -105,13 +153,17 @@ impl Outcome {
                 ("largest_case", range.largest.1.into()),
             ]);
         }
+        for sensitivity in sensitivities {
+            sensitivity.rows(&mut summary);
+        }
         summary
     }
 
     /// What came out, in words.
-    pub(super) fn told(&self, overview: &Overview) -> String {
+    pub fn told(&self) -> String {
+        let Findings { outcome, overview, .. } = self;
         let count = |count: u64, one: &str, many: &str| format!("{count} {}", if count == 1 { one } else { many });
-        let mut told = vec![format!("{} on {}.", count(self.cases, "case", "cases"), self.plan.machine)];
+        let mut told = vec![format!("{} on {}.", count(outcome.cases, "case", "cases"), outcome.plan.machine)];
         for range in overview.ranges.iter().filter(|range| range.known > 0) {
             let said = |value: f64| tied(&Estimate::new(value, range.measure.unit));
             told.push(format!(

@@ -15,6 +15,7 @@ const CLOUD: u64 = 2000;
 const DECADES: f64 = 50.0;
 
 /// A picture with its caption.
+#[derive(Clone, Debug)]
 pub(super) enum Picture {
     Figure(Figure, String),
     Map(Map, String),
@@ -111,12 +112,14 @@ impl Outcome {
 }
 
 /// How much each axis matters to a measure.
+#[derive(Clone, Debug)]
 pub(super) struct Sensitivity {
     measure: &'static Measure,
     names: Vec<String>,
     kind: SensitivityKind,
 }
 
+#[derive(Clone, Debug)]
 enum SensitivityKind {
     Effects(Vec<Effects>),
     Indices(Vec<Indices>),

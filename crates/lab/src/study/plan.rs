@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::{Axis, Design, axis};
+use super::{Axis, Design, Work, axis};
 use crate::benchmark::{Entrant, Manoeuvre, Measure};
-use crate::parameters::{self, flatten, within};
-use crate::preset::{ControllerChoice, Preset};
+use crate::parameters::within;
+use crate::preset::Preset;
 use crate::{Error, Watch};
 
 /// What is run.
@@ -44,14 +44,6 @@ pub(super) fn of_entrant(path: &str) -> bool {
     OF_ENTRANT.iter().any(|group| within(path, group))
 }
 
-/// A plan whose controller is tuned.
-#[derive(Clone, Debug)]
-pub(super) struct Ready<'a> {
-    pub(super) plan: &'a Plan,
-    pub(super) cases: u64,
-    tuned: Option<ControllerChoice<f64>>,
-}
-
 impl Plan {
     /// How many cases there are.
     ///
@@ -82,6 +74,12 @@ impl Plan {
         self.manoeuvres.iter().flat_map(|manoeuvre| manoeuvre.measures())
     }
 
+    /// The values of each axis where each is met with each of the others, the last axis changing first.
+    pub fn grid(&self) -> Option<Vec<&[f64]>> {
+        let is_grid = self.design == Design::Grid;
+        self.axes.iter().map(|axis| axis.spread.listed().filter(|_| is_grid)).collect()
+    }
+
     /// Values of the axes in a case, counted from 0.
     pub fn values(&self, case: u64) -> Vec<f64> {
         axis::values(&self.axes, &self.design.place(case, &self.axes))
@@ -100,8 +98,9 @@ impl Plan {
     ///
     /// # Errors
     /// What tuning refuses; [`Error::Cancelled`]; [`Error::File`]; as [`cases`](Self::cases).
-    pub(super) fn ready(&self, folder: &Path, watch: &Watch) -> Result<Ready<'_>, Error> {
-        let cases = self.cases()?;
+    pub(super) fn ready(&self, folder: &Path, watch: &Watch) -> Result<Work, Error> {
+        // Before anything takes long.
+        self.cases()?;
         let tuned = match self.entrant.as_ref().and_then(Entrant::tuned_as) {
             Some(name) => {
                 watch.stage("tune the controller", 0.0)?;
@@ -109,50 +108,12 @@ impl Plan {
             }
             None => None,
         };
-        Ok(Ready { plan: self, cases, tuned })
+        Work::new(self.clone(), tuned)
     }
 
     /// The preset whose parameters the axes name: with a controller of the entrant's kind.
     pub(super) fn stated(&self) -> Preset<f64> {
         let of = |entrant: &Entrant| entrant.on(&self.preset, entrant.start(&self.preset));
         self.entrant.as_ref().map_or(self.preset, of)
-    }
-}
-
-impl Ready<'_> {
-    /// The preset of a case.
-    ///
-    /// # Errors
-    /// [`Error::Parameters`] where the values do not go together.
-    pub(super) fn preset(&self, case: u64, values: &[f64]) -> Result<Preset<f64>, Error> {
-        let Plan { axes, entrant, .. } = self.plan;
-        let mut preset = self.plan.preset;
-        let apply = |preset: &mut Preset<f64>, takes: &dyn Fn(&str) -> bool| {
-            axes.iter().zip(values).for_each(|(axis, value)| axis.apply(*value, preset, takes));
-        };
-        match entrant {
-            None => apply(&mut preset, &|_| true),
-            Some(entrant) => {
-                // Who holds by the believed breakaway torque holds by a belief that may be changed: after it.
-                apply(&mut preset, &|path| !of_entrant(path));
-                preset = entrant.on(&preset, self.tuned);
-                apply(&mut preset, &of_entrant);
-            }
-        }
-        parameters::check(&preset, &format!("case {}", case + 1))?;
-        Ok(preset)
-    }
-
-    /// All that a result follows from: another study's results are not taken for this one's.
-    pub(super) fn follows_from(&self) -> String {
-        let Plan { preset, entrant, manoeuvres, seeds, places, axes, design, .. } = self.plan;
-        let name = entrant.as_ref().map(|entrant| entrant.name.as_str());
-        let whole = entrant.as_ref().map_or(*preset, |entrant| entrant.on(preset, self.tuned));
-        let lines = |preset| flatten(&preset).into_iter().map(|entry| format!("{} {:?}\n", entry.path, entry.value));
-        let values: String = lines(*preset).chain(lines(whole)).collect();
-        format!(
-            "stickslip {} {name:?} {manoeuvres:?} {seeds} {places}\n{axes:?}\n{design:?}\n{values}",
-            env!("CARGO_PKG_VERSION")
-        )
     }
 }

@@ -1,42 +1,24 @@
 //! The report of a study: what came out in words and pictures, and what it was asked of.
 
 use std::path::Path;
+use std::{fs, io};
 
-use super::outcome::Overview;
+use super::outcome::{Findings, Overview};
 use super::pictures::Picture;
 use super::run::FILE;
-use super::{Axis, Design, Outcome, Spread};
-use crate::figure::Figure;
+use super::{Axis, Design, Plan, Spread};
 use crate::parameters::number;
 use crate::quantity::Estimate;
 use crate::report::{Cell, Provenance, Report, Table};
-use crate::{Error, Summary, parameters};
+use crate::{Error, Summary, output, parameters};
 
-/// What a study leaves besides its file.
-#[derive(Clone, Debug)]
-pub struct Written {
-    /// The numbers.
-    pub summary: Summary,
-    /// What came out, in words.
-    pub told: String,
-}
-
-impl Outcome {
-    /// Writes report and summary into a folder, that of the study's file.
-    ///
-    /// # Errors
-    /// [`Error::File`] if the system refuses; [`Error::Recording`] where the file of the study was changed.
-    pub fn write(&self, directory: &Path, command: &str) -> Result<Written, Error> {
-        let overview = self.overview()?;
-        let mut summary = self.summary(&overview);
-        let (sensitivities, pictures) = (self.sensitivities()?, self.pictures()?);
-        for sensitivity in &sensitivities {
-            sensitivity.rows(&mut summary);
-        }
-        summary.file(FILE);
-        let told = self.told(&overview);
-        let provenance = Provenance::new(command, None, parameters::write_commented(&self.plan.preset));
-        let mut report = Report::new(self.plan.title.clone(), provenance).summary(told.clone());
+impl Findings {
+    /// The report; `command` is what it was made by.
+    pub fn report(&self, command: &str) -> Report {
+        let Findings { outcome, overview, sensitivities, pictures } = self;
+        let plan = &outcome.plan;
+        let provenance = Provenance::new(command, None, parameters::write_commented(&plan.preset));
+        let mut report = Report::new(plan.title.clone(), provenance).summary(self.told());
         if !sensitivities.is_empty() {
             report = report.heading("Which axis matters");
         }
@@ -46,74 +28,88 @@ impl Outcome {
         report = report.heading("What becomes of the measures");
         for picture in pictures {
             report = match picture {
-                Picture::Figure(figure, caption) => report.figure(figure, caption),
-                Picture::Map(map, caption) => report.map(map, caption),
+                Picture::Figure(figure, caption) => report.figure(figure.clone(), caption),
+                Picture::Map(map, caption) => report.map(map.clone(), caption),
             };
         }
-        report = report.table(measures(&overview)).heading("What was changed").table(self.axes());
-        report = self.correlation().into_iter().fold(report, Report::table);
-        report = report.paragraph(self.asked());
+        report = report.table(measures(overview)).heading("What was changed").table(axes(plan));
+        report = correlation(plan).into_iter().fold(report, Report::table);
+        report = report.paragraph(asked(plan));
         if overview.failed > 0 {
-            report = report.heading("Cases without all numbers").list(reasons(&overview));
+            report = report.heading("Cases without all numbers").list(reasons(overview));
         }
-        let none: [(&str, &Figure); 0] = [];
-        let summary = report.write_all(summary, none, directory)?;
-        Ok(Written { summary, told })
+        report
     }
 
-    /// The axes, their parameters and values.
-    fn axes(&self) -> Table {
-        let table = Table::new(["axis", "parameters", "values", "unit"]).caption(
+    /// Writes report and summary into a folder, and the file of the study if that lies elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let (from, to) = (&self.outcome.file, directory.join(FILE));
+        let known = |path: &Path| fs::canonicalize(path).ok();
+        if known(&to).is_none() || known(&to) != known(from) {
+            let mut file = fs::File::open(from).map_err(|source| Error::file(from, "read", source))?;
+            output::write_with(&to, |out| io::copy(&mut file, out).map(drop))?;
+        }
+        let mut summary = self.summary();
+        summary.file(FILE);
+        self.report(command).write_all(summary, [], directory)
+    }
+}
+
+/// The axes, their parameters and values.
+fn axes(plan: &Plan) -> Table {
+    let table = Table::new(["axis", "parameters", "values", "unit"]).caption(
             "Axes: plant is the machine, model what the software believes of it, bench how it is driven. A factor multiplies \
              what is there without it.",
         );
-        self.plan.axes.iter().fold(table, |table, axis| {
-            let unit = if axis.factor { "factor".into() } else { crate::quantity::unit(&axis.unit) };
-            let cells = [axis.name.clone(), axis.paths.join(", "), values(axis), unit];
-            table.row(cells.map(|text| Cell::from(text.as_str())))
-        })
-    }
+    plan.axes.iter().fold(table, |table, axis| {
+        let unit = if axis.factor { "factor".into() } else { crate::quantity::unit(&axis.unit) };
+        let cells = [axis.name.clone(), axis.paths.join(", "), values(axis), unit];
+        table.row(cells.map(|text| Cell::from(text.as_str())))
+    })
+}
 
-    /// How the axes were drawn together; none where each was drawn by itself.
-    fn correlation(&self) -> Option<Table> {
-        let Design::Normal { factor, .. } = &self.plan.design else { return None };
-        let between = |i: usize, j: usize| factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum::<f64>();
-        let count = factor.len();
-        if (0..count).all(|i| (0..i).all(|j| between(i, j) == 0.0)) {
-            return None;
+/// How the axes were drawn together; none where each was drawn by itself.
+fn correlation(plan: &Plan) -> Option<Table> {
+    let Design::Normal { factor, .. } = &plan.design else { return None };
+    let between = |i: usize, j: usize| factor[i].iter().zip(&factor[j]).map(|(a, b)| a * b).sum::<f64>();
+    let count = factor.len();
+    if (0..count).all(|i| (0..i).all(|j| between(i, j) == 0.0)) {
+        return None;
+    }
+    let numbers = (1..=count).map(|k| k.to_string());
+    let table = Table::new(["axis".to_owned()].into_iter().chain(numbers))
+        .caption("Correlation of the axes, of their logarithms where they are log-normal.");
+    let row = |(i, axis): (usize, &Axis)| {
+        let name = format!("{} {}", i + 1, axis.name);
+        let cells = (0..count).map(|j| number::rounded(between(i, j), 3));
+        [name].into_iter().chain(cells).map(|text| Cell::from(text.as_str())).collect::<Vec<_>>()
+    };
+    Some(plan.axes.iter().enumerate().map(row).fold(table, Table::row))
+}
+
+/// Design, controller, seeds.
+fn asked(plan: &Plan) -> String {
+    let design = match &plan.design {
+        Design::Grid => "Each value of each axis with each of the others".into(),
+        Design::LatinHypercube { samples, seed } => format!("A Latin hypercube of {samples} cases, seed {seed}"),
+        Design::Sobol { samples } => format!("{samples} points of Sobol's sequence"),
+        Design::Normal { samples, seed, .. } => format!("{samples} cases of a normal distribution, seed {seed}"),
+        Design::Morris { trajectories, levels, seed } => {
+            format!("{trajectories} trajectories over {levels} levels (Morris), seed {seed}")
         }
-        let numbers = (1..=count).map(|k| k.to_string());
-        let table = Table::new(["axis".to_owned()].into_iter().chain(numbers))
-            .caption("Correlation of the axes, of their logarithms where they are log-normal.");
-        let row = |(i, axis): (usize, &Axis)| {
-            let name = format!("{} {}", i + 1, axis.name);
-            let cells = (0..count).map(|j| number::rounded(between(i, j), 3));
-            [name].into_iter().chain(cells).map(|text| Cell::from(text.as_str())).collect::<Vec<_>>()
-        };
-        Some(self.plan.axes.iter().enumerate().map(row).fold(table, Table::row))
-    }
-
-    /// Design, controller, seeds.
-    fn asked(&self) -> String {
-        let plan = &self.plan;
-        let design = match &plan.design {
-            Design::Grid => "Each value of each axis with each of the others".into(),
-            Design::LatinHypercube { samples, seed } => format!("A Latin hypercube of {samples} cases, seed {seed}"),
-            Design::Sobol { samples } => format!("{samples} points of Sobol's sequence"),
-            Design::Normal { samples, seed, .. } => format!("{samples} cases of a normal distribution, seed {seed}"),
-            Design::Morris { trajectories, levels, seed } => {
-                format!("{trajectories} trajectories over {levels} levels (Morris), seed {seed}")
-            }
-            Design::Saltelli { samples } => format!("Saltelli's design on {samples} rows of Sobol's sequence"),
-        };
-        let controller = plan.entrant.as_ref().map_or("the preset's own", |entrant| entrant.name.as_str());
-        let manoeuvres: Vec<&str> = plan.manoeuvres.iter().map(|manoeuvre| manoeuvre.name()).collect();
-        let noise = match plan.seeds {
-            1 => "one seed, the same in each case".into(),
-            seeds => format!("the mean over {seeds} seeds, the same in each case"),
-        };
-        format!("{design}. Controller: {controller}. Manoeuvres: {}. Noise: {noise}.", manoeuvres.join(", "))
-    }
+        Design::Saltelli { samples } => format!("Saltelli's design on {samples} rows of Sobol's sequence"),
+    };
+    let controller = plan.entrant.as_ref().map_or("the preset's own", |entrant| entrant.name.as_str());
+    let manoeuvres: Vec<&str> = plan.manoeuvres.iter().map(|manoeuvre| manoeuvre.name()).collect();
+    let noise = match plan.seeds {
+        1 => "one seed, the same in each case".into(),
+        seeds => format!("the mean over {seeds} seeds, the same in each case"),
+    };
+    format!("{design}. Controller: {controller}. Manoeuvres: {}. Noise: {noise}.", manoeuvres.join(", "))
 }
 
 /// The values of an axis in words.

@@ -54,6 +54,11 @@ impl Columns {
         }
     }
 
+    /// Names and units, those of the axes first.
+    pub(super) fn named(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.axes.iter().chain(&self.measures).map(|(name, unit)| (name.as_str(), unit.as_str()))
+    }
+
     fn schema(&self) -> Result<Arc<Type>, ParquetError> {
         let field = |name: &str, physical, repetition, logical| {
             let field = Type::primitive_type_builder(name, physical).with_repetition(repetition);
@@ -77,9 +82,8 @@ pub(super) struct Writer<W: Write + Send>(SerializedFileWriter<W>);
 impl<W: Write + Send> Writer<W> {
     /// With units in the metadata, and what the rows follow from.
     pub(super) fn new(out: W, columns: &Columns, follows_from: &str) -> io::Result<Self> {
-        let named = columns.axes.iter().chain(&columns.measures);
-        let mut metadata: Vec<KeyValue> =
-            named.map(|(name, unit)| KeyValue::new(format!("unit.{name}"), unit.clone())).collect();
+        let unit = |(name, unit): (&str, &str)| KeyValue::new(format!("unit.{name}"), unit.to_owned());
+        let mut metadata: Vec<KeyValue> = columns.named().map(unit).collect();
         metadata.push(KeyValue::new(FOLLOWS_FROM.into(), follows_from.to_owned()));
         let properties = WriterProperties::builder()
             .set_key_value_metadata(Some(metadata))

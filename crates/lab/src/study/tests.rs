@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::cases::none_ends_others;
 use super::*;
 use crate::{Error, Watch};
 
@@ -143,8 +144,27 @@ fn a_case_that_fails_says_why_and_ends_nothing() {
         }
         assert_eq!(row.measures, [None]);
     }
-    let written = outcome.write(folder.path(), "stickslip study").unwrap();
-    assert_eq!(written.summary.value("study.failed_cases"), Some(6.0));
+    let findings = outcome.findings().unwrap();
+    assert_eq!(findings.summary().value("study.failed_cases"), Some(6.0));
+    let failures = outcome.failures().unwrap();
+    assert_eq!(failures.len(), 6);
+    let columns = outcome.columns().unwrap();
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "case",
+            "belief",
+            "plant.drive.load_inertia",
+            "bench.safety.following_error",
+            "plant.tick_jitter",
+            "sine_2hz_rms"
+        ]
+    );
+    assert_eq!((columns[2].unit.as_str(), columns[5].unit.as_str()), ("kg m^2", "rad"));
+    for (case, value) in columns[0].values.iter().zip(&columns[5].values) {
+        assert_eq!(value.is_nan(), failures.iter().any(|(failed, _)| *failed as f64 == *case), "case {case}");
+    }
 }
 
 #[test]
@@ -220,9 +240,9 @@ fn a_screening_and_indices_say_that_the_belief_matters_more_than_the_inertia_tha
     ] {
         let folder = tempfile::tempdir().unwrap();
         let outcome = run_study(&sampled(design), folder.path(), &Watch::silent()).unwrap();
-        let written = outcome.write(folder.path(), "stickslip study").unwrap();
-        assert_eq!(written.summary.value("study.cases"), Some(cases));
-        let json: serde_json::Value = serde_json::from_str(&written.summary.to_json()).unwrap();
+        let summary = outcome.findings().unwrap().write(folder.path(), "stickslip study").unwrap();
+        assert_eq!(summary.value("study.cases"), Some(cases));
+        let json: serde_json::Value = serde_json::from_str(&summary.to_json()).unwrap();
         let of = |axis: &str| {
             let row = json["rows"].as_array().unwrap().iter().find(|row| row["kind"] == kind && row["axis"] == axis);
             let row = row.unwrap_or_else(|| panic!("{json}"));
@@ -245,11 +265,15 @@ fn samples_lie_within_their_ranges_and_pictures_are_of_their_kind() {
     }
     let folder = tempfile::tempdir().unwrap();
     let outcome = run_study(&plan(BELIEF), folder.path(), &Watch::silent()).unwrap();
-    let written = outcome.write(folder.path(), "stickslip study").unwrap();
-    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let findings = outcome.findings().unwrap();
+    let elsewhere = folder.path().join("else/where");
+    findings.write(&elsewhere, "stickslip study").unwrap();
+    let page = std::fs::read_to_string(elsewhere.join("report.html")).unwrap();
     assert!(page.contains("2 Hz, RMS over plant.drive.load_inertia and belief"), "a map of two axes");
     assert_eq!(page.matches("fill-opacity").count(), 21, "a cell a case");
-    assert!(written.told.contains("21 cases on prototype."), "{}", written.told);
+    assert!(findings.told().contains("21 cases on prototype."), "{}", findings.told());
+    // A folder with a report has the rows that it tells of.
+    assert_eq!(std::fs::read(elsewhere.join("study.parquet")).unwrap(), std::fs::read(&outcome.file).unwrap());
 }
 
 #[test]
@@ -381,7 +405,7 @@ fn a_fit_goes_where_the_study_says_and_stands_beside_other_axes() {
     let preset = ready.preset(4, &all[4].values).unwrap();
     assert_eq!(preset.model.own.breakaway_torque, all[4].values[0] * all[4].values[4], "the factor comes after");
     assert_eq!(preset.model.own.kinetic_torque, all[4].values[1]);
-    outcome.write(&folder.path().join("out"), "stickslip study").unwrap();
+    outcome.findings().unwrap().write(&folder.path().join("out"), "stickslip study").unwrap();
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("Correlation of the axes") && page.contains("log-normal"));
     assert!(fit.standard_errors[0] > 0.0);
@@ -423,4 +447,152 @@ fn a_fit_that_cannot_be_drawn_from_is_refused_before_anything_runs() {
         message.contains(" % of the draws of model.own.stribeck_velocity would lie outside 0.0001 … 1000 rad/s"),
         "{message}"
     );
+}
+
+#[test]
+fn a_case_that_panics_says_so_and_the_others_are_what_they_are_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(BELIEF);
+    let silent = Watch::silent();
+    let right = rows(&run_study(&plan, &folder.path().join("right"), &silent).unwrap());
+    for threads in [1, 3] {
+        let parts = Parts::open(&plan, &folder.path().join(threads.to_string()), &silent).unwrap();
+        let work = parts.work();
+        let run = |cases: std::ops::Range<u64>| {
+            // As a fault of the program would: among others, and alone.
+            assert!(!cases.contains(&4) && !cases.contains(&13), "the drawer is stuck");
+            work.rows(cases, &silent)
+        };
+        let lost = |case, words: String| work.lost(case, &words);
+        parts.run_by(threads, &silent, |cases| none_ends_others(cases, run, lost)).unwrap();
+        for (row, right) in rows(&parts.finish().unwrap()).iter().zip(&right) {
+            if [5, 14].contains(&row.case) {
+                let failure = row.failure.as_deref().unwrap();
+                assert!(failure.starts_with("the program failed: the drawer is stuck ("), "{failure}");
+                assert!(failure.contains("study/tests.rs:") || failure.contains("study\\tests.rs:"), "{failure}");
+                assert_eq!((&row.values, &row.measures[..]), (&right.values, &[None][..]));
+            } else {
+                assert_eq!(row, right);
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_that_another_machine_has_run_make_the_same_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str| std::fs::read(folder.path().join(name).join("study.parquet")).unwrap();
+    let plan = plan(BELIEF);
+    let silent = Watch::silent();
+    run_study(&plan, &folder.path().join("here"), &silent).unwrap();
+
+    let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
+    assert_eq!(parts.missing(), [0, 1, 2]);
+    let work = Work::from_json(&parts.work().to_json()).unwrap();
+    assert_eq!((work.parts(), work.part(2), work.part(3)), (3, 16..21, 21..21));
+    // What is no such part is refused, and not kept.
+    let second = work.part_bytes(1, &silent).unwrap();
+    for wrong in [&second, &second[..100]] {
+        assert!(parts.put(2, wrong).unwrap_err().to_string().contains("no such part of this study"));
+    }
+    assert!(work.part_bytes(3, &silent).unwrap_err().to_string().contains("outside 0 … 2"));
+    assert!(parts.finish().unwrap_err().to_string().contains("0000000.parquet is not there"));
+    parts.put(2, &work.part_bytes(2, &silent).unwrap()).unwrap();
+    parts.put(1, &second).unwrap();
+
+    // Whoever goes on: the part that is left is run here.
+    let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
+    assert_eq!(parts.missing(), [0]);
+    parts.run(2, &silent).unwrap();
+    assert_eq!(parts.finish().unwrap().kept, 13);
+    assert_eq!(bytes("there"), bytes("here"));
+    let parts = Parts::open(&plan, &folder.path().join("there"), &silent).unwrap();
+    assert_eq!((parts.missing().len(), parts.finish().unwrap().kept), (0, 21));
+}
+
+#[test]
+fn a_work_is_the_same_on_another_machine_without_the_files_of_this_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join("own.toml");
+    std::fs::write(&own, "[bench.controller]\nkind = \"cascade\"\nposition_gain = 31.7\n").unwrap();
+    let stated = format!("{:?}", own.display().to_string());
+    for (controller, tuned) in [("\"cascade+hold\"", true), (stated.as_str(), false)] {
+        let text = format!(
+            "manoeuvres = [\"hold\", \"sine_2hz\"]\ncontroller = {controller}\nplaces = 3\n[design]\nkind = \"normal\"\n\
+             samples = 20\ncorrelation = [[1, 0.3], [0.3, 1]]\n\
+             [[axis]]\npath = \"model.own.breakaway_torque\"\nmean = 0.4\nsd = 0.02\n\
+             [[axis]]\npath = \"model.own.kinetic_torque\"\nmean = 0.3\nsd = 0.0123456789\n"
+        );
+        let work = plan(&text).ready(folder.path(), &Watch::silent()).unwrap();
+        assert_eq!(std::fs::remove_file(folder.path().join("tuned-cascade.toml")).is_ok(), tuned);
+        let sent = work.to_json();
+        let kept = own.with_extension("away");
+        std::fs::rename(&own, &kept).unwrap();
+        let there = Work::from_json(&sent).unwrap();
+        std::fs::rename(&kept, &own).unwrap();
+        assert_eq!(there.follows_from, work.follows_from);
+        for case in [0, 7, 19] {
+            let preset = |work: &Work| work.preset(case, &work.plan.values(case)).unwrap();
+            assert!(preset(&there) == preset(&work), "case {case} with {controller}");
+        }
+    }
+}
+
+#[test]
+fn a_work_of_another_version_is_refused_with_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let sent = plan(BELIEF).ready(folder.path(), &Watch::silent()).unwrap().to_json();
+    let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
+    let refused = |text: &str| Work::from_json(text).unwrap_err().to_string();
+    let other = refused(&sent.replace(&version, "\"version\":\"0.0.1\",\"more\":1"));
+    assert!(other.contains("it is of stickslip 0.0.1, and this is stickslip ") && other.contains("Install"), "{other}");
+    // Nothing else is looked at before.
+    assert_eq!(refused("{\"version\":\"0.0.1\"}"), other);
+    assert!(refused("{}").contains("version") && refused(&sent[..200]).contains("Send it as it was made"));
+    assert!(refused(&sent.replace("sine_2hz", "crawl")).contains("a manoeuvre of it is none"));
+}
+
+#[test]
+fn a_part_is_a_hundredth_of_the_cases_a_second_of_work_and_whole_vectors() {
+    let parts = |manoeuvre: &str, points: usize, seeds: usize| {
+        let text = format!(
+            "manoeuvres = [\"{manoeuvre}\"]\nseeds = {seeds}\n[[axis]]\npath = \"plant.drive.load_inertia\"\n\
+             range = [1e-3, 2e-3]\npoints = {points}\n"
+        );
+        let work = Work::new(plan(&text), None).unwrap();
+        (work.parts(), work.part(0).end)
+    };
+    assert_eq!(parts("sine_2hz", 7, 1), (1, 7));
+    assert_eq!(parts("sine_2hz", 1000, 1), (63, 16));
+    // 3.3 s each: 90 cases, and so 96.
+    assert_eq!(parts("sine_2hz", 100_000, 1), (1042, 96));
+    assert_eq!(parts("sine_2hz", 100_000, 100), (12_500, 8));
+    // What a part follows from takes no more than the part, and differs where a single bit does.
+    let mut long = plan(BELIEF);
+    let values: Vec<f64> = (0..100_000).map(|k| 1e-3 + 1e-9 * f64::from(k)).collect();
+    let said = |plan: &Plan| Work::new(plan.clone(), None).unwrap().follows_from;
+    long.axes[1].spread = Spread::Values(values.clone());
+    assert!(said(&long).len() < 100 + said(&plan(BELIEF)).len());
+    let mut other = long.clone();
+    let mut values = values;
+    values[70_000] = values[70_000].next_up();
+    other.axes[1].spread = Spread::Values(values);
+    assert_ne!(said(&other), said(&long));
+    // No more parts than can be listed.
+    let mut many = plan(BELIEF);
+    (many.design, many.seeds) = (Design::Sobol { samples: 1_000_000_000 }, 1000);
+    assert_eq!(Work::new(many, None).unwrap().part(0), 0..1000);
+}
+
+#[test]
+fn a_study_of_a_program_has_its_machine_and_no_lines() {
+    let machine = crate::parameters::presets::find("emps").unwrap();
+    let plan = read_text(BELIEF, Some(machine)).unwrap();
+    assert_eq!((plan.machine.as_str(), plan.title.as_str()), ("emps", "study"));
+    assert_eq!(plan.grid().unwrap()[1].len(), 7);
+    assert_eq!(sampled("kind = \"sobol\"\nsamples = 12").grid(), None);
+    let message = read_text("manoevres = [\"creep\"]\n", None).unwrap_err().to_string();
+    assert!(message.contains("manoevres is not known (study). Did you mean manoeuvres?"), "{message}");
+    let message = read_text("manoeuvres = [\"creep\"]\nseeds = 0\n", None).unwrap_err().to_string();
+    assert!(message.starts_with("study: seeds = 0"), "{message}");
 }

@@ -1,0 +1,186 @@
+"""Studies on a cluster: the same bytes as on one machine, whatever happens to the workers."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+import stickslip
+
+distributed = pytest.importorskip("distributed")
+
+# What Dask says of workers that are killed on purpose, and of sockets that they leave, is no failure of a study.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+
+PLAN = {
+    "manoeuvres": ["sine_2hz"],
+    "controller": "cascade+hold",
+    "axis": [
+        {"path": "plant.drive.load_inertia", "values": np.linspace(1.0e-3, 1.2e-3, 24)},
+        {"name": "limit", "path": "bench.safety.following_error", "values": [1e-3, 2.0]},
+    ],
+}
+PARTS = 6
+CASES = 48
+
+
+@pytest.fixture(scope="module")
+def client():
+    """Two workers of one thread each, in processes of their own."""
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0", "host": "127.0.0.1"}
+    with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """The study without a cluster: its folder and what came of it."""
+    folder = tmp_path_factory.mktemp("alone")
+    return folder, stickslip.study(PLAN, folder)
+
+
+def bytes_of(folder):
+    return (folder / "study.parquet").read_bytes()
+
+
+def is_idle(client):
+    """Whether nothing of a study is left on the workers, once what was running there has ended."""
+    for _ in range(600):
+        if not any(client.processing().values()) and not any(client.has_what().values()):
+            return True
+        time.sleep(0.1)
+    return False
+
+
+def test_a_study_on_a_cluster_has_the_bytes_of_one_machine(client, alone, tmp_path):
+    folder, local = alone
+    told = []
+    spread = stickslip.study(PLAN, tmp_path, cluster=client, progress=lambda *it: told.append(it))
+    assert bytes_of(tmp_path) == bytes_of(folder)
+    assert spread.html() == local.html() and repr(spread) == repr(local)
+    assert spread.kept == 0 and len(spread.failures) == CASES // 2
+    done = [fraction for stage, fraction in told if stage == "run the cases"]
+    assert done == sorted(done) and len(done) == PARTS and done[-1] == 1.0
+    assert any(stage == "tune the controller" for stage, _ in told), "tuned here, not by each worker"
+    # All of it is there: no worker is asked.
+    again = stickslip.study(PLAN, tmp_path, cluster="tcp://127.0.0.1:1")
+    assert again.kept == CASES and is_idle(client)
+
+
+def test_a_worker_that_is_lost_costs_time_alone(client, alone, tmp_path):
+    workers = client.run(os.getpid)
+    assert len(workers) == 2
+
+    def progress(stage, fraction):
+        if stage == "run the cases" and workers:
+            os.kill(workers.popitem()[1], signal.SIGKILL)
+            workers.clear()
+
+    found = stickslip.study(PLAN, tmp_path, cluster=client, progress=progress)
+    assert not workers and found.kept == 0
+    assert bytes_of(tmp_path) == bytes_of(alone[0])
+    # A nurse starts another in its place.
+    client.wait_for_workers(2, timeout=60)
+
+
+def test_what_was_finished_before_an_interruption_is_kept_here_and_there(client, alone, tmp_path):
+    class Enough(Exception):
+        pass
+
+    def after(part):
+        def progress(stage, fraction):
+            if stage == "run the cases" and fraction >= part:
+                raise Enough
+
+        return progress
+
+    with pytest.raises(Enough):
+        stickslip.study(PLAN, tmp_path, cluster=client, progress=after(0.1))
+    parts = len(list((tmp_path / "parts").iterdir()))
+    assert 1 <= parts < PARTS and not (tmp_path / "study.parquet").exists()
+    assert is_idle(client), "what was on its way is cancelled"
+    with pytest.raises(Enough):
+        stickslip.study(PLAN, tmp_path, threads=1, progress=after(0.1))
+    found = stickslip.study(PLAN, tmp_path, cluster=client)
+    assert found.kept > 8 * parts
+    assert bytes_of(tmp_path) == bytes_of(alone[0])
+
+
+def test_ctrl_c_ends_a_study_on_a_cluster(client, tmp_path):
+    def progress(stage, fraction):
+        if stage == "run the cases":
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        stickslip.study(PLAN, tmp_path, cluster=client, progress=progress)
+    assert list((tmp_path / "parts").iterdir()) and is_idle(client)
+
+
+def test_a_worker_with_another_version_is_refused(client, tmp_path):
+    def becomes(version):
+        import stickslip
+
+        stickslip.__version__, version = version, stickslip.__version__
+        return version
+
+    (worker, own), *_ = client.run(becomes, "0.0.1").items()
+    try:
+        with pytest.raises(stickslip.Error, match=f"tcp://.* has stickslip 0.0.1, and this is {own}. Install the same"):
+            stickslip.study(PLAN, tmp_path, cluster=client)
+    finally:
+        client.run(becomes, own)
+    assert is_idle(client)
+    # Nothing of theirs was taken.
+    assert list((tmp_path / "parts").iterdir()) == []
+
+
+def test_a_worker_without_stickslip_is_named(client, tmp_path):
+    def hides(module):
+        import sys
+
+        sys.modules["stickslip"], module = module, sys.modules.get("stickslip")
+        return module is not None
+
+    def shows():
+        import sys
+
+        del sys.modules["stickslip"]
+
+    client.run(hides, None)
+    try:
+        with pytest.raises(stickslip.Error, match="tcp://.* has no stickslip .* What is finished is kept"):
+            stickslip.study(PLAN, tmp_path, cluster=client)
+    finally:
+        client.run(shows)
+
+
+def test_memory_is_bounded_by_the_threads_of_the_workers(client, alone, tmp_path, monkeypatch):
+    on_their_way, most = set(), []
+    submit = distributed.Client.submit
+
+    def counted(self, function, *arguments, **keywords):
+        future = submit(self, function, *arguments, **keywords)
+        on_their_way.add(future.key)
+        most.append(len([key for key in on_their_way if "-part-" in key]))
+        future.add_done_callback(lambda done: on_their_way.discard(done.key))
+        return future
+
+    monkeypatch.setattr(distributed.Client, "submit", counted)
+    stickslip.study(PLAN, tmp_path, cluster=client)
+    assert max(most) <= 4 and len(most) == 1 + PARTS
+
+
+def test_dask_is_needed_for_a_cluster_alone(tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(stickslip.Error, match=r'pip install "stickslip\[dask\]"'):
+        stickslip.study(PLAN, tmp_path, cluster="tcp://127.0.0.1:8786")
+
+
+def test_a_client_that_does_not_wait_is_refused(client, tmp_path, monkeypatch):
+    monkeypatch.setattr(distributed.Client, "asynchronous", True)
+    with pytest.raises(stickslip.Error, match="asynchronous=False"):
+        stickslip.study(PLAN, tmp_path, cluster=client)
