@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use stickslip::parameters;
 use stickslip_core::block::Block as _;
-use stickslip_core::friction::{self, Contact, FrictionElement, FrictionElementState, Model, Static, Stribeck};
+use stickslip_core::friction::{self, Contact, FrictionElement, FrictionElementState, Memory, Model, Static, Stribeck};
 
 use crate::array::{Array, ArrayLike};
 use crate::error::{Exception, raised};
@@ -14,7 +14,7 @@ use crate::value::settings;
 
 type Law = friction::Friction<f64>;
 
-/// A friction model: static, Dahl, LuGre or elasto-plastic, with what it depends on.
+/// A friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with what it depends on.
 ///
 /// `values` has the same names as the friction of a parameter file (`stickslip params describe plant.screw_friction`);
 /// what is not given has its default.
@@ -115,7 +115,7 @@ impl Friction {
     ///
     /// `velocity` [rad/s] has one value a step, held over it, and `dt` [s] is the length of a step; a course of the
     /// velocities in the middle of each step is of second order. `angle` [rad] and `load` [N m] are arrays of the same
-    /// length where friction depends on them, `deflection` [rad] is what the bristles begin with. `arrest` [N m] is the
+    /// length where friction depends on them, `deflection` [rad] is what the bristles or elements begin with. `arrest` [N m] is the
     /// torque that would bring the load to rest within a step: static friction, which has no bristles, takes up that much at
     /// velocity 0, and nothing without it.
     ///
@@ -157,12 +157,12 @@ impl Friction {
         let element = FrictionElement { friction: self.law };
         let (torques, deflections) = py.detach(|| {
             let (mut torques, mut deflections) = (Vec::with_capacity(count), Vec::with_capacity(count));
-            let mut state = FrictionElementState { deflection };
+            let mut state = FrictionElementState { memory: Memory::bent(deflection) };
             for step in 0..count {
                 let contact =
                     Contact { velocity: velocity[step], angle: angle[step], load: load[step], arrest: arrest[step] };
                 torques.push(element.step(&mut state, contact, dt).torque);
-                deflections.push(state.deflection);
+                deflections.push(state.memory.deflection);
             }
             (torques, deflections)
         });

@@ -388,6 +388,16 @@ pub enum Error {
     /// A desired friction outside the renderable region.
     #[error("{0}")]
     NotRenderable(Box<crate::design::Verdict>),
+    /// A friction that the load motor cannot render.
+    #[error("{name} cannot be the desired friction: {reason}. {remedy}")]
+    NotAsDesired {
+        /// The friction.
+        name: String,
+        /// Why.
+        reason: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A bench that cannot render.
     #[error(
         "{preset} has no load motor, so that nothing can be rendered. Take a preset whose plant.load_motor has a torque constant."

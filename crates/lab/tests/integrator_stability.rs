@@ -3,7 +3,7 @@
 use stickslip::Error;
 use stickslip::integrator::prepare;
 use stickslip_core::block::Block;
-use stickslip_core::friction::{ElastoPlastic, Friction, LuGre, Model, Stribeck};
+use stickslip_core::friction::{ElastoPlastic, Friction, LuGre, Memory, Model, Stribeck};
 use stickslip_core::plant::{MachineInput, MachineState, Plant};
 
 /// Numbers in 0 … 1 that fill up to six dimensions evenly: additive recurrence with the root of x⁷ = x + 1.
@@ -52,14 +52,14 @@ fn ring(plant: &Plant<f64>, step: f64, steps: usize) -> (f64, f64) {
     let (motor, _) = plant.motor_friction.stiffest();
     let deflection = |stiffness: f64| if stiffness > 0.0 { 1e-9 / stiffness } else { 0.0 };
     let mut state = MachineState {
-        screw_deflection: deflection(load),
-        motor_deflection: -deflection(motor),
+        screw_memory: Memory::bent(deflection(load)),
+        motor_memory: Memory::bent(-deflection(motor)),
         ..MachineState::default()
     };
     let (mut first, mut last) = (0.0f64, 0.0f64);
     for count in 0..steps {
         machine.step(&mut state, MachineInput::default(), step);
-        let torque = (load * state.screw_deflection).abs() + (motor * state.motor_deflection).abs();
+        let torque = (load * state.screw_memory.deflection).abs() + (motor * state.motor_memory.deflection).abs();
         // Grown a hundred thousand times, still well within the elastic zone; or not even a number any more.
         if torque.is_nan() || torque > 1e-4 {
             return (first, f64::INFINITY);

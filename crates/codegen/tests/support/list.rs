@@ -10,8 +10,8 @@ use stickslip_core::control::{
 use stickslip_core::drive::{ElasticArm, TwoMass, Winding};
 use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
 use stickslip_core::friction::{
-    Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, Model, Position, Ripple, Static,
-    Stribeck,
+    Bristles, Dahl, Decay, ElastoPlastic, Exponent, Fading, Friction, FrictionElement, LuGre, MaxwellSlip, Model, Position, Rest, Ripple, Rising,
+    Static, Stribeck, Temperature, Warming,
 };
 use stickslip_core::plant::{Backlash, Gap, Machine, Plant};
 use stickslip_core::render::{Admittance, ArmRendering, RenderedArm, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
@@ -134,6 +134,13 @@ fn element(model: Model<f64>) -> FrictionElement<f64> {
     FrictionElement { friction: Friction { model, position, ..Friction::default() } }
 }
 
+fn warm_and_rested(model: Model<f64>) -> FrictionElement<f64> {
+    let mut element = element(model);
+    element.friction.rest = Rest::Rising(Rising { rise: 0.4, time: 0.01, way: 0.01 });
+    element.friction.temperature = Temperature::Exponential(Warming::default());
+    element
+}
+
 // What a block may consist of.
 agree!(no_state, SlidingFriction, SlidingFriction::default());
 agree!(one_state, Lag, Lag::default());
@@ -230,6 +237,10 @@ agree!(
     element(Model::Dahl(Dahl::default())),
     element(Model::Lugre(LuGre::default())),
     element(Model::ElastoPlastic(ElastoPlastic::default())),
+    element(Model::MaxwellSlip(MaxwellSlip::default())),
+    warm_and_rested(Model::Static(Static::default())),
+    warm_and_rested(Model::ElastoPlastic(ElastoPlastic::default())),
+    warm_and_rested(Model::MaxwellSlip(MaxwellSlip::default())),
 );
 agree!(friction_step, Friction, element(Model::ElastoPlastic(ElastoPlastic::default())).friction);
 agree!(velocity_observer, VelocityObserver, VelocityObserver::default());
@@ -243,5 +254,6 @@ agree!(
     machine(Model::Dahl(Dahl::default())),
     machine(Model::Lugre(LuGre { fading: Fading::Rational(Default::default()), ..LuGre::default() })),
     machine(Model::ElastoPlastic(ElastoPlastic::default())),
+    machine(Model::MaxwellSlip(MaxwellSlip::default())),
     slack(),
 );

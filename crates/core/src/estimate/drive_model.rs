@@ -3,8 +3,8 @@
 use crate::Fields;
 use crate::block::Block;
 use crate::drive::{INPUTS, STATES, TwoMass, Winding, advance, half_flow};
-use crate::friction::Friction;
-use crate::friction::contacts::{Sliding, correct, deflections, predict};
+use crate::friction::contacts::{Sliding, correct, predict};
+use crate::friction::{Friction, Memory};
 use crate::scalar::Scalar;
 
 /// The believed drive, prepared for a step.
@@ -59,12 +59,10 @@ pub struct DriveState<T> {
     /// Torque held against the load: its friction and what acts besides.
     #[field(symbol = "M_R", unit = "N m")]
     pub load_resistance: T,
-    /// Deflection of the motor's bristles.
-    #[field(symbol = "z_M", unit = "rad")]
-    pub motor_deflection: T,
-    /// Deflection of the load's bristles.
-    #[field(symbol = "z", unit = "rad")]
-    pub deflection: T,
+    /// What the motor's contact remembers.
+    pub motor_memory: Memory<T>,
+    /// What the load's contact remembers.
+    pub load_memory: Memory<T>,
 }
 
 /// What acts on the believed drive over a step.
@@ -130,15 +128,12 @@ impl<T: Scalar> DriveModel<T> {
             input.motor_torque,
         ];
         let [twist, motor_velocity, velocity, load_current, motor_torque, way] = advance(&self.half_flow, x);
-        *state = DriveState {
-            angle: state.angle + way,
-            twist,
-            motor_velocity,
-            velocity,
-            load_current,
-            motor_torque,
-            ..*state
-        };
+        state.angle += way;
+        state.twist = twist;
+        state.motor_velocity = motor_velocity;
+        state.velocity = velocity;
+        state.load_current = load_current;
+        state.motor_torque = motor_torque;
     }
 }
 
@@ -173,20 +168,17 @@ impl<T: Scalar> Block<T> for DriveModel<T> {
             held: load_held,
             others: input.resistance,
         };
-        let mut brushes = [(&self.motor_friction, T::of(1.0), state.motor_deflection)];
-        let mut contacts = [(&self.friction, T::of(1.0), state.deflection)];
-        let (brush_start, contact_start) = (deflections(&brushes), deflections(&contacts));
-        let motor_middle = predict(&motor, &mut brushes, dt);
-        let load_middle = predict(&load, &mut contacts, dt);
-        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, brush_start, &mut brushes, dt);
-        (state.velocity, state.load_resistance) = correct(&load, load_middle, contact_start, &mut contacts, dt);
-        [(_, _, state.motor_deflection)] = brushes;
-        [(_, _, state.deflection)] = contacts;
+        let mut brushes = [(&self.motor_friction, T::of(1.0), &mut state.motor_memory)];
+        let mut contacts = [(&self.friction, T::of(1.0), &mut state.load_memory)];
+        let motor_middle = predict(&motor, &brushes, dt);
+        let load_middle = predict(&load, &contacts, dt);
+        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, &mut brushes, dt);
+        (state.velocity, state.load_resistance) = correct(&load, load_middle, &mut contacts, dt);
 
         self.flow(state, motor_held, load_held, &input);
         DriveModelOutput {
-            velocity: load_middle,
-            motor_velocity: motor_middle,
+            velocity: load_middle.0,
+            motor_velocity: motor_middle.0,
             acceleration: (state.velocity - start) / dt,
             coupling_torque,
             friction_torque: state.load_resistance - input.resistance,

@@ -6,6 +6,7 @@
 use core::f64::consts::PI;
 
 use super::Stribeck;
+use super::dependence::Condition;
 use crate::Fields;
 use crate::fields::{Relation, at_most};
 use crate::scalar::kernel::{cosine, sine};
@@ -81,21 +82,27 @@ pub struct Bend<T> {
 /// ```
 #[inline(always)]
 pub fn advance<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
-    relax::<T, false>(model, bend)
+    relax::<T, false>(model, bend, &Condition::reference())
 }
 
 /// The same to first order only, for a predictor: φ₁ = 1/(1 + x) and φ₂ = φ₁/2 cost no exponential, and are as stable.
 #[inline(always)]
 pub fn predict<T: Scalar>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
-    relax::<T, true>(model, bend)
+    relax::<T, true>(model, bend, &Condition::reference())
 }
 
+/// A contact that holds more bends further and slides at a higher level; its release is the same at the same share of both.
 #[inline(always)]
-pub(super) fn relax<T: Scalar, const PREDICTS: bool>(model: &impl Bristle<T>, bend: Bend<T>) -> (T, T) {
+pub(super) fn relax<T: Scalar, const PREDICTS: bool>(
+    model: &impl Bristle<T>,
+    bend: Bend<T>,
+    condition: &Condition<T>,
+) -> (T, T) {
     let Bend { deflection, probe, velocity, dt } = bend;
     let speed = velocity.abs();
     let level = model.sliding(speed);
-    let release = model.release(probe, velocity, level);
+    let release = model.release(probe * condition.per_strength, velocity, level);
+    let level = level * condition.strength;
     // The quotient does not wait for the release.
     let quick = model.stiffness() * speed / level;
     let decay = (release.share + release.slope) * quick;
@@ -109,7 +116,7 @@ pub(super) fn relax<T: Scalar, const PREDICTS: bool>(model: &impl Bristle<T>, be
 
 /// φ₁ and φ₂ of −x for x ≥ 0.
 #[inline(always)]
-fn phi<T: Scalar>(x: T) -> (T, T) {
+pub(super) fn phi<T: Scalar>(x: T) -> (T, T) {
     let one = T::of(1.0);
     // The quotients cancel for small x: there the series up to x⁴/6!. At 1/128 it lacks 6e-15, the quotients 2e-12.
     let small = x.lt(T::of(0.007_812_5));
@@ -124,7 +131,7 @@ fn phi<T: Scalar>(x: T) -> (T, T) {
 
 /// The same to first order.
 #[inline(always)]
-fn rational_phi<T: Scalar>(x: T) -> (T, T) {
+pub(super) fn rational_phi<T: Scalar>(x: T) -> (T, T) {
     let phi1 = T::of(1.0) / (T::of(1.0) + x);
     (phi1, T::of(0.5) * phi1)
 }

@@ -2,7 +2,7 @@
 //!
 //! What was held of it in the flow before is taken off, so that only its change kicks the velocity.
 
-use super::{Contact, Friction, FrictionInput};
+use super::{Contact, Friction, FrictionInput, Memory};
 use crate::block::Block as _;
 use crate::scalar::Scalar;
 
@@ -20,80 +20,64 @@ pub(crate) struct Sliding<T> {
     pub(crate) others: T,
 }
 
-/// Predictor of several contacts on one mass: half a step at the velocity of the start. Leaves the deflections of the
-/// middle in `contacts`, returns the velocity of the middle [rad/s]. A contact is its friction, a factor of its torque,
-/// and its deflection.
+/// A contact: its friction, a factor of its torque, and what it remembers.
+pub(crate) type Touching<'a, T> = (&'a Friction<T>, T, &'a mut Memory<T>);
+
+/// Predictor of several contacts on one mass: half a step at the velocity of the start. The velocity of the middle [rad/s]
+/// and the deflections there [rad].
 #[inline(always)]
 pub(crate) fn predict<T: Scalar, const N: usize>(
     mass: &Sliding<T>,
-    contacts: &mut [(&Friction<T>, T, T); N],
+    contacts: &[Touching<'_, T>; N],
     dt: T,
-) -> T {
-    let start = deflections(contacts);
+) -> (T, [T; N]) {
     let half = T::of(0.5) * dt;
-    let (middle, torque) = pass::<T, true, N>(mass, mass.velocity, contacts, start, start, half);
+    let mut arrest = mass.arrest(half);
+    let mut total = mass.others;
+    let mut middle = [T::of(0.0); N];
     for i in 0..N {
-        contacts[i].2 = middle[i];
+        let (friction, factor, memory) = &contacts[i];
+        let contact = mass.contact(mass.velocity, arrest, *factor);
+        let (deflection, torque) = friction.predict(memory, contact, half);
+        middle[i] = deflection;
+        arrest -= *factor * torque;
+        total += *factor * torque;
     }
-    mass.velocity - (torque - mass.held) * half / mass.inertia
+    (mass.velocity - (total - mass.held) * half / mass.inertia, middle)
 }
 
-/// Corrector: the whole step at the velocity of the middle, α linear about the deflections of the middle. Leaves the deflections
-/// of the end in `contacts`, returns the new velocity [rad/s] and the new torque to hold [N m].
+/// Corrector: the whole step at the velocity of the middle, α linear about the deflections of the middle. The contacts then
+/// remember the end; returns the new velocity [rad/s] and the new torque to hold [N m].
 #[inline(always)]
 pub(crate) fn correct<T: Scalar, const N: usize>(
     mass: &Sliding<T>,
-    middle: T,
-    start: [T; N],
-    contacts: &mut [(&Friction<T>, T, T); N],
+    (velocity, middle): (T, [T; N]),
+    contacts: &mut [Touching<'_, T>; N],
     dt: T,
 ) -> (T, T) {
-    let probe = deflections(contacts);
-    let (ends, torque) = pass::<T, false, N>(mass, middle, contacts, start, probe, dt);
-    for i in 0..N {
-        contacts[i].2 = ends[i];
-    }
-    (mass.velocity - (torque - mass.held) * dt / mass.inertia, torque)
-}
-
-/// Not `array::map`, which stays a call where a number is wide.
-#[inline(always)]
-pub(crate) fn deflections<T: Scalar, const N: usize>(contacts: &[(&Friction<T>, T, T); N]) -> [T; N] {
-    let mut out = [T::of(0.0); N];
-    for i in 0..N {
-        out[i] = contacts[i].2;
-    }
-    out
-}
-
-/// One evaluation of all contacts over `dt`: the new deflections and the torque.
-#[inline(always)]
-fn pass<T: Scalar, const PREDICTS: bool, const N: usize>(
-    mass: &Sliding<T>,
-    velocity: T,
-    contacts: &[(&Friction<T>, T, T); N],
-    start: [T; N],
-    probe: [T; N],
-    dt: T,
-) -> ([T; N], T) {
-    // Friction that would bring the mass to rest within dt; each contact takes up what it can.
-    let mut arrest = mass.held + mass.velocity * mass.inertia / dt - mass.others;
+    let mut arrest = mass.arrest(dt);
     let mut total = mass.others;
-    let mut ends = start;
     for i in 0..N {
-        let (friction, factor, _) = contacts[i];
-        // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.
-        let share = arrest / factor.max(T::of(1e-12));
-        let contact = Contact { velocity, angle: mass.angle, load: mass.load, arrest: share };
-        let (end, torque) = if PREDICTS {
-            friction.predict(start[i], contact, dt)
-        } else {
-            let end = friction.run(&mut (), FrictionInput { deflection: start[i], probe: probe[i], contact }, dt);
-            (end.deflection, end.torque)
-        };
-        ends[i] = end;
-        arrest -= factor * torque;
-        total += factor * torque;
+        let (friction, factor, memory) = &mut contacts[i];
+        let contact = mass.contact(velocity, arrest, *factor);
+        let torque = friction.run(memory, FrictionInput { probe: middle[i], contact }, dt).torque;
+        arrest -= *factor * torque;
+        total += *factor * torque;
     }
-    (ends, total)
+    (mass.velocity - (total - mass.held) * dt / mass.inertia, total)
+}
+
+impl<T: Scalar> Sliding<T> {
+    /// Friction that would bring the mass to rest within dt; each contact takes up what it can.
+    #[inline(always)]
+    fn arrest(&self, dt: T) -> T {
+        self.held + self.velocity * self.inertia / dt - self.others
+    }
+
+    /// What a contact sees of the mass at a velocity; `factor` multiplies its torque.
+    #[inline(always)]
+    fn contact(&self, velocity: T, arrest: T, factor: T) -> Contact<T> {
+        // A contact without load takes up nothing: its share of the arrest is divided by a factor that is not 0.
+        Contact { velocity, angle: self.angle, load: self.load, arrest: arrest / factor.max(T::of(1e-12)) }
+    }
 }

@@ -1,6 +1,6 @@
 //! Friction as a block of its own.
 
-use super::{Contact, Friction, FrictionInput};
+use super::{Contact, Friction, FrictionInput, Memory};
 use crate::Fields;
 use crate::block::Block;
 use crate::scalar::Scalar;
@@ -19,9 +19,8 @@ pub struct FrictionElement<T> {
 /// What a friction element remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionElementState<T> {
-    /// Deflection of the bristles.
-    #[field(symbol = "z", unit = "rad")]
-    pub deflection: T,
+    /// The contact.
+    pub memory: Memory<T>,
 }
 
 /// What a friction element gives.
@@ -39,10 +38,8 @@ impl<T: Scalar> Block<T> for FrictionElement<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Contact<T>, dt: T) -> Self::Output {
-        let (middle, _) = self.friction.predict(state.deflection, input, T::of(0.5) * dt);
-        let input = FrictionInput { deflection: state.deflection, probe: middle, contact: input };
-        let end = self.friction.run(&mut (), input, dt);
-        state.deflection = end.deflection;
+        let (probe, _) = self.friction.predict(&state.memory, input, T::of(0.5) * dt);
+        let end = self.friction.run(&mut state.memory, FrictionInput { probe, contact: input }, dt);
         FrictionElementOutput { torque: end.torque }
     }
 }

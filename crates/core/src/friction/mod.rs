@@ -1,33 +1,41 @@
 //! Friction: one composable form, a model times what it depends on.
 //!
-//! | model | presliding | Stribeck | holds a constant load | holds a vibrating load |
-//! |---|---|---|---|---|
-//! | [`Static`] | no | yes | exactly | exactly |
-//! | [`Dahl`] | yes | no | exactly | drifts |
-//! | [`LuGre`] | yes | yes | exactly | drifts |
-//! | [`ElastoPlastic`] | yes | yes | exactly | within the elastic zone exactly |
+//! | model | presliding | Stribeck | small loops close | holds a constant load | holds a vibrating load |
+//! |---|---|---|---|---|---|
+//! | [`Static`] | no | yes | | exactly | exactly |
+//! | [`Dahl`] | yes | no | no | exactly | drifts |
+//! | [`LuGre`] | yes | yes | no | exactly | drifts |
+//! | [`ElastoPlastic`] | yes | yes | no | exactly | within the elastic zone exactly |
+//! | [`MaxwellSlip`] | yes | yes, with a lag | yes | exactly | exactly, after the first swings |
 //!
 //! "Exactly" holds within the well-balanced step of [`plant`](crate::plant), the only integrator used here. Direction,
-//! position and load multiply the torque of any model, its damping and its stiffness together, so that the breakaway
-//! twist stays, nothing is divided by zero, and a passive model stays passive; only a load that changes while the
-//! bristles are bent does work on them, in proportion to the energy that they store.
+//! position, load and temperature multiply the torque of any model, its damping and its stiffness together, so that the
+//! breakaway twist stays, nothing is divided by zero, and a passive model stays passive; only a load that changes while the
+//! bristles are bent does work on them, in proportion to the energy that they store. The time at rest multiplies what any
+//! model holds and leaves its stiffness, since it changes while the bristles are bent.
 
 mod bristle;
 mod bristles;
 pub(crate) mod contacts;
+mod dependence;
 mod element;
+mod maxwell_slip;
+mod memory;
 mod stribeck;
 #[cfg(test)]
 mod tests;
-
-use core::f64::consts::TAU;
 
 use bristle::relax;
 pub use bristle::{
     Bend, Bristle, Dahl, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, advance, predict, rate,
 };
 pub use bristles::Bristles;
+use dependence::{Condition, factor};
+pub use dependence::{Direction, Load, Position, Rest, Ripple, Rising, Temperature, Warming};
 pub use element::{FrictionElement, FrictionElementOutput, FrictionElementState};
+pub use maxwell_slip::MaxwellSlip;
+use maxwell_slip::Slip;
+pub use memory::{ELEMENTS, Memory};
 pub use stribeck::{Decay, Exponent, FrictionTorque, Speed, Static, Stribeck};
 
 use crate::Fields;
@@ -46,6 +54,10 @@ pub struct Friction<T> {
     pub position: Position<T>,
     /// Dependence on the torque that the contact carries.
     pub load: Load<T>,
+    /// Dependence on the time at rest.
+    pub rest: Rest<T>,
+    /// Dependence on the temperature.
+    pub temperature: Temperature<T>,
 }
 
 /// The friction model.
@@ -62,52 +74,8 @@ pub enum Model<T> {
     Lugre(LuGre<T>),
     /// The elasto-plastic model.
     ElastoPlastic(ElastoPlastic<T>),
-}
-
-/// Difference between the two directions. All zero: none.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Direction<T> {
-    /// Friction is greater by this share when it acts against positive motion, smaller by it when against negative.
-    #[field(symbol = "ε_C", unit = "1", range = -0.95..=0.95)]
-    pub asymmetry: T,
-    /// The same for the viscous part.
-    #[field(symbol = "ε_b", unit = "1", range = -0.95..=0.95)]
-    pub viscous_asymmetry: T,
-    /// A constant torque against positive motion: weight, or the offset of an amplifier.
-    #[field(symbol = "M_0", unit = "N m", range = -200.0..=200.0)]
-    pub offset: T,
-}
-
-/// Dependence on the angle of the screw.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-#[fields(tag = "shape")]
-pub enum Position<T> {
-    /// None.
-    Constant,
-    /// A ripple at the pitch of the screw.
-    Ripple(Ripple<T>),
-}
-
-/// 1 + r·sin(n·φ + φ_0).
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Ripple<T> {
-    /// Amplitude, as a share of the friction.
-    #[field(symbol = "r", unit = "1", range = 0.0..=0.9, default = 0.05)]
-    pub amplitude: T,
-    /// Periods in a revolution of the screw.
-    #[field(symbol = "n", unit = "1", range = 1.0..=1000.0, default = 1.0, whole)]
-    pub periods: T,
-    /// Phase at angle 0.
-    #[field(symbol = "φ_0", unit = "rad", range = -7.0..=7.0)]
-    pub phase: T,
-}
-
-/// Dependence on the torque that the contact carries: 1 + k·|M_C|.
-#[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Load<T> {
-    /// Share by which friction rises per torque carried.
-    #[field(symbol = "k", unit = "1/(N m)", range = 0.0..=100.0)]
-    pub sensitivity: T,
+    /// Generalised Maxwell slip.
+    MaxwellSlip(MaxwellSlip<T>),
 }
 
 /// What the contact sees in a step.
@@ -127,13 +95,9 @@ pub struct Contact<T> {
     pub arrest: T,
 }
 
-/// What a step of friction begins with. The bristles are no state of its own: an integrator asks for the same step
-/// from several places.
+/// What a step of friction takes besides what the contact remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionInput<T> {
-    /// Deflection of the bristles at the begin.
-    #[field(symbol = "z", unit = "rad")]
-    pub deflection: T,
     /// Deflection about which the release is linear: that of the step's middle.
     #[field(symbol = "z_m", unit = "rad")]
     pub probe: T,
@@ -141,12 +105,9 @@ pub struct FrictionInput<T> {
     pub contact: Contact<T>,
 }
 
-/// What a step of friction ends with.
+/// What a step of friction gives.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionOutput<T> {
-    /// Deflection of the bristles at the end.
-    #[field(symbol = "z⁺", unit = "rad")]
-    pub deflection: T,
     /// Mean torque of the step, against positive motion.
     #[field(symbol = "M_R", unit = "N m")]
     pub torque: T,
@@ -163,45 +124,29 @@ impl<T: Scalar> Bend<T> {
 /// A step of elasto-plastic bristles, as a call where calls are cheap: short code, of which several contacts overlap in
 /// the processor.
 #[inline(always)]
-fn relax_apart<T: Scalar, const PREDICTS: bool>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
+fn relax_apart<T: Scalar, const PREDICTS: bool, const AGES: bool>(
+    model: &ElastoPlastic<T>,
+    bend: Bend<T>,
+    condition: &Condition<T>,
+) -> (T, T) {
     #[inline(never)]
-    fn called<T: Scalar, const PREDICTS: bool>(model: &ElastoPlastic<T>, bend: Bend<T>) -> (T, T) {
-        relax::<T, PREDICTS>(model, bend)
+    fn called<T: Scalar, const PREDICTS: bool, const AGES: bool>(
+        model: &ElastoPlastic<T>,
+        bend: Bend<T>,
+        condition: &Condition<T>,
+    ) -> (T, T) {
+        // Said again, that the compiler knows it here.
+        let reference = Condition::reference();
+        relax::<T, PREDICTS>(model, bend, if AGES { condition } else { &reference })
     }
-    if T::CALLS_ARE_CHEAP { called::<T, PREDICTS>(model, bend) } else { relax::<T, PREDICTS>(model, bend) }
-}
-
-impl<T: Scalar> Direction<T> {
-    /// Factor of the friction that acts with this sign.
-    #[inline(always)]
-    fn factor(&self, signed: T) -> T {
-        T::of(1.0) + signed.sign() * self.asymmetry
-    }
-
-    /// Factor of the viscous friction at a velocity.
-    #[inline(always)]
-    fn viscous_factor(&self, velocity: T) -> T {
-        T::of(1.0) + velocity.sign() * self.viscous_asymmetry
+    if T::CALLS_ARE_CHEAP {
+        called::<T, PREDICTS, AGES>(model, bend, condition)
+    } else {
+        relax::<T, PREDICTS>(model, bend, condition)
     }
 }
 
 impl<T: Scalar> Friction<T> {
-    /// Factor from position and load.
-    #[inline(always)]
-    fn factor(&self, contact: &Contact<T>) -> T {
-        let one = T::of(1.0);
-        let load = one + self.load.sensitivity * contact.load.abs();
-        match self.position {
-            Position::Constant => load,
-            Position::Ripple(ripple) => {
-                // Whole turns are taken off first, so that the sine stays exact far from angle 0.
-                let turns = contact.angle * T::of(1.0 / TAU);
-                let within = (turns - turns.floor()) * T::of(TAU);
-                load * (one + ripple.amplitude * (ripple.periods * within + ripple.phase).sin())
-            }
-        }
-    }
-
     /// Viscous constant of the model [N m s/rad].
     #[inline(always)]
     fn viscous(&self) -> T {
@@ -211,6 +156,20 @@ impl<T: Scalar> Friction<T> {
             Model::Dahl(model) => model.viscous_friction,
             Model::Lugre(model) => model.sliding.viscous_friction,
             Model::ElastoPlastic(model) => model.lugre.sliding.viscous_friction,
+            Model::MaxwellSlip(model) => model.sliding.viscous_friction,
+        }
+    }
+
+    /// Sliding level of the model [N m] at a speed [rad/s].
+    #[inline(always)]
+    fn level(&self, speed: T) -> T {
+        match self.model {
+            Model::Nothing => T::of(0.0),
+            Model::Static(model) => model.sliding.level(speed),
+            Model::Dahl(model) => model.kinetic_torque,
+            Model::Lugre(model) => model.sliding.level(speed),
+            Model::ElastoPlastic(model) => model.lugre.sliding.level(speed),
+            Model::MaxwellSlip(model) => model.sliding.level(speed),
         }
     }
 
@@ -218,29 +177,28 @@ impl<T: Scalar> Friction<T> {
     /// rest. What a measurement at constant speed sees.
     pub fn steady_torque(&self, velocity: T, angle: T, load: T) -> T {
         let speed = velocity.abs();
-        let level = match self.model {
-            Model::Nothing => T::of(0.0),
-            Model::Static(model) => model.sliding.level(speed),
-            Model::Dahl(model) => model.kinetic_torque,
-            Model::Lugre(model) => model.sliding.level(speed),
-            Model::ElastoPlastic(model) => model.lugre.sliding.level(speed),
-        };
+        let (warmth, thinning) = self.temperature.factors();
+        let level = self.level(speed) * self.rest.strength(self.rest.steady_age(speed));
         let contact = Contact { velocity, angle, load, arrest: T::of(0.0) };
         let sliding = velocity.sign() * self.direction.factor(velocity) * level;
-        let viscous = self.direction.viscous_factor(velocity) * self.viscous() * velocity;
-        self.factor(&contact) * (sliding + viscous) + self.direction.offset
+        let viscous = self.direction.viscous_factor(velocity) * self.viscous() * velocity * thinning;
+        factor(&self.position, &self.load, &contact) * warmth * (sliding + viscous) + self.direction.offset
     }
 
-    /// Deflection of the bristles [rad] that a constant velocity [rad/s] bends; none without bristles.
+    /// What a contact remembers that has slid for long at a constant velocity [rad/s].
     #[inline(always)]
-    pub fn steady_deflection(&self, velocity: T) -> T {
-        let (level, stiffness) = match self.model {
-            Model::Nothing | Model::Static(_) => (T::of(0.0), T::of(1.0)),
-            Model::Dahl(model) => (model.kinetic_torque, model.bristle_stiffness),
-            Model::Lugre(model) => (model.sliding.level(velocity.abs()), model.bristle_stiffness),
-            Model::ElastoPlastic(model) => (model.lugre.sliding.level(velocity.abs()), model.lugre.bristle_stiffness),
+    pub fn steady_memory(&self, velocity: T) -> Memory<T> {
+        let age = self.rest.steady_age(velocity.abs());
+        let strength = self.rest.strength(age);
+        let stiffness = match self.model {
+            Model::Nothing | Model::Static(_) => return Memory { age, ..Memory::default() },
+            Model::Dahl(model) => model.bristle_stiffness,
+            Model::Lugre(model) => model.bristle_stiffness,
+            Model::ElastoPlastic(model) => model.lugre.bristle_stiffness,
+            Model::MaxwellSlip(model) => return Memory { age, ..model.steady(velocity, strength) },
         };
-        velocity.sign() * level / stiffness
+        let deflection = velocity.sign() * self.level(velocity.abs()) / stiffness * strength;
+        Memory { deflection, age, ..Memory::default() }
     }
 
     /// A step of bristles with the factor of their direction: by the sign of the deflection, not of the velocity, so
@@ -250,67 +208,153 @@ impl<T: Scalar> Friction<T> {
         (next, torque * self.direction.factor(T::of(0.5) * (start + next)))
     }
 
-    /// One step with the velocity held: the new deflection [rad] and the mean torque against positive motion [N m].
+    /// One step with the velocity held: the mean torque against positive motion [N m].
     ///
     /// `probe` is the deflection about which the release is linear: that of the step's middle.
     #[inline(always)]
-    pub fn correct(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
-        self.bend::<false>(deflection, probe, contact, dt)
+    pub fn correct(&self, memory: &mut Memory<T>, probe: T, contact: Contact<T>, dt: T) -> T {
+        if T::CALLS_ARE_CHEAP && self.is_plain() {
+            let bend = Bend { deflection: memory.deflection, probe, velocity: contact.velocity, dt };
+            let (end, torque) = self.bend::<false, false>(&Condition::reference(), bend, &contact);
+            memory.deflection = end;
+            return torque;
+        }
+        let (end, torque) = self.step_apart::<false>(*memory, probe, contact, dt);
+        *memory = end;
+        torque
     }
 
-    /// The same to first order, from the start alone: what a predictor needs.
+    /// The same to first order, from the start alone: what a predictor needs. The deflection at the end [rad] and the torque.
     #[inline(always)]
-    pub fn predict(&self, deflection: T, contact: Contact<T>, dt: T) -> (T, T) {
-        self.bend::<true>(deflection, deflection, contact, dt)
+    pub fn predict(&self, memory: &Memory<T>, contact: Contact<T>, dt: T) -> (T, T) {
+        let probe = memory.deflection;
+        if T::CALLS_ARE_CHEAP && self.is_plain() {
+            let bend = Bend { deflection: probe, probe, velocity: contact.velocity, dt };
+            return self.bend::<true, false>(&Condition::reference(), bend, &contact);
+        }
+        let (end, torque) = self.step_apart::<true>(*memory, probe, contact, dt);
+        (end.deflection, torque)
     }
 
+    /// Whether all that the contact remembers is one deflection.
     #[inline(always)]
-    fn bend<const PREDICTS: bool>(&self, deflection: T, probe: T, contact: Contact<T>, dt: T) -> (T, T) {
-        let factor = self.factor(&contact);
-        let viscous = self.direction.viscous_factor(contact.velocity) * self.viscous() * contact.velocity;
-        let bend = Bend { deflection, probe, velocity: contact.velocity, dt };
-        let (next, torque) = match &self.model {
-            Model::Nothing => (deflection, T::of(0.0)),
+    fn is_plain(&self) -> bool {
+        matches!((&self.rest, &self.temperature), (Rest::Constant, Temperature::Constant))
+            && !matches!(self.model, Model::MaxwellSlip(_))
+    }
+
+    /// A step of any contact; where calls are cheap, a call, so that plain contacts do not carry what they lack.
+    #[inline(always)]
+    fn step_apart<const PREDICTS: bool>(
+        &self,
+        memory: Memory<T>,
+        probe: T,
+        contact: Contact<T>,
+        dt: T,
+    ) -> (Memory<T>, T) {
+        #[inline(never)]
+        fn called<T: Scalar, const PREDICTS: bool>(
+            friction: &Friction<T>,
+            memory: Memory<T>,
+            probe: T,
+            contact: Contact<T>,
+            dt: T,
+        ) -> (Memory<T>, T) {
+            friction.any::<PREDICTS>(memory, probe, contact, dt)
+        }
+        if T::CALLS_ARE_CHEAP {
+            called::<T, PREDICTS>(self, memory, probe, contact, dt)
+        } else {
+            self.any::<PREDICTS>(memory, probe, contact, dt)
+        }
+    }
+
+    /// A step of any contact.
+    #[inline(always)]
+    fn any<const PREDICTS: bool>(&self, memory: Memory<T>, probe: T, contact: Contact<T>, dt: T) -> (Memory<T>, T) {
+        let condition = Condition::of(&self.rest, &self.temperature, memory.age);
+        let velocity = contact.velocity;
+        let (mut end, torque) = if let Model::MaxwellSlip(model) = &self.model {
+            let slip = Slip { velocity, strength: condition.strength, dt };
+            let (end, torque) = model.step::<PREDICTS>(memory, &self.direction, slip);
+            let (factor, viscous) = self.around(&condition, &contact);
+            (end, factor * (torque + viscous) + self.direction.offset)
+        } else {
+            let bend = Bend { deflection: memory.deflection, probe, velocity, dt };
+            let (deflection, torque) = self.bend::<PREDICTS, true>(&condition, bend, &contact);
+            (Memory { deflection, ..memory }, torque)
+        };
+        if !PREDICTS {
+            // What does not bend the bristles slides.
+            let slid = velocity * dt - (end.deflection - memory.deflection);
+            end.age = self.rest.after(memory.age, slid, dt);
+        }
+        (end, torque)
+    }
+
+    /// What is around any model: the factor of all, and the viscous torque [N m].
+    #[inline(always)]
+    fn around(&self, condition: &Condition<T>, contact: &Contact<T>) -> (T, T) {
+        let velocity = contact.velocity;
+        let viscous = self.direction.viscous_factor(velocity) * self.viscous() * velocity * condition.thinning;
+        (factor(&self.position, &self.load, contact) * condition.warmth, viscous)
+    }
+
+    /// A step of a contact that remembers one deflection [rad]: that of the end, and the torque [N m].
+    #[inline(always)]
+    fn bend<const PREDICTS: bool, const AGES: bool>(
+        &self,
+        condition: &Condition<T>,
+        bend: Bend<T>,
+        contact: &Contact<T>,
+    ) -> (T, T) {
+        let start = bend.deflection;
+        let (factor, viscous) = self.around(condition, contact);
+        let (end, torque) = match &self.model {
+            Model::Nothing | Model::MaxwellSlip(_) => (start, T::of(0.0)),
             Model::Static(model) => {
                 // What is left for the sliding law, in its own scale.
                 let arrest = (contact.arrest - self.direction.offset) / factor - viscous;
-                let side = self.direction.factor(arrest);
-                (deflection, side * model.torque(contact.velocity, arrest / side))
+                let side = self.direction.factor(arrest) * condition.strength;
+                (start, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => self.sided(deflection, relax::<T, PREDICTS>(model, bend.apart())),
-            Model::Lugre(model) => self.sided(deflection, relax::<T, PREDICTS>(model, bend.apart())),
-            Model::ElastoPlastic(model) => self.sided(deflection, relax_apart::<T, PREDICTS>(model, bend)),
+            Model::Dahl(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.apart(), condition)),
+            Model::Lugre(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.apart(), condition)),
+            Model::ElastoPlastic(model) => self.sided(start, relax_apart::<T, PREDICTS, AGES>(model, bend, condition)),
         };
-        (next, factor * (torque + viscous) + self.direction.offset)
+        (end, factor * (torque + viscous) + self.direction.offset)
     }
 }
 
 impl<T: Scalar> Block<T> for Friction<T> {
-    type State = ();
+    type State = Memory<T>;
     type Input = FrictionInput<T>;
     type Output = FrictionOutput<T>;
 
     /// One step with the velocity held.
     #[inline(always)]
-    fn step(&self, _state: &mut (), input: FrictionInput<T>, dt: T) -> FrictionOutput<T> {
-        let (deflection, torque) = self.correct(input.deflection, input.probe, input.contact, dt);
-        FrictionOutput { deflection, torque }
+    fn step(&self, memory: &mut Memory<T>, input: FrictionInput<T>, dt: T) -> FrictionOutput<T> {
+        FrictionOutput { torque: self.correct(memory, input.probe, input.contact, dt) }
     }
 }
 
 impl Friction<f64> {
     /// Stiffness and damping at rest [N m/rad, N m s/rad]: bristles and viscous friction, with the largest factor of
-    /// direction and position; the factor of the load is left to the caller. What bounds the step of an integrator.
+    /// direction and position and that of the temperature; the factor of the load is left to the caller. What bounds the
+    /// step of an integrator.
     pub fn stiffest(&self) -> (f64, f64) {
         let (stiffness, damping) = match self.model {
             Model::Nothing | Model::Static(_) => (0.0, 0.0),
             Model::Dahl(model) => (model.bristle_stiffness, 0.0),
             Model::Lugre(model) => (model.bristle_stiffness, model.bristle_damping),
             Model::ElastoPlastic(model) => (model.lugre.bristle_stiffness, model.lugre.bristle_damping),
+            Model::MaxwellSlip(model) => (model.stiffness(), 0.0),
         };
         let ripple = if let Position::Ripple(ripple) = self.position { ripple.amplitude } else { 0.0 };
+        let (warmth, thinning) = self.temperature.factors();
+        let factor = (1.0 + ripple) * warmth;
         let side = 1.0 + self.direction.asymmetry.abs();
-        let viscous = (1.0 + self.direction.viscous_asymmetry.abs()) * self.viscous();
-        ((1.0 + ripple) * side * stiffness, (1.0 + ripple) * (side * damping + viscous))
+        let viscous = (1.0 + self.direction.viscous_asymmetry.abs()) * self.viscous() * thinning;
+        (factor * side * stiffness, factor * (side * damping + viscous))
     }
 }

@@ -2,13 +2,16 @@
 //!
 //! Parameters are drawn over decades, with and without a Stribeck drop, and within what the checks let pass.
 
+mod conditions;
 mod derivative;
+mod maxwell_slip;
 mod modifiers;
 mod passivity;
 
 use core::f64::consts::FRAC_PI_2;
 use std::vec::Vec;
 
+use proptest::array::uniform4;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -83,7 +86,29 @@ fn bristles(low: f64, high: f64) -> impl Strategy<Value = Model<f64>> {
         dahl(decades(low, high)).prop_map(Model::Dahl),
         lugre(decades(low, high), 0.05..=1.0).prop_map(Model::Lugre),
         elasto_plastic(decades(low, high)).prop_map(Model::ElastoPlastic),
+        maxwell_slip(low, high).prop_map(Model::MaxwellSlip),
     ]
+}
+
+/// Shares and stiffnesses over a decade each; the level lags from a microsecond to a second.
+fn maxwell_slip(low: f64, high: f64) -> impl Strategy<Value = MaxwellSlip<f64>> {
+    (curve(), uniform4(decades(0.1, 1.0)), decades(low, high), uniform4(decades(0.1, 1.0)), decades(1e-6, 1.0))
+        .prop_map(|(sliding, shares, stiffness, softer, lag)| {
+            let [first_share, second_share, third_share, _] = shares.map(|share| share / shares.iter().sum::<f64>());
+            let [first_stiffness, second_stiffness, third_stiffness, fourth_stiffness] =
+                softer.map(|softer| (softer * stiffness).max(1e-3));
+            MaxwellSlip {
+                attraction: (sliding.breakaway_torque / lag).clamp(1e-3, 1e6),
+                sliding,
+                first_share,
+                second_share,
+                third_share,
+                first_stiffness,
+                second_stiffness,
+                third_stiffness,
+                fourth_stiffness,
+            }
+        })
 }
 
 fn direction() -> impl Strategy<Value = Direction<f64>> {
@@ -104,17 +129,34 @@ fn load() -> impl Strategy<Value = Load<f64>> {
     (0.0..10.0).prop_map(|sensitivity| Load { sensitivity })
 }
 
-/// Any model with any of direction, position and load, or none.
+fn rest() -> impl Strategy<Value = Rest<f64>> {
+    (0.0..2.0, decades(1e-3, 1e2), decades(1e-6, 1e-1))
+        .prop_map(|(rise, time, way)| Rest::Rising(Rising { rise, time, way }))
+}
+
+fn temperature() -> impl Strategy<Value = Temperature<f64>> {
+    (-30.0..60.0, -0.01..0.01, -0.02..0.02).prop_map(|(temperature, fall, viscous_fall)| {
+        Temperature::Exponential(Warming { temperature, fall, viscous_fall })
+    })
+}
+
+/// Any model with any of what it may depend on, or none.
 fn friction(low: f64, high: f64) -> impl Strategy<Value = Friction<f64>> {
     let direction = prop_oneof![Just(Direction::default()), direction()];
     let position = prop_oneof![Just(Position::Constant), position()];
     let load = prop_oneof![Just(Load::default()), load()];
-    (model(low, high), direction, position, load).prop_map(|(model, direction, position, load)| Friction {
-        model,
-        direction,
-        position,
-        load,
-    })
+    let rest = prop_oneof![Just(Rest::Constant), rest()];
+    let temperature = prop_oneof![Just(Temperature::Constant), temperature()];
+    (model(low, high), direction, position, load, rest, temperature).prop_map(
+        |(model, direction, position, load, rest, temperature)| Friction {
+            model,
+            direction,
+            position,
+            load,
+            rest,
+            temperature,
+        },
+    )
 }
 
 fn plain(model: Model<f64>) -> Friction<f64> {
@@ -126,7 +168,7 @@ fn driven(velocity: f64) -> Contact<f64> {
     Contact { velocity, arrest: velocity.signum() * 1e9, ..Contact::default() }
 }
 
-/// Deflection [rad] of steady sliding at a speed; 0 of the static model, which has none.
+/// Deflection [rad] of steady sliding at a speed, the largest of several; 0 of the static model, which has none.
 fn steady_deflection(model: &Model<f64>, speed: f64) -> f64 {
     fn of(model: &impl Bristle<f64>, speed: f64) -> f64 {
         model.sliding(speed) / model.stiffness()
@@ -136,13 +178,42 @@ fn steady_deflection(model: &Model<f64>, speed: f64) -> f64 {
         Model::Dahl(model) => of(model, speed),
         Model::Lugre(model) => of(model, speed),
         Model::ElastoPlastic(model) => of(model, speed),
+        Model::MaxwellSlip(model) => {
+            let elements = model.shares().into_iter().zip(model.stiffnesses());
+            elements.map(|(share, stiffness)| share * model.sliding.level(speed) / stiffness).fold(0.0, f64::max)
+        }
     }
 }
 
+/// A step [s], and how many of them settle a friction at a speed: bristles, lag and age.
+fn settling(friction: &Friction<f64>, speed: f64) -> (f64, u32) {
+    let steady = steady_deflection(&friction.model, speed);
+    let quick = if steady > 0.0 { steady / speed } else { 4e-3 };
+    let mut slowest = quick;
+    if let Rest::Rising(rising) = friction.rest {
+        slowest = slowest.max(rising.way / speed);
+    }
+    if let Model::MaxwellSlip(model) = friction.model {
+        // Exact at any step.
+        let lag = model.sliding.level(speed) / model.attraction;
+        return (0.25 * slowest.max(lag), 400);
+    }
+    // A way of a hundred steady deflections: e^-100 of the start is left.
+    (0.25 * quick, (400.0 * slowest / quick) as u32)
+}
+
 /// One step as the plant takes it: the release at the deflection of the middle.
-fn midpoint(friction: &Friction<f64>, deflection: f64, contact: Contact<f64>, dt: f64) -> (f64, f64) {
-    let (middle, _) = friction.correct(deflection, deflection, contact, 0.5 * dt);
-    friction.correct(deflection, middle, contact, dt)
+fn midpoint(friction: &Friction<f64>, memory: &mut Memory<f64>, contact: Contact<f64>, dt: f64) -> f64 {
+    let mut middle = *memory;
+    friction.correct(&mut middle, memory.deflection, contact, 0.5 * dt);
+    friction.correct(memory, middle.deflection, contact, dt)
+}
+
+/// One step from bent bristles: the deflection at the end [rad] and the torque [N m].
+fn from_bent(friction: &Friction<f64>, deflection: f64, contact: Contact<f64>, dt: f64) -> (f64, f64) {
+    let mut memory = Memory::bent(deflection);
+    let torque = friction.correct(&mut memory, deflection, contact, dt);
+    (memory.deflection, torque)
 }
 
 proptest! {
@@ -151,14 +222,19 @@ proptest! {
         friction in friction(1e-3, 1e7), speed in decades(1e-3, 1e3), start in -1.0..1.0f64,
         angle in -10.0..10.0f64, load in -1.0..1.0f64,
     ) {
+        let mut friction = friction;
+        let bends = steady_deflection(&friction.model, 0.0).max(steady_deflection(&friction.model, 1e9));
+        if let Rest::Rising(rising) = &mut friction.rest {
+            // A contact that forgets over less than its bristles bend slips and sticks by itself.
+            rising.way = if bends > 0.0 { 4.0 * (1.0 + rising.rise) * bends } else { rising.way };
+        }
         for velocity in [speed, -speed] {
             let contact = Contact { angle, load, ..driven(velocity) };
-            let steady = steady_deflection(&friction.model, speed);
-            let dt = if steady > 0.0 { 0.25 * steady / speed } else { 1e-3 };
-            let (mut deflection, mut torque) = (start * steady, 0.0);
-            // A way of a hundred steady deflections: e^-100 of the start is left.
-            for _ in 0..400 {
-                (deflection, torque) = midpoint(&friction, deflection, contact, dt);
+            let (dt, steps) = settling(&friction, speed);
+            let mut memory = Memory::bent(start * steady_deflection(&friction.model, speed));
+            let mut torque = 0.0;
+            for _ in 0..steps {
+                torque = midpoint(&friction, &mut memory, contact, dt);
             }
             let expected = friction.steady_torque(velocity, angle, load);
             let scale = (expected - friction.direction.offset).abs();
@@ -170,14 +246,19 @@ proptest! {
     fn friction_without_direction_is_odd_to_the_bit(
         friction in friction(1e-3, 1e7), deflection in -2.0..2.0f64, probe in -2.0..2.0f64, velocity in -1e2..1e2f64,
         angle in -10.0..10.0f64, load in -1.0..1.0f64, arrest in -10.0..10.0f64, dt in decades(1e-9, 1.0),
+        lag in -0.5..0.5f64, age in 0.0..10.0f64,
     ) {
         let friction = Friction { direction: Direction::default(), ..friction };
         let steady = steady_deflection(&friction.model, velocity.abs());
-        let (deflection, probe) = (deflection * steady, probe * steady);
+        let probe = probe * steady;
         let contact = Contact { velocity, angle, load, arrest };
         let mirrored = Contact { velocity: -velocity, arrest: -arrest, load: -load, ..contact };
-        let (end, torque) = friction.correct(deflection, probe, contact, dt);
-        prop_assert_eq!(friction.correct(-deflection, -probe, mirrored, dt), (-end, -torque));
+        let bent = |deflection| Memory { lag, age, ..Memory::bent(deflection) };
+        let (mut memory, mut mirror) = (bent(deflection * steady), bent(-deflection * steady));
+        let torque = friction.correct(&mut memory, probe, contact, dt);
+        prop_assert_eq!(friction.correct(&mut mirror, -probe, mirrored, dt), -torque);
+        prop_assert_eq!((mirror.lag, mirror.age), (memory.lag, memory.age));
+        prop_assert_eq!((mirror.deflection, mirror.elements), (-memory.deflection, memory.elements.map(|z| -z)));
     }
 
     #[test]
@@ -186,14 +267,20 @@ proptest! {
         velocities in vec((decades(1e-9, 1e3), any::<bool>()), 1..30),
     ) {
         let friction = plain(model);
-        let mut deflection = start * steady_deflection(&model, 0.0);
+        let mut memory = Memory::bent(start * steady_deflection(&model, 0.0));
+        // A level that lags may be any between those of the curve.
+        let lagging = match model {
+            Model::MaxwellSlip(_) => steady_deflection(&model, 0.0).max(steady_deflection(&model, 1e9)),
+            _ => 0.0,
+        };
         for (speed, forward) in velocities {
             let velocity = if forward { speed } else { -speed };
-            let (end, torque) = midpoint(&friction, deflection, driven(velocity), dt);
-            let bound = deflection.abs().max(steady_deflection(&model, speed)) * (1.0 + 1e-9);
-            prop_assert!(end.abs() <= bound, "{end} after {deflection} at {velocity}, bound {bound}");
+            let before = memory.deflection;
+            let torque = midpoint(&friction, &mut memory, driven(velocity), dt);
+            let end = memory.deflection;
+            let bound = before.abs().max(steady_deflection(&model, speed)).max(lagging) * (1.0 + 1e-9);
+            prop_assert!(end.abs() <= bound, "{end} after {before} at {velocity}, bound {bound}");
             prop_assert!(torque.is_finite());
-            deflection = end;
         }
     }
 
@@ -203,12 +290,24 @@ proptest! {
     ) {
         let deflection = deflection * steady_deflection(&friction.model, 0.0);
         let contact = driven(velocity);
-        let torque = |deflection, contact| midpoint(&friction, deflection, contact, dt).1;
+        let step = |deflection, contact| {
+            let mut memory = Memory::bent(deflection);
+            let torque = midpoint(&friction, &mut memory, contact, dt);
+            (memory, torque)
+        };
+        let torque = |deflection, contact| step(deflection, contact).1;
         let mut broken = std::vec![
             torque(deflection, driven(f64::NAN)),
             torque(deflection, Contact { load: f64::NAN, ..contact }),
-            midpoint(&friction, f64::NAN, contact, dt).0,
+            step(f64::NAN, contact).0.deflection,
         ];
+        if let Rest::Rising(_) = friction.rest {
+            broken.push(friction.correct(&mut Memory { age: f64::NAN, ..Memory::bent(deflection) }, deflection, contact, dt));
+            broken.push(step(deflection, driven(f64::NAN)).0.age);
+        }
+        if let Model::MaxwellSlip(_) = friction.model {
+            broken.push(friction.correct(&mut Memory { lag: f64::NAN, ..Memory::bent(deflection) }, deflection, contact, dt));
+        }
         broken.push(match friction.model {
             Model::Static(_) => torque(0.0, Contact { arrest: f64::NAN, ..contact }),
             _ => torque(f64::NAN, contact),
@@ -252,7 +351,7 @@ proptest! {
         sliding in curve(), share in -1.0..1.0f64, excess in 1.0..10.0f64,
     ) {
         let friction = plain(Model::Static(Static { sliding }));
-        let torque = |arrest| friction.correct(0.0, 0.0, Contact { arrest, ..Contact::default() }, 25e-6).1;
+        let torque = |arrest| from_bent(&friction, 0.0, Contact { arrest, ..Contact::default() }, 25e-6).1;
         let needed = share * sliding.breakaway_torque;
         prop_assert_eq!(torque(needed), needed);
         prop_assert_eq!(torque(excess * sliding.breakaway_torque), sliding.level(0.0));
@@ -273,7 +372,7 @@ proptest! {
         let slowest = 0.05 * sliding.smallest_level() * dt / inertia;
         for _ in 0..1000 {
             let contact = Contact { velocity, arrest: velocity * inertia / dt, ..Contact::default() };
-            let after = velocity - friction.correct(0.0, 0.0, contact, dt).1 * dt / inertia;
+            let after = velocity - from_bent(&friction, 0.0, contact, dt).1 * dt / inertia;
             // The arrest divided by factors and multiplied again: a few roundings.
             let rounding = 8.0 * f64::EPSILON * velocity.abs();
             prop_assert!(after * start.signum() >= -rounding, "turned from {velocity} to {after}");
@@ -290,14 +389,14 @@ proptest! {
 fn reversals_in_steps_longer_than_the_elastic_zone_do_not_bend_the_bristles_further_and_further() {
     let friction = plain(Model::ElastoPlastic(ElastoPlastic::default()));
     let (steady, elastic) = (1e-3, 0.95 * 0.6 * 1e-3);
-    let (mut deflection, mut side) = (0.0_f64, 1.0);
+    let (mut memory, mut side) = (Memory::<f64>::default(), 1.0);
     for _ in 0..50 {
         // At 1000 rad/s, where g is M_K, the middle of each step falls just within the elastic zone beyond the reversal.
-        let way = 2.0 * (deflection.abs() + elastic) * (1.0 - 1e-9);
-        (deflection, _) = midpoint(&friction, deflection, driven(side * 1e3), way / 1e3);
+        let way = 2.0 * (memory.deflection.abs() + elastic) * (1.0 - 1e-9);
+        midpoint(&friction, &mut memory, driven(side * 1e3), way / 1e3);
         side = -side;
     }
-    assert!(deflection.abs() <= steady, "{deflection} rad");
+    assert!(memory.deflection.abs() <= steady, "{memory:?}");
 }
 
 #[test]

@@ -10,7 +10,8 @@ use super::Plant;
 use crate::Fields;
 use crate::block::Block;
 use crate::drive::{INPUTS, STATES, advance, half_flow};
-use crate::friction::contacts::{Sliding, correct, deflections, predict};
+use crate::friction::Memory;
+use crate::friction::contacts::{Sliding, correct, predict};
 use crate::scalar::Scalar;
 use crate::sensor::Pickups;
 
@@ -65,15 +66,12 @@ pub struct MachineState<T> {
     /// What a gap takes off the coupling, as held.
     #[field(symbol = "M_G", unit = "N m")]
     pub lost_torque: T,
-    /// Deflection of the motor's bristles.
-    #[field(symbol = "z_M", unit = "rad")]
-    pub motor_deflection: T,
-    /// Deflection of the screw's bristles.
-    #[field(symbol = "z", unit = "rad")]
-    pub screw_deflection: T,
-    /// Deflection of the wheel's bristles.
-    #[field(symbol = "z_W", unit = "rad")]
-    pub wheel_deflection: T,
+    /// What the motor's contact remembers.
+    pub motor_memory: Memory<T>,
+    /// What the screw's contact remembers.
+    pub screw_memory: Memory<T>,
+    /// What the wheel's contact remembers.
+    pub wheel_memory: Memory<T>,
     /// Twist of the arm, φ_a − φ.
     #[field(symbol = "δ_a", unit = "rad")]
     pub arm_twist: T,
@@ -188,7 +186,7 @@ impl<T: Scalar> Block<T> for Machine<T> {
         let coupling = plant.drive.coupling_stiffness * state.twist + plant.drive.coupling_damping * slip;
         // The flow holds the gap's share as it holds friction: at rest, in contact or between, it is a fixed point too.
         let lost = plant.backlash.lost(&plant.drive, state.twist, slip);
-        let mut brushes = [(&plant.motor_friction, T::of(1.0), state.motor_deflection)];
+        let mut brushes = [(&plant.motor_friction, T::of(1.0), &mut state.motor_memory)];
         let motor = Sliding {
             inertia: plant.drive.motor_inertia,
             velocity: state.motor_velocity,
@@ -199,8 +197,8 @@ impl<T: Scalar> Block<T> for Machine<T> {
         };
         let (arm, arm_velocity) = plant.arm.kick(state.arm_twist, state.arm_velocity, state.velocity, dt);
         let mut contacts = [
-            (&plant.screw_friction, T::of(1.0), state.screw_deflection),
-            (&plant.wheel.friction, plant.wheel.preload, state.wheel_deflection),
+            (&plant.screw_friction, T::of(1.0), &mut state.screw_memory),
+            (&plant.wheel.friction, plant.wheel.preload, &mut state.wheel_memory),
         ];
         let load = Sliding {
             inertia: plant.drive.load_inertia,
@@ -211,13 +209,10 @@ impl<T: Scalar> Block<T> for Machine<T> {
             others: ripple - input.external_torque - arm + lost,
         };
         // Both predictors before both correctors: each chain of dependent operations is long, these are independent.
-        let (brush_start, contact_start) = (deflections(&brushes), deflections(&contacts));
-        let motor_middle = predict(&motor, &mut brushes, dt);
-        let load_middle = predict(&load, &mut contacts, dt);
-        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, brush_start, &mut brushes, dt);
-        (state.velocity, state.load_resistance) = correct(&load, load_middle, contact_start, &mut contacts, dt);
-        [(_, _, state.motor_deflection)] = brushes;
-        [(_, _, state.screw_deflection), (_, _, state.wheel_deflection)] = contacts;
+        let motor_middle = predict(&motor, &brushes, dt);
+        let load_middle = predict(&load, &contacts, dt);
+        (state.motor_velocity, state.motor_resistance) = correct(&motor, motor_middle, &mut brushes, dt);
+        (state.velocity, state.load_resistance) = correct(&load, load_middle, &mut contacts, dt);
         state.arm_velocity = arm_velocity;
         state.lost_torque = lost;
 

@@ -6,7 +6,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::drive::nan_to_zero;
 use crate::estimate::DriveObserver;
-use crate::friction::Friction;
+use crate::friction::{Friction, Memory};
 use crate::scalar::{Mask, Scalar};
 
 /// Load-side admittance: the estimated torque of the coupling drives a virtual load that has the desired friction, and
@@ -41,7 +41,7 @@ pub struct Admittance<T> {
 struct Virtual<T> {
     velocity: T,
     lead: T,
-    deflection: T,
+    memory: Memory<T>,
     resistance: T,
 }
 
@@ -54,11 +54,10 @@ impl<T: Scalar> Admittance<T> {
         let push = (coupling - load.resistance) * per_inertia;
         let start = load.velocity;
         let flown = start + push * half;
-        let torque = slide(&self.desired, load.deflection, flown, half).1;
+        let torque = slide(&self.desired, &mut { load.memory }, flown, half);
         let middle = flown - (torque - load.resistance) * half * per_inertia;
-        let (end, torque) = slide(&self.desired, load.deflection, middle, dt);
+        let torque = slide(&self.desired, &mut load.memory, middle, dt);
         load.velocity = flown - (torque - load.resistance) * dt * per_inertia + push * half;
-        load.deflection = end;
         load.resistance = torque;
         load.lead += dt * (T::of(0.5) * (start + load.velocity) - velocity);
     }
@@ -85,7 +84,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         let mut load = Virtual {
             velocity: known.select(state.virtual_velocity, input.estimated_velocity),
             lead: known.select(state.virtual_lead, T::of(0.0)),
-            deflection: state.desired_deflection,
+            memory: state.desired_memory,
             resistance: state.virtual_resistance,
         };
         let estimate = self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
@@ -95,7 +94,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
         load.lead += before - estimate.angle;
         state.virtual_velocity = nan_to_zero(load.velocity);
         state.virtual_lead = nan_to_zero(load.lead);
-        state.desired_deflection = nan_to_zero(load.deflection);
+        state.desired_memory = load.memory.without_nan();
         state.virtual_resistance = nan_to_zero(load.resistance);
         let limit = self.torque_limit;
         let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {

@@ -5,7 +5,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::drive::nan_to_zero;
 use crate::estimate::{DriveObserver, DriveObserverInput};
-use crate::friction::{Contact, Friction};
+use crate::friction::{Contact, Friction, Memory};
 use crate::scalar::Scalar;
 
 /// Desired less own friction, both with bristles on the same velocity: that of an observer which contains the drive and
@@ -31,13 +31,13 @@ pub struct BristleDifference<T> {
     pub torque_limit: T,
 }
 
-/// One step of friction without an integrator around it: the new deflection and the mean torque.
+/// One step of friction without an integrator around it: the mean torque.
 // Out of line: it holds every model of friction.
 #[inline(never)]
-pub(super) fn slide<T: Scalar>(friction: &Friction<T>, deflection: T, velocity: T, dt: T) -> (T, T) {
+pub(super) fn slide<T: Scalar>(friction: &Friction<T>, memory: &mut Memory<T>, velocity: T, dt: T) -> T {
     let contact = Contact { velocity, ..Contact::default() };
-    let (middle, _) = friction.predict(deflection, contact, T::of(0.5) * dt);
-    friction.correct(deflection, middle, contact, dt)
+    let (middle, _) = friction.predict(memory, contact, T::of(0.5) * dt);
+    friction.correct(memory, middle, contact, dt)
 }
 
 impl<T: Scalar> LawInput<T> {
@@ -64,17 +64,15 @@ impl<T: Scalar> Block<T> for BristleDifference<T> {
     #[inline(always)]
     fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let seen = input.seen(state);
-        let mut desired_deflection = state.desired_deflection;
+        let mut memory = state.desired_memory;
         let desired = &self.desired;
         self.observer.follow(&mut state.observer, &seen, dt, |middle, h| {
-            desired_deflection = slide(desired, desired_deflection, middle.velocity, h).0;
+            slide(desired, &mut memory, middle.velocity, h);
         });
-        state.desired_deflection = nan_to_zero(desired_deflection);
+        state.desired_memory = memory.without_nan();
         let limit = self.torque_limit;
         let mean = self.observer.look_ahead(&state.observer, input.motor_torque, self.ahead, dt, |middle, own, h| {
-            let (end, torque) = slide(desired, desired_deflection, middle.velocity, h);
-            desired_deflection = end;
-            (torque - own).clamp(-limit, limit)
+            (slide(desired, &mut memory, middle.velocity, h) - own).clamp(-limit, limit)
         });
         let drive = &state.observer.drive;
         LawOutput { torque: nan_to_zero(mean), velocity: drive.velocity, current: drive.load_current }

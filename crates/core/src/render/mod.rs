@@ -25,6 +25,7 @@ pub(crate) use smooth::smooth_sign;
 use crate::Fields;
 use crate::block::Block;
 use crate::estimate::DriveObserverState;
+use crate::friction::Memory;
 use crate::scalar::{Mask, Scalar};
 
 /// The rendering law in force.
@@ -87,9 +88,8 @@ pub struct LawOutput<T> {
 pub struct LawState<T> {
     /// The observer of the drive.
     pub observer: DriveObserverState<T>,
-    /// Deflection of the desired bristles.
-    #[field(symbol = "z_d", unit = "rad")]
-    pub desired_deflection: T,
+    /// What the contact with the desired friction remembers.
+    pub desired_memory: Memory<T>,
     /// Velocity of the virtual load.
     #[field(symbol = "Ω_v", unit = "rad/s")]
     pub virtual_velocity: T,

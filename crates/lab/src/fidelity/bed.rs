@@ -77,6 +77,7 @@ pub(super) fn sliding_mut(friction: &mut Friction<f64>) -> Option<&mut Stribeck<
         Model::Static(model) => Some(&mut model.sliding),
         Model::Lugre(model) => Some(&mut model.sliding),
         Model::ElastoPlastic(model) => Some(&mut model.lugre.sliding),
+        Model::MaxwellSlip(model) => Some(&mut model.sliding),
         Model::Nothing | Model::Dahl(_) => None,
     }
 }
@@ -86,6 +87,6 @@ pub(super) fn bristles_mut(friction: &mut Friction<f64>) -> Option<&mut LuGre<f6
     match &mut friction.model {
         Model::Lugre(model) => Some(model),
         Model::ElastoPlastic(model) => Some(&mut model.lugre),
-        Model::Nothing | Model::Static(_) | Model::Dahl(_) => None,
+        Model::Nothing | Model::Static(_) | Model::Dahl(_) | Model::MaxwellSlip(_) => None,
     }
 }

@@ -5,7 +5,9 @@ use stickslip_core::control::{
     AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, Predictive, VelocityObserver,
 };
 use stickslip_core::fields::Fields;
-use stickslip_core::friction::{Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, Model, Static, Stribeck};
+use stickslip_core::friction::{
+    Dahl, ElastoPlastic, Friction, FrictionElement, LuGre, MaxwellSlip, Model, Static, Stribeck,
+};
 use stickslip_core::plant::{Machine, VirtualMachine};
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Encoder, Pickups};
@@ -139,6 +141,7 @@ catalogue! {
     "friction_dahl": Dahl, |s| s.friction(Model::Dahl(Dahl::default())), s.plant_step;
     "friction_lugre": LuGre, |s| s.friction(Model::Lugre(LuGre::default())), s.plant_step;
     "friction_elasto_plastic": ElastoPlastic, |s| s.friction(Model::ElastoPlastic(ElastoPlastic::default())), s.plant_step;
+    "friction_maxwell_slip": MaxwellSlip, |s| s.friction(Model::MaxwellSlip(MaxwellSlip::default())), s.plant_step;
     "encoder": Encoder, |s| s.preset.plant.encoder, s.time;
     "pickups": Pickups, |s| s.machine.parts.pickups, s.plant_step;
     "machine": Machine, |s| s.machine.parts, s.plant_step;

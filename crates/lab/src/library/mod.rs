@@ -13,7 +13,7 @@ use std::path::Path;
 use serde::Deserialize;
 use stickslip_core::Fields;
 use stickslip_core::fields::{Field, Fields as _, Relation, Walk, at_most};
-use stickslip_core::friction::{Bristles, Dahl, ElastoPlastic, Friction, Model, Stribeck};
+use stickslip_core::friction::{Bristles, Dahl, ElastoPlastic, Friction, Model, Rest, Stribeck, Temperature};
 use stickslip_core::scalar::Scalar;
 
 use crate::parameters::{self, describe};
@@ -161,11 +161,19 @@ impl Entry {
                 vec!["Drifts under a vibrating load below breakaway: take elasto-plastic bristles there."]
             }
             Model::ElastoPlastic(_) => vec![],
+            Model::MaxwellSlip(_) => {
+                vec!["No damping but the viscous within the elastic zone of its stiffest element."]
+            }
         };
-        if !matches!(self.identified.friction.model, Model::Nothing | Model::Static(_)) {
+        if matches!(self.identified.friction.model, Model::Dahl(_) | Model::Lugre(_) | Model::ElastoPlastic(_)) {
             limits.push("Small loops within a large one do not close: one bristle has no memory of several reversals.");
         }
-        limits.push("Neither temperature nor the time at rest has an effect.");
+        limits.extend(match (&self.identified.friction.temperature, &self.identified.friction.rest) {
+            (Temperature::Constant, Rest::Constant) => Some("Neither temperature nor the time at rest has an effect."),
+            (Temperature::Constant, Rest::Rising(_)) => Some("Temperature has no effect."),
+            (Temperature::Exponential(_), Rest::Constant) => Some("The time at rest has no effect."),
+            (Temperature::Exponential(_), Rest::Rising(_)) => None,
+        });
         limits
     }
 
@@ -219,14 +227,17 @@ impl Entry {
             }
             Model::Lugre(model) => Some(model.sliding),
             Model::ElastoPlastic(model) => Some(model.lugre.sliding),
+            Model::MaxwellSlip(model) => Some(model.sliding),
         }
     }
 
     /// A bench of which this is the friction in a role. A bench renders, and believes in, one curve for both directions
-    /// on elasto-plastic bristles; where the entry has none of its own, those of the bench stay.
+    /// on elasto-plastic bristles; where the entry has none of its own, those of the bench stay. A Maxwell slip is believed as one
+    /// bristle with the slope of its reversals.
     ///
     /// # Errors
-    /// [`Error::Parameters`] with what such a bench could not have.
+    /// [`Error::Parameters`] with what such a bench could not have; [`Error::NotAsDesired`] for a friction that the
+    /// load motor cannot render: a Maxwell slip, or one that depends on time at rest or temperature.
     pub fn on(&self, preset: &Preset<f64>, role: Role) -> Result<Preset<f64>, Error> {
         let mut preset = *preset;
         let friction = self.identified.friction;
@@ -239,10 +250,12 @@ impl Entry {
                 ..ElastoPlastic { lugre, ..Default::default() }.into()
             },
             Model::ElastoPlastic(model) => model.into(),
+            Model::MaxwellSlip(model) => Bristles { stiffness: model.stiffness(), damping: 0.0, ..kept },
         };
         let believed = &mut preset.model;
         match role {
             Role::Desired => {
+                self.check_renderable()?;
                 preset.bench.desired_bristles = bristles(preset.bench.desired_bristles);
                 preset.bench.desired = sliding;
             }
@@ -256,6 +269,30 @@ impl Entry {
         // What a file could not say is none.
         parameters::check(&preset, &self.name)?;
         Ok(preset)
+    }
+}
+
+impl Entry {
+    /// `Err` if it is no friction of one bristle on one curve, which is all that is rendered.
+    fn check_renderable(&self) -> Result<(), Error> {
+        let Friction { model, rest, temperature, .. } = &self.identified.friction;
+        let refused = |reason, remedy| Err(Error::NotAsDesired { name: self.name.clone(), reason, remedy });
+        if let Model::MaxwellSlip(_) = model {
+            let reason =
+                "the load motor renders one bristle, a Maxwell slip has four elements that remember every reversal";
+            return refused(
+                reason,
+                "Take it as own friction (--as own), or an elasto-plastic friction as the desired one.",
+            );
+        }
+        if !matches!((rest, temperature), (Rest::Constant, Temperature::Constant)) {
+            let reason = "the load motor renders no friction that depends on the time at rest or on the temperature";
+            return refused(
+                reason,
+                "Take it as own friction (--as own), or leave out its tables rest and temperature.",
+            );
+        }
+        Ok(())
     }
 }
 

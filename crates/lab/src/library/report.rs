@@ -172,5 +172,10 @@ fn breakaway_way(friction: &Friction<f64>) -> Option<f64> {
         Model::Dahl(model) => Some(model.kinetic_torque / model.bristle_stiffness),
         Model::Lugre(model) => Some(model.sliding.breakaway_torque / model.bristle_stiffness),
         Model::ElastoPlastic(model) => Some(model.lugre.sliding.breakaway_torque / model.lugre.bristle_stiffness),
+        Model::MaxwellSlip(model) => {
+            let elements = model.shares().into_iter().zip(model.stiffnesses());
+            let ways = elements.map(|(share, stiffness)| share * model.sliding.breakaway_torque / stiffness);
+            Some(ways.fold(0.0, f64::max))
+        }
     }
 }

@@ -6,7 +6,7 @@ use stickslip_core::control::{
     VelocityObserverState,
 };
 use stickslip_core::drive::Arm;
-use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
+use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState, DriveState};
 use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::Model as FrictionModel;
 use stickslip_core::render::Law;
@@ -119,7 +119,7 @@ fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -
 fn anchored(mut system: StateSpace, machine: &DriveObserverState<f64>) -> StateSpace {
     let [mut of_angle, mut of_deflection] = [*machine; 2];
     of_angle.drive.angle = f64::NAN;
-    of_deflection.drive.deflection = f64::NAN;
+    of_deflection.drive.load_memory.deflection = f64::NAN;
     let [angle, deflection] = [of_angle, of_deflection].map(|marked| {
         let (mut index, mut found) = (0, 0);
         marked.map(&mut |value: f64| {
@@ -219,7 +219,7 @@ impl Axis<f64> {
             self.machine.follow(&mut machine, &held, step, |_, _| {});
             let now = machine.drive;
             let torque = now.load_resistance + now.motor_resistance;
-            machine.drive = stickslip_core::estimate::DriveState {
+            machine.drive = DriveState {
                 angle: 0.0,
                 velocity,
                 motor_velocity: velocity,
@@ -228,10 +228,11 @@ impl Axis<f64> {
                 motor_torque: torque,
                 ..now
             };
-            let changed =
-                (now.deflection - before.deflection).abs() + (now.motor_deflection - before.motor_deflection).abs();
+            let bend = |drive: &DriveState<f64>| [drive.load_memory.deflection, drive.motor_memory.deflection];
+            let (bent, earlier) = (bend(&now), bend(&before));
+            let changed = (bent[0] - earlier[0]).abs() + (bent[1] - earlier[1]).abs();
             let settled = (now.load_resistance - before.load_resistance).abs() <= 1e-14 * now.load_resistance.abs();
-            if settled && changed <= 1e-13 * (now.deflection.abs() + now.motor_deflection.abs()) {
+            if settled && changed <= 1e-13 * (bent[0].abs() + bent[1].abs()) {
                 machine.acceleration = 0.0;
                 machine.acceleration_rate = 0.0;
                 return Ok(machine);

@@ -4,7 +4,7 @@ use super::{CompensationInput, CompensationOutput, bounded};
 use crate::Fields;
 use crate::block::Block;
 use crate::control::measurable;
-use crate::friction::{Contact, Friction, Stribeck};
+use crate::friction::{Contact, Friction, Memory, Stribeck};
 use crate::render::smooth_sign;
 use crate::scalar::{Mask, Scalar};
 
@@ -62,9 +62,8 @@ pub struct FrictionFeedforward<T> {
 /// What the feedforward remembers.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FrictionFeedforwardState<T> {
-    /// Deflection of the bristles along the set-point.
-    #[field(symbol = "z", unit = "rad")]
-    pub deflection: T,
+    /// What the contact remembers along the set-point.
+    pub memory: Memory<T>,
 }
 
 impl<T: Scalar> FrictionFeedforward<T> {
@@ -74,7 +73,7 @@ impl<T: Scalar> FrictionFeedforward<T> {
         let (velocity, angle) = input.preview(self.preview);
         let zero = T::of(0.0);
         let moves = measurable(velocity) & velocity.abs().gt(zero);
-        state.deflection = moves.select(self.friction.steady_deflection(velocity), zero);
+        state.memory = Memory::choose(moves, &self.friction.steady_memory(velocity), &Memory::default());
         bounded(moves.select(self.friction.steady_torque(velocity, angle, zero), zero), self.torque_limit).torque
     }
 }
@@ -87,10 +86,10 @@ impl<T: Scalar> Block<T> for FrictionFeedforward<T> {
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
         let (velocity, angle) = input.preview(self.preview);
-        let (zero, before) = (T::of(0.0), state.deflection);
+        let (zero, before) = (T::of(0.0), state.memory);
         let contact = Contact { velocity, angle, load: zero, arrest: zero };
-        let (deflection, torque) = self.friction.correct(before, before, contact, dt);
-        state.deflection = measurable(deflection).select(deflection, before);
+        let torque = self.friction.correct(&mut state.memory, before.deflection, contact, dt);
+        state.memory = Memory::choose(measurable(state.memory.deflection), &state.memory, &before);
         bounded(torque, self.torque_limit)
     }
 }

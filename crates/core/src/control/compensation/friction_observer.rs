@@ -5,7 +5,7 @@ use crate::Fields;
 use crate::block::Block;
 use crate::control::{finite_or, measurable};
 use crate::estimate::{DriveObserver, DriveObserverInput, DriveObserverState};
-use crate::friction::{Contact, Friction};
+use crate::friction::{Contact, Friction, Memory};
 use crate::scalar::{Mask, Scalar};
 
 /// Time constants with which it takes over from the integral when the set-point begins to move, and gives back when it
@@ -58,10 +58,11 @@ impl<T: Scalar> FrictionObserver<T> {
         let moves = measurable(velocity) & velocity.abs().gt(zero);
         state.weight = moves.select(one, zero);
         let model = &self.observer.model;
-        let bend = |friction: &Friction<T>| moves.select(friction.steady_deflection(velocity), zero);
+        let bent =
+            |friction: &Friction<T>| Memory::choose(moves, &friction.steady_memory(velocity), &Memory::default());
         state.observer = self.observer.begin(&self.seen(&input));
-        state.observer.drive.deflection = bend(&model.friction);
-        state.observer.drive.motor_deflection = bend(&model.motor_friction);
+        state.observer.drive.load_memory = bent(&model.friction);
+        state.observer.drive.motor_memory = bent(&model.motor_friction);
         state.observer.started = one;
         self.given(&state.observer, zero) * state.weight
     }
@@ -83,18 +84,18 @@ impl<T: Scalar> FrictionObserver<T> {
     fn given(&self, observed: &DriveObserverState<T>, gained: T) -> T {
         let (drive, model) = (&observed.drive, &self.observer.model);
         let load = model.drive.coupling_stiffness * drive.twist;
-        let on_load = self.torque(&model.friction, drive.deflection, drive.velocity + gained, (drive.angle, load));
+        let on_load = self.torque(&model.friction, &drive.load_memory, drive.velocity + gained, (drive.angle, load));
         let place = (drive.angle + drive.twist, drive.motor_torque);
-        let on_motor = self.torque(&model.motor_friction, drive.motor_deflection, drive.motor_velocity + gained, place);
+        let on_motor = self.torque(&model.motor_friction, &drive.motor_memory, drive.motor_velocity + gained, place);
         bounded(self.share * (on_load + on_motor), self.torque_limit).torque
     }
 
-    /// Torque of a friction [N m] that has this deflection [rad] at the next sample, and moves with this velocity [rad/s]
-    /// until the torque acts.
+    /// Torque of a friction [N m] that remembers this at the next sample, and moves with this velocity [rad/s] until the
+    /// torque acts.
     #[inline(always)]
-    fn torque(&self, friction: &Friction<T>, deflection: T, velocity: T, (angle, load): (T, T)) -> T {
+    fn torque(&self, friction: &Friction<T>, memory: &Memory<T>, velocity: T, (angle, load): (T, T)) -> T {
         let contact = Contact { velocity, angle, load, arrest: T::of(0.0) };
-        friction.correct(deflection, deflection, contact, self.preview).1
+        friction.correct(&mut { *memory }, memory.deflection, contact, self.preview)
     }
 }
 

@@ -200,6 +200,7 @@ fn with_stiffness(law: &Law<f64>, stiffness: f64) -> Law<f64> {
         FrictionModel::Dahl(model) => model.bristle_stiffness = stiffness,
         FrictionModel::Lugre(model) => model.bristle_stiffness = stiffness,
         FrictionModel::ElastoPlastic(model) => model.lugre.bristle_stiffness = stiffness,
+        FrictionModel::MaxwellSlip(model) => *model = model.with_stiffness(stiffness),
         FrictionModel::Nothing | FrictionModel::Static(_) => {}
     }
     law

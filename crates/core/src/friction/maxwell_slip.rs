@@ -1,0 +1,162 @@
+//! Generalised Maxwell slip: hysteresis with memory of every reversal.
+
+use super::bristle::{phi, rational_phi};
+use super::{Direction, ELEMENTS, Memory, Stribeck};
+use crate::Fields;
+use crate::fields::{Relation, at_most};
+use crate::scalar::{Mask, Scalar};
+
+/// Generalised Maxwell slip: four elements side by side, each a spring that slips at its share of one level, which lags behind
+/// the sliding curve.
+///
+/// ```text
+/// M_R = Σ κ_i·z_i + b·Ω,   ż_i = Ω while κ_i·|z_i| < α_i·L, else slipping with κ_i·z_i = α_i·L·sign(Ω)
+/// L̇ = C·(1 − L/s(|Ω|)),   s = M_K + (M_S − M_K)·e^(−|Ω|/Ω_Strib)
+/// ```
+///
+/// V. Lampaert, F. Al-Bender, J. Swevers, Proc. PhysCon (2003); F. Al-Bender, V. Lampaert, J. Swevers, IEEE TAC 50 (2005)
+/// 1883. The elements are stops, hence small loops close within large ones and a load below breakaway does not drift,
+/// vibrating or not. The attraction C is a torque per time, as published, so that identified values carry over; the level
+/// lags by s/C. There each slipping element has a lag of its own and a sticking one none; here the elements share one, at
+/// rest as well, so that a reversal that is quicker than the lag has no full breakaway peak. No bristle damping: within the
+/// elastic zone of the stiffest element only viscous friction damps.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(law = MaxwellSlip::law)]
+pub struct MaxwellSlip<T> {
+    /// The curve at constant speed.
+    pub sliding: Stribeck<T>,
+    /// How fast the level is attracted by the curve.
+    #[field(symbol = "C", unit = "N m/s", range = 1e-3..=1e6, default = 30.0)]
+    pub attraction: T,
+    /// Share of the first element in the level.
+    #[field(symbol = "α₁", unit = "1", range = 0.0..=1.0, default = 0.25)]
+    pub first_share: T,
+    /// Share of the second element.
+    #[field(symbol = "α₂", unit = "1", range = 0.0..=1.0, default = 0.25)]
+    pub second_share: T,
+    /// Share of the third element; the fourth has what is left.
+    #[field(symbol = "α₃", unit = "1", range = 0.0..=1.0, default = 0.25)]
+    pub third_share: T,
+    /// Stiffness of the first element. The sum of all four is the slope of the presliding loop at a reversal.
+    #[field(symbol = "κ₁", unit = "N m/rad", range = 1e-3..=1e7, default = 160.0)]
+    pub first_stiffness: T,
+    /// Stiffness of the second element.
+    #[field(symbol = "κ₂", unit = "N m/rad", range = 1e-3..=1e7, default = 80.0)]
+    pub second_stiffness: T,
+    /// Stiffness of the third element.
+    #[field(symbol = "κ₃", unit = "N m/rad", range = 1e-3..=1e7, default = 40.0)]
+    pub third_stiffness: T,
+    /// Stiffness of the fourth element.
+    #[field(symbol = "κ₄", unit = "N m/rad", range = 1e-3..=1e7, default = 20.0)]
+    pub fourth_stiffness: T,
+}
+
+/// A step of a Maxwell slip: velocity [rad/s], held, factor of the level, duration [s].
+#[derive(Clone, Copy)]
+pub(super) struct Slip<T> {
+    pub(super) velocity: T,
+    pub(super) strength: T,
+    pub(super) dt: T,
+}
+
+impl<T: Scalar> MaxwellSlip<T> {
+    /// Share of each element in the level.
+    #[inline(always)]
+    pub fn shares(&self) -> [T; ELEMENTS] {
+        let rest = T::of(1.0) - self.first_share - self.second_share - self.third_share;
+        [self.first_share, self.second_share, self.third_share, rest]
+    }
+
+    /// Stiffness of each element [N m/rad].
+    #[inline(always)]
+    pub fn stiffnesses(&self) -> [T; ELEMENTS] {
+        [self.first_stiffness, self.second_stiffness, self.third_stiffness, self.fourth_stiffness]
+    }
+
+    /// Stiffness of all together [N m/rad].
+    pub fn stiffness(&self) -> T {
+        self.first_stiffness + self.second_stiffness + self.third_stiffness + self.fourth_stiffness
+    }
+
+    /// The same with another stiffness of all together [N m/rad], shared as before.
+    #[must_use]
+    pub fn with_stiffness(&self, stiffness: T) -> Self {
+        let ratio = stiffness / self.stiffness();
+        MaxwellSlip {
+            first_stiffness: ratio * self.first_stiffness,
+            second_stiffness: ratio * self.second_stiffness,
+            third_stiffness: ratio * self.third_stiffness,
+            fourth_stiffness: ratio * self.fourth_stiffness,
+            ..*self
+        }
+    }
+
+    fn law(&self) -> [Relation<T>; 1] {
+        let left = T::of(1.0) - self.first_share - self.second_share;
+        let remedy = "The four shares are the whole level: lower this one, or the two before.";
+        [at_most("third_share", self.third_share, left, remedy)]
+    }
+
+    /// What the contact remembers after sliding for long at a velocity [rad/s] with this factor of its level.
+    #[inline(always)]
+    pub(super) fn steady(&self, velocity: T, strength: T) -> Memory<T> {
+        let level = self.sliding.level(velocity.abs());
+        let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
+        let mut memory = Memory { lag: T::of(1.0) - level / self.sliding.breakaway_torque, ..Memory::default() };
+        for i in 0..ELEMENTS {
+            let deflection = velocity.sign() * (shares[i] * strength * level) / stiffnesses[i];
+            memory.elements[i] = deflection;
+            memory.deflection += shares[i] * deflection;
+        }
+        memory
+    }
+
+    /// One step: what is remembered, and the mean torque [N m] without the viscous part, each element with the factor of
+    /// its own direction, so that the torque has no jump at a reversal.
+    ///
+    /// The level is exact for a velocity that is held. Over the step each limit runs evenly from its begin to its end, and an
+    /// element stretches until it meets it; the torque is the exact mean of that, so that the work less what is stored is
+    /// what slips, and never negative.
+    #[inline(always)]
+    pub(super) fn step<const PREDICTS: bool>(
+        &self,
+        mut memory: Memory<T>,
+        direction: &Direction<T>,
+        slip: Slip<T>,
+    ) -> (Memory<T>, T) {
+        let (zero, half, one) = (T::of(0.0), T::of(0.5), T::of(1.0));
+        let Slip { velocity, strength, dt } = slip;
+        let breakaway = self.sliding.breakaway_torque;
+        let steady = self.sliding.level(velocity.abs());
+        let lagging = breakaway * (one - memory.lag);
+        let x = self.attraction * dt / steady;
+        let (phi1, _) = if PREDICTS { rational_phi(x) } else { phi(x) };
+        let fall = (lagging - steady) * (x * phi1);
+        memory.lag += fall / breakaway;
+        let (level, level_then) = (strength * lagging, strength * (lagging - fall));
+
+        // A limit that is no number would hold nothing: let it be seen instead.
+        let way = velocity * dt + (level - level);
+        let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
+        let (mut torque, mut deflection) = (zero, zero);
+        for i in 0..ELEMENTS {
+            let compliance = shares[i] / stiffnesses[i];
+            let (limit, last) = (compliance * level, compliance * level_then);
+            let start = memory.elements[i].clamp(-limit, limit);
+            let free = start + way;
+            let end = free.clamp(-last, last);
+            let (slid, side) = ((free - end).abs(), (free - end).sign());
+            let slips = slid.gt(zero);
+            // When the limit is met, as a share of the step, and where.
+            let gap = limit - side * start;
+            let when = slips.select(gap / slips.select(gap + slid, one), one);
+            let met = slips.select(side * (limit + (last - limit) * when), free);
+            let mean = half * (when * start + met + (one - when) * end);
+            torque += direction.factor(half * (start + end)) * (stiffnesses[i] * mean);
+            memory.elements[i] = end;
+            deflection += shares[i] * end;
+        }
+        memory.deflection = deflection;
+        (memory, torque)
+    }
+}

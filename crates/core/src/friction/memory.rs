@@ -1,0 +1,63 @@
+//! What a contact remembers.
+
+use crate::Fields;
+use crate::drive::nan_to_zero;
+use crate::scalar::{Mask, Scalar};
+
+/// How many elements a Maxwell slip has.
+pub const ELEMENTS: usize = 4;
+
+/// What a contact remembers from step to step, at first one that has never been moved and has rested no time. Each model
+/// uses what it needs, so that models may be swapped.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Memory<T> {
+    /// Deflection of the bristles; of a Maxwell slip the mean of its elements.
+    #[field(symbol = "z", unit = "rad")]
+    pub deflection: T,
+    /// Deflection of each element of a Maxwell slip.
+    #[field(symbol = "z_i", unit = "rad")]
+    pub elements: [T; ELEMENTS],
+    /// What the level of a Maxwell slip lacks of the breakaway torque, as a share of it.
+    #[field(symbol = "q", unit = "1", range = -1e9..=1.0)]
+    pub lag: T,
+    /// Age of the contact: its time at rest, which a way of sliding takes back.
+    #[field(symbol = "θ", unit = "s", range = 0.0..=1e12)]
+    pub age: T,
+}
+
+impl<T: Scalar> Memory<T> {
+    /// All bristles and elements bent by as much [rad].
+    pub fn bent(deflection: T) -> Self {
+        Memory { deflection, elements: [deflection; ELEMENTS], ..Memory::default() }
+    }
+
+    /// `yes` where the mask is true, `no` elsewhere.
+    #[inline(always)]
+    pub(crate) fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        let mut elements = yes.elements;
+        for i in 0..ELEMENTS {
+            elements[i] = mask.select(yes.elements[i], no.elements[i]);
+        }
+        Memory {
+            deflection: mask.select(yes.deflection, no.deflection),
+            elements,
+            lag: mask.select(yes.lag, no.lag),
+            age: mask.select(yes.age, no.age),
+        }
+    }
+
+    /// Zero for each number that is none.
+    #[inline(always)]
+    pub(crate) fn without_nan(&self) -> Self {
+        let mut elements = self.elements;
+        for i in 0..ELEMENTS {
+            elements[i] = nan_to_zero(elements[i]);
+        }
+        Memory {
+            deflection: nan_to_zero(self.deflection),
+            elements,
+            lag: nan_to_zero(self.lag),
+            age: nan_to_zero(self.age),
+        }
+    }
+}
