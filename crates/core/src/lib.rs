@@ -23,6 +23,7 @@ pub mod drive;
 pub mod estimate;
 pub mod fields;
 pub mod friction;
+pub mod ideal;
 pub mod kept;
 pub mod plant;
 pub mod render;

@@ -86,6 +86,19 @@ pub enum Error {
         /// Sampling rate [Hz].
         rate: f64,
     },
+    /// A variant of a sweep that even the finest steps do not resolve.
+    #[error(
+        "variant {index}: the finest steps still differ by an estimated {error:.1e} of the angle, above the tolerance of \
+         {tolerance:e}. Its motion depends on the smallest causes, or runs away: ask for less, or for a shorter time."
+    )]
+    Unresolved {
+        /// Which variant, from 0.
+        index: usize,
+        /// Estimated error over the largest angle.
+        error: f64,
+        /// Asked for.
+        tolerance: f64,
+    },
     /// A step that an integrator cannot take without becoming wrong.
     #[error("a {scheme} step of {step:?} s is beyond the bound of {largest:.2e} s. {remedy}")]
     StepTooLarge {

@@ -38,6 +38,7 @@ pub mod simulation;
 mod statistics;
 pub mod study;
 pub mod summary;
+pub mod sweep;
 pub mod table;
 pub mod truth;
 pub mod tuning;

@@ -1,0 +1,69 @@
+//! What can be swept: frictions and laws that exist over any kind of number.
+
+use stickslip_core::block::Block;
+use stickslip_core::control::{Cascade, ControllerInput, ControllerOutput, Pid};
+use stickslip_core::fields::{Field, Fields, Walk};
+use stickslip_core::friction::{Bristle, Dahl, ElastoPlastic, LuGre};
+use stickslip_core::scalar::Scalar;
+
+use super::number::Number;
+
+/// Friction with bristles.
+pub trait SweptFriction: Copy + Sync {
+    /// The same over another kind of number.
+    type Over<T: Scalar>: Bristle<T> + Fields<T>;
+
+    /// Its numbers as another kind.
+    fn over<T: Scalar>(&self) -> Self::Over<T>;
+}
+
+/// A law from set-point and measurements to a torque.
+pub trait SweptLaw: Copy + Sync {
+    /// The same over another kind of number.
+    type Over<T: Scalar>: Fields<T>
+        + Block<T, Input = ControllerInput<T>, Output = ControllerOutput<T>, State: Copy + Default>;
+
+    /// Its numbers as another kind.
+    fn over<T: Scalar>(&self) -> Self::Over<T>;
+}
+
+macro_rules! swept {
+    ($trait:ident: $($kind:ident),*) => {
+        $(impl $trait for $kind<f64> {
+            type Over<T: Scalar> = $kind<T>;
+
+            fn over<T: Scalar>(&self) -> $kind<T> {
+                self.map(&mut T::of)
+            }
+        })*
+    };
+}
+
+swept!(SweptFriction: Dahl, LuGre, ElastoPlastic);
+swept!(SweptLaw: Cascade, Pid);
+
+/// The numbers of a struct in the order of declaration.
+pub(super) fn numbers(of: &impl Fields<f64>) -> Vec<f64> {
+    let mut numbers = Vec::new();
+    of.map(&mut |number: f64| {
+        numbers.push(number);
+        number
+    });
+    numbers
+}
+
+/// Puts numbers into one lane of a struct.
+pub(super) fn put<T: Number>(numbers: &[f64], lane: usize, into: &mut impl Fields<T>) {
+    into.contents(&mut Put { numbers: numbers.iter(), lane });
+}
+
+struct Put<'a> {
+    numbers: std::slice::Iter<'a, f64>,
+    lane: usize,
+}
+
+impl<T: Number> Walk<T> for Put<'_> {
+    fn number(&mut self, _field: &'static Field, number: &mut T) {
+        number.set(self.lane, *self.numbers.next().expect("a struct has as many numbers over any kind"));
+    }
+}

@@ -1,0 +1,51 @@
+//! The rungs of a sweep, and what two of them say about the error.
+
+/// How finely a sample is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rung {
+    /// Passes of a step; see [`stickslip_core::ideal`].
+    pub passes: usize,
+    /// Steps a sample in which the load slides steadily.
+    pub sliding: usize,
+    /// Steps a sample in which it sticks, breaks away or comes to rest.
+    pub presliding: usize,
+}
+
+const fn rung(passes: usize, sliding: usize, presliding: usize) -> Rung {
+    Rung { passes, sliding, presliding }
+}
+
+/// From rung to rung the error falls to a third or less (`docs/integrator.md`).
+pub(super) const RUNGS: [Rung; 8] = [
+    rung(1, 1, 2),
+    rung(2, 1, 3),
+    rung(2, 2, 5),
+    rung(3, 3, 8),
+    rung(3, 5, 14),
+    rung(3, 9, 25),
+    rung(3, 16, 45),
+    rung(3, 30, 80),
+];
+
+/// The bristles forget where they have been as many times over within a sample, or the load does not slide steadily.
+pub(super) const FORGETS: f64 = 8.0;
+
+/// Largest difference of two courses over the largest magnitude of the finer one; NaN where one is no number.
+pub(super) fn apart(coarser: impl Iterator<Item = f64>, finer: &[f64]) -> f64 {
+    let (mut difference, mut size) = (0.0_f64, 0.0_f64);
+    for (coarse, fine) in coarser.zip(finer) {
+        // `max` passes over NaN, the sum does not.
+        if (coarse + fine).is_nan() {
+            return f64::NAN;
+        }
+        difference = difference.max((coarse - fine).abs());
+        size = size.max(fine.abs());
+    }
+    // An axis that does not move has no error where both rungs say so.
+    if difference == 0.0 { 0.0 } else { difference / size }
+}
+
+/// Error of the finer of two rungs by their difference: of an error that falls to a third, half of the difference is left.
+pub(super) fn estimate(apart: f64) -> f64 {
+    0.5 * apart
+}
