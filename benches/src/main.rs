@@ -7,6 +7,7 @@
 mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
+mod fmu;
 mod lanes;
 mod tick;
 mod w3;
@@ -46,6 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ticks = ["w3/c_libm", "w3/c_generated", "w3_generated/c_libm", "w3_generated/c_libm_checked"];
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
     let side_by_side = "study_lanes/scalar";
+    let imported = "fmu_plant/native";
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
     let names: Vec<_> = demos
@@ -54,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(ticks)
         .chain(w4::NAMES)
         .chain(whole)
-        .chain([side_by_side])
+        .chain([side_by_side, imported])
         .chain(controllers::NAMES)
         .chain(wake_ups)
         .collect();
@@ -112,6 +114,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Simulated seconds a second on one core: here more is better.
         let (lanes, scalar) = lanes::run_both(ROUNDS)?;
         println!("{side_by_side} {lanes:.1} {scalar:.1} {:.2}", lanes / scalar);
+    }
+    if wanted(imported) {
+        // Nanoseconds a tick.
+        let [ours, peer] = fmu::run(ROUNDS)?;
+        println!("{imported} {ours:.1} {peer:.1} {:.2}", peer / ours);
     }
     if controllers::NAMES.into_iter().any(&wanted) {
         for (name, ours, asked) in controllers::run(ROUNDS)? {

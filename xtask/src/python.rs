@@ -8,8 +8,16 @@ use crate::suite::{Counts, Outcome};
 use crate::{test, tools, tree};
 
 /// What the package is tested with. Maturin reads `pyproject.toml`, as it does for `pip install .`.
-const PACKAGES: [&str; 7] =
-    ["maturin>=1.16,<2", "numpy", "pytest", "matplotlib", "xarray", "distributed>=2024.5,<2027", "mypy"];
+const PACKAGES: [&str; 8] = [
+    "maturin>=1.16,<2",
+    "numpy",
+    "pytest",
+    "matplotlib",
+    "xarray",
+    "distributed>=2024.5,<2027",
+    "mypy",
+    "fmpy>=0.3.32,<0.4",
+];
 /// The compiled part, its name within the package, and its stub.
 const MODULE: &str = "_stickslip";
 const SOURCES: &str = "python/stickslip";

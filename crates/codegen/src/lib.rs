@@ -1,4 +1,4 @@
-//! Records a block of [`stickslip_core`] and writes it as C99 and as signal-flow diagram.
+//! Records a block of [`stickslip_core`] and writes it as C99, as FMU and as signal-flow diagram.
 //!
 //! A block is generic over its numbers. Run once over [`Recorded`](record::Recorded) numbers, it leaves the graph of its
 //! operations behind: a [`Program`](record::Program), with one function a block. [`c::project`] prints it, with a
@@ -9,5 +9,6 @@
 
 pub mod c;
 pub mod diagram;
+pub mod fmu;
 pub mod record;
 pub mod tree;

@@ -398,6 +398,16 @@ pub enum Error {
     /// A name that C does not take.
     #[error("{0}. Say another by --prefix")]
     NoIdentifier(#[from] stickslip_codegen::c::NotAName),
+    /// A C compiler that refuses what was generated.
+    #[error(
+        "{compiler} does not compile it: {said}. Say by the variable CC which C99 compiler to take, such as gcc or clang"
+    )]
+    Compiler {
+        /// Which one.
+        compiler: String,
+        /// The first line of its complaint.
+        said: String,
+    },
     /// A desired friction outside the renderable region.
     #[error("{0}")]
     NotRenderable(Box<crate::design::Verdict>),

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use stickslip::generate::{self, Precision};
+use stickslip::generate::{self, Precision, Version};
 use stickslip::xcp::{Layout, a2l};
 use stickslip::{Summary, output};
 
@@ -35,6 +35,10 @@ enum Target {
     #[command(after_help = "Example: stickslip generate a2l bench --out tools\n\
                             Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555")]
     A2l(A2lCommand),
+    /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
+    #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
+                            Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis")]
+    Fmu(FmuCommand),
 }
 
 /// Which block, with which numbers.
@@ -59,6 +63,66 @@ struct CCommand {
     out: PathBuf,
     #[command(flatten)]
     shown: Shown,
+}
+
+/// Which block, with which numbers.
+#[derive(Args)]
+struct FmuCommand {
+    /// The block: `plant` is the machine, `bench` machine and software, `tick` the software, `position_controller` the
+    /// controller of the preset; `stickslip generate --list` names them all.
+    name: String,
+    /// Where numbers and choices come from: a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    preset: String,
+    /// Change a value of the preset.
+    #[arg(long, value_name = "PATH=VALUE")]
+    set: Vec<Setting>,
+    /// The version of the standard: 2 or 3; both without it.
+    #[arg(long, value_name = "2|3", value_parser = clap::value_parser!(u32).range(2..=3))]
+    fmi: Option<u32>,
+    /// What it is called; the block's name without it.
+    #[arg(long, value_name = "WORD")]
+    prefix: Option<String>,
+    /// Folder for the FMU and summary.json.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
+    out: PathBuf,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+impl FmuCommand {
+    fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
+        let preset = source::preset(&self.preset, settings)?;
+        output::create_folder(&self.out)?;
+        let mut summary = Summary::new("generate");
+        let mut told = Vec::new();
+        for version in [Version::Two, Version::Three] {
+            if self.fmi.is_some_and(|number| number != version.number()) {
+                continue;
+            }
+            let fmu = generate::fmu(&self.name, &preset, version, self.prefix.as_deref())?;
+            let path = self.out.join(&fmu.file);
+            output::write(&path, &fmu.bytes)?;
+            summary.file(&fmu.file);
+            if told.is_empty() {
+                summary.result("generate.variables", fmu.variables as f64, "1");
+                summary.result("generate.step", fmu.step, "s");
+            }
+            let library = match fmu.platform {
+                Some(platform) => format!("with its library for {platform} and the sources"),
+                None => "with the sources alone: no C compiler (CC, or cc) was found here".into(),
+            };
+            told.push(format!("{}: {} variables, {library}", path.display(), fmu.variables));
+        }
+        summary.write(&self.out)?;
+        self.shown.show(out, &summary, |out| {
+            for line in &told {
+                writeln!(out, "{line}")?;
+            }
+            Ok(())
+        })
+    }
 }
 
 /// Of which bench, and where it is served.
@@ -123,6 +187,7 @@ impl Generate {
         match self.target {
             Some(Target::C(command)) => command.run(out),
             Some(Target::A2l(command)) => command.run(out),
+            Some(Target::Fmu(command)) => command.run(out),
             None => Ok(()),
         }
     }

@@ -231,7 +231,7 @@ fn is_mask(node: Node) -> bool {
 }
 
 /// What C calls a function of one number.
-pub(super) fn function_name<F: Precision>(function: Function) -> String {
+pub(crate) fn function_name<F: Precision>(function: Function) -> String {
     let name = match function {
         Function::Abs => return format!("fabs{}", F::C_SUFFIX),
         Function::Exp => "exp",

@@ -30,9 +30,12 @@ use stickslip_core::fields::Fields;
 use crate::record::{self, Precision, Program, Recorded, Step};
 use crate::tree::Tree;
 use body::Callees;
+pub(crate) use body::function_name;
 use kernel::Needs;
 pub use project::{Project, project};
+pub(crate) use prose::plain;
 pub use ready::Ready;
+pub(crate) use text::{literal, path as identifier_path};
 use types::Types;
 
 /// Rules of MISRA C:2012 that the code does not keep, and why. The page of a project states them; a test holds cppcheck's

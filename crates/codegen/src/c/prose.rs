@@ -4,7 +4,7 @@ use super::text::WIDTH;
 
 /// Documentation as paragraphs of plain text. A line that is set apart by two spaces, as an equation is, stays a line of
 /// its own, and so does an item of a list.
-pub(super) fn plain(markdown: &str) -> Vec<String> {
+pub(crate) fn plain(markdown: &str) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     let mut ended = true;
     for line in markdown.lines().filter(|line| !line.trim_start().starts_with("```")) {

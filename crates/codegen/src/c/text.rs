@@ -26,7 +26,7 @@ pub(super) fn identifier(name: &str) -> String {
 }
 
 /// `friction.elements[2].default` with each name as C takes it.
-pub(super) fn path(path: &str) -> String {
+pub(crate) fn path(path: &str) -> String {
     let segment = |text: &str| {
         let end = text.find('[').unwrap_or(text.len());
         format!("{}{}", identifier(&text[..end]), &text[end..])
@@ -50,7 +50,7 @@ pub(super) fn snake(name: &str) -> String {
 }
 
 /// A constant. Reads back to the same bits.
-pub(super) fn literal<F: Precision>(value: f64) -> String {
+pub(crate) fn literal<F: Precision>(value: f64) -> String {
     if value.is_nan() {
         "NAN".into()
     } else if value.is_infinite() {

@@ -1,10 +1,12 @@
 //! From a block of the bench to C99 and its signal-flow diagram, with the numbers of a preset.
 //!
 //! [`blocks`] lists what there is; [`generate`] makes the files of one: header, source, self-test, example, page and
-//! diagram. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
+//! diagram; [`fmu()`] makes one file of it for tools that simulate. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
 //! which controller) are made when the code is written; numbers stay open, as parameters with the preset's values.
 
+pub(crate) mod archive;
 mod catalogue;
+mod fmu;
 
 use std::path::Path;
 
@@ -16,6 +18,7 @@ use stickslip_core::tick::Tick;
 use crate::{Error, Preset, Summary, output};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
+pub use fmu::{Fmu, Version, fmu};
 
 /// The software of the bench among [`blocks`].
 const SOFTWARE: &str = "tick";

@@ -1,12 +1,10 @@
 //! Files of what runs, for whoever takes them along.
 
-use std::io::{Cursor, Write as _};
 use std::net::SocketAddr;
-
-use zip::write::{SimpleFileOptions, ZipWriter};
 
 use crate::Error;
 use crate::generate::Generated;
+use crate::generate::archive::archive;
 use crate::live::{Live, lock};
 use crate::xcp::Layout;
 use crate::xcp::a2l::{self, Doors};
@@ -53,15 +51,6 @@ impl Live {
 }
 
 fn packed(generated: &Generated) -> Result<Vec<u8>, Error> {
-    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
-    let mut pack = || -> zip::result::ZipResult<()> {
-        for (name, text) in &generated.files {
-            archive.start_file(format!("{}/{name}", generated.prefix), SimpleFileOptions::default())?;
-            archive.write_all(text.as_bytes())?;
-        }
-        Ok(())
-    };
-    let packed = pack().and_then(|()| archive.finish());
-    let broken = |error: zip::result::ZipError| Error::file("tick.zip".as_ref(), "pack", std::io::Error::other(error));
-    packed.map(Cursor::into_inner).map_err(broken)
+    let files = generated.files.iter().map(|(name, text)| (format!("{}/{name}", generated.prefix), text.as_bytes()));
+    archive("tick.zip", files)
 }

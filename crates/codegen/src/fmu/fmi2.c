@@ -1,0 +1,264 @@
+/* FMI 2.0 for co-simulation. Written by stickslip. */
+#include "instance.h"
+
+typedef void *fmi2Component;
+typedef void *fmi2ComponentEnvironment;
+typedef void *fmi2FMUstate;
+typedef unsigned int fmi2ValueReference;
+typedef double fmi2Real;
+typedef int fmi2Integer;
+typedef int fmi2Boolean;
+typedef char fmi2Char;
+typedef const fmi2Char *fmi2String;
+typedef char fmi2Byte;
+
+typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } fmi2Status;
+typedef enum { fmi2ModelExchange, fmi2CoSimulation } fmi2Type;
+typedef enum { fmi2DoStepStatus, fmi2PendingStatus, fmi2LastSuccessfulTime, fmi2Terminated } fmi2StatusKind;
+
+typedef void (*fmi2CallbackLogger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+
+typedef struct {
+    fmi2CallbackLogger logger;
+    void *(*allocateMemory)(size_t, size_t);
+    void (*freeMemory)(void *);
+    void (*stepFinished)(fmi2ComponentEnvironment, fmi2Status);
+    fmi2ComponentEnvironment componentEnvironment;
+} fmi2CallbackFunctions;
+
+static void tell(const void *of, const char *name, int serious, const char *message) {
+    const fmu_instance *instance = of;
+    const fmi2CallbackFunctions *functions = instance->callback;
+    /* The message is a format, which not every importer fills in: it needs nothing that would be. */
+    char format[1024];
+    size_t length = 0;
+    for (; (*message != '\0') && (length + 3U < sizeof format); message++) {
+        if (*message == '%') {
+            format[length++] = '%';
+        }
+        format[length++] = *message;
+    }
+    format[length] = '\0';
+    if ((functions != NULL) && (functions->logger != NULL)) {
+        functions->logger(functions->componentEnvironment, name, serious ? fmi2Error : fmi2OK, "logStatusError", format);
+    }
+}
+
+/* What went well is fmi2OK; an instance that is none has nobody to tell. */
+#define ANSWER(done) (((c != NULL) && (done)) ? fmi2OK : fmi2Error)
+#define INSTANCE ((fmu_instance *)c)
+#define NONE_OF(what) ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " what "."))
+
+FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
+
+FMU_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
+
+FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
+                                         const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+    fmu_instance *instance;
+    const char *fault = NULL;
+    (void)resources;
+    (void)visible;
+    (void)logging;
+    if (type != fmi2CoSimulation) {
+        fault = "The model is for co-simulation.";
+    } else if ((guid == NULL) || (strcmp(guid, FMU_TOKEN) != 0)) {
+        fault = "The GUID is not that of this model: description and library are of different models.";
+    } else {
+        /* It is the model that was asked for. */
+    }
+    instance = fmu_new(name);
+    if (instance == NULL) {
+        return NULL;
+    }
+    instance->tell = tell;
+    /* It stays where it is until the instance is freed, as the standard demands. */
+    instance->callback = (void *)(uintptr_t)functions;
+    if (fault != NULL) {
+        (void)fmu_refuse(instance, "%s", fault);
+        free(instance);
+        return NULL;
+    }
+    return instance;
+}
+
+FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
+
+FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+    (void)on;
+    (void)n;
+    (void)categories;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
+                                          fmi2Boolean has_stop, fmi2Real stop) {
+    (void)has_tolerance;
+    (void)tolerance;
+    (void)has_stop;
+    (void)stop;
+    return ANSWER(fmu_begin(INSTANCE, start));
+}
+
+FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    return ANSWER(fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
+}
+
+FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+    return ANSWER(fmu_checked(INSTANCE) && fmu_enter(INSTANCE, "The end of initialization", FMU_INITIALIZING, FMU_STEPPING));
+}
+
+FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) {
+    return ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+}
+
+FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
+    if (c != NULL) {
+        fmu_reset(INSTANCE);
+    }
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real values[]) {
+    return ANSWER(fmu_get(INSTANCE, r, n, values));
+}
+
+FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, const fmi2Real values[]) {
+    return ANSWER(fmu_set(INSTANCE, r, n, values));
+}
+
+#define NO_VARIABLES(Name, Type)                                                                                       \
+    FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, Type values[]) {       \
+        (void)r;                                                                                                       \
+        (void)values;                                                                                                  \
+        return NONE_OF(#Name);                                                                                         \
+    }                                                                                                                  \
+    FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, const Type values[]) { \
+        (void)r;                                                                                                       \
+        (void)values;                                                                                                  \
+        return NONE_OF(#Name);                                                                                         \
+    }
+
+NO_VARIABLES(Integer, fmi2Integer)
+NO_VARIABLES(Boolean, fmi2Boolean)
+NO_VARIABLES(String, fmi2String)
+
+FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if ((c == NULL) || (state == NULL)) {
+        return fmi2Error;
+    }
+    if (*state == NULL) {
+        *state = malloc(FMU_SAVED);
+    }
+    if (*state == NULL) {
+        return ANSWER(fmu_refuse(INSTANCE, "There is no memory for a state."));
+    }
+    fmu_save(INSTANCE, *state);
+    return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+    if ((c == NULL) || !fmu_saved(INSTANCE, state, FMU_SAVED)) {
+        return fmi2Error;
+    }
+    fmu_restore(INSTANCE, state);
+    return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+    (void)state;
+    *size = FMU_SAVED;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+    if ((c == NULL) || !fmu_saved(INSTANCE, state, size)) {
+        return fmi2Error;
+    }
+    (void)memcpy(bytes, state, size);
+    return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    if ((c == NULL) || (state == NULL) || !fmu_saved(INSTANCE, (const unsigned char *)bytes, size)) {
+        return fmi2Error;
+    }
+    if (*state == NULL) {
+        *state = malloc(FMU_SAVED);
+    }
+    if (*state == NULL) {
+        return ANSWER(fmu_refuse(INSTANCE, "There is no memory for a state."));
+    }
+    (void)memcpy(*state, bytes, size);
+    return fmi2OK;
+}
+
+FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference of[], size_t n_of,
+                                                   const fmi2ValueReference by[], size_t n_by, const fmi2Real seed[],
+                                                   fmi2Real sensitivity[]) {
+    return ANSWER(fmu_derivative(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
+}
+
+FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                                                  const fmi2Integer order[], const fmi2Real values[]) {
+    (void)r;
+    (void)order;
+    (void)values;
+    return NONE_OF("Real whose derivatives can be set");
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
+                                                   const fmi2Integer order[], fmi2Real values[]) {
+    (void)r;
+    (void)order;
+    (void)values;
+    return NONE_OF("Real with derivatives");
+}
+
+FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real length, fmi2Boolean no_set_before) {
+    (void)no_set_before;
+    return ANSWER(fmu_do_step(INSTANCE, point, length));
+}
+
+FMU_EXPORT fmi2Status fmi2CancelStep(fmi2Component c) {
+    return ANSWER(fmu_refuse(INSTANCE, "No step is under way: each is finished when fmi2DoStep returns."));
+}
+
+FMU_EXPORT fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+    (void)kind;
+    *value = ((c != NULL) && (INSTANCE->memory.phase != FMU_FAILED)) ? fmi2OK : fmi2Error;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+    (void)kind;
+    *value = (c != NULL) ? fmu_time(INSTANCE) : 0.0;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+    (void)c;
+    (void)kind;
+    *value = 0;
+    return fmi2Discard;
+}
+
+FMU_EXPORT fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+    (void)kind;
+    *value = ((c != NULL) && (INSTANCE->memory.phase == FMU_FAILED));
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+    (void)kind;
+    *value = "";
+    return ANSWER(1);
+}

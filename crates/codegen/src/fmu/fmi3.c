@@ -1,0 +1,345 @@
+/* FMI 3.0 for co-simulation. Written by stickslip. */
+#include "instance.h"
+
+#include <stdbool.h>
+
+typedef void *fmi3Instance;
+typedef void *fmi3InstanceEnvironment;
+typedef void *fmi3FMUState;
+typedef uint32_t fmi3ValueReference;
+typedef bool fmi3Boolean;
+typedef uint8_t fmi3Byte;
+typedef char fmi3Char;
+typedef const fmi3Char *fmi3String;
+typedef const fmi3Byte *fmi3Binary;
+typedef bool fmi3Clock;
+typedef double fmi3Float64;
+typedef float fmi3Float32;
+
+typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } fmi3Status;
+typedef enum { fmi3Independent, fmi3Constant, fmi3Fixed, fmi3Tunable, fmi3Discrete, fmi3Dependent } fmi3DependencyKind;
+typedef enum { fmi3IntervalNotYetKnown, fmi3IntervalUnchanged, fmi3IntervalChanged } fmi3IntervalQualifier;
+
+typedef void (*fmi3LogMessageCallback)(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String);
+typedef void (*fmi3ClockUpdateCallback)(fmi3InstanceEnvironment);
+typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment, fmi3Float64, fmi3Boolean, fmi3Boolean, fmi3Boolean,
+                                               fmi3Boolean, fmi3Boolean *, fmi3Float64 *);
+typedef void (*fmi3LockPreemptionCallback)(void);
+
+/* A pointer to a function is no pointer to an object: it travels within one. */
+typedef union {
+    fmi3LogMessageCallback function;
+    void *object;
+} callback;
+
+static void tell(const void *of, const char *name, int serious, const char *message) {
+    const fmu_instance *instance = of;
+    callback log;
+    (void)name;
+    log.object = instance->callback;
+    if (log.object != NULL) {
+        log.function(instance->importer, serious ? fmi3Error : fmi3OK, "logStatusError", message);
+    }
+}
+
+/* What went well is fmi3OK; an instance that is none has nobody to tell. */
+#define ANSWER(done) (((c != NULL) && (done)) ? fmi3OK : fmi3Error)
+#define INSTANCE ((fmu_instance *)c)
+#define REFUSE(message) ANSWER(fmu_refuse(INSTANCE, message))
+
+FMU_EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
+
+FMU_EXPORT fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
+    (void)on;
+    (void)n;
+    (void)categories;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
+                                                    fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean events,
+                                                    fmi3Boolean early_return, const fmi3ValueReference intermediate[],
+                                                    size_t n, fmi3InstanceEnvironment environment,
+                                                    fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update) {
+    fmu_instance *instance = fmu_new(name);
+    callback log;
+    (void)resources;
+    (void)visible;
+    (void)logging;
+    (void)events;
+    (void)early_return;
+    (void)intermediate;
+    (void)n;
+    (void)update;
+    if (instance == NULL) {
+        return NULL;
+    }
+    log.object = NULL;
+    if (logger != NULL) {
+        log.function = logger;
+    }
+    instance->tell = tell;
+    instance->importer = environment;
+    instance->callback = log.object;
+    if ((token == NULL) || (strcmp(token, FMU_TOKEN) != 0)) {
+        (void)fmu_refuse(instance, "The token is not that of this model: description and library are of different models.");
+        free(instance);
+        return NULL;
+    }
+    return instance;
+}
+
+/* The model is for co-simulation. */
+FMU_EXPORT fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
+                                                     fmi3Boolean visible, fmi3Boolean logging,
+                                                     fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger) {
+    (void)name;
+    (void)token;
+    (void)resources;
+    (void)visible;
+    (void)logging;
+    if (logger != NULL) {
+        logger(environment, fmi3Error, "logStatusError", "The model is for co-simulation.");
+    }
+    return NULL;
+}
+
+FMU_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
+                                                          fmi3Boolean visible, fmi3Boolean logging,
+                                                          fmi3InstanceEnvironment environment, fmi3LogMessageCallback logger,
+                                                          fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+                                                          fmi3LockPreemptionCallback unlock) {
+    (void)update;
+    (void)lock;
+    (void)unlock;
+    return fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, logger);
+}
+
+FMU_EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
+
+FMU_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
+                                                  fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
+    (void)has_tolerance;
+    (void)tolerance;
+    (void)has_stop;
+    (void)stop;
+    return ANSWER(fmu_begin(INSTANCE, start) && fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
+}
+
+FMU_EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
+    return ANSWER(fmu_checked(INSTANCE) && fmu_enter(INSTANCE, "The end of initialization", FMU_INITIALIZING, FMU_STEPPING));
+}
+
+FMU_EXPORT fmi3Status fmi3Terminate(fmi3Instance c) {
+    return ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+}
+
+FMU_EXPORT fmi3Status fmi3Reset(fmi3Instance c) {
+    if (c != NULL) {
+        fmu_reset(INSTANCE);
+    }
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 values[], size_t n_values) {
+    return ANSWER(((n == n_values) || fmu_refuse(INSTANCE, "%lu values for %lu variables, each of which is one number.",
+                                                 (unsigned long)n_values, (unsigned long)n)) &&
+                  fmu_get(INSTANCE, r, n, values));
+}
+
+FMU_EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 values[],
+                                     size_t n_values) {
+    return ANSWER(((n == n_values) || fmu_refuse(INSTANCE, "%lu values for %lu variables, each of which is one number.",
+                                                 (unsigned long)n_values, (unsigned long)n)) &&
+                  fmu_set(INSTANCE, r, n, values));
+}
+
+#define NO_VARIABLES(Name, Type)                                                                                       \
+    FMU_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, Type values[], size_t m) { \
+        (void)r;                                                                                                       \
+        (void)values;                                                                                                  \
+        (void)m;                                                                                                       \
+        return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " #Name "."));               \
+    }                                                                                                                  \
+    FMU_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const Type values[], size_t m) { \
+        (void)r;                                                                                                       \
+        (void)values;                                                                                                  \
+        (void)m;                                                                                                       \
+        return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " #Name "."));               \
+    }
+
+NO_VARIABLES(Float32, fmi3Float32)
+NO_VARIABLES(Int8, int8_t)
+NO_VARIABLES(UInt8, uint8_t)
+NO_VARIABLES(Int16, int16_t)
+NO_VARIABLES(UInt16, uint16_t)
+NO_VARIABLES(Int32, int32_t)
+NO_VARIABLES(UInt32, uint32_t)
+NO_VARIABLES(Int64, int64_t)
+NO_VARIABLES(UInt64, uint64_t)
+NO_VARIABLES(Boolean, fmi3Boolean)
+NO_VARIABLES(String, fmi3String)
+
+FMU_EXPORT fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t n, size_t sizes[], fmi3Binary values[], size_t m) {
+    (void)r;
+    (void)sizes;
+    (void)values;
+    (void)m;
+    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type Binary."));
+}
+
+FMU_EXPORT fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t n, const size_t sizes[], const fmi3Binary values[], size_t m) {
+    (void)r;
+    (void)sizes;
+    (void)values;
+    (void)m;
+    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type Binary."));
+}
+
+FMU_EXPORT fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Clock values[]) {
+    (void)r;
+    (void)values;
+    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no clocks."));
+}
+
+FMU_EXPORT fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Clock values[]) {
+    (void)r;
+    (void)values;
+    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no clocks."));
+}
+
+FMU_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
+    if ((c == NULL) || (state == NULL)) {
+        return fmi3Error;
+    }
+    if (*state == NULL) {
+        *state = malloc(FMU_SAVED);
+    }
+    if (*state == NULL) {
+        return REFUSE("There is no memory for a state.");
+    }
+    fmu_save(INSTANCE, *state);
+    return fmi3OK;
+}
+
+FMU_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
+    if ((c == NULL) || !fmu_saved(INSTANCE, state, FMU_SAVED)) {
+        return fmi3Error;
+    }
+    fmu_restore(INSTANCE, state);
+    return fmi3OK;
+}
+
+FMU_EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
+    if (state != NULL) {
+        free(*state);
+        *state = NULL;
+    }
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
+    (void)state;
+    *size = FMU_SAVED;
+    return ANSWER(1);
+}
+
+FMU_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
+    if ((c == NULL) || !fmu_saved(INSTANCE, state, size)) {
+        return fmi3Error;
+    }
+    (void)memcpy(bytes, state, size);
+    return fmi3OK;
+}
+
+FMU_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
+    if ((c == NULL) || (state == NULL) || !fmu_saved(INSTANCE, bytes, size)) {
+        return fmi3Error;
+    }
+    if (*state == NULL) {
+        *state = malloc(FMU_SAVED);
+    }
+    if (*state == NULL) {
+        return REFUSE("There is no memory for a state.");
+    }
+    (void)memcpy(*state, bytes, size);
+    return fmi3OK;
+}
+
+FMU_EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 length, fmi3Boolean no_set_before,
+                                 fmi3Boolean *event, fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *reached) {
+    int done;
+    (void)no_set_before;
+    if (c == NULL) {
+        return fmi3Error;
+    }
+    done = fmu_do_step(INSTANCE, point, length);
+    *event = false;
+    *terminate = false;
+    *early = false;
+    *reached = done ? point + length : fmu_time(INSTANCE);
+    return ANSWER(done);
+}
+
+FMU_EXPORT fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference of[], size_t n_of,
+                                                   const fmi3ValueReference by[], size_t n_by, const fmi3Float64 seed[],
+                                                   size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
+    return ANSWER(((n_by == n_seed && n_of == n_sensitivity) ||
+                   fmu_refuse(INSTANCE, "Each known has one seed and each unknown one sensitivity.")) &&
+                  fmu_derivative(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
+}
+
+/* What is of other kinds of FMU, or of models with clocks, events, structural parameters or derivatives. */
+#define NOT_OFFERED(Name, arguments, used)                                                                             \
+    FMU_EXPORT fmi3Status fmi3##Name arguments {                                                                       \
+        used;                                                                                                          \
+        return REFUSE("fmi3" #Name " is nothing that the model offers.");                                              \
+    }
+
+NOT_OFFERED(EnterEventMode, (fmi3Instance c), (void)c)
+NOT_OFFERED(EnterStepMode, (fmi3Instance c), (void)c)
+NOT_OFFERED(EnterConfigurationMode, (fmi3Instance c), (void)c)
+NOT_OFFERED(ExitConfigurationMode, (fmi3Instance c), (void)c)
+NOT_OFFERED(EnterContinuousTimeMode, (fmi3Instance c), (void)c)
+NOT_OFFERED(EvaluateDiscreteStates, (fmi3Instance c), (void)c)
+NOT_OFFERED(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference r, size_t *n), ((void)r, (void)n))
+NOT_OFFERED(GetVariableDependencies,
+            (fmi3Instance c, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t d[], fmi3DependencyKind k[], size_t n),
+            ((void)r, (void)a, (void)b, (void)d, (void)k, (void)n))
+NOT_OFFERED(GetAdjointDerivative,
+            (fmi3Instance c, const fmi3ValueReference a[], size_t n, const fmi3ValueReference b[], size_t m, const fmi3Float64 s[],
+             size_t k, fmi3Float64 v[], size_t l),
+            ((void)a, (void)n, (void)b, (void)m, (void)s, (void)k, (void)v, (void)l))
+NOT_OFFERED(GetIntervalDecimal,
+            (fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], fmi3IntervalQualifier q[]),
+            ((void)r, (void)n, (void)v, (void)q))
+NOT_OFFERED(GetIntervalFraction,
+            (fmi3Instance c, const fmi3ValueReference r[], size_t n, uint64_t a[], uint64_t b[], fmi3IntervalQualifier q[]),
+            ((void)r, (void)n, (void)a, (void)b, (void)q))
+NOT_OFFERED(GetShiftDecimal, (fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[]), ((void)r, (void)n, (void)v))
+NOT_OFFERED(GetShiftFraction, (fmi3Instance c, const fmi3ValueReference r[], size_t n, uint64_t a[], uint64_t b[]),
+            ((void)r, (void)n, (void)a, (void)b))
+NOT_OFFERED(SetIntervalDecimal, (fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[]),
+            ((void)r, (void)n, (void)v))
+NOT_OFFERED(SetIntervalFraction, (fmi3Instance c, const fmi3ValueReference r[], size_t n, const uint64_t a[], const uint64_t b[]),
+            ((void)r, (void)n, (void)a, (void)b))
+NOT_OFFERED(SetShiftDecimal, (fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Float64 v[]),
+            ((void)r, (void)n, (void)v))
+NOT_OFFERED(SetShiftFraction, (fmi3Instance c, const fmi3ValueReference r[], size_t n, const uint64_t a[], const uint64_t b[]),
+            ((void)r, (void)n, (void)a, (void)b))
+NOT_OFFERED(UpdateDiscreteStates,
+            (fmi3Instance c, fmi3Boolean *a, fmi3Boolean *b, fmi3Boolean *d, fmi3Boolean *e, fmi3Boolean *f, fmi3Float64 *t),
+            ((void)a, (void)b, (void)d, (void)e, (void)f, (void)t))
+NOT_OFFERED(CompletedIntegratorStep, (fmi3Instance c, fmi3Boolean a, fmi3Boolean *b, fmi3Boolean *d), ((void)a, (void)b, (void)d))
+NOT_OFFERED(SetTime, (fmi3Instance c, fmi3Float64 t), (void)t)
+NOT_OFFERED(SetContinuousStates, (fmi3Instance c, const fmi3Float64 x[], size_t n), ((void)x, (void)n))
+NOT_OFFERED(GetContinuousStateDerivatives, (fmi3Instance c, fmi3Float64 x[], size_t n), ((void)x, (void)n))
+NOT_OFFERED(GetEventIndicators, (fmi3Instance c, fmi3Float64 x[], size_t n), ((void)x, (void)n))
+NOT_OFFERED(GetContinuousStates, (fmi3Instance c, fmi3Float64 x[], size_t n), ((void)x, (void)n))
+NOT_OFFERED(GetNominalsOfContinuousStates, (fmi3Instance c, fmi3Float64 x[], size_t n), ((void)x, (void)n))
+NOT_OFFERED(GetNumberOfEventIndicators, (fmi3Instance c, size_t *n), (void)n)
+NOT_OFFERED(GetNumberOfContinuousStates, (fmi3Instance c, size_t *n), (void)n)
+NOT_OFFERED(GetOutputDerivatives,
+            (fmi3Instance c, const fmi3ValueReference r[], size_t n, const int32_t order[], fmi3Float64 v[], size_t m),
+            ((void)r, (void)n, (void)order, (void)v, (void)m))
+NOT_OFFERED(ActivateModelPartition, (fmi3Instance c, fmi3ValueReference r, fmi3Float64 t), ((void)r, (void)t))

@@ -1,0 +1,278 @@
+/* What both versions of FMI share: an instance and what may become of it. Written by stickslip.
+ *
+ * An instance takes steps of FMU_STEP [s], each with the inputs that stand when its end comes; communication steps may
+ * be of any length. Whatever is refused is told to the logger of the importer, and changes nothing. */
+#ifndef FMU_INSTANCE_H
+#define FMU_INSTANCE_H
+
+#include <fenv.h>
+#include <float.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What an importer may do with a variable. */
+typedef enum { FMU_INPUT, FMU_OUTPUT, FMU_PARAMETER, FMU_STATE } fmu_kind;
+
+typedef struct {
+    size_t offset;
+    fmu_kind kind;
+    const char *name;
+} fmu_variable;
+
+#include "model.h"
+
+#if defined(_WIN32)
+#define FMU_EXPORT __declspec(dllexport)
+#else
+#define FMU_EXPORT __attribute__((visibility("default")))
+#endif
+
+/* Where an instance is in its life. */
+typedef enum { FMU_INSTANTIATED, FMU_INITIALIZING, FMU_STEPPING, FMU_TERMINATED, FMU_FAILED } fmu_phase;
+
+/* All that a step depends on: what is saved and restored. */
+typedef struct {
+    fmu_model model;
+    /* Begin [s], and steps taken since. */
+    double start;
+    uint64_t steps;
+    fmu_phase phase;
+    /* Whether parameters were set that are not checked yet. */
+    int unchecked;
+} fmu_memory;
+
+typedef struct {
+    fmu_memory memory;
+    void (*tell)(const void *importer, const char *name, int serious, const char *message);
+    void *importer;
+    void *callback;
+    char name[];
+} fmu_instance;
+
+/* Tells the importer what is wrong. */
+static int fmu_refuse(const fmu_instance *instance, const char *format, ...) {
+    char message[512];
+    va_list arguments;
+    va_start(arguments, format);
+    (void)vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    instance->tell(instance, instance->name, 1, message);
+    return 0;
+}
+
+static fmu_instance *fmu_new(const char *name) {
+    const char *known = (name != NULL) ? name : "";
+    const size_t length = strlen(known) + 1U;
+    fmu_instance *instance = calloc(1, sizeof *instance + length);
+    if (instance != NULL) {
+        (void)memcpy(instance->name, known, length);
+        fmu_start(&instance->memory.model);
+    }
+    return instance;
+}
+
+static void fmu_reset(fmu_instance *instance) {
+    (void)memset(&instance->memory, 0, sizeof instance->memory);
+    fmu_start(&instance->memory.model);
+}
+
+/* The end of the last step [s]. */
+static double fmu_time(const fmu_instance *instance) {
+    return instance->memory.start + (double)instance->memory.steps * FMU_STEP;
+}
+
+/* The number behind a reference; NULL, and said, where there is none. */
+static double *fmu_number(fmu_instance *instance, uint32_t reference) {
+    if ((reference < 1U) || (reference > FMU_COUNT)) {
+        (void)fmu_refuse(instance, "There is no variable of value reference %lu: 1 to %lu are known.",
+                         (unsigned long)reference, (unsigned long)FMU_COUNT);
+        return NULL;
+    }
+    return (double *)(void *)((char *)&instance->memory.model + FMU_VARIABLES[reference - 1U].offset);
+}
+
+static int fmu_get(fmu_instance *instance, const uint32_t *references, size_t count, double *values) {
+    size_t k;
+    for (k = 0; k < count; k++) {
+        if (references[k] == 0U) {
+            values[k] = fmu_time(instance);
+        } else {
+            const double *number = fmu_number(instance, references[k]);
+            if (number == NULL) {
+                return 0;
+            }
+            values[k] = *number;
+        }
+    }
+    return 1;
+}
+
+/* Whether a variable may be set now, to this. */
+static int fmu_may_set(const fmu_instance *instance, const fmu_variable *variable, double value) {
+    const fmu_phase phase = instance->memory.phase;
+    if (!isfinite(value)) {
+        return fmu_refuse(instance, "%s = %g is no finite number.", variable->name, value);
+    }
+    if ((variable->kind == FMU_OUTPUT) || ((variable->kind == FMU_STATE) && (phase > FMU_INITIALIZING))) {
+        return fmu_refuse(instance, "%s is computed: it %s be set.", variable->name,
+                          (variable->kind == FMU_OUTPUT) ? "cannot" : "can until initialization ends, and now cannot");
+    }
+    if (phase > FMU_STEPPING) {
+        return fmu_refuse(instance, "%s is set after the end of the simulation: reset the instance.", variable->name);
+    }
+    return 1;
+}
+
+/* Sets all of them, or none. */
+static int fmu_set(fmu_instance *instance, const uint32_t *references, size_t count, const double *values) {
+    size_t k;
+    for (k = 0; k < count; k++) {
+        const double *number = fmu_number(instance, references[k]);
+        if ((number == NULL) || !fmu_may_set(instance, &FMU_VARIABLES[references[k] - 1U], values[k])) {
+            return 0;
+        }
+    }
+    for (k = 0; k < count; k++) {
+        *fmu_number(instance, references[k]) = values[k];
+        instance->memory.unchecked |= (FMU_VARIABLES[references[k] - 1U].kind == FMU_PARAMETER);
+    }
+    return 1;
+}
+
+/* Whether the parameters go together, once after they were set. */
+static int fmu_checked(fmu_instance *instance) {
+    if (instance->memory.unchecked) {
+        const char *fault = fmu_check(&instance->memory.model);
+        if (fault != NULL) {
+            return fmu_refuse(instance, "%s", fault);
+        }
+        instance->memory.unchecked = 0;
+    }
+    return 1;
+}
+
+static int fmu_begin(fmu_instance *instance, double start) {
+    if (!isfinite(start)) {
+        return fmu_refuse(instance, "The simulation cannot begin at %g s.", start);
+    }
+    instance->memory.start = start;
+    return 1;
+}
+
+/* From one phase of life to the next. */
+static int fmu_enter(fmu_instance *instance, const char *what, fmu_phase from, fmu_phase to) {
+    if (instance->memory.phase != from) {
+        return fmu_refuse(instance, "%s is not possible now.", what);
+    }
+    instance->memory.phase = to;
+    return 1;
+}
+
+/* The slope of each number after one step from here along a direction of parameters, state and inputs: what the
+ * references `by` change by `seed`, and all else does not. */
+static int fmu_derivative(fmu_instance *instance, const uint32_t *of, size_t n_of, const uint32_t *by, size_t n_by,
+                          const double *seed, double *sensitivity) {
+    const fmu_model *model = &instance->memory.model;
+    /* The model as one row of numbers, as the direction has it; then what a step makes of it. */
+    double direction[sizeof(fmu_model) / sizeof(double)] = {0.0};
+    double values[FMU_STATES + FMU_OUTPUTS + 1U], slopes[FMU_STATES + FMU_OUTPUTS + 1U];
+    const double *numbers = (const double *)(const void *)model;
+    size_t k;
+    for (k = 0; k < n_by; k++) {
+        if (fmu_number(instance, by[k]) == NULL) {
+            return 0;
+        }
+        if (FMU_VARIABLES[by[k] - 1U].kind == FMU_OUTPUT) {
+            return fmu_refuse(instance, "Nothing is derived by %s: it is an output.", FMU_VARIABLES[by[k] - 1U].name);
+        }
+        direction[FMU_VARIABLES[by[k] - 1U].offset / sizeof(double)] += seed[k];
+    }
+    for (k = 0; k < n_of; k++) {
+        if (fmu_number(instance, of[k]) == NULL) {
+            return 0;
+        }
+        if ((FMU_VARIABLES[of[k] - 1U].kind != FMU_OUTPUT) && (FMU_VARIABLES[of[k] - 1U].kind != FMU_STATE)) {
+            return fmu_refuse(instance, "%s follows from nothing: it is set.", FMU_VARIABLES[of[k] - 1U].name);
+        }
+    }
+    fmu_tangent(numbers, direction, numbers + FMU_PARAMETERS, direction + FMU_PARAMETERS,
+                numbers + FMU_PARAMETERS + FMU_STATES, direction + FMU_PARAMETERS + FMU_STATES, FMU_STEP, values, slopes,
+                values + FMU_STATES, slopes + FMU_STATES);
+    for (k = 0; k < n_of; k++) {
+        const size_t number = (FMU_VARIABLES[of[k] - 1U].offset / sizeof(double)) - FMU_PARAMETERS;
+        /* Outputs stand behind the inputs in the model, and behind the states in what was computed. */
+        const double slope = slopes[(FMU_VARIABLES[of[k] - 1U].kind == FMU_STATE) ? number : (number - FMU_INPUTS)];
+        if (!isfinite(slope)) {
+            return fmu_refuse(instance, "%s has no finite slope here.", FMU_VARIABLES[of[k] - 1U].name);
+        }
+        sensitivity[k] = slope;
+    }
+    return 1;
+}
+
+/* Steps up to `point` + `length` [s]; the phase is `FMU_FAILED` where one cannot be computed. */
+static int fmu_do_step(fmu_instance *instance, double point, double length) {
+    fmu_memory *memory = &instance->memory;
+    const double now = fmu_time(instance);
+    /* Importers add up steps in floating point, and may be where the next step ends only nearly. */
+    const double slack = 1e-3 * FMU_STEP + 8.0 * DBL_EPSILON * fabs(point);
+    double due;
+    fenv_t caller;
+    if (memory->phase != FMU_STEPPING) {
+        return fmu_refuse(instance, "A step is possible only between initialization and the end of the simulation.");
+    }
+    if (!isfinite(point) || !isfinite(length) || !(length > 0.0)) {
+        return fmu_refuse(instance, "A step of %g s from %g s is none.", length, point);
+    }
+    if ((point < now - slack) || (point >= now + FMU_STEP + slack)) {
+        return fmu_refuse(instance, "The step begins at %.17g s, and the instance stands at %.17g s.", point, now);
+    }
+    due = floor((point + length - memory->start + slack) / FMU_STEP);
+    if (due - (double)memory->steps > 1e12) {
+        return fmu_refuse(instance, "A step of %g s is more than 1e12 steps of %g s.", length, FMU_STEP);
+    }
+    if (!fmu_checked(instance)) {
+        return 0;
+    }
+    /* The arithmetic of the model: to nearest, with subnormal numbers, whatever the importer has chosen for itself. */
+    (void)fegetenv(&caller);
+    (void)fesetenv(FE_DFL_ENV);
+    while (((double)memory->steps < due) && (memory->phase == FMU_STEPPING)) {
+        if (fmu_step(&memory->model) == 0) {
+            memory->steps++;
+        } else {
+            memory->phase = FMU_FAILED;
+        }
+    }
+    (void)fesetenv(&caller);
+    if (memory->phase != FMU_STEPPING) {
+        return fmu_refuse(instance, "The step from %.17g s cannot be computed: a result would not be finite.", fmu_time(instance));
+    }
+    return 1;
+}
+
+/* A saved memory says of which model it is. */
+#define FMU_SAVED (sizeof FMU_TOKEN + sizeof(fmu_memory))
+
+static void fmu_save(const fmu_instance *instance, unsigned char *into) {
+    (void)memcpy(into, FMU_TOKEN, sizeof FMU_TOKEN);
+    (void)memcpy(into + sizeof FMU_TOKEN, &instance->memory, sizeof instance->memory);
+}
+
+static int fmu_saved(const fmu_instance *instance, const unsigned char *saved, size_t size) {
+    if ((saved == NULL) || (size != FMU_SAVED) || (memcmp(saved, FMU_TOKEN, sizeof FMU_TOKEN) != 0)) {
+        return fmu_refuse(instance, "What is to be restored was not saved by this model.");
+    }
+    return 1;
+}
+
+static void fmu_restore(fmu_instance *instance, const unsigned char *saved) {
+    (void)memcpy(&instance->memory, saved + sizeof FMU_TOKEN, sizeof instance->memory);
+}
+
+#endif /* FMU_INSTANCE_H */

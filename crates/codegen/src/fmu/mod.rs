@@ -1,0 +1,243 @@
+//! A block as an FMU: a model for the tools that speak FMI 2.0 or 3.0 (co-simulation).
+//!
+//! The FMU is the C of [`c::project`](crate::c::project) behind the functions of the standard. Its variables are the
+//! numbers of the block: `input.…`, `output.…`, `parameters.…` (tunable) and `state.…`, each with its unit, range, value and
+//! documentation from the tables of the fields. It takes steps of the time that the block was prepared for, whatever
+//! communication steps the importer makes. FMI 2.0.4 and 3.0.1, <https://fmi-standard.org>.
+
+mod derivative;
+mod description;
+mod units;
+
+use std::fmt::Write as _;
+
+use stickslip_core::fields::Field;
+
+use crate::c::{Project, identifier_path};
+use crate::record::Step;
+use crate::tree::Tree;
+
+/// A version of the standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// FMI 2.0.
+    Two,
+    /// FMI 3.0.
+    Three,
+}
+
+impl Version {
+    /// Number of the version: `2` or `3`.
+    pub fn number(self) -> u32 {
+        match self {
+            Version::Two => 2,
+            Version::Three => 3,
+        }
+    }
+
+    /// Folder and ending of a library for the machine that this runs on, as the standard calls them; `None` where it has
+    /// no name for it.
+    pub fn platform(self) -> Option<(&'static str, &'static str)> {
+        match (std::env::consts::OS, std::env::consts::ARCH, self) {
+            ("linux", "x86_64", Version::Two) => Some(("linux64", "so")),
+            ("linux", "x86_64", Version::Three) => Some(("x86_64-linux", "so")),
+            ("linux", "aarch64", Version::Three) => Some(("aarch64-linux", "so")),
+            ("windows", "x86_64", Version::Two) => Some(("win64", "dll")),
+            ("windows", "x86_64", Version::Three) => Some(("x86_64-windows", "dll")),
+            ("macos", "x86_64" | "aarch64", Version::Two) => Some(("darwin64", "dylib")),
+            ("macos", "x86_64", Version::Three) => Some(("x86_64-darwin", "dylib")),
+            ("macos", "aarch64", Version::Three) => Some(("aarch64-darwin", "dylib")),
+            _ => None,
+        }
+    }
+
+    fn functions(self) -> (&'static str, &'static str) {
+        match self {
+            Version::Two => ("fmi2.c", include_str!("fmi2.c")),
+            Version::Three => ("fmi3.c", include_str!("fmi3.c")),
+        }
+    }
+}
+
+/// The files of an FMU but its library, and what that is compiled of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fmu {
+    /// Name of the library.
+    pub name: String,
+    /// Version of the standard.
+    pub version: Version,
+    /// Names and texts: `modelDescription.xml`, the sources, the page about the block.
+    pub files: Vec<(String, String)>,
+    /// Those of them that are compiled, with `sources` as folder of headers.
+    pub sources: Vec<String>,
+}
+
+/// What an importer may do with a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    Input,
+    Output,
+    Parameter,
+    State,
+}
+
+/// A number of the block.
+struct Variable {
+    role: Role,
+    /// As in C, behind the struct that holds it: `drive.load_inertia`.
+    path: String,
+    /// As importers know it: `parameters.drive.load_inertia`.
+    name: String,
+    field: &'static Field,
+    /// Value before the first step; of an output none that could be told.
+    start: f64,
+}
+
+impl Role {
+    /// Name of the struct in C, within the model, and for importers.
+    fn names(self) -> (&'static str, &'static str) {
+        match self {
+            Role::Input => ("in", "input"),
+            Role::Output => ("out", "output"),
+            Role::Parameter => ("p", "parameters"),
+            Role::State => ("s", "state"),
+        }
+    }
+}
+
+/// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s].
+pub fn fmu(project: &Project, name: &str, step: f64, version: Version) -> Fmu {
+    let top = project.program.steps.last().expect("a program has at least the block itself");
+    let variables = variables(project, top);
+    let code = |ending: &str| project.file(&format!("{name}.{ending}")).expect("every project has it").to_owned();
+    let (functions, text) = version.functions();
+    let described = |token: &str| description::model(top, name, token, step, version, &variables);
+    // Library and description know each other by all that both follow from.
+    let token = token(&[&described(""), &code("h"), &code("c"), text, include_str!("instance.h")]);
+    // One unit of translation: the derivatives call the small functions of the block.
+    let sources = vec![functions.to_owned()];
+    let mut files = vec![
+        ("modelDescription.xml".into(), described(&token)),
+        (format!("sources/{name}.h"), code("h")),
+        (format!("sources/{name}.c"), code("c")),
+        ("sources/model.h".into(), model(top, name, &token, step, &variables)),
+        ("sources/derivative.h".into(), derivative::functions(&project.program)),
+        ("sources/instance.h".into(), include_str!("instance.h").into()),
+        (format!("sources/{functions}"), text.into()),
+        ("documentation/README.md".into(), project.file("README.md").unwrap_or_default().into()),
+        ("documentation/index.html".into(), description::page(top, name, step)),
+    ];
+    if version == Version::Three {
+        files.push(("sources/buildDescription.xml".into(), description::build(name, &sources)));
+    }
+    Fmu { name: name.into(), version, files, sources: sources.iter().map(|file| format!("sources/{file}")).collect() }
+}
+
+/// Inputs, outputs, parameters, states: their value references are 1, 2, 3, …
+fn variables(project: &Project, top: &Step) -> Vec<Variable> {
+    let of = |role: Role, tree: &Tree, starts: Option<&[f64]>| {
+        let leaves = tree.leaves().into_iter().enumerate();
+        let variable = |(k, (path, field)): (usize, (String, &'static Field))| {
+            let path = identifier_path(&path);
+            let start = starts.map_or_else(|| 0.0_f64.clamp(field.minimum, field.maximum), |starts| starts[k]);
+            Variable { role, name: format!("{}.{}", role.names().1, indexed(&path)), path, field, start }
+        };
+        leaves.map(variable).collect::<Vec<_>>()
+    };
+    [
+        of(Role::Input, &top.input, None),
+        of(Role::Output, &top.output, None),
+        of(Role::Parameter, &top.parameters, Some(&project.program.parameters)),
+        of(Role::State, &top.state, Some(&project.program.start)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// `table[0][1]` as FMI writes it: `table[0,1]`.
+fn indexed(path: &str) -> String {
+    path.replace("][", ",")
+}
+
+/// `{8-4-4-4-12}` hexadecimal digits that follow from texts (FNV-1a, 128 bits).
+fn token(texts: &[&str]) -> String {
+    const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013B;
+    let bytes = texts.iter().flat_map(|text| text.bytes().chain([0]));
+    let hash = bytes.fold(0x6C62_272E_07BB_0142_62B8_2175_6295_C58D, |hash: u128, byte| {
+        (hash ^ u128::from(byte)).wrapping_mul(PRIME)
+    });
+    let digits = format!("{hash:032x}");
+    let parts = [&digits[..8], &digits[8..12], &digits[12..16], &digits[16..20], &digits[20..]];
+    format!("{{{}}}", parts.join("-"))
+}
+
+/// `model.h`: the block as `instance.h` takes it.
+fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable]) -> String {
+    // In the order of C.
+    let parts = [
+        (Role::Parameter, "parameters", &top.parameters),
+        (Role::State, "state", &top.state),
+        (Role::Input, "input", &top.input),
+        (Role::Output, "output", &top.output),
+    ];
+    let there = |role: Role| parts.iter().any(|(other, _, tree)| *other == role && tree.numbers() > 0);
+    let mut out = format!(
+        "/* {} as a model of FMI, written by stickslip. */\n#ifndef FMU_MODEL_H\n#define FMU_MODEL_H\n\n\
+         #include \"{name}.c\"\n\n#define FMU_TOKEN \"{token}\"\n#define FMU_STEP {step:?}\n#define FMU_COUNT {}U\n\n\
+         typedef struct {{\n",
+        top.name,
+        variables.len()
+    );
+    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("a String takes everything");
+    for (role, kind, _) in parts.iter().filter(|(.., tree)| tree.numbers() > 0) {
+        put(format_args!("    {name}_{kind} {};\n", role.names().0));
+    }
+    let sizes = parts.each_ref().map(|(.., tree)| tree.numbers());
+    put(format_args!(
+        "}} fmu_model;\n\n/* Numbers of parameters, state, inputs, outputs. */\n#define FMU_PARAMETERS {}U\n#define FMU_STATES \
+         {}U\n#define FMU_INPUTS {}U\n#define FMU_OUTPUTS {}U\n\n#include \"derivative.h\"\n\n",
+        sizes[0], sizes[1], sizes[2], sizes[3]
+    ));
+    put(format_args!("static const fmu_variable FMU_VARIABLES[] = {{\n"));
+    for Variable { role, path, name, .. } in variables {
+        let kind = format!("{role:?}").to_uppercase();
+        put(format_args!("    {{offsetof(fmu_model, {}.{path}), FMU_{kind}, \"{name}\"}},\n", role.names().0));
+    }
+    put(format_args!(
+        "}};\n\nstatic void fmu_start(fmu_model *model) {{\n    (void)memset(model, 0, sizeof *model);\n"
+    ));
+    if there(Role::Parameter) {
+        put(format_args!("    {name}_parameters_init(&model->p);\n"));
+    }
+    if there(Role::State) {
+        put(format_args!("    {name}_init(&model->s);\n"));
+    }
+    for Variable { path, start, .. } in variables.iter().filter(|it| it.role == Role::Input && it.start != 0.0) {
+        put(format_args!("    model->in.{path} = {start:?};\n"));
+    }
+    put(format_args!("}}\n\nstatic const char *fmu_check(const fmu_model *model) {{\n"));
+    if there(Role::Parameter) {
+        put(format_args!("    return {name}_check(&model->p);\n}}\n\n"));
+    } else {
+        put(format_args!("    (void)model;\n    return NULL;\n}}\n\n"));
+    }
+    let arguments = [
+        (there(Role::Parameter), "&model->p"),
+        (there(Role::State), "&model->s"),
+        (there(Role::Input), "&model->in"),
+        (true, "FMU_STEP"),
+        (there(Role::Output), "&model->out"),
+    ];
+    let arguments: Vec<&str> = arguments.into_iter().filter(|it| it.0).map(|it| it.1).collect();
+    put(format_args!(
+        "/* Not 0 if the step was not taken. */\nstatic int fmu_step(fmu_model *model) {{\n    return {name}_step({}) == \
+         {}_NOT_COMPUTED;\n}}\n\n#endif /* FMU_MODEL_H */\n",
+        arguments.join(", "),
+        name.to_uppercase()
+    ));
+    out
+}
+
+#[cfg(test)]
+mod tests;

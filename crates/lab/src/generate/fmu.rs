@@ -1,0 +1,87 @@
+//! A block as one file that other tools simulate: the FMU of `stickslip_codegen::fmu` with its library.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use stickslip_codegen::c::Project;
+use stickslip_codegen::fmu;
+pub use stickslip_codegen::fmu::Version;
+
+use super::archive::archive;
+use super::{Precision, generate};
+use crate::{Error, Preset};
+
+/// An FMU.
+#[derive(Clone, Debug)]
+pub struct Fmu {
+    /// Its file: `NAME-fmi2.fmu`.
+    pub file: String,
+    /// What that contains.
+    pub bytes: Vec<u8>,
+    /// Folder of the library within, as the standard calls the platform; `None` if there is none: then it is of use to
+    /// tools that compile its sources.
+    pub platform: Option<&'static str>,
+    /// Variables of all kinds.
+    pub variables: usize,
+    /// Step that it takes [s].
+    pub step: f64,
+}
+
+/// Makes the FMU of the block called `name` with the numbers of a preset; `prefix` is what it is called, the block's name
+/// unless given. The library is compiled for this machine by `$CC`, or `cc`.
+///
+/// # Errors
+/// As [`generate`]; [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&str>) -> Result<Fmu, Error> {
+    let made = generate(name, preset, Precision::Double, prefix)?;
+    let project = Project { files: made.files, program: made.program };
+    let fmu = fmu::fmu(&project, &made.prefix, made.step, version);
+    let library = library(&fmu)?;
+    let file = format!("{}-fmi{}.fmu", made.prefix, version.number());
+    let texts = fmu.files.iter().map(|(name, text)| (name.clone(), text.as_bytes()));
+    let binary = library.iter().map(|(path, _, bytes)| (path.clone(), bytes.as_slice()));
+    let top = project.program.steps.last();
+    let numbers = |top: &stickslip_codegen::record::Step| {
+        [&top.input, &top.output, &top.parameters, &top.state].map(|tree| tree.numbers()).into_iter().sum()
+    };
+    Ok(Fmu {
+        bytes: archive(&file, texts.chain(binary))?,
+        file,
+        platform: library.as_ref().map(|(_, platform, _)| *platform),
+        variables: top.map_or(0, numbers),
+        step: made.step,
+    })
+}
+
+/// Path within the FMU, platform and bytes of its library; none on a machine that the standard has no name for, or without
+/// a C compiler.
+fn library(fmu: &fmu::Fmu) -> Result<Option<(String, &'static str, Vec<u8>)>, Error> {
+    let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
+    if Command::new(&compiler).arg("--version").output().is_err() {
+        return Ok(None);
+    }
+    let failed = |source| Error::file(Path::new("the folder of the compiler"), "write to", source);
+    let folder = tempfile::tempdir().map_err(failed)?;
+    for (name, text) in &fmu.files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap_or(folder.path()))
+            .and_then(|()| fs::write(&path, text))
+            .map_err(failed)?;
+    }
+    let name = format!("{}.{ending}", fmu.name);
+    let mut command = Command::new(&compiler);
+    command.current_dir(folder.path());
+    // Only the functions of the standard are seen from outside: a hundred FMUs live in one process.
+    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden"]);
+    command.args((!cfg!(windows)).then_some("-fPIC"));
+    command.args(["-o", &name]).args(&fmu.sources).arg("-lm");
+    let output = command.output().map_err(failed)?;
+    if !output.status.success() {
+        let said = String::from_utf8_lossy(&output.stderr).lines().next().unwrap_or("it says nothing").to_owned();
+        return Err(Error::Compiler { compiler, said });
+    }
+    let bytes = fs::read(folder.path().join(&name)).map_err(failed)?;
+    Ok(Some((format!("binaries/{platform}/{name}"), platform, bytes)))
+}

@@ -1,0 +1,413 @@
+"""FMUs as an importer takes them (FMPy): validated, simulated, saved, misused."""
+
+import ctypes
+import json
+import pathlib
+import resource
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+fmpy = pytest.importorskip("fmpy")
+from fmpy import fmi2, fmi3  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+if shutil.which("cc") is None:
+    pytest.skip("there is no C compiler", allow_module_level=True)
+
+STEP = 25e-6
+VERSIONS = pytest.mark.parametrize("version", [2, 3])
+
+
+@pytest.fixture(scope="module")
+def made(program, tmp_path_factory):
+    """Blocks with their FMUs and their project in C."""
+    folder = tmp_path_factory.mktemp("fmu")
+    for block in ("friction", "bench", "position_controller"):
+        subprocess.run([program, "generate", "fmu", block, "--out", folder, "--quiet"], check=True)
+        subprocess.run([program, "generate", "c", block, "--out", folder / block, "--quiet"], check=True)
+    return folder
+
+
+class Importer:
+    """One FMU, unpacked, of which there may be many instances."""
+
+    def __init__(self, file):
+        self.description = fmpy.read_model_description(str(file))
+        self.folder = fmpy.extract(str(file))
+        self.references = {variable.name: variable.valueReference for variable in self.description.modelVariables}
+        self.version = 2 if self.description.fmiVersion.startswith("2") else 3
+
+    def names(self, kind):
+        return [name for name in self.references if name.startswith(kind + ".")]
+
+    def instance(self, start=0.0, **parameters):
+        it = self.bare()
+        it.set(parameters)
+        it.begin(start)
+        return it
+
+    def bare(self, token=None):
+        return Instance(self, token)
+
+
+class Instance:
+    """What both versions of the standard have, under one name."""
+
+    def __init__(self, of, token):
+        self.of, self.messages = of, []
+        place = {"guid": token or of.description.guid, "unzipDirectory": of.folder, "modelIdentifier": of.description.coSimulation.modelIdentifier}
+        if of.version == 2:
+            log = lambda environment, name, status, category, message: self.messages.append(message.decode())  # noqa: E731
+            self.callbacks = fmi2.fmi2CallbackFunctions()
+            self.callbacks.logger = fmi2.fmi2CallbackLoggerTYPE(log)
+            self.callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmi2.calloc)
+            self.callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmi2.free)
+            self.fmu = fmi2.FMU2Slave(instanceName="one", **place)
+            self.fmu.instantiate(callbacks=self.callbacks)
+        else:
+            log = lambda environment, status, category, message: self.messages.append(message.decode())  # noqa: E731
+            self.fmu = fmi3.FMU3Slave(instanceName="one", **place)
+            self.fmu.instantiate(logMessage=log)
+
+    def begin(self, start=0.0):
+        if self.of.version == 2:
+            self.fmu.setupExperiment(startTime=start)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=start)
+        self.fmu.exitInitializationMode()
+
+    def set(self, values):
+        names = list(values)
+        self.put([self.of.references[name] for name in names], [values[name] for name in names])
+
+    def put(self, references, values):
+        (self.fmu.setReal if self.of.version == 2 else self.fmu.setFloat64)(references, values)
+
+    def get(self, names):
+        return self.take([self.of.references[name] for name in names])
+
+    def take(self, references):
+        return np.array((self.fmu.getReal if self.of.version == 2 else self.fmu.getFloat64)(references))
+
+    def step(self, point, length):
+        self.fmu.doStep(point, length)
+
+    def state(self):
+        return self.fmu.getFMUState()
+
+    def restore(self, state):
+        self.fmu.setFMUState(state)
+
+    def saved(self):
+        state = self.state()
+        saved = self.fmu.serializeFMUState(state)
+        self.fmu.freeFMUState(state)
+        return saved
+
+    def restore_saved(self, saved):
+        state = self.fmu.deserializeFMUState(saved)
+        self.restore(state)
+        self.fmu.freeFMUState(state)
+
+    def free(self):
+        self.fmu.freeInstance()
+
+    def refused(self, words, act, *arguments):
+        """An act that is answered by an error, and a message with these words."""
+        self.messages.clear()
+        with pytest.raises(Exception):
+            act(*arguments)
+        assert any(words in message for message in self.messages), self.messages
+
+
+@pytest.fixture(scope="module")
+def importers(made):
+    return {(block, version): Importer(made / f"{block}-fmi{version}.fmu") for block in ("friction", "bench", "position_controller") for version in (2, 3)}
+
+
+def run(instance, steps, amplitude=1.0):
+    """A course of a contact: its velocity swings, its torques are returned."""
+    torques = []
+    for k in range(steps):
+        instance.set({"input.velocity": amplitude * np.sin(2e-3 * k)})
+        instance.step(k * STEP, STEP)
+        torques.append(instance.get(["output.torque"])[0])
+    return np.array(torques)
+
+
+@VERSIONS
+@pytest.mark.parametrize("block", ["friction", "bench", "position_controller"])
+def test_an_fmu_is_valid_and_simulates(made, block, version):
+    file = str(made / f"{block}-fmi{version}.fmu")
+    assert validate_fmu(file) == []
+    result = fmpy.simulate_fmu(file, stop_time=0.01, output_interval=1e-3)
+    assert len(result) == 11 and all(np.isfinite(result[name]).all() for name in result.dtype.names)
+
+
+@VERSIONS
+def test_units_values_and_causalities_come_from_the_block(importers, version):
+    of = importers["friction", version].description
+    variables = {variable.name: variable for variable in of.modelVariables}
+    stiffness = next(variable for name, variable in variables.items() if name.endswith("bristle_stiffness"))
+    assert (stiffness.unit, stiffness.causality, stiffness.variability) == ("N.m/rad", "parameter", "tunable")
+    assert float(stiffness.start) == 60.0 and float(stiffness.min) == 1e-3
+    unit = next(unit for unit in of.unitDefinitions if unit.name == "N.m/rad")
+    assert (unit.baseUnit.kg, unit.baseUnit.m, unit.baseUnit.s, unit.baseUnit.rad) == (1, 2, -2, -1)
+
+
+@VERSIONS
+@pytest.mark.parametrize("block", ["friction", "bench"])
+def test_results_have_the_bits_of_the_generated_code(made, importers, block, version):
+    folder = made / block
+    library = made / f"{block}.so"
+    subprocess.run(["cc", "-std=c99", "-O2", "-fPIC", "-shared", folder / f"{block}.c", "-o", library, "-lm"], check=True)
+    native = ctypes.CDLL(str(library))
+    sizes = json.loads((folder / "summary.json").read_text())["results"]
+    array = lambda kind: (ctypes.c_double * int(sizes[f"generate.{kind}"]["value"]))()  # noqa: E731
+    parameters, state, given, found = (array(kind) for kind in ("parameters", "states", "inputs", "outputs"))
+    getattr(native, f"{block}_parameters_init")(parameters)
+    getattr(native, f"{block}_init")(state)
+    step = getattr(native, f"{block}_step")
+    step.argtypes = [ctypes.c_void_p] * 3 + [ctypes.c_double, ctypes.c_void_p]
+    of = importers[block, version]
+    instance, dt = of.instance(), sizes["generate.step"]["value"]
+    inputs, outputs, states = of.names("input"), of.names("output"), of.names("state")
+    assert [len(it) for it in (inputs, outputs, states)] == [len(it) for it in (given, found, state)]
+    random = np.random.default_rng(1)
+    start, moved = instance.get(inputs), False
+    for k in range(400):
+        values = start + random.normal(scale=0.3, size=len(inputs)) * (k % 3 > 0)
+        given[:] = values
+        assert step(parameters, state, given, dt, found) == 0
+        instance.set(dict(zip(inputs, values)))
+        instance.step(k * dt, dt)
+        np.testing.assert_array_equal(instance.get(outputs), np.array(found))
+        np.testing.assert_array_equal(instance.get(states), np.array(state))
+        moved = moved or (k > 0 and list(found) != before)
+        before = list(found)
+    assert moved
+    instance.free()
+
+
+@VERSIONS
+def test_a_hundred_instances_side_by_side_are_as_each_alone(importers, version):
+    of = importers["friction", version]
+    alone = []
+    for k in range(100):
+        instance = of.instance()
+        alone.append(run(instance, 30, 0.1 * k))
+        instance.free()
+    instances = [of.instance() for _ in range(100)]
+    together = np.empty((100, 30))
+    for step in range(30):
+        for k, instance in enumerate(instances):
+            instance.set({"input.velocity": 0.1 * k * np.sin(2e-3 * step)})
+            instance.step(step * STEP, STEP)
+            together[k, step] = instance.get(["output.torque"])[0]
+    np.testing.assert_array_equal(together, np.array(alone))
+    assert len(np.unique(together[:, -1])) == 100
+    for instance in instances:
+        instance.free()
+
+
+@VERSIONS
+def test_a_state_that_is_saved_restored_or_reset_goes_on_with_the_same_bits(importers, version):
+    of = importers["bench", version]
+    dt, outputs = of.description.defaultExperiment.stepSize, of.names("output")
+    dt = float(dt)
+    instance = of.instance()
+
+    def course(instance, first, count):
+        found = []
+        for k in range(first, first + count):
+            instance.step(k * dt, dt)
+            found.append(instance.get(outputs))
+        return np.array(found)
+
+    before = course(instance, 0, 20)
+    state, saved = instance.state(), instance.saved()
+    after = course(instance, 20, 20)
+    instance.restore(state)
+    np.testing.assert_array_equal(course(instance, 20, 20), after)
+    instance.fmu.freeFMUState(state)
+    other = of.instance()
+    other.restore_saved(saved)
+    np.testing.assert_array_equal(course(other, 20, 20), after)
+    instance.fmu.reset()
+    instance.begin()
+    np.testing.assert_array_equal(course(instance, 0, 20), before)
+    broken = bytearray(saved)
+    broken[3] ^= 1
+    instance.refused("not saved by this model", instance.restore_saved, bytes(broken))
+    instance.refused("not saved by this model", instance.restore_saved, saved[:-1])
+    instance.free()
+    other.free()
+
+
+@VERSIONS
+def test_the_importer_may_communicate_as_it_likes(importers, version):
+    of = importers["friction", version]
+    torques = []
+    for lengths in ([STEP] * 40, [40 * STEP], [0.4 * STEP] * 100, [3.0 * STEP, 0.5 * STEP, 20.25 * STEP, 16.25 * STEP]):
+        instance = of.instance(start=0.5)
+        instance.set({"input.velocity": 0.3})
+        point = 0.5
+        for length in lengths:
+            instance.step(point, length)
+            point += length
+        assert abs(point - 0.5 - 40 * STEP) < 1e-12
+        torques.append(instance.get(["output.torque", *of.names("state")]))
+        instance.free()
+    for other in torques[1:]:
+        np.testing.assert_array_equal(torques[0], other)
+
+
+@VERSIONS
+def test_what_is_wrong_is_refused_by_a_message_and_changes_nothing(importers, version):
+    of = importers["friction", version]
+    with pytest.raises(Exception, match="nstantiate"):
+        of.bare(token="{00000000-0000-0000-0000-000000000000}")
+    instance = of.instance()
+    stiffness = next(name for name in of.names("parameters") if name.endswith("bristle_stiffness"))
+    instance.refused("no variable of value reference 9999", instance.take, [9999])
+    instance.refused("no variable of value reference 9999", instance.put, [of.references["input.velocity"], 9999], [0.7, 1.0])
+    assert instance.get(["input.velocity"])[0] == 0.0
+    for value in (np.nan, np.inf):
+        instance.refused("is no finite number", instance.set, {"input.velocity": value})
+    instance.refused("is computed", instance.set, {"output.torque": 1.0})
+    instance.refused("until initialization ends", instance.set, {of.names("state")[0]: 1.0})
+    for point, length, words in ((0.0, -STEP, "is none"), (0.0, np.nan, "is none"), (1.0, STEP, "the instance stands at 0 s")):
+        instance.refused(words, instance.step, point, length)
+    instance.set({stiffness: -1.0})
+    instance.refused("bristle_stiffness", instance.step, 0.0, STEP)
+    instance.set({stiffness: 60.0})
+    untouched = of.instance()
+    np.testing.assert_array_equal(run(instance, 10), run(untouched, 10))
+    if version == 3:
+        instance.refused("2 values for 1 variables", instance.fmu.getFloat64, [1], 2)
+    instance.fmu.terminate()
+    instance.refused("only between initialization", instance.step, 10 * STEP, STEP)
+    instance.free()
+    untouched.free()
+
+
+@VERSIONS
+def test_a_parameter_changes_what_follows_and_not_what_was(importers, version):
+    of = importers["friction", version]
+    name = next(name for name in of.names("parameters") if name.endswith("kinetic_torque"))
+    one, other = of.instance(), of.instance()
+    np.testing.assert_array_equal(run(one, 20), run(other, 20))
+    other.set({name: 0.8 * other.get([name])[0]})
+    for instance in (one, other):
+        instance.set({"input.velocity": 20.0})
+        instance.step(20 * STEP, 2000 * STEP)
+    first, second = (instance.get(["output.torque"])[0] for instance in (one, other))
+    assert second < 0.9 * first
+    one.free()
+    other.free()
+
+
+@VERSIONS
+def test_the_arithmetic_of_the_importer_is_left_to_it(importers, version):
+    of = importers["friction", version]
+    expected = run(of.instance(), 50)
+    library = ctypes.CDLL("libm.so.6")
+    upward = 0x800  # FE_UPWARD of x86
+    instance = of.instance()
+    found = []
+    for k in range(50):
+        velocity = np.sin(2e-3 * k)
+        instance.set({"input.velocity": velocity})
+        try:
+            library.fesetround(upward)
+            instance.step(k * STEP, STEP)
+            assert library.fegetround() == upward
+        finally:
+            library.fesetround(0)
+        found.append(instance.get(["output.torque"])[0])
+    np.testing.assert_array_equal(np.array(found), expected)
+
+
+@VERSIONS
+@pytest.mark.parametrize("block", ["friction", "position_controller"])
+def test_derivatives_are_the_slopes_of_a_step(importers, block, version):
+    of = importers[block, version]
+    dt = float(of.description.defaultExperiment.stepSize)
+    instance = of.instance()
+    inputs, states, outputs = of.names("input"), of.names("state"), of.names("output")
+    random = np.random.default_rng(3)
+    start = instance.get(inputs)
+    for k in range(20):
+        instance.set(dict(zip(inputs, start + random.normal(scale=0.05, size=len(inputs)))))
+        instance.step(k * dt, dt)
+    here, given = instance.saved(), instance.get(inputs)
+    unknowns = [of.references[name] for name in [*states, *outputs]]
+
+    def after(name, value):
+        instance.restore_saved(here)
+        instance.set({name: value})
+        instance.step(20 * dt, dt)
+        return instance.take(unknowns)
+
+    slopes = {}
+    for name, value in zip(inputs, given):
+        instance.restore_saved(here)
+        slopes[name] = np.array(instance.fmu.getDirectionalDerivative(unknowns, [of.references[name]], [1.0]))
+        width = 1e-6 * max(1.0, abs(value))
+        differences = (after(name, value + width) - after(name, value - width)) / (2.0 * width)
+        # Second differences of 1e-6 and rounding of 1e-16/1e-6, over the size of the numbers.
+        np.testing.assert_allclose(slopes[name], differences, rtol=1e-5, atol=1e-6 * max(1.0, np.abs(differences).max()))
+    assert any(np.abs(slope).max() > 0.0 for slope in slopes.values())
+    # Linear in the direction, and by a state as well as by an input.
+    instance.restore_saved(here)
+    seeds = random.normal(size=len(inputs))
+    together = instance.fmu.getDirectionalDerivative(unknowns, [of.references[name] for name in inputs], list(seeds))
+    np.testing.assert_allclose(together, sum(seed * slopes[name] for seed, name in zip(seeds, inputs)), rtol=1e-9, atol=1e-12)
+    by_state = instance.fmu.getDirectionalDerivative([of.references[states[0]]], [of.references[states[0]]], [1.0])
+    assert np.isfinite(by_state).all()
+    parameter = of.references[of.names("parameters")[0]]
+    instance.refused("follows from nothing", instance.fmu.getDirectionalDerivative, [parameter], [unknowns[0]], [1.0])
+    output = of.references[outputs[0]]
+    instance.refused("it is an output", instance.fmu.getDirectionalDerivative, [output], [output], [1.0])
+    instance.free()
+
+
+@VERSIONS
+def test_no_memory_is_kept(importers, version):
+    of = importers["bench", version]
+
+    def lives(count):
+        for _ in range(count):
+            instance = of.instance()
+            instance.step(0.0, 1e-3)
+            instance.restore_saved(instance.saved())
+            instance.fmu.freeInstance = lambda: None
+            (instance.fmu.fmi2FreeInstance if version == 2 else instance.fmu.fmi3FreeInstance)(instance.fmu.component)
+
+    size = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # noqa: E731
+    lives(50)
+    before = size()
+    lives(6000)
+    kept = of.instance()
+    bytes_each = len(kept.saved())
+    kept.free()
+    # An instance or a state that stayed would show three times over; the interpreter itself takes a megabyte or two.
+    assert (size() - before) * 1024 < 0.3 * 6000 * bytes_each, (size() - before, bytes_each)
+
+
+def test_sources_are_inside(made):
+    import zipfile
+
+    for version, description in ((2, "modelDescription.xml"), (3, "sources/buildDescription.xml")):
+        with zipfile.ZipFile(made / f"bench-fmi{version}.fmu") as archive:
+            names = archive.namelist()
+            assert {"sources/bench.c", "sources/bench.h", f"sources/fmi{version}.c", "documentation/index.html"} <= set(names)
+            assert f'"fmi{version}.c"' in archive.read(description).decode()
+            folder = pathlib.Path(made) / f"unpacked{version}"
+            archive.extractall(folder)
+        command = ["cc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"fmi{version}.c"]
+        subprocess.run(command, cwd=folder / "sources", check=True)
