@@ -6,8 +6,9 @@ use crate::Fields;
 use crate::fields::{Relation, at_most};
 use crate::scalar::{Mask, Scalar};
 
-/// Generalised Maxwell slip: four elements side by side, each a spring that slips at its share of one level, which lags behind
-/// the sliding curve.
+/// Generalised Maxwell slip: four springs side by side that slip, which remember every reversal.
+///
+/// Each is an element that slips at its share of one level, and the level lags behind the sliding curve:
 ///
 /// ```text
 /// M_R = Σ κ_i·z_i + b·Ω,   ż_i = Ω while κ_i·|z_i| < α_i·L, else slipping with κ_i·z_i = α_i·L·sign(Ω)
