@@ -137,7 +137,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         let (level, level_then) = (strength * lagging, strength * (lagging - fall));
 
         // A limit that is no number would hold nothing: let it be seen instead.
-        let way = velocity * dt + (level - level);
+        let way = velocity * dt + zero * level;
         let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
         let (mut torque, mut deflection) = (zero, zero);
         for i in 0..ELEMENTS {
