@@ -21,13 +21,13 @@ fn committed() -> Value {
 
 /// The row of a model on a part of a recording.
 fn row<'a>(committed: &'a Value, data: &str, model: &str, part: usize) -> &'a Value {
-    let rows = committed["rows"].as_array().unwrap();
+    let rows = committed["rows"].as_array().expect("the study has rows");
     let is = |row: &&Value| row["data"] == data && row["model"] == model && row["part"] == part + 1;
     rows.iter().find(is).unwrap_or_else(|| panic!("{data}: {model} on part {}", part + 1))
 }
 
 fn error(row: &Value) -> f64 {
-    row["error"].as_f64().unwrap()
+    row["error"].as_f64().expect("each row has an error")
 }
 
 #[test]

@@ -172,7 +172,7 @@ impl Blocks<'_> {
 
     /// The whole recording, as one.
     pub fn whole(&self) -> Vec<Range<usize>> {
-        vec![self.block(0).start..self.block(self.count - 1).end]
+        std::iter::once(self.block(0).start..self.block(self.count - 1).end).collect()
     }
 
     /// Fits each friction to all blocks but one and has it predict that one: a row a friction, a column a block.
