@@ -44,18 +44,19 @@ def run(parts: StudyParts, cluster: Any, progress: Progress | None) -> None:
     name = f"stickslip-{uuid.uuid4().hex}"
     part, threads = _part(), _threads(cluster)
     completed = distributed.as_completed(with_results=True)
-    # The result of a task, so that Dask can make it again where the worker that has it is lost.
-    work = cluster.submit(str, parts.work(), key=f"{name}-work")
+    with _told():
+        # The result of a task, so that Dask can make it again where the worker that has it is lost.
+        work = cluster.submit(str, parts.work(), key=f"{name}-work")
     try:
         while True:
-            ahead = max(FEWEST, AHEAD * next(threads))
-            for index, cases in islice(waiting, max(0, ahead - len(running))):
-                future = cluster.submit(part, work, index, key=f"{name}-part-{index}")
-                running[future] = index, cases
-                completed.add(future)
-            if not running:
-                return
             with _told():
+                ahead = max(FEWEST, AHEAD * next(threads))
+                for index, cases in islice(waiting, max(0, ahead - len(running))):
+                    future = cluster.submit(part, work, index, key=f"{name}-part-{index}")
+                    running[future] = index, cases
+                    completed.add(future)
+                if not running:
+                    return
                 future, found = next(completed)
                 if isinstance(found, BaseException):
                     raise found
@@ -87,8 +88,8 @@ def _told() -> Iterator[None]:
     except Error:
         raise
     except Exception as error:
-        words = f"The cluster has given up: {error} What is finished is kept, and the same call goes on from there."
-        raise Error(words) from error
+        words = f"The cluster has given up: {str(error).rstrip('.')}. What is finished is kept"
+        raise Error(f"{words}, and the same call goes on from there.") from error
 
 
 def _part() -> Callable[[str, int], bytes]:

@@ -18,7 +18,7 @@ Version of the package.
 @final
 class Friction:
     """
-    A friction model: static, Dahl, LuGre or elasto-plastic, with what it depends on.
+    A friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with what it depends on.
 
     `values` has the same names as the friction of a parameter file (`stickslip params describe plant.screw_friction`);
     what is not given has its default.
@@ -38,7 +38,7 @@ class Friction:
 
         `velocity` [rad/s] has one value a step, held over it, and `dt` [s] is the length of a step; a course of the
         velocities in the middle of each step is of second order. `angle` [rad] and `load` [N m] are arrays of the same
-        length where friction depends on them, `deflection` [rad] is what the bristles begin with. `arrest` [N m] is the
+        length where friction depends on them, `deflection` [rad] is what the bristles or elements begin with. `arrest` [N m] is the
         torque that would bring the load to rest within a step: static friction, which has no bristles, takes up that much at
         velocity 0, and nothing without it.
 

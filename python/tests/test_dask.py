@@ -172,6 +172,21 @@ def test_memory_is_bounded_by_the_threads_of_the_workers(client, alone, tmp_path
     assert max(most) <= 4 and len(most) == 1 + PARTS
 
 
+def test_a_scheduler_that_is_gone_is_told_and_what_is_finished_is_kept(client, tmp_path, monkeypatch):
+    nthreads, folder = distributed.Client.nthreads, tmp_path / "parts"
+
+    def gone(self):
+        if any(folder.glob("*.parquet")):
+            raise OSError("Timed out.")
+        return nthreads(self)
+
+    monkeypatch.setattr(stickslip._cluster, "LOOK", 0.0)
+    monkeypatch.setattr(distributed.Client, "nthreads", gone)
+    with pytest.raises(stickslip.Error, match=r"The cluster has given up: Timed out\. What is finished is kept, and"):
+        stickslip.study(PLAN, tmp_path, cluster=client)
+    assert any(folder.glob("*.parquet"))
+
+
 def test_dask_is_needed_for_a_cluster_alone(tmp_path, monkeypatch):
     import sys
 

@@ -14,7 +14,7 @@ def stribeck(velocity):
     return np.sign(velocity) * (0.2 + drop) + 0.01 * velocity
 
 
-@pytest.mark.parametrize("model", ["static", "lugre", "elasto-plastic"])
+@pytest.mark.parametrize("model", ["static", "lugre", "elasto-plastic", "maxwell-slip"])
 def test_the_steady_curve_is_the_stribeck_curve(model):
     sliding = "model.lugre.sliding" if model == "elasto-plastic" else "model.sliding"
     friction = stickslip.Friction({"model.kind": model, sliding: STRIBECK})

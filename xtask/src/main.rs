@@ -24,7 +24,7 @@ usage: cargo xtask COMMAND
 
   test          check everything as continuous integration does, in a copy of the tracked files
   bench [NAME]  ratios against named peers: name, our time, the peer's, peer / ours
-  study NAME    what takes too long for the tests; its result is committed: calibrated, calibration, coverage, fidelity, margins, soak
+  study NAME    what takes too long for the tests; its result is committed: calibrated, calibration, coverage, fidelity, margins, prediction, soak
   dist          one archive that runs on a bare machine: target/dist/stickslip-VERSION-TARGET.tar.gz
   bless         rewrite the golden files from what the program gives now; read the difference before you commit it
 ";

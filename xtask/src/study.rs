@@ -4,8 +4,8 @@
 use std::process::Command;
 
 /// The studies. Each is an example of the laboratory.
-const STUDIES: [&str; 8] =
-    ["benchmark", "calibrated", "calibration", "coverage", "fidelity", "hunting", "margins", "soak"];
+const STUDIES: [&str; 9] =
+    ["benchmark", "calibrated", "calibration", "coverage", "fidelity", "hunting", "margins", "prediction", "soak"];
 /// Where their results lie, from the repository's root.
 const FOLDER: &str = "docs/studies";
 
@@ -29,7 +29,7 @@ mod tests {
     fn an_unknown_study_is_refused_with_the_known_ones() {
         assert_eq!(
             study("coverige"),
-            Err("there is no study coverige; known: benchmark, calibrated, calibration, coverage, fidelity, hunting, margins, soak".into())
+            Err("there is no study coverige; known: benchmark, calibrated, calibration, coverage, fidelity, hunting, margins, prediction, soak".into())
         );
     }
 }

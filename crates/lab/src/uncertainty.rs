@@ -93,7 +93,7 @@ impl Together {
         parameters.iter().zip(sd).zip(values).find_map(|((path, &sd), &value)| {
             if !(sd.is_finite() && sd > 0.0) {
                 Some(format!("the standard deviation of {path} is {sd}"))
-            } else if *logarithmic && !(value > 0.0) {
+            } else if *logarithmic && (value.is_nan() || value <= 0.0) {
                 Some(format!("{path} = {value}, which has no logarithm"))
             } else if *logarithmic && sd > LARGEST {
                 Some(format!("{path} is known to {:.0} % alone, as a standard deviation", 100.0 * sd))

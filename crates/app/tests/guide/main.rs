@@ -82,8 +82,11 @@ fn no_command_and_no_figure_of_the_guide_is_left_out() {
     assert_eq!(with_commands, run.into_iter().collect::<Vec<_>>());
     let figures = std::fs::read_dir(source().join("figures")).expect("the guide has figures");
     let figures: BTreeSet<_> = figures.map(|entry| entry.expect("it can be listed").file_name()).collect();
-    // Those of the page are pictures of a browser, which no command draws.
-    assert_eq!(figures, ["demo", "fidelity", "identify", "loop", "page", "render"].map(Into::into).into());
+    // Those of the page are pictures of a browser, which no command draws; those of prediction are a study's.
+    assert_eq!(
+        figures,
+        ["demo", "fidelity", "identify", "loop", "page", "prediction", "render"].map(Into::into).into()
+    );
 }
 
 #[test]

@@ -126,8 +126,9 @@ fn slopes<B: Block<f64, Input: Default>>(block: &B, point: &Point, variable: usi
             let narrow = (near_right[i] - near_left[i]) / h;
             let (forwards, backwards) =
                 ((near_right[i] - middle[i]) / (0.5 * h), (middle[i] - near_left[i]) / (0.5 * h));
-            // Curvature bends the one-sided ones by h·f″; the last bits of what cancels on the way weigh ε/h.
-            let tolerance = 1e-3 * narrow.abs() + 1e3 * f64::EPSILON * middle[i].abs() / h + 1e-9;
+            // Curvature bends the one-sided ones by h·f″; what cancels on the way weighs ε/h, many times over where a
+            // step is divided by its duration twice.
+            let tolerance = 1e-3 * narrow.abs() + 1e5 * f64::EPSILON * middle[i].abs() / h + 1e-9;
             let smooth = [wide, forwards, backwards].iter().all(|s| (s - narrow).abs() <= tolerance);
             (smooth && narrow.is_finite()).then_some((narrow, 2.0 * tolerance))
         })

@@ -6,8 +6,9 @@ use crate::Fields;
 use crate::fields::{Relation, at_most};
 use crate::scalar::{Mask, Scalar};
 
-/// Generalised Maxwell slip: four elements side by side, each a spring that slips at its share of one level, which lags behind
-/// the sliding curve.
+/// Generalised Maxwell slip: four springs side by side that slip, which remember every reversal.
+///
+/// Each is an element that slips at its share of one level, and the level lags behind the sliding curve:
 ///
 /// ```text
 /// M_R = Σ κ_i·z_i + b·Ω,   ż_i = Ω while κ_i·|z_i| < α_i·L, else slipping with κ_i·z_i = α_i·L·sign(Ω)
@@ -136,7 +137,7 @@ impl<T: Scalar> MaxwellSlip<T> {
         let (level, level_then) = (strength * lagging, strength * (lagging - fall));
 
         // A limit that is no number would hold nothing: let it be seen instead.
-        let way = velocity * dt + (level - level);
+        let way = velocity * dt + zero * level;
         let (shares, stiffnesses) = (self.shares(), self.stiffnesses());
         let (mut torque, mut deflection) = (zero, zero);
         for i in 0..ELEMENTS {

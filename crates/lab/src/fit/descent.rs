@@ -32,9 +32,9 @@ pub(super) fn descend(points: &Points, start: Parameters<f64>, bounds: [f64; 2],
     let (mut last, mut before) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..PASSES {
         let sums = points.sums(parameters);
-        // Written so that NaN ends it; below the roundings of the torques nothing falls.
+        // Below the roundings of the torques nothing falls.
         let most = last * (1.0 + ROUNDING) + 1e-28 * points.plain.torque_torque;
-        if !(sums.rr <= most) {
+        if sums.rr.is_nan() || sums.rr > most {
             return None;
         }
         last = sums.rr;

@@ -20,6 +20,7 @@ mod report;
 mod results;
 mod rigid;
 pub mod servo;
+pub mod unseen;
 mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};

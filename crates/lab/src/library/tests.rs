@@ -82,6 +82,49 @@ fn on_a_bench_it_is_what_is_rendered_or_what_the_machine_has() {
     assert!(refused.contains("breakaway_torque"), "{refused}");
 }
 
+/// A friction file with a Maxwell slip, which may age and be warm.
+fn maxwell_slip(more: &str) -> Entry {
+    let text = format!(
+        "[about]\ntitle = \"A slide\"\nsource = \"a test\"\nlicence = \"none\"\n\n[range]\ninertia = 1e-3\n\n\
+         [friction.model]\nkind = \"maxwell-slip\"\nfirst_share = 0.1\nfirst_stiffness = 400.0\n\n{more}"
+    );
+    read("slide", &text, "slide.toml").unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn a_maxwell_slip_is_read_drawn_and_taken_by_a_machine_but_not_rendered() {
+    let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    let entry = maxwell_slip("");
+    let Model::MaxwellSlip(model) = entry.identified.friction.model else { panic!("another model was read") };
+    assert_eq!((model.first_share, model.first_stiffness, model.fourth_stiffness), (0.1, 400.0, 20.0));
+    let limits = entry.limits().join(" ");
+    assert!(!limits.contains("do not close") && limits.contains("temperature"), "{limits}");
+    // ω² = 540 N·m/rad over 1e-3 kg·m², a tenth of 2/ω.
+    assert!((entry.recommended_step().unwrap() / (0.2 / f64::sqrt(540e3)) - 1.0).abs() < 1e-12);
+    let folder = tempfile::tempdir().unwrap();
+    entry.write(folder.path(), "stickslip friction").unwrap();
+    assert!(folder.path().join("presliding.svg").exists());
+    let own = entry.on(&preset, Role::Own).unwrap();
+    assert_eq!(own.plant.screw_friction, entry.identified.friction);
+    assert_eq!((own.model.own, own.model.own_bristles.stiffness), (model.sliding, 540.0));
+    let refused = entry.on(&preset, Role::Desired).unwrap_err().to_string();
+    assert!(refused.starts_with("slide cannot be the desired friction") && refused.contains("--as own"), "{refused}");
+}
+
+#[test]
+fn a_friction_that_ages_or_is_warm_is_not_rendered_either() {
+    let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    let tables = ["[friction.rest]\nshape = \"rising\"\n", "[friction.temperature]\nshape = \"exponential\"\n"];
+    for (table, effect) in tables.into_iter().zip(["Temperature has no effect.", "The time at rest has no effect."]) {
+        let mut entry = maxwell_slip(table);
+        entry.identified.friction.model = Model::ElastoPlastic(ElastoPlastic::default());
+        assert!(entry.limits().contains(&effect), "{:?}", entry.limits());
+        let refused = entry.on(&preset, Role::Desired).unwrap_err().to_string();
+        assert!(refused.contains("time at rest") && refused.contains("rest and temperature"), "{refused}");
+        assert!(entry.on(&preset, Role::Own).is_ok());
+    }
+}
+
 #[test]
 fn what_is_wrong_with_a_file_is_told_at_its_line() {
     let text = ENTRIES.iter().find(|(name, _)| *name == "dc-servo").unwrap().1;

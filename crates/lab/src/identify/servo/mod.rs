@@ -91,7 +91,7 @@ fn rms(kind: Kind, servo: &Servo<f64>, runs: &[&Run], watch: &Watch) -> Result<f
 }
 
 /// The parameters that a machine file has under `published.KIND`; what it does not name is 0.
-fn published(kind: Kind, machine: &Machine) -> Option<Servo<f64>> {
+pub fn published(kind: Kind, machine: &Machine) -> Option<Servo<f64>> {
     let table = machine.published.get(kind.name())?;
     let mut names = fields().iter().map(|field| field.name);
     let named = |name: &str| table.get(name)?.first().copied();
