@@ -49,7 +49,12 @@ pub(super) fn share(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference / size }
 }
 
-/// Error of the finer of two rungs by their difference: of an error that falls to a third, half of the difference is left.
-pub(super) fn estimate(apart: f64) -> f64 {
-    0.5 * apart
+/// Error of the finer of two rungs by their difference, and by what was estimated `before` on the rung below.
+///
+/// Of an error that falls to a third, half of the difference is left. That it falls faster is not believed: two rungs may
+/// agree by chance.
+pub(super) fn estimate(difference: f64, before: f64) -> f64 {
+    let (half, third) = (0.5 * difference, before / 3.0);
+    // Not `max`: a difference that is no number stays one.
+    if half < third { third } else { half }
 }

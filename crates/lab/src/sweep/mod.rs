@@ -131,7 +131,8 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     plan.check()?;
     let mut found: Vec<Option<Result<R, Error>>> = variants.iter().map(|_| None).collect();
     let pool = Pool::default();
-    let mut open: Vec<Open> = sorted(variants).into_iter().map(|index| Open { index, coarser: None }).collect();
+    let mut open: Vec<Open> =
+        sorted(variants).into_iter().map(|index| Open { index, coarser: None, error: 0.0 }).collect();
     for step in 1..RUNGS.len() {
         let size = if open.len() <= FEW { 1 } else { WIDTH };
         let teams: Vec<&[Open]> = open.chunks(size).collect();
@@ -154,7 +155,7 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
                 Climbed::Open(_, error) if step + 1 == RUNGS.len() => {
                     found[index] = Some(Err(Error::Unresolved { index, error, tolerance: plan.tolerance }));
                 }
-                Climbed::Open(coarser, _) => open.push(Open { index, coarser: Some(coarser) }),
+                Climbed::Open(coarser, error) => open.push(Open { index, coarser: Some(coarser), error }),
             }
         }
         if open.is_empty() {
@@ -164,10 +165,11 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     Ok(found.into_iter().map(|outcome| outcome.expect("each variant is done or refused on the last rung")).collect())
 }
 
-/// A variant that no two rungs agree on yet, with its angles on the coarser one.
+/// A variant that no two rungs agree on yet, with its angles on the coarser one and the error estimated there.
 struct Open {
     index: usize,
     coarser: Option<Vec<f64>>,
+    error: f64,
 }
 
 /// What became of it on the next rung.
@@ -210,7 +212,7 @@ fn climb<T: number::Number, B: SweptFriction, C: SweptLaw, R>(
     put_back(pool, fine);
     let outcome = |(lane, (open, [angle, deflection])): (usize, (&Open, [Vec<f64>; 2]))| {
         let difference = open.coarser.as_ref().map_or_else(|| differences[lane], |coarser| apart(coarser, &angle));
-        let error = estimate(difference);
+        let error = estimate(difference, open.error);
         // Not `error > tolerance`: what is no number is not resolved.
         let climbed = if error <= plan.tolerance {
             Climbed::Done(measure(&Course { angle, deflection, error, rung: RUNGS[step] }))
