@@ -10,6 +10,7 @@ mod crowd;
 mod fmu;
 mod lanes;
 mod tick;
+mod w2;
 mod w3;
 mod w4;
 mod w5;
@@ -23,6 +24,8 @@ use stickslip::{Preset, Watch, parameters};
 
 /// Rounds of each contestant: enough that one of them meets a quiet machine.
 const ROUNDS: usize = 15;
+/// Rounds of the sweeps and their peers, some seconds each.
+const SWEEPS: usize = 5;
 /// Rounds of the executive and of cyclictest, some seconds each.
 const WAKE_UPS: usize = 21;
 
@@ -58,6 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(whole)
         .chain([side_by_side, imported])
         .chain(controllers::NAMES)
+        .chain(w2::NAMES)
         .chain(wake_ups)
         .collect();
     if !names.iter().any(|name| wanted(name)) {
@@ -125,6 +129,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{name} {ours:.1} {asked:.0} {:.2}", asked / ours);
         }
     }
+    // Seconds of processor time.
+    w2::run(&wanted, SWEEPS)?;
     for rate in w5::RATES {
         if !WAKE_UP.iter().any(|name| wanted(&wake_up(rate, name))) {
             continue;

@@ -15,8 +15,8 @@ const fn rung(passes: usize, sliding: usize, presliding: usize) -> Rung {
     Rung { passes, sliding, presliding }
 }
 
-/// From rung to rung the error falls to a third or less (`docs/integrator.md`).
-pub(super) const RUNGS: [Rung; 8] = [
+/// What a sweep climbs. From rung to rung the error falls to a third or less.
+pub const RUNGS: [Rung; 8] = [
     rung(1, 1, 2),
     rung(2, 1, 3),
     rung(2, 2, 5),
@@ -31,9 +31,9 @@ pub(super) const RUNGS: [Rung; 8] = [
 pub(super) const FORGETS: f64 = 8.0;
 
 /// Largest difference of two courses over the largest magnitude of the finer one; NaN where one is no number.
-pub(super) fn apart(coarser: impl Iterator<Item = f64>, finer: &[f64]) -> f64 {
+pub(super) fn apart(coarser: &[f64], finer: &[f64]) -> f64 {
     let (mut difference, mut size) = (0.0_f64, 0.0_f64);
-    for (coarse, fine) in coarser.zip(finer) {
+    for (coarse, fine) in coarser.iter().zip(finer) {
         // `max` passes over NaN, the sum does not.
         if (coarse + fine).is_nan() {
             return f64::NAN;
@@ -41,11 +41,20 @@ pub(super) fn apart(coarser: impl Iterator<Item = f64>, finer: &[f64]) -> f64 {
         difference = difference.max((coarse - fine).abs());
         size = size.max(fine.abs());
     }
-    // An axis that does not move has no error where both rungs say so.
+    share(difference, size)
+}
+
+/// A difference over a size. An axis that does not move has no error where both rungs say so.
+pub(super) fn share(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference / size }
 }
 
-/// Error of the finer of two rungs by their difference: of an error that falls to a third, half of the difference is left.
-pub(super) fn estimate(apart: f64) -> f64 {
-    0.5 * apart
+/// Error of the finer of two rungs by their difference, and by what was estimated `before` on the rung below.
+///
+/// Of an error that falls to a third, half of the difference is left. That it falls faster is not believed: two rungs may
+/// agree by chance.
+pub(super) fn estimate(difference: f64, before: f64) -> f64 {
+    let (half, third) = (0.5 * difference, before / 3.0);
+    // Not `max`: a difference that is no number stays one.
+    if half < third { third } else { half }
 }

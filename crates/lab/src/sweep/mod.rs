@@ -59,8 +59,8 @@ mod tests;
 use std::sync::Mutex;
 
 pub use kind::{SweptFriction, SweptLaw};
-pub use ladder::Rung;
-use ladder::{RUNGS, apart, estimate};
+pub use ladder::{RUNGS, Rung};
+use ladder::{apart, estimate};
 use run::{Samples, Team};
 use stickslip_core::ideal::IdealAxis;
 use stickslip_core::scalar::Lanes;
@@ -108,7 +108,7 @@ pub struct Course {
     pub angle: Vec<f64>,
     /// Deflection of the bristles at each sample [rad].
     pub deflection: Vec<f64>,
-    /// Estimated error of the angle, over its largest magnitude.
+    /// Estimated error of the angle, over its largest magnitude; infinite where nothing has been compared.
     pub error: f64,
     /// The rung that it was computed on.
     pub rung: Rung,
@@ -131,7 +131,8 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     plan.check()?;
     let mut found: Vec<Option<Result<R, Error>>> = variants.iter().map(|_| None).collect();
     let pool = Pool::default();
-    let mut open: Vec<Open> = sorted(variants).into_iter().map(|index| Open { index, coarser: None }).collect();
+    let mut open: Vec<Open> =
+        sorted(variants).into_iter().map(|index| Open { index, coarser: None, error: 0.0 }).collect();
     for step in 1..RUNGS.len() {
         let size = if open.len() <= FEW { 1 } else { WIDTH };
         let teams: Vec<&[Open]> = open.chunks(size).collect();
@@ -148,13 +149,13 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
             })
         })?;
         open = Vec::new();
-        for (index, outcome) in done.into_iter().flatten() {
-            match outcome {
+        for (index, climbed) in done.into_iter().flatten() {
+            match climbed {
                 Climbed::Done(value) => found[index] = Some(Ok(value)),
                 Climbed::Open(_, error) if step + 1 == RUNGS.len() => {
                     found[index] = Some(Err(Error::Unresolved { index, error, tolerance: plan.tolerance }));
                 }
-                Climbed::Open(coarser, _) => open.push(Open { index, coarser: Some(coarser) }),
+                Climbed::Open(coarser, error) => open.push(Open { index, coarser: Some(coarser), error }),
             }
         }
         if open.is_empty() {
@@ -164,10 +165,11 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     Ok(found.into_iter().map(|outcome| outcome.expect("each variant is done or refused on the last rung")).collect())
 }
 
-/// A variant that no two rungs agree on yet, with its angles on the coarser one.
+/// A variant that no two rungs agree on yet, with its angles on the coarser one and the error estimated there.
 struct Open {
     index: usize,
     coarser: Option<Vec<f64>>,
+    error: f64,
 }
 
 /// What became of it on the next rung.
@@ -195,32 +197,90 @@ fn climb<T: number::Number, B: SweptFriction, C: SweptLaw, R>(
     pool: &Mutex<Vec<Samples<T>>>,
     measure: &impl Fn(&Course) -> R,
 ) -> Vec<(usize, Climbed<R>)> {
-    let take = || pool.lock().expect("nobody panics with the lock").pop().unwrap_or_default();
-    let (mut coarse, mut fine) = (take(), take());
     let members: Vec<Variant<B, C>> = team.iter().map(|open| variants[open.index]).collect();
-    let team_of = Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference };
+    let of_team = Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference };
+    let mut fine = taken(pool);
+    of_team.run(RUNGS[step], &mut fine);
+    let mut differences = Vec::new();
     if step == 1 {
-        team_of.run(RUNGS[0], &mut coarse);
+        let mut coarse = taken(pool);
+        of_team.run(RUNGS[0], &mut coarse);
+        differences = coarse.apart(&fine, team.len());
+        put_back(pool, coarse);
     }
-    team_of.run(RUNGS[step], &mut fine);
-    let climbed = team.iter().enumerate().map(|(lane, open)| {
-        let angle = fine.angle(lane);
-        let apart = match &open.coarser {
-            Some(coarser) => apart(coarser.iter().copied(), &angle),
-            None => apart(coarse.angles(lane), &angle),
-        };
-        let error = estimate(apart);
+    let courses = fine.courses(team.len());
+    put_back(pool, fine);
+    let outcome = |(lane, (open, [angle, deflection])): (usize, (&Open, [Vec<f64>; 2]))| {
+        let difference = open.coarser.as_ref().map_or_else(|| differences[lane], |coarser| apart(coarser, &angle));
+        let error = estimate(difference, open.error);
         // Not `error > tolerance`: what is no number is not resolved.
-        let outcome = if error <= plan.tolerance {
-            Climbed::Done(measure(&Course { angle, deflection: fine.deflection(lane), error, rung: RUNGS[step] }))
+        let climbed = if error <= plan.tolerance {
+            Climbed::Done(measure(&Course { angle, deflection, error, rung: RUNGS[step] }))
         } else {
             Climbed::Open(angle, error)
         };
-        (open.index, outcome)
-    });
-    let climbed = climbed.collect();
-    pool.lock().expect("nobody panics with the lock").extend([coarse, fine]);
-    climbed
+        (open.index, climbed)
+    };
+    team.iter().zip(courses).enumerate().map(outcome).collect()
+}
+
+fn taken<T: number::Number>(pool: &Mutex<Vec<Samples<T>>>) -> Samples<T> {
+    pool.lock().expect("nobody panics with the lock").pop().unwrap_or_default()
+}
+
+fn put_back<T: number::Number>(pool: &Mutex<Vec<Samples<T>>>, samples: Samples<T>) {
+    pool.lock().expect("nobody panics with the lock").push(samples);
+}
+
+/// `measure` of each variant's course on one rung, in the order of the variants: for who knows which one will do.
+/// Nothing is compared, so that the error of each course is infinite; what is no number stays in it.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for a plan that cannot be run.
+pub fn on_rung<B: SweptFriction, C: SweptLaw, R: Send>(
+    variants: &[Variant<B, C>],
+    plan: &Plan,
+    rung: Rung,
+    measure: impl Fn(&Course) -> R + Sync,
+) -> Result<Vec<R>, Error> {
+    plan.check()?;
+    let order = sorted(variants);
+    let pool = Pool::default();
+    let size = if order.len() <= FEW { 1 } else { WIDTH };
+    let teams: Vec<&[usize]> = order.chunks(size).collect();
+    let done = parallel::map(&teams, plan.threads, |team| {
+        Ok(match (size, plan.arithmetic) {
+            (1, Arithmetic::Double) => stand::<f64, B, C>(variants, plan, rung, team, &pool.doubles),
+            (1, Arithmetic::Single) => stand::<f32, B, C>(variants, plan, rung, team, &pool.singles),
+            (_, Arithmetic::Double) => stand::<Lanes<f64, WIDTH>, B, C>(variants, plan, rung, team, &pool.wide_doubles),
+            (_, Arithmetic::Single) => stand::<Lanes<f32, WIDTH>, B, C>(variants, plan, rung, team, &pool.wide_singles),
+        }
+        .iter()
+        .map(&measure)
+        .collect::<Vec<R>>())
+    })?;
+    let mut found: Vec<Option<R>> = variants.iter().map(|_| None).collect();
+    for (index, value) in order.iter().zip(done.into_iter().flatten()) {
+        found[*index] = Some(value);
+    }
+    Ok(found.into_iter().map(|value| value.expect("each variant is in a team")).collect())
+}
+
+/// Runs variants on a rung.
+fn stand<T: number::Number, B: SweptFriction, C: SweptLaw>(
+    variants: &[Variant<B, C>],
+    plan: &Plan,
+    rung: Rung,
+    team: &[usize],
+    pool: &Mutex<Vec<Samples<T>>>,
+) -> Vec<Course> {
+    let members: Vec<Variant<B, C>> = team.iter().map(|index| variants[*index]).collect();
+    let mut samples = taken(pool);
+    Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference }.run(rung, &mut samples);
+    let courses = samples.courses(team.len());
+    put_back(pool, samples);
+    let course = |[angle, deflection]: [Vec<f64>; 2]| Course { angle, deflection, error: f64::INFINITY, rung };
+    courses.into_iter().map(course).collect()
 }
 
 /// The variants in the order of their numbers, the law's first: who moves alike, sticks at the same time.

@@ -10,7 +10,7 @@ use stickslip_core::scalar::Scalar;
 
 use super::Variant;
 use super::kind::{SweptFriction, SweptLaw, numbers, put};
-use super::ladder::{FORGETS, Rung};
+use super::ladder::{FORGETS, Rung, share};
 use super::number::Number;
 
 /// Variants that run side by side.
@@ -30,17 +30,42 @@ impl<T> Default for Samples<T> {
     }
 }
 
+/// Samples that are turned at once: as many of all lanes stay in the nearest memory.
+const BLOCK: usize = 64;
+
 impl<T: Number> Samples<T> {
-    pub(super) fn angles(&self, lane: usize) -> impl Iterator<Item = f64> + '_ {
-        self.0.iter().map(move |[angle, _]| angle.lane(lane))
+    /// Angle and deflection of each of so many lanes.
+    pub(super) fn courses(&self, lanes: usize) -> Vec<[Vec<f64>; 2]> {
+        let blank = || Vec::with_capacity(self.0.len());
+        let mut courses: Vec<_> = (0..lanes).map(|_| [blank(), blank()]).collect();
+        for block in self.0.chunks(BLOCK) {
+            for (lane, [angle, deflection]) in courses.iter_mut().enumerate() {
+                angle.extend(block.iter().map(|[angle, _]| angle.lane(lane)));
+                deflection.extend(block.iter().map(|[_, deflection]| deflection.lane(lane)));
+            }
+        }
+        courses
     }
 
-    pub(super) fn angle(&self, lane: usize) -> Vec<f64> {
-        self.angles(lane).collect()
-    }
-
-    pub(super) fn deflection(&self, lane: usize) -> Vec<f64> {
-        self.0.iter().map(|[_, deflection]| deflection.lane(lane)).collect()
+    /// Largest difference of the angles from finer ones over their largest magnitude, of each of so many lanes; NaN
+    /// where one is no number.
+    pub(super) fn apart(&self, finer: &Samples<T>, lanes: usize) -> Vec<f64> {
+        let zero = T::of(0.0);
+        let (mut difference, mut size, mut sum) = (zero, zero, zero);
+        for ([coarse, _], [fine, _]) in self.0.iter().zip(&finer.0) {
+            let deviation = (*coarse - *fine).abs();
+            difference = difference.max(deviation);
+            size = size.max(fine.abs());
+            // The larger of two passes over NaN, their sum does not.
+            sum += deviation;
+        }
+        (0..lanes)
+            .map(
+                |lane| {
+                    if sum.lane(lane).is_finite() { share(difference.lane(lane), size.lane(lane)) } else { f64::NAN }
+                },
+            )
+            .collect()
     }
 }
 

@@ -53,16 +53,10 @@ fn courses(variants: &[Swept], plan: &Plan) -> Vec<Course> {
     found.into_iter().map(|course| course.expect("resolved")).collect()
 }
 
-/// The same variants on a rung that none is judged by.
+/// Angles of the same variants on a rung that none is judged by.
 fn exact(variants: &[Swept], plan: &Plan) -> Vec<Vec<f64>> {
-    let mut samples = Samples::<f64>::default();
-    let of = |variant: &Swept| {
-        let members = [*variant];
-        let team = Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference };
-        team.run(Rung { passes: 4, sliding: 60, presliding: 160 }, &mut samples);
-        samples.angle(0)
-    };
-    variants.iter().map(of).collect()
+    let rung = Rung { passes: 4, sliding: 60, presliding: 160 };
+    on_rung(variants, plan, rung, |course| course.angle.clone()).expect("a plan that can be run")
 }
 
 #[test]
@@ -85,7 +79,7 @@ fn the_stated_error_is_true() {
     for tolerance in [1e-3, 1e-4, 1e-5] {
         let plan = plan(1.0, tolerance);
         for ((course, exact), k) in courses(&variants, &plan).iter().zip(exact(&variants, &plan)).zip(0..) {
-            let error = apart(course.angle.iter().copied(), &exact);
+            let error = apart(&course.angle, &exact);
             assert!(course.error <= tolerance);
             // Twice what it says, since an error may change its sign from rung to rung.
             assert!(error <= 2.0 * course.error, "{k} at {tolerance:e}: {error:.1e}, stated {:.1e}", course.error);
@@ -116,7 +110,7 @@ fn the_angle_is_that_of_an_explicit_method_with_a_thousand_steps_a_sample() {
             x = drive.step(Scheme::RungeKutta, &x, [torque; 3], 1e-6).expect("within the bound");
         }
     }
-    let error = apart(course.angle.iter().copied(), &angles);
+    let error = apart(&course.angle, &angles);
     assert!(error <= 2.0 * course.error, "{error:.1e}, stated {:.1e}", course.error);
 }
 
@@ -146,11 +140,21 @@ fn what_no_rung_resolves_is_refused_and_the_rest_is_not() {
 }
 
 #[test]
+fn on_a_rung_the_bits_are_those_of_the_ladder_and_no_error_is_claimed() {
+    let variants = some(5);
+    let plan = plan(0.3, 1e-4);
+    for (index, course) in courses(&variants, &plan).into_iter().enumerate() {
+        let alone = on_rung(&variants[index..=index], &plan, course.rung, Course::clone).expect("runs");
+        assert_eq!(alone[0], Course { error: f64::INFINITY, ..course });
+    }
+}
+
+#[test]
 fn single_precision_says_what_it_is_worth() {
     let variants = some(33);
     let plan = Plan { arithmetic: Arithmetic::Single, ..plan(1.0, 1e-4) };
     for (course, exact) in courses(&variants, &plan).iter().zip(exact(&variants, &plan)) {
-        let error = apart(course.angle.iter().copied(), &exact);
+        let error = apart(&course.angle, &exact);
         assert!(error <= 2.0 * course.error, "{error:.1e}, stated {:.1e}", course.error);
     }
     // Alone as together, in these numbers too.
