@@ -158,7 +158,7 @@ fn loops_within_loops_are_those_of_an_event_driven_solution() {
         }
         worst = worst.max((torque(&model, &memory) - expected).abs());
     }
-    // The level is taken at the mean velocity of a step: of second order. Measured: 4e-9 N·m.
+    // The level is taken at the mean velocity of a step: of second order.
     assert!(worst <= 1e-8, "{worst} N m");
 }
 
