@@ -14,13 +14,16 @@ use crate::record::{Function, Graph, Id, Node, Operator, Program, Source, Step};
 /// Functions for all steps of a program, the block's own the last, and `fmu_tangent`, which is that one.
 pub(super) fn functions(program: &Program) -> String {
     let mut out = String::from(
-        "/* Directional derivatives of a step: each value v with its slope t. Of vectors, x' is named dx. */\n\n",
+        "/* Directional derivatives of a step: each value v with its slope t. Of vectors, x' is named dx. Called now and \
+         then, long to optimise. */\n#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC push_options\n#pragma GCC \
+         optimize(\"O0\")\n#endif\n\n",
     );
     for (number, step) in program.steps.iter().enumerate() {
         out += &function(number, step, &program.steps);
     }
     let top = program.steps.len() - 1;
-    writeln!(out, "#define fmu_tangent fmu_tangent_{top}\n").expect("a String takes everything");
+    let end = "#if defined(__GNUC__) && !defined(__clang__)\n#pragma GCC pop_options\n#endif";
+    writeln!(out, "#define fmu_tangent fmu_tangent_{top}\n\n{end}\n").expect("a String takes everything");
     out
 }
 
