@@ -161,9 +161,11 @@ impl Entry {
                 vec!["Drifts under a vibrating load below breakaway: take elasto-plastic bristles there."]
             }
             Model::ElastoPlastic(_) => vec![],
-            Model::MaxwellSlip(_) => {
-                vec!["No damping but the viscous within the elastic zone of its stiffest element."]
-            }
+            Model::MaxwellSlip(_) => vec![
+                "No damping but the viscous within the elastic zone of its stiffest element.",
+                "The software believes in one elasto-plastic bristle of the same stiffness: it does not remember several \
+                 reversals.",
+            ],
         };
         if matches!(self.identified.friction.model, Model::Dahl(_) | Model::Lugre(_) | Model::ElastoPlastic(_)) {
             limits.push("Small loops within a large one do not close: one bristle has no memory of several reversals.");
