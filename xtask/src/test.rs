@@ -80,7 +80,7 @@ pub(crate) fn test() -> Result<(), String> {
         true => Ok(()),
         false => run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"])),
     };
-    suite.stage("python", seconds(150), |counts| {
+    suite.stage("python", seconds(270), |counts| {
         built()?;
         python::check(&copy, &target, &program, counts)
     });
