@@ -581,6 +581,8 @@ export type Alignment = {
 }
 /** What an axis shows and how. */
 export type Axis = {
+  /** ln x instead of x. */
+  logarithmic?: boolean
   /** What it shows. */
   quantity: string
   /** Chosen, not by the data. */
