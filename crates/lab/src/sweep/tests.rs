@@ -56,7 +56,8 @@ fn courses(variants: &[Swept], plan: &Plan) -> Vec<Course> {
 /// Angles of the same variants on a rung that none is judged by.
 fn exact(variants: &[Swept], plan: &Plan) -> Vec<Vec<f64>> {
     let rung = Rung { passes: 4, sliding: 60, presliding: 160 };
-    on_rung(variants, plan, rung, |course| course.angle.clone()).expect("a plan that can be run")
+    let plan = Plan { arithmetic: Arithmetic::Double, ..plan.clone() };
+    on_rung(variants, &plan, rung, |course| course.angle.clone()).expect("a plan that can be run")
 }
 
 #[test]
