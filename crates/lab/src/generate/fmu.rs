@@ -40,7 +40,7 @@ pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&s
     let library = library(&fmu)?;
     let file = format!("{}-fmi{}.fmu", made.prefix, version.number());
     let texts = fmu.files.iter().map(|(name, text)| (name.clone(), text.as_bytes()));
-    let binary = library.iter().map(|(path, _, bytes)| (path.clone(), bytes.as_slice()));
+    let binary = library.iter().map(|library| (library.path.clone(), library.bytes.as_slice()));
     let top = project.program.steps.last();
     let numbers = |top: &stickslip_codegen::record::Step| {
         [&top.input, &top.output, &top.parameters, &top.state].map(|tree| tree.numbers()).into_iter().sum()
@@ -48,15 +48,22 @@ pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&s
     Ok(Fmu {
         bytes: archive(&file, texts.chain(binary))?,
         file,
-        platform: library.as_ref().map(|(_, platform, _)| *platform),
+        platform: library.as_ref().map(|library| library.platform),
         variables: top.map_or(0, numbers),
         step: made.step,
     })
 }
 
-/// Path within the FMU, platform and bytes of its library; none on a machine that the standard has no name for, or without
-/// a C compiler.
-fn library(fmu: &fmu::Fmu) -> Result<Option<(String, &'static str, Vec<u8>)>, Error> {
+/// What was compiled.
+struct Library {
+    /// Within the FMU.
+    path: String,
+    platform: &'static str,
+    bytes: Vec<u8>,
+}
+
+/// The library of an FMU; none on a machine that the standard has no name for, or without a C compiler.
+fn library(fmu: &fmu::Fmu) -> Result<Option<Library>, Error> {
     let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
     if Command::new(&compiler).arg("--version").output().is_err() {
@@ -83,5 +90,5 @@ fn library(fmu: &fmu::Fmu) -> Result<Option<(String, &'static str, Vec<u8>)>, Er
         return Err(Error::Compiler { compiler, said });
     }
     let bytes = fs::read(folder.path().join(&name)).map_err(failed)?;
-    Ok(Some((format!("binaries/{platform}/{name}"), platform, bytes)))
+    Ok(Some(Library { path: format!("binaries/{platform}/{name}"), platform, bytes }))
 }
