@@ -21,12 +21,13 @@ pub(super) enum Picture {
     Map(Map, String),
 }
 
-/// Whether the logarithm of an axis is drawn.
+/// Whether the logarithm of an axis is drawn: where its values lie evenly in it, or over decades.
 fn is_logarithmic(axis: &Axis) -> bool {
     let ends = axis.spread.extremes();
     let (low, high) =
         ends.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &value| (low.min(value), high.max(value)));
-    low > 0.0 && high / low >= DECADES
+    let is_even = matches!(axis.spread, Spread::Range { logarithmic: true, .. } | Spread::LogNormal { .. });
+    low > 0.0 && (is_even || high / low >= DECADES)
 }
 
 /// An axis of a study as one of a figure.
