@@ -1,0 +1,73 @@
+/*
+ * A controller of your own for stickslip: a shared library with the five functions at the end of this file, in C or
+ * with C linkage. SI units; angles and torques are those of the screw. No function may be called by two threads at once.
+ *
+ *     cc -O2 -shared -fPIC -o my_controller.so my_controller.c
+ *     stickslip load my_controller.so
+ */
+#ifndef STICKSLIP_MODULE_H
+#define STICKSLIP_MODULE_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The version of what stands here. */
+#define STICKSLIP_MODULE_ABI 1u
+
+/* A number that may be changed while the controller runs. Texts are UTF-8 and live as long as the library. */
+typedef struct {
+    const char *name; /* lower-case letters, digits and _, once in a library */
+    const char *unit; /* such as "N m s/rad"; "1" where it has none */
+    const char *help; /* what it is, in a sentence */
+    double minimum;
+    double maximum;
+    double initial;
+} stickslip_parameter;
+
+/* What a library is. */
+typedef struct {
+    uint32_t abi; /* STICKSLIP_MODULE_ABI */
+    uint32_t parameter_count;
+    const char *name;
+    const stickslip_parameter *parameters; /* parameter_count of them */
+} stickslip_description;
+
+/* What a controller reads in a sample. */
+typedef struct {
+    double time;                   /* since its begin [s] */
+    double reference_position;     /* wanted angle [rad] */
+    double reference_velocity;     /* its first derivative [rad/s] */
+    double reference_acceleration; /* its second derivative [rad/s^2] */
+    double measured_angle;         /* by the encoder, unwrapped [rad] */
+    double measured_velocity;      /* of the motor, by the tacho [rad/s] */
+} stickslip_sample;
+
+/* Tells what the library is; may be called before everything else, and again. */
+const stickslip_description *stickslip_describe(void);
+
+/*
+ * Begins a controller at rest: time from sample to sample [s], largest torque of the drive [N m], a value of each
+ * parameter. NULL refuses them.
+ */
+void *stickslip_begin(double sample_time, double torque_limit, const double *parameters);
+
+/* Takes other values of all parameters, between two samples. Not 0 refuses them: the last ones stay. */
+int32_t stickslip_set(void *controller, const double *parameters);
+
+/*
+ * One sample: the torque of the drive [N m], which comes into force a sample later and is limited by the bench. Not 0
+ * is a failure: the bench stops.
+ */
+int32_t stickslip_step(void *controller, const stickslip_sample *sample, double *torque);
+
+/* Ends a controller and frees what it has. */
+void stickslip_end(void *controller);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
