@@ -6,6 +6,7 @@ use super::Work;
 use super::table::Row;
 use crate::benchmark::run_abreast;
 use crate::isolated::isolated;
+use crate::preset::Preset;
 use crate::{Error, Watch};
 
 /// What is known so far of the measures of a manoeuvre in one case.
@@ -16,6 +17,19 @@ struct Found {
     runs: usize,
     /// Seeds of those that were stopped.
     stopped: Vec<String>,
+}
+
+/// What is known of a machine.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Measured {
+    /// Measures in their order, means over the seeds.
+    pub(super) measures: Vec<Option<f64>>,
+    /// Why some are missing.
+    pub(super) failures: Vec<String>,
+    /// Step of the virtual machine [s], where it was chosen.
+    pub(super) step: Option<f64>,
+    /// Share by which measures moved when it was last halved.
+    pub(super) error: Option<f64>,
 }
 
 /// Rows of cases side by side. Where their computation panics, they are run one after the other: the case that does so has
@@ -58,13 +72,15 @@ impl Work {
             case: case + 1,
             values: isolated(|| self.plan.values(case)).unwrap_or_else(unknown),
             measures: self.plan.measures().map(|_| None).collect(),
+            step: None,
+            error: None,
             failure: Some(format!("the program failed: {words}. That is a fault of stickslip: please report it.")),
         }
     }
 
     fn beside(&self, cases: Range<u64>, watch: &Watch) -> Result<Vec<Row>, Error> {
         let plan = &self.plan;
-        let empty = |case: u64| Row { case: case + 1, values: plan.values(case), measures: Vec::new(), failure: None };
+        let empty = |case: u64| Row { case: case + 1, values: plan.values(case), ..Row::default() };
         let mut rows: Vec<Row> = cases.map(empty).collect();
         let (mut presets, mut at) = (Vec::new(), Vec::new());
         for (index, row) in rows.iter_mut().enumerate() {
@@ -79,8 +95,26 @@ impl Work {
                 }
             }
         }
+        let found = match plan.tolerance {
+            Some(tolerance) => self.settled(&presets, tolerance, watch)?,
+            None => self.measured(&presets, watch)?,
+        };
+        for (place, Measured { measures, failures, step, error }) in at.into_iter().zip(found) {
+            let failure = (!failures.is_empty()).then(|| failures.join("; "));
+            let row = &mut rows[place];
+            *row = Row { measures, step, error, failure, ..std::mem::take(row) };
+        }
+        Ok(rows)
+    }
+
+    /// The measures of machines side by side, each with the steps that it states.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] alone.
+    pub(super) fn measured(&self, presets: &[Preset<f64>], watch: &Watch) -> Result<Vec<Measured>, Error> {
+        let plan = &self.plan;
         let machines: Vec<_> = presets.iter().collect();
-        let mut failures: Vec<Vec<String>> = vec![Vec::new(); machines.len()];
+        let mut all = vec![Measured::default(); machines.len()];
         for manoeuvre in &plan.manoeuvres {
             let mut found = vec![Found::default(); machines.len()];
             for (_, seed, chance) in plan.runs().filter(|(other, ..)| other == manoeuvre) {
@@ -93,7 +127,7 @@ impl Work {
                         Ok(None) => found.stopped.push(seed.to_string()),
                         Err(error) => {
                             let text = format!("{}: {error}", manoeuvre.name());
-                            let told = &mut failures[place];
+                            let told = &mut all[place].failures;
                             told.extend((!told.contains(&text)).then_some(text));
                         }
                     }
@@ -103,20 +137,17 @@ impl Work {
                 if !stopped.is_empty() {
                     let which = if runs > 1 { format!(" with seed {}", stopped.join(", ")) } else { String::new() };
                     let what = "it did not follow, the supervision stopped it";
-                    failures[place].push(format!("{}{which}: {what}", manoeuvre.name()));
+                    all[place].failures.push(format!("{}{which}: {what}", manoeuvre.name()));
                 }
                 // A mean over those that came to their end would hide the others.
                 let whole = measures.len() == runs;
                 for index in 0..manoeuvre.measures().len() {
                     let known = measures.iter().map(|values| values[index]).filter(|value| value.is_finite());
                     let (sum, count) = known.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-                    rows[at[place]].measures.push((whole && count > 0.0).then(|| sum / count));
+                    all[place].measures.push((whole && count > 0.0).then(|| sum / count));
                 }
             }
         }
-        for (place, told) in failures.into_iter().enumerate() {
-            rows[at[place]].failure = (!told.is_empty()).then(|| told.join("; "));
-        }
-        Ok(rows)
+        Ok(all)
     }
 }

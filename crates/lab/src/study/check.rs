@@ -1,7 +1,7 @@
 //! Axes and design of a file, held against the preset.
 
 use super::file::{Kind, Stated, StatedAxis, StatedDesign, Text};
-use super::table::{CASE, FAILURE};
+use super::table::{CASE, ERROR, FAILURE, STEP};
 use super::{Axis, Design, Plan, Spread};
 use crate::Error;
 use crate::parameters::{self, Entry, Fault, ParameterProblems, Problem, Value, flatten};
@@ -192,7 +192,7 @@ impl Checked<'_> {
             let unit = if factor { "1" } else { units.first().copied().unwrap_or("1") };
             let name = name.unwrap_or_else(|| first.clone());
             let taken = axes.iter().any(|axis| axis.name == name)
-                || [CASE, FAILURE].contains(&name.as_str())
+                || [CASE, STEP, ERROR, FAILURE].contains(&name.as_str())
                 || plan.measures().any(|measure| measure.name == name);
             if taken {
                 let reason = format!("the column {name} is there already");

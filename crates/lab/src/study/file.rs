@@ -28,6 +28,7 @@ pub(super) struct Stated {
     #[serde(default = "once")]
     seeds: u64,
     places: Option<u64>,
+    tolerance: Option<f64>,
     #[serde(default)]
     pub(super) design: StatedDesign,
     #[serde(default)]
@@ -109,11 +110,18 @@ fn once() -> u64 {
 }
 
 /// Keys of the file, of its design, of a fit and of an axis.
-const KEYS: [&str; 10] =
-    ["title", "preset", "set", "controller", "manoeuvres", "seeds", "places", "design", "fit", "axis"];
+const KEYS: [&str; 11] =
+    ["title", "preset", "set", "controller", "manoeuvres", "seeds", "places", "tolerance", "design", "fit", "axis"];
 const DESIGN: [&str; 6] = ["kind", "samples", "trajectories", "levels", "seed", "correlation"];
 const FIT: [&str; 2] = ["file", "path"];
 const AXIS: [&str; 9] = ["name", "path", "factor", "values", "range", "points", "logarithmic", "mean", "sd"];
+
+/// Share by which measures may move when the step is halved, where nothing is said.
+const TOLERANCE: f64 = 0.01;
+/// What may be said instead.
+const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+/// Who states it has steps of their own, as long as they say.
+const STEP: &str = "bench.plant_step";
 
 /// Largest number of seeds or places.
 const REPEATS: u64 = 1000;
@@ -191,6 +199,21 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
         let reason = format!("seeds = {} and places = {places} must be within 1 … {REPEATS}", stated.seeds);
         return Err(source.wrong("seeds", reason, "One will do where nothing but the parameters matters."));
     }
+    let own_step = settings.iter().any(|(path, _)| path == STEP)
+        || stated.axis.iter().any(|axis| axis.path.all().iter().any(|path| path == STEP));
+    let tolerance = match stated.tolerance {
+        None if own_step => None,
+        None => Some(TOLERANCE),
+        Some(_) if own_step => {
+            let reason = format!("the steps are chosen by the tolerance, and {STEP} is stated besides");
+            return Err(source.wrong("tolerance", reason, "Leave one of them out."));
+        }
+        Some(tolerance) if TOLERANCES.contains(&tolerance) => Some(tolerance),
+        Some(tolerance) => {
+            let reason = format!("tolerance = {tolerance} must be within 1e-9 … 1");
+            return Err(source.wrong("tolerance", reason, "It is a share of each measure: 0.01 is 1 %."));
+        }
+    };
     let preset: Preset<f64> = preset.read()?;
     let mut plan = Plan {
         title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
@@ -200,6 +223,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
         manoeuvres,
         seeds: stated.seeds,
         places,
+        tolerance,
         axes: Vec::new(),
         design: super::Design::Grid,
         threads: std::thread::available_parallelism().map_or(1, usize::from),

@@ -6,6 +6,9 @@
 //! sensitivity analysis asks for. [`read`] reads it from a file. Truth and belief are apart in the parameters, so that an
 //! axis changes the machine, what is believed of it, or both.
 //!
+//! The step of the virtual machine is the program's choice, case by case, so that no measure moves by more than the
+//! tolerance of the plan when it is halved; what is left is in each row.
+//!
 //! Each case is a function of its number: threads, order, lanes and interruptions do not show in the result. [`run_study`]
 //! runs them here; [`Parts`] hands the [`Work`] to whoever will.
 
@@ -20,6 +23,7 @@ mod plan;
 mod report;
 mod run;
 mod sensitivity;
+mod settled;
 mod sobol;
 mod table;
 mod work;

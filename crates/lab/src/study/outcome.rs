@@ -4,7 +4,7 @@ use super::pictures::{Picture, Sensitivity};
 use super::table::{CASE, Columns, Row, each};
 use super::{Outcome, Plan};
 use crate::benchmark::Measure;
-use crate::quantity::{Estimate, tied};
+use crate::quantity::{Estimate, rough, tied};
 use crate::table::Column;
 use crate::{Error, Summary};
 
@@ -28,10 +28,23 @@ impl Range {
     }
 }
 
+/// What is known of the errors of all cases, where their steps were chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Accuracy {
+    pub(super) tolerance: f64,
+    /// Cases whose measures still moved by more than the tolerance.
+    pub(super) beyond: u64,
+    /// By how much most of all, and in which case.
+    pub(super) worst: (f64, u64),
+    /// Shortest and longest step [s].
+    pub(super) steps: [f64; 2],
+}
+
 /// What is known of all cases together.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Overview {
     pub(super) ranges: Vec<Range>,
+    pub(super) accuracy: Option<Accuracy>,
     /// Cases with a failure.
     pub(super) failed: u64,
     /// Reasons as they were first met, with their cases and how many more there are of the same.
@@ -50,7 +63,14 @@ impl Overview {
             smallest: (f64::INFINITY, 0),
             largest: (f64::NEG_INFINITY, 0),
         };
-        Overview { ranges: plan.measures().map(range).collect(), failed: 0, reasons: Vec::new() }
+        let accuracy =
+            |tolerance| Accuracy { tolerance, beyond: 0, worst: (f64::NEG_INFINITY, 0), steps: [f64::INFINITY, 0.0] };
+        Overview {
+            ranges: plan.measures().map(range).collect(),
+            accuracy: plan.tolerance.map(accuracy),
+            failed: 0,
+            reasons: Vec::new(),
+        }
     }
 
     fn add(&mut self, row: &Row) {
@@ -63,6 +83,13 @@ impl Overview {
             }
             if value > range.largest.0 {
                 range.largest = (value, row.case);
+            }
+        }
+        if let (Some(accuracy), Some(step), Some(error)) = (&mut self.accuracy, row.step, row.error) {
+            accuracy.beyond += u64::from(error > accuracy.tolerance);
+            accuracy.steps = [accuracy.steps[0].min(step), accuracy.steps[1].max(step)];
+            if error > accuracy.worst.0 {
+                accuracy.worst = (error, row.case);
             }
         }
         let Some(reason) = &row.failure else { return };
@@ -92,7 +119,8 @@ impl Outcome {
         each(&self.file, &Columns::of(&self.plan), |rows| rows.iter().for_each(&mut take))
     }
 
-    /// The rows as columns: the number of the case from 1, the axes, the measures; NaN where there is no number.
+    /// The rows as columns: the number of the case from 1, the axes, the measures, and where it was chosen the step with
+    /// its error; NaN where there is no number.
     ///
     /// # Errors
     /// [`Error::File`], and [`Error::Recording`] where the file of the study was changed.
@@ -101,8 +129,8 @@ impl Outcome {
         let empty = |(name, unit): (&str, &str)| Column { name: name.into(), unit: unit.into(), values: Vec::new() };
         let mut columns: Vec<Column> = std::iter::once((CASE, "1")).chain(named.named()).map(empty).collect();
         self.each(|row| {
-            let measures = row.measures.iter().map(|value| value.unwrap_or(f64::NAN));
-            let values = std::iter::once(row.case as f64).chain(row.values.iter().copied()).chain(measures);
+            let optional = (0..).map(|index| row.optional(index).unwrap_or(f64::NAN));
+            let values = std::iter::once(row.case as f64).chain(row.values.iter().copied()).chain(optional);
             columns.iter_mut().zip(values).for_each(|(column, value)| column.values.push(value));
         })?;
         Ok(columns)
@@ -140,6 +168,17 @@ impl Findings {
             overview.failed as f64,
             "1",
         );
+        if let Some(Accuracy { tolerance, beyond, worst, steps }) = overview.accuracy {
+            summary.result("study.tolerance", tolerance, "1").result(
+                "study.cases_beyond_tolerance",
+                beyond as f64,
+                "1",
+            );
+            if worst.1 > 0 {
+                summary.result("study.largest_step_error", worst.0, "1");
+                summary.result("study.shortest_step", steps[0], "s").result("study.longest_step", steps[1], "s");
+            }
+        }
         for range in &overview.ranges {
             summary.row([
                 ("kind", "measure".into()),
@@ -175,9 +214,30 @@ impl Findings {
                 range.largest.1
             ));
         }
+        told.extend(self.accuracy());
         if overview.failed > 0 {
             told.push(format!("{} failed; the column failure says why.", count(overview.failed, "case", "cases")));
         }
         told.join(" ")
+    }
+
+    /// What the chosen steps are worth, in words.
+    fn accuracy(&self) -> Option<String> {
+        let Accuracy { tolerance, beyond, worst, steps } = self.overview.accuracy.filter(|it| it.worst.1 > 0)?;
+        let percent = |share: f64| format!("{} %", rough(100.0 * share));
+        let microseconds = |step: f64| rough(1e6 * step);
+        let [shortest, longest] = steps.map(microseconds);
+        let of = if shortest == longest { shortest } else { format!("{shortest} to {longest}") };
+        let all = format!("Steps of {of} µs; twice as long they move");
+        Some(match beyond {
+            0 => format!("{all} no measure by more than {} (asked: {}).", percent(worst.0), percent(tolerance)),
+            beyond => format!(
+                "{all} the measures by up to {} (case {}). In {beyond} of the cases that is more than the {} asked for: \
+                 they hang on noise and counts, and means over more seeds are steadier.",
+                percent(worst.0),
+                worst.1,
+                percent(tolerance)
+            ),
+        })
     }
 }

@@ -25,6 +25,9 @@ pub struct Plan {
     pub seeds: u64,
     /// Places to rest at, or ways to go, of each case.
     pub places: u64,
+    /// Share by which measures may move when the step of the virtual machine is halved. `None` takes the step that is
+    /// stated, of which nothing is then known.
+    pub tolerance: Option<f64>,
     /// What is changed, in this order.
     pub axes: Vec<Axis>,
     /// Which cases there are.

@@ -34,7 +34,7 @@ impl Findings {
         }
         report = report.table(measures(overview)).heading("What was changed").table(axes(plan));
         report = correlation(plan).into_iter().fold(report, Report::table);
-        report = report.paragraph(asked(plan));
+        report = report.paragraph(asked(plan)).paragraph(steps(plan));
         if overview.failed > 0 {
             report = report.heading("Cases without all numbers").list(reasons(overview));
         }
@@ -110,6 +110,18 @@ fn asked(plan: &Plan) -> String {
         seeds => format!("the mean over {seeds} seeds, the same in each case"),
     };
     format!("{design}. Controller: {controller}. Manoeuvres: {}. Noise: {noise}.", manoeuvres.join(", "))
+}
+
+/// How long the steps of the virtual machine are, and what is known of that.
+fn steps(plan: &Plan) -> String {
+    match plan.tolerance {
+        Some(tolerance) => format!(
+            "Steps of the virtual machine: in each case they were halved until no measure moved by more than {} % \
+             (columns plant_step and step_error).",
+            number::rounded(100.0 * tolerance, 3)
+        ),
+        None => "Steps of the virtual machine: as bench.plant_step says; nothing is known of its error.".into(),
+    }
 }
 
 /// The values of an axis in words.

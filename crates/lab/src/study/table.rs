@@ -21,13 +21,17 @@ use crate::recording::unreadable;
 
 /// The number of the case, from 1.
 pub(super) const CASE: &str = "case";
+/// Step of the virtual machine, where it was chosen.
+pub(super) const STEP: &str = "plant_step";
+/// Share by which measures moved when the step was last halved.
+pub(super) const ERROR: &str = "step_error";
 /// Why numbers are missing; nothing where none is.
 pub(super) const FAILURE: &str = "failure";
 /// Key of what the rows of a part follow from.
 const FOLLOWS_FROM: &str = "follows_from";
 
 /// What came of a case.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Its number, from 1.
     pub case: u64,
@@ -35,28 +39,49 @@ pub struct Row {
     pub values: Vec<f64>,
     /// Measures in their order, means over the seeds; `None` where there is none.
     pub measures: Vec<Option<f64>>,
+    /// Step of the virtual machine [s], where it was chosen.
+    pub step: Option<f64>,
+    /// Largest share by which a measure moved when the step was last halved.
+    pub error: Option<f64>,
     /// Why a measure is missing, or what a bench would have stopped.
     pub failure: Option<String>,
+}
+
+impl Row {
+    /// What may be missing: a measure, or behind them step and error.
+    pub(super) fn optional(&self, index: usize) -> Option<f64> {
+        let behind = |index| [self.step, self.error].get(index).copied();
+        match index.checked_sub(self.measures.len()) {
+            None => self.measures[index],
+            Some(index) => behind(index).flatten(),
+        }
+    }
 }
 
 /// Names and units of the columns, and how many of them are axes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
     axes: Vec<(String, String)>,
-    measures: Vec<(String, String)>,
+    /// Those that may lack a number: the measures, then step and error where the step is chosen.
+    optional: Vec<(String, String)>,
+    chosen: bool,
 }
 
 impl Columns {
     pub(super) fn of(plan: &Plan) -> Self {
+        let chosen = plan.tolerance.is_some();
+        let measures = plan.measures().map(|measure| (measure.name, measure.unit));
+        let found = [(STEP, "s"), (ERROR, "1")].into_iter().filter(|_| chosen);
         Columns {
             axes: plan.axes.iter().map(|axis| (axis.name.clone(), axis.unit.clone())).collect(),
-            measures: plan.measures().map(|measure| (measure.name.into(), measure.unit.into())).collect(),
+            optional: measures.chain(found).map(|(name, unit)| (name.into(), unit.into())).collect(),
+            chosen,
         }
     }
 
     /// Names and units, those of the axes first.
     pub(super) fn named(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.axes.iter().chain(&self.measures).map(|(name, unit)| (name.as_str(), unit.as_str()))
+        self.axes.iter().chain(&self.optional).map(|(name, unit)| (name.as_str(), unit.as_str()))
     }
 
     fn schema(&self) -> Result<Arc<Type>, ParquetError> {
@@ -68,7 +93,7 @@ impl Columns {
         for (name, _) in &self.axes {
             fields.push(field(name, Physical::DOUBLE, Repetition::REQUIRED, None)?);
         }
-        for (name, _) in &self.measures {
+        for (name, _) in &self.optional {
             fields.push(field(name, Physical::DOUBLE, Repetition::OPTIONAL, None)?);
         }
         fields.push(field(FAILURE, Physical::BYTE_ARRAY, Repetition::OPTIONAL, Some(LogicalType::String))?);
@@ -77,7 +102,11 @@ impl Columns {
 }
 
 /// A file of rows that is written group by group.
-pub(super) struct Writer<W: Write + Send>(SerializedFileWriter<W>);
+pub(super) struct Writer<W: Write + Send> {
+    file: SerializedFileWriter<W>,
+    axes: usize,
+    optional: usize,
+}
 
 impl<W: Write + Send> Writer<W> {
     /// With units in the metadata, and what the rows follow from.
@@ -89,13 +118,14 @@ impl<W: Write + Send> Writer<W> {
             .set_key_value_metadata(Some(metadata))
             .set_created_by(concat!("stickslip ", env!("CARGO_PKG_VERSION")).into())
             .build();
-        Ok(Writer(SerializedFileWriter::new(out, columns.schema()?, Arc::new(properties))?))
+        let file = SerializedFileWriter::new(out, columns.schema()?, Arc::new(properties))?;
+        Ok(Writer { file, axes: columns.axes.len(), optional: columns.optional.len() })
     }
 
     /// A group of rows.
     pub(super) fn rows(&mut self, rows: &[Row]) -> io::Result<()> {
-        let mut group = self.0.next_row_group()?;
-        let [axes, measures] = rows.first().map_or([0, 0], |row| [row.values.len(), row.measures.len()]);
+        let (axes, optional) = (self.axes, self.optional);
+        let mut group = self.file.next_row_group()?;
         let mut column = 0;
         while let Some(mut writer) = group.next_column()? {
             if column == 0 {
@@ -104,8 +134,8 @@ impl<W: Write + Send> Writer<W> {
             } else if column <= axes {
                 let values: Vec<f64> = rows.iter().map(|row| row.values[column - 1]).collect();
                 writer.typed::<DoubleType>().write_batch(&values, None, None)?;
-            } else if column <= axes + measures {
-                let (values, levels) = known(rows.iter().map(|row| row.measures[column - 1 - axes]));
+            } else if column <= axes + optional {
+                let (values, levels) = known(rows.iter().map(|row| row.optional(column - 1 - axes)));
                 writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
             } else {
                 let texts = rows.iter().map(|row| row.failure.as_deref().map(ByteArray::from));
@@ -121,7 +151,7 @@ impl<W: Write + Send> Writer<W> {
 
     /// There is nothing behind.
     pub(super) fn close(self) -> io::Result<()> {
-        self.0.close()?;
+        self.file.close()?;
         Ok(())
     }
 }
@@ -174,8 +204,7 @@ pub(super) fn each(path: &Path, columns: &Columns, mut take: impl FnMut(Vec<Row>
 fn group(file: &SerializedFileReader<File>, index: usize, columns: &Columns) -> Result<Vec<Row>, ParquetError> {
     let group = file.get_row_group(index)?;
     let count = group.metadata().num_rows() as usize;
-    let row = Row { case: 0, values: Vec::new(), measures: Vec::new(), failure: None };
-    let mut rows = vec![row; count];
+    let mut rows = vec![Row::default(); count];
     let short = || ParquetError::General("a column is shorter than others".into());
     for column in 0..group.num_columns() {
         let (mut levels, optional) = (Vec::new(), column > columns.axes.len());
@@ -209,6 +238,10 @@ fn group(file: &SerializedFileReader<File>, index: usize, columns: &Columns) -> 
             }
             _ => return Err(ParquetError::General("a column of a kind that no study has".into())),
         }
+    }
+    for row in rows.iter_mut().filter(|_| columns.chosen) {
+        row.error = row.measures.pop().flatten();
+        row.step = row.measures.pop().flatten();
     }
     Ok(rows)
 }

@@ -158,7 +158,9 @@ fn a_case_that_fails_says_why_and_ends_nothing() {
             "plant.drive.load_inertia",
             "bench.safety.following_error",
             "plant.tick_jitter",
-            "sine_2hz_rms"
+            "sine_2hz_rms",
+            "plant_step",
+            "step_error"
         ]
     );
     assert_eq!((columns[2].unit.as_str(), columns[5].unit.as_str()), ("kg m^2", "rad"));
@@ -595,4 +597,86 @@ fn a_study_of_a_program_has_its_machine_and_no_lines() {
     assert!(message.contains("manoevres is not known (study). Did you mean manoeuvres?"), "{message}");
     let message = read_text("manoeuvres = [\"creep\"]\nseeds = 0\n", None).unwrap_err().to_string();
     assert!(message.starts_with("study: seeds = 0"), "{message}");
+}
+
+/// The friction of the machine, quickly: its measures by the step of the virtual machine.
+fn stiffness(more: &str) -> String {
+    let axis = "[[axis]]\npath = \"plant.screw_friction.model.lugre.bristle_stiffness\"\nvalues = [300.0, 3e3, 10e3]\n";
+    format!("manoeuvres = [\"sine_2hz\", \"reversal\"]\n{more}\n{axis}")
+}
+
+#[test]
+fn a_study_chooses_its_steps_and_what_it_says_of_the_error_is_true() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, more: &str| {
+        rows(&run_study(&plan(&stiffness(more)), &folder.path().join(name), &Watch::silent()).unwrap())
+    };
+    let exact = run("exact", "[set]\nbench.plant_step = 2e-6");
+    assert!(exact.iter().all(|row| (row.step, row.error) == (None, None)));
+    let chosen = [("loose", 0.1), ("usual", 0.01), ("tight", 4e-3)].map(|(name, tolerance)| {
+        let rows = run(name, &format!("tolerance = {tolerance}"));
+        for (row, exact) in rows.iter().zip(&exact) {
+            let error = row.error.unwrap();
+            assert!(error <= tolerance, "{row:?}");
+            for (value, exact) in row.measures.iter().zip(&exact.measures) {
+                let (value, exact) = (value.unwrap(), exact.unwrap());
+                // What is of higher order comes on top; a count that comes a sample sooner or later is 5e-4 of a measure.
+                assert!(
+                    (value - exact).abs() <= (1.2 * error + 5e-4) * exact,
+                    "{value}, truly {exact}, stated {error}"
+                );
+            }
+        }
+        rows.iter().map(|row| row.step.unwrap()).sum::<f64>()
+    });
+    assert!(chosen[0] > chosen[2], "a looser tolerance takes longer steps: {chosen:?}");
+}
+
+#[test]
+fn a_machine_that_needs_finer_steps_gets_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let axis = "[[axis]]\npath = \"plant.screw_friction.model.lugre.bristle_stiffness\"\nvalues = [3e3, 1e7]\n";
+    let text = |more: &str| format!("manoeuvres = [\"reversal\"]\n{more}\n{axis}");
+    let run = |name: &str, more: &str| {
+        rows(&run_study(&plan(&text(more)), &folder.path().join(name), &Watch::silent()).unwrap())
+    };
+    let stated = run("stated", "[set]\nbench.plant_step = 25e-6");
+    assert!(stated[1].failure.as_ref().unwrap().contains("plant_step"), "{stated:?}");
+    let chosen = run("chosen", "");
+    assert_eq!(chosen[1].failure, None);
+    assert!(chosen[1].step.unwrap() < 25e-6 && chosen[0].step.unwrap() >= 25e-6, "{chosen:?}");
+}
+
+#[test]
+fn what_the_steps_are_worth_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, tolerance: f64| {
+        let plan = plan(&stiffness(&format!("tolerance = {tolerance}")));
+        run_study(&plan, &folder.path().join(name), &Watch::silent()).unwrap().findings().unwrap()
+    };
+    let told = run("usual", 0.01).told();
+    assert!(
+        told.contains("twice as long they move no measure by more than") && told.contains("(asked: 1.0 %)"),
+        "{told}"
+    );
+    // Finer than what a count of the encoder leaves.
+    let findings = run("beyond", 1e-9);
+    assert!(findings.told().contains("more than the 0.00000010 % asked for"), "{}", findings.told());
+    let summary = findings.summary();
+    assert_eq!(summary.value("study.cases_beyond_tolerance"), Some(3.0));
+    assert!(findings.report("").html().contains("were halved until no measure moved"));
+}
+
+#[test]
+fn a_tolerance_that_is_none_or_has_no_say_is_refused() {
+    for (more, words) in [
+        ("tolerance = 0.0", "must be within 1e-9 … 1"),
+        ("tolerance = nan", "must be within 1e-9 … 1"),
+        ("tolerance = 0.01\n[set]\nbench.plant_step = 1e-5", "is stated besides"),
+    ] {
+        let message = refused(&stiffness(more));
+        assert!(message.contains(words), "{message}");
+    }
+    let steps = "[[axis]]\npath = \"bench.plant_step\"\nvalues = [1e-5, 2e-5]\n";
+    assert_eq!(plan(&(stiffness("") + steps)).tolerance, None);
 }

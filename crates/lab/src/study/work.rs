@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::plan::of_entrant;
+use super::settled::coarsest;
 use super::table::{Columns, Row, Writer};
 use super::{Axis, Design, Plan};
 use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre, simulated_time};
@@ -121,6 +122,11 @@ impl Work {
                 apply(&mut preset, &of_entrant);
             }
         }
+        if self.plan.tolerance.is_some() {
+            // A case that needs finer steps than the preset states gets them.
+            let coarsest = preset.bench.tick_time() / coarsest(&preset) as f64;
+            preset.bench.plant_step = preset.bench.plant_step.min(coarsest);
+        }
         parameters::check(&preset, &format!("case {}", case + 1))?;
         Ok(preset)
     }
@@ -143,6 +149,7 @@ impl Work {
             manoeuvres: plan.manoeuvres.iter().map(|manoeuvre| manoeuvre.name().into()).collect(),
             seeds: plan.seeds,
             places: plan.places,
+            tolerance: plan.tolerance,
             axes: plan.axes.clone(),
             design: plan.design.clone(),
         };
@@ -179,6 +186,7 @@ impl Work {
                 .ok_or_else(|| refused("a manoeuvre of it is none".into(), "Send it as it was made."))?,
             seeds: sent.seeds,
             places: sent.places,
+            tolerance: sent.tolerance,
             axes: sent.axes,
             design: sent.design,
             threads: 1,
@@ -202,6 +210,7 @@ struct Sent {
     manoeuvres: Vec<String>,
     seeds: u64,
     places: u64,
+    tolerance: Option<f64>,
     axes: Vec<Axis>,
     design: Design,
 }
@@ -213,13 +222,13 @@ struct Version {
 }
 
 fn follows_from(plan: &Plan, tuned: Option<ControllerChoice<f64>>) -> String {
-    let Plan { preset, entrant, manoeuvres, seeds, places, axes, design, .. } = plan;
+    let Plan { preset, entrant, manoeuvres, seeds, places, tolerance, axes, design, .. } = plan;
     let name = entrant.as_ref().map(|entrant| entrant.name.as_str());
     let whole = entrant.as_ref().map_or(*preset, |entrant| entrant.on(preset, tuned));
     let lines = |preset| flatten(&preset).into_iter().map(|entry| format!("{} {:?}\n", entry.path, entry.value));
     let values: String = lines(*preset).chain(lines(whole)).collect();
     let axes: String = axes.iter().map(changed).collect();
-    format!("stickslip {VERSION} {name:?} {manoeuvres:?} {seeds} {places}\n{axes}{design:?}\n{values}")
+    format!("stickslip {VERSION} {name:?} {manoeuvres:?} {seeds} {places} {tolerance:?}\n{axes}{design:?}\n{values}")
 }
 
 /// What an axis changes, in a line; of a long list of values their number and what their bits come to, since each part
