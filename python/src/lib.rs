@@ -17,8 +17,10 @@ mod measure;
 mod outcome;
 mod parameter;
 mod preset;
+mod record;
 mod simulate;
 mod study;
+mod target;
 mod tree;
 mod value;
 mod watched;
@@ -51,9 +53,13 @@ mod _stickslip {
     #[pymodule_export]
     use crate::preset::{_restored, Preset, preset, presets};
     #[pymodule_export]
+    use crate::record::{Number, Truth, clip, cos, exp, floor, log, maximum, minimum, number, sign, sin, where_};
+    #[pymodule_export]
     use crate::simulate::{Measured, Setpoint, simulate_on};
     #[pymodule_export]
     use crate::study::{StudyParts, StudyWork, open_study};
+    #[pymodule_export]
+    use crate::target::{Code, Recording, record_controller, sampling_of};
 
     /// Version of the package.
     #[pymodule_export]
