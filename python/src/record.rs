@@ -18,6 +18,7 @@ const NO_TRUTH: &str = "it is not known yet whether this is true: the controller
                         stickslip.where(condition, a, b) in place of if, while, and, or, not, min and max; & | ~ join conditions.";
 const NO_VALUE: &str = "a recorded number has no value yet: it stands for all that it will be. Use stickslip.sin, cos, exp, \
                         log, floor, sign, where, minimum, maximum or clip in place of float() and the functions of math.";
+const NO_ORDER: &str = "conditions are not compared. Join them by & | ~.";
 const DIGITS: &str = "only to whole numbers is rounded. Use round(x).";
 
 thread_local! {
@@ -214,16 +215,18 @@ impl Number {
         compute!(py, Number, [a], Scalar::round(a))
     }
 
-    fn __richcmp__(&self, py: Python<'_>, other: RealLike, op: CompareOp) -> PyResult<Truth> {
+    fn __richcmp__<'py>(&self, py: Python<'py>, other: RealLike, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
         let (a, b) = (self.0, other.0);
-        match op {
+        let truth: PyResult<Truth> = match op {
             CompareOp::Lt => compute!(py, Truth, [a, b], Scalar::lt(a, b)),
             CompareOp::Le => compute!(py, Truth, [a, b], Scalar::le(a, b)),
             CompareOp::Gt => compute!(py, Truth, [a, b], Scalar::gt(a, b)),
             CompareOp::Ge => compute!(py, Truth, [a, b], Scalar::ge(a, b)),
             CompareOp::Eq => compute!(py, Truth, [a, b], Scalar::le(a, b) & Scalar::ge(a, b)),
             CompareOp::Ne => compute!(py, Truth, [a, b], !(Scalar::le(a, b) & Scalar::ge(a, b))),
-        }
+        };
+        // `object` promises a `bool` of ==, which it cannot be yet.
+        Ok(Bound::new(py, truth?)?.into_any())
     }
 
     fn __bool__(&self, py: Python<'_>) -> PyResult<bool> {
@@ -259,11 +262,11 @@ impl Number {
 macro_rules! join {
     ($py:ident, $a:expr, $b:expr, $operator:tt) => {{
         let (a, b): (Condition, Condition) = ($a, $b);
-        let any = a.is_recorded($py)? | b.is_recorded($py)?;
+        a.is_recorded($py)?;
+        b.is_recorded($py)?;
         Ok(Truth(match (a, b) {
             (Either::Plain(a), Either::Plain(b)) => Either::Plain(a $operator b),
-            _ if any => Either::Recorded(mask(a) $operator mask(b), AT_WORK.get()),
-            _ => a,
+            _ => Either::Recorded(mask(a) $operator mask(b), AT_WORK.get()),
         }))
     }};
 }
@@ -307,6 +310,11 @@ impl Truth {
             Either::Plain(truth) => Ok(truth),
             Either::Recorded(..) => Err(Exception::NotRecordable.with(py, NO_TRUTH.into())),
         }
+    }
+
+    fn __richcmp__(&self, py: Python<'_>, other: &Bound<'_, PyAny>, op: CompareOp) -> PyResult<bool> {
+        let _ = (other, op);
+        Err(Exception::NotRecordable.with(py, NO_ORDER.into()))
     }
 
     fn __repr__(&self) -> &'static str {
@@ -420,7 +428,7 @@ functions! {
     /// >>> stickslip.floor(-0.5)
     /// -1.0
     floor = floor;
-    /// -1, 0 or 1; 0 for NaN.
+    /// Sign: -1, 0 or 1; 0 for NaN.
     ///
     /// >>> import stickslip
     /// >>> stickslip.sign(-3.0)

@@ -234,7 +234,7 @@ def controller(*, states: Mapping[str, float] | None = None, **parameters: Tunab
     ...     rate = (deviation - state.last) / dt
     ...     state.last = deviation
     ...     return stickslip.clip(p.gain * deviation + 0.01 * rate, -sample.torque_limit, sample.torque_limit)
-    >>> law.begin(torque_limit=0.5).step(stickslip.Sample(reference_position=0.01))
+    >>> round(law.begin(torque_limit=0.5).step(stickslip.Sample(reference_position=0.01)), 6)
     0.12
     """
     return lambda function: ControlLaw(function, parameters, states or {})
@@ -276,6 +276,10 @@ def _check(law: ControlLaw) -> None:
         inspect.signature(law.function).bind(*"psid")
     except TypeError:
         raise InvalidValue(f"{law.name} must take four: def {law.name}(p, state, sample, dt).") from None
+    # What it becomes has functions of its own of these names.
+    if not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", law.name) or law.name.lower().startswith("stickslip"):
+        words = "Use def, and a name of letters, digits and _ that does not begin with stickslip."
+        raise InvalidValue(f"{law.name} cannot name a controller. {words}")
 
 
 def _number(what: str, value: Any) -> Number:

@@ -104,7 +104,7 @@ class Compiled(Running):
         self._sample, self._torque = (ctypes.c_double * 6)(), ctypes.c_double()
 
     def torque(self, signals: tuple[float, float, float, float, float, float]) -> float:
-        self._sample[:] = signals
+        self._sample[:] = list(signals)
         if self._functions.stickslip_step(self._controller, self._sample, ctypes.byref(self._torque)) != 0:
             raise self._lost()
         return self._torque.value

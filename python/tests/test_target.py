@@ -221,6 +221,14 @@ def chosen_by_numpy(p, state, sample, dt):
     return np.where(sample.time > 1.0, 1.0, 0.0)  # here
 
 
+def compared(p, state, sample, dt):
+    return where((sample.time > 1.0) == (sample.measured_angle > 1.0), 1.0, 0.0)  # here
+
+
+def a_key(p, state, sample, dt):
+    return {1.0: 2.0}[sample.time]  # here
+
+
 def loop(p, state, sample, dt):
     x = sample.time
     while x > 1.0:  # here
@@ -293,6 +301,8 @@ REFUSED = {
     of_math: "Use stickslip.sin",
     of_numpy: "stickslip.where, minimum, maximum",
     chosen_by_numpy: "stickslip.where(condition, a, b)",
+    compared: "conditions are not compared. Join them by & | ~",
+    a_key: "unhashable",
     loop: "stickslip.where(condition, a, b)",
     counted: "'stickslip.Number' object cannot be interpreted as an integer",
     power: "Numbers of a controller take + - * /",
@@ -380,8 +390,17 @@ def test_what_is_declared_wrongly_is_refused(declared, words):
         stickslip.controller(**declared)(lambda p, state, sample, dt: 0.0)
     with pytest.raises(stickslip.InvalidValue, match=r"def <lambda>\(p, state, sample, dt\)"):
         stickslip.controller()(lambda sample: 0.0)
-    with pytest.raises(stickslip.Error, match="cannot name a C function"):
-        stickslip.controller()(lambda p, state, sample, dt: 0.0).c()
+    with pytest.raises(stickslip.InvalidValue, match="<lambda> cannot name a controller. Use def"):
+        stickslip.controller()(lambda p, state, sample, dt: 0.0)
+
+    def double(p, state, sample, dt):
+        return 0.0
+
+    with pytest.raises(stickslip.Error, match='"double" cannot name a C function'):
+        ControlLaw(double, {}, {}).c()
+    double.__name__ = "stickslip_step"
+    with pytest.raises(stickslip.InvalidValue, match="does not begin with stickslip"):
+        ControlLaw(double, {}, {})
 
 
 def test_a_compiler_that_is_missing_or_refuses_is_named_with_the_remedy(monkeypatch):
