@@ -12,9 +12,9 @@ from stickslip import Tunable
 
 
 @stickslip.controller(
-    position_gain=Tunable(20.0, "1/s", minimum=0.0, maximum=1e4, help="Velocity asked for by a deviation of the angle."),
+    position_gain=Tunable(20.0, "1/s", minimum=0.0, maximum=1e4, help="Velocity that a deviation asks for."),
     velocity_gain=Tunable(0.08, "N m s/rad", minimum=0.0, maximum=1e3, help="Torque by a deviation of the velocity."),
-    integral_gain=Tunable(1.0, "N m/rad", minimum=0.0, maximum=1e4, help="How fast a torque that is missing is learnt."),
+    integral_gain=Tunable(1.0, "N m/rad", minimum=0.0, maximum=1e4, help="How fast it learns."),
     states={"integral": 0.0},
 )
 def cascade(p, state, sample, dt):

@@ -10,6 +10,7 @@ mod error;
 mod fidelity;
 mod fit;
 mod friction;
+mod functions;
 mod group;
 mod judge;
 mod library;
@@ -39,6 +40,8 @@ mod _stickslip {
     #[pymodule_export]
     use crate::friction::{_friction, Friction};
     #[pymodule_export]
+    use crate::functions::{clip, cos, exp, floor, log, maximum, minimum, sign, sin, sqrt, where_};
+    #[pymodule_export]
     use crate::group::Group;
     #[pymodule_export]
     use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
@@ -53,7 +56,7 @@ mod _stickslip {
     #[pymodule_export]
     use crate::preset::{_restored, Preset, preset, presets};
     #[pymodule_export]
-    use crate::record::{Number, Truth, clip, cos, exp, floor, log, maximum, minimum, number, sign, sin, where_};
+    use crate::record::{Number, Truth, number};
     #[pymodule_export]
     use crate::simulate::{Measured, Setpoint, simulate_on};
     #[pymodule_export]

@@ -1,5 +1,5 @@
-//! Numbers of a controller that is written in Python: floats while it runs, recorded while its graph is made, by one text
-//! over any [`Scalar`], so that the bits agree.
+//! Numbers of a controller that is written in Python: floats while it runs, recorded while its graph is made, by one
+//! text over any [`Scalar`], so that the bits agree.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,21 +9,28 @@ use pyo3::inspect::PyStaticExpr;
 use pyo3::prelude::*;
 use pyo3::type_hint_identifier;
 use stickslip_codegen::record::Recorded;
-use stickslip_core::scalar::{Mask, Scalar};
+use stickslip_core::scalar::Scalar;
 
 use crate::error::Exception;
 
 const ENDED: &str = "this number is of a recording that has ended. Keep what lasts in the state.";
-const NO_TRUTH: &str = "it is not known yet whether this is true: the controller is recorded once, for all samples. Use \
-                        stickslip.where(condition, a, b) in place of if, while, and, or, not, min and max; & | ~ join conditions.";
-const NO_VALUE: &str = "a recorded number has no value yet: it stands for all that it will be. Use stickslip.sin, cos, exp, \
-                        log, floor, sign, where, minimum, maximum or clip in place of float() and the functions of math.";
+const NO_TRUTH: &str = "it is not known yet whether this is true: the controller is recorded once, for all samples. \
+                        Use stickslip.where(condition, a, b) in place of if, while, and, or, not, min and max; & | ~ \
+                        join conditions.";
+const NO_VALUE: &str = "a recorded number has no value yet: it stands for all that it will be. Use stickslip.sin, cos, \
+                        exp, log, sqrt, floor, sign, where, minimum, maximum or clip in place of float() and the \
+                        functions of math.";
 const NO_ORDER: &str = "conditions are not compared. Join them by & | ~.";
 const DIGITS: &str = "only to whole numbers is rounded. Use round(x).";
 
 thread_local! {
     /// The recording at work on this thread; 0 if there is none.
     static AT_WORK: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The recording at work on this thread.
+pub(crate) fn at_work() -> u64 {
+    AT_WORK.get()
 }
 
 /// Makes the numbers within `work` those of a recording of their own.
@@ -37,34 +44,34 @@ pub(crate) fn apart<R>(work: impl FnOnce() -> R) -> R {
 
 /// A float, or what is recorded, with its recording.
 #[derive(Clone, Copy)]
-enum Either<P, R> {
+pub(crate) enum Either<P, R> {
     Plain(P),
     Recorded(R, u64),
 }
 
 impl<P, R> Either<P, R> {
     /// Whether it is recorded by the recording at work.
-    fn is_recorded(&self, py: Python<'_>) -> PyResult<bool> {
+    pub(crate) fn is_recorded(&self, py: Python<'_>) -> PyResult<bool> {
         match self {
             Either::Plain(_) => Ok(false),
-            Either::Recorded(_, recording) if *recording == AT_WORK.get() => Ok(true),
+            Either::Recorded(_, recording) if *recording == at_work() => Ok(true),
             Either::Recorded(..) => Err(Exception::NotRecordable.with(py, ENDED.into())),
         }
     }
 }
 
-type Real = Either<f64, Recorded<f64>>;
-type Condition = Either<bool, <Recorded<f64> as Scalar>::Mask>;
+pub(crate) type Real = Either<f64, Recorded<f64>>;
+pub(crate) type Condition = Either<bool, <Recorded<f64> as Scalar>::Mask>;
 
 impl Real {
-    fn recorded(self) -> Recorded<f64> {
+    pub(crate) fn recorded(self) -> Recorded<f64> {
         match self {
             Either::Plain(value) => Scalar::of(value),
             Either::Recorded(number, _) => number,
         }
     }
 
-    fn plain(self) -> f64 {
+    pub(crate) fn plain(self) -> f64 {
         if let Either::Plain(value) = self { value } else { f64::NAN }
     }
 }
@@ -72,24 +79,26 @@ impl Real {
 /// One expression over numbers, as floats or as what is recorded; what it gives becomes `$make`.
 macro_rules! compute {
     ($py:ident, $make:ident, [$($number:ident),+], $expression:expr) => {{
-        $(let $number: Real = $number;)+
+        $(let $number: $crate::record::Real = $number;)+
         let mut any = false;
         $(any |= $number.is_recorded($py)?;)+
         Ok($make(if any {
             $(let $number = $number.recorded();)+
-            Either::Recorded($expression, AT_WORK.get())
+            $crate::record::Either::Recorded($expression, $crate::record::at_work())
         } else {
             $(let $number = $number.plain();)+
-            Either::Plain($expression)
+            $crate::record::Either::Plain($expression)
         }))
     }};
 }
+pub(crate) use compute;
 
 /// A number of a controller: a float while it runs, all that it may be while it is recorded.
 ///
-/// It takes `+ - * /`, `abs`, `round`, comparisons, and the functions of stickslip; `float` has its value while it runs.
+/// It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
+/// runs.
 #[pyclass(frozen, module = "stickslip", name = "Number")]
-pub(crate) struct Number(Real);
+pub(crate) struct Number(pub(crate) Real);
 
 /// Whether something holds: `True` or `False` while a controller runs, open while it is recorded.
 ///
@@ -98,7 +107,7 @@ pub(crate) struct Number(Real);
 pub(crate) struct Truth(Condition);
 
 /// A number or what Python has for one.
-pub(crate) struct RealLike(Real);
+pub(crate) struct RealLike(pub(crate) Real);
 
 impl<'py> FromPyObject<'_, 'py> for RealLike {
     type Error = PyErr;
@@ -114,7 +123,7 @@ impl<'py> FromPyObject<'_, 'py> for RealLike {
 }
 
 /// A condition or what Python has for one.
-pub(crate) struct TruthLike(Condition);
+pub(crate) struct TruthLike(pub(crate) Condition);
 
 impl<'py> FromPyObject<'_, 'py> for TruthLike {
     type Error = PyErr;
@@ -139,7 +148,7 @@ impl RealLike {
 
 impl From<Recorded<f64>> for Number {
     fn from(number: Recorded<f64>) -> Self {
-        Number(Either::Recorded(number, AT_WORK.get()))
+        Number(Either::Recorded(number, at_work()))
     }
 }
 
@@ -266,7 +275,7 @@ macro_rules! join {
         b.is_recorded($py)?;
         Ok(Truth(match (a, b) {
             (Either::Plain(a), Either::Plain(b)) => Either::Plain(a $operator b),
-            _ => Either::Recorded(mask(a) $operator mask(b), AT_WORK.get()),
+            _ => Either::Recorded(mask(a) $operator mask(b), at_work()),
         }))
     }};
 }
@@ -330,108 +339,4 @@ impl Truth {
 #[pyfunction]
 pub(crate) fn number(value: RealLike) -> Number {
     Number(value.0)
-}
-
-/// `yes` where the condition holds, `no` elsewhere. Both are computed, one counts.
-///
-/// >>> import stickslip
-/// >>> stickslip.where(2.0 > 1.0, 5.0, 0.0)
-/// 5.0
-#[pyfunction]
-#[pyo3(name = "where")]
-pub(crate) fn where_(py: Python<'_>, condition: TruthLike, yes: RealLike, no: RealLike) -> PyResult<Number> {
-    let (yes, no) = (yes.0, no.0);
-    condition.0.is_recorded(py)?;
-    match condition.0 {
-        Either::Plain(true) => Ok(Number(yes)),
-        Either::Plain(false) => Ok(Number(no)),
-        Either::Recorded(mask, recording) => {
-            let (_, _) = (yes.is_recorded(py)?, no.is_recorded(py)?);
-            Ok(Number(Either::Recorded(mask.select(yes.recorded(), no.recorded()), recording)))
-        }
-    }
-}
-
-/// The smaller; the second if either is NaN.
-///
-/// >>> import stickslip
-/// >>> stickslip.minimum(2.0, 1.0)
-/// 1.0
-#[pyfunction]
-pub(crate) fn minimum(py: Python<'_>, a: RealLike, b: RealLike) -> PyResult<Number> {
-    let (a, b) = (a.0, b.0);
-    compute!(py, Number, [a, b], Scalar::min(a, b))
-}
-
-/// The larger; the second if either is NaN.
-///
-/// >>> import stickslip
-/// >>> stickslip.maximum(2.0, 1.0)
-/// 2.0
-#[pyfunction]
-pub(crate) fn maximum(py: Python<'_>, a: RealLike, b: RealLike) -> PyResult<Number> {
-    let (a, b) = (a.0, b.0);
-    compute!(py, Number, [a, b], Scalar::max(a, b))
-}
-
-/// Limited to `low` … `high`; a NaN stays NaN.
-///
-/// >>> import stickslip
-/// >>> stickslip.clip(5.0, -1.0, 1.0)
-/// 1.0
-#[pyfunction]
-pub(crate) fn clip(py: Python<'_>, x: RealLike, low: RealLike, high: RealLike) -> PyResult<Number> {
-    let (x, low, high) = (x.0, low.0, high.0);
-    compute!(py, Number, [x, low, high], Scalar::clamp(x, low, high))
-}
-
-/// Functions of one number, each with the kernel that generated code has.
-macro_rules! functions {
-    ($($(#[$about:meta])+ $name:ident = $method:ident;)+) => {$(
-        $(#[$about])+
-        #[pyfunction]
-        pub(crate) fn $name(py: Python<'_>, x: RealLike) -> PyResult<Number> {
-            let x = x.0;
-            compute!(py, Number, [x], Scalar::$method(x))
-        }
-    )+};
-}
-
-functions! {
-    /// Exponential, within 2 units in the last place; 0 in place of a subnormal number.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.exp(0.0)
-    /// 1.0
-    exp = exp;
-    /// Natural logarithm of a normal positive number, within 2 units in the last place; of others not defined.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.log(1.0)
-    /// 0.0
-    log = ln;
-    /// Sine, within 2 units in the last place up to 1e6 rad.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.sin(0.0)
-    /// 0.0
-    sin = sin;
-    /// Cosine, within 2 units in the last place up to 1e6 rad.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.cos(0.0)
-    /// 1.0
-    cos = cos;
-    /// Largest whole number not above.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.floor(-0.5)
-    /// -1.0
-    floor = floor;
-    /// Sign: -1, 0 or 1; 0 for NaN.
-    ///
-    /// >>> import stickslip
-    /// >>> stickslip.sign(-3.0)
-    /// -1.0
-    sign = sign;
 }

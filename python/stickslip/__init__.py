@@ -48,6 +48,7 @@ from ._stickslip import (
     presets,
     sign,
     sin,
+    sqrt,
     where,
 )
 from ._study import study
@@ -114,6 +115,7 @@ __all__ = [
     "sign",
     "simulate",
     "sin",
+    "sqrt",
     "study",
     "where",
 ]

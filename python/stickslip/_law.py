@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import inspect
-import linecache
 import math
 import os
 import re
+import shutil
 import tempfile
 import time
-import traceback
 import types
 import weakref
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any
 
 from . import _stickslip
 from ._errors import InvalidValue, NotRecordable, UnknownName
+from ._names import Names, Placed, nearest, number
 from ._running import Compiled, Interpreted, Running, Sample
 from ._stickslip import Code, Measured, Number, Recording, Setpoint
 
@@ -26,8 +25,6 @@ SIGNALS = [field.name for field in dataclasses.fields(Sample)] + ["torque_limit"
 """What a controller reads in a sample, in the order of its graph."""
 
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
-_HERE = os.path.dirname(os.path.abspath(__file__))
-_T = TypeVar("_T")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,38 +51,11 @@ class Tunable:
         raise InvalidValue(f"{words} Give a finite number within it.")
 
 
-class Names:
-    """Numbers under their names, as the function of a controller has them; those of the state can be set."""
-
-    def __init__(self, kind: str, values: dict[str, Any], given: set[str] | None = None) -> None:
-        for name, value in (("_kind", kind), ("_values", values), ("_given", given)):
-            object.__setattr__(self, name, value)
-
-    def __getattr__(self, name: str) -> Any:
-        if name in self._values:
-            return self._values[name]
-        if name.startswith("__"):
-            raise AttributeError(name)
-        raise NotRecordable(f"{self._kind} has no {name}.{_nearest(name, self._values)}")
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if self._given is None:
-            raise NotRecordable(f"{self._kind}.{name} cannot be set. What lasts is a state: controller(states=…).")
-        if name not in self._values:
-            raise NotRecordable(f"{self._kind} has no {name}.{_nearest(name, self._values)} States are declared: "
-                                f"controller(states={{{name!r}: 0.0}}).")
-        self._values[name] = _number(f"{self._kind}.{name}", value)
-        self._given.add(name)
-
-    def __dir__(self) -> list[str]:
-        return list(self._values)
-
-
 class ControlLaw:
     """A controller that is written as a function, as `stickslip.controller` makes it.
 
-    `parameters` are its tunables, `states` what it begins with. `begin` runs it over floats, `build` as compiled library;
-    `c` and `generate` have its C, `fmu` writes its FMU. `stickslip.simulate(controller=…)` closes the loop with it.
+    `parameters` are its tunables, `states` what it begins with. `begin` runs it over floats, `build` as compiled
+    library; `c` and `generate` have its C, `fmu` writes its FMU. `stickslip.simulate(controller=…)` closes the loop with it.
     """
 
     def __init__(
@@ -137,7 +107,8 @@ class ControlLaw:
         begin = time.perf_counter()
         code = self._write(1e-3)
         written = time.perf_counter()
-        file = os.fspath(path) if path is not None else os.path.join(tempfile.mkdtemp(prefix="stickslip-"), f"{self.name}.so")
+        folder = "" if path is not None else tempfile.mkdtemp(prefix="stickslip-")
+        file = os.path.join(folder, f"{self.name}.so") if path is None else os.fspath(path)
         code.compile(file)
         library = Library(self, os.path.abspath(file), recorded, written - begin, time.perf_counter() - written)
         if path is None:
@@ -152,15 +123,16 @@ class ControlLaw:
     def evaluate(self, p: Mapping[str, Any], state: dict[str, Any], signals: Mapping[str, Any], dt: Any) -> Number:
         """The torque; the new state is in `state`. Numbers of a graph go in where it is recorded."""
         given: set[str] = set()
-        with _Placed(self):
-            torque = self.function(Names("p", dict(p)), Names("state", state, given), Names("sample", dict(signals)), dt)
+        with Placed(self.function):
+            sample = Names("sample", dict(signals))
+            torque = self.function(Names("p", dict(p)), Names("state", state, given), sample, dt)
             if torque is None:
                 raise NotRecordable(f"{self.name} returns nothing. Return the torque of the drive [N m].")
             missing = [name for name in self.states if name not in given]
             if missing:
-                raise NotRecordable(f"state.{missing[0]} is never given. Give it its value for the next sample, or make it a "
-                                    "parameter.")
-            return _number("the torque", torque)
+                words = "Give it its value for the next sample, or make it a parameter."
+                raise NotRecordable(f"state.{missing[0]} is never given. {words}")
+            return number("the torque", torque)
 
     def controls(self, bench: Any) -> Callable[[Setpoint, Measured], float]:
         """It in the loop of a preset: compiled where there is a compiler, else over floats; the bits are the same."""
@@ -220,12 +192,14 @@ class Library:
         return f"{self.path}: {steps}"
 
 
-def controller(*, states: Mapping[str, float] | None = None, **parameters: Tunable) -> Callable[[Callable[..., Any]], ControlLaw]:
+def controller(
+    *, states: Mapping[str, float] | None = None, **parameters: Tunable
+) -> Callable[[Callable[..., Any]], ControlLaw]:
     """Makes a controller of a function `law(p, state, sample, dt)` that returns the torque of the drive [N m].
 
-    It reads parameters (`p.gain`), states (`state.integral`), a sample (`sample.reference_position`, the other fields of
-    `Sample`, and `sample.torque_limit`) and the time between samples `dt` [s], and gives each state its next value. The
-    function is recorded once for all samples: `stickslip.where` in place of `if` on what is measured.
+    It reads parameters (`p.gain`), states (`state.integral`), a sample (`sample.reference_position`, the other fields
+    of `Sample`, and `sample.torque_limit`) and the time between samples `dt` [s], and gives each state its next value.
+    The function is recorded once for all samples: `stickslip.where` in place of `if` on what is measured.
 
     >>> import stickslip
     >>> @stickslip.controller(gain=stickslip.Tunable(2.0, "N m/rad", minimum=0.0), states={"last": 0.0})
@@ -242,8 +216,6 @@ def controller(*, states: Mapping[str, float] | None = None, **parameters: Tunab
 
 def has_compiler() -> bool:
     """Whether there is a C compiler."""
-    import shutil
-
     return shutil.which(os.environ.get("CC") or "cc") is not None
 
 
@@ -252,7 +224,7 @@ def chosen(law: ControlLaw, usual: Mapping[str, float], changes: Mapping[str, fl
     values = dict(usual)
     for name, value in changes.items():
         if name not in law.parameters:
-            raise UnknownName(f"{law.name} has no parameter {name}.{_nearest(name, law.parameters)}")
+            raise UnknownName(f"{law.name} has no parameter {name}.{nearest(name, law.parameters)}")
         values[name] = law.parameters[name].check(name, value)
     return values
 
@@ -282,50 +254,5 @@ def _check(law: ControlLaw) -> None:
         raise InvalidValue(f"{law.name} cannot name a controller. {words}")
 
 
-def _number(what: str, value: Any) -> Number:
-    """The value as a number of a controller."""
-    if isinstance(value, bool) or not isinstance(value, (Number, int, float)):
-        kind = "condition" if isinstance(value, (bool, _stickslip.Truth)) else type(value).__name__
-        raise NotRecordable(f"{what} is a {kind}, not a number. Of a condition stickslip.where(condition, 1.0, 0.0) is one.")
-    return _stickslip.number(value)
-
-
-def _nearest(name: str, known: Any) -> str:
-    close = difflib.get_close_matches(name, known, 1)
-    return f" Did you mean {close[0]}?" if close else f" It has {', '.join(known) or 'nothing'}."
-
-
-class _Placed:
-    """Whatever cannot be recorded within is refused with its place in the function of a controller."""
-
-    def __init__(self, law: ControlLaw) -> None:
-        self.law = law
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: types.TracebackType | None) -> None:
-        if not isinstance(error, TypeError) or getattr(error, "line", None) is not None:
-            return
-        own = [it for it in traceback.extract_tb(trace) if os.path.dirname(os.path.abspath(it.filename)) != _HERE]
-        code = self.law.function.__code__
-        file, line = (own[-1].filename, own[-1].lineno) if own else (code.co_filename, _definition(code))
-        words = str(error)
-        if not isinstance(error, NotRecordable):
-            words = (f"{words}. Numbers of a controller take + - * /, abs, round, comparisons, & | ~ and stickslip.where, "
-                     "minimum, maximum, clip, exp, log, sin, cos, floor, sign.")
-        source = linecache.getline(file, line or 0).strip()
-        raise NotRecordable(words, file, line, source) from (None if isinstance(error, NotRecordable) else error)
-
-
-def _definition(code: types.CodeType) -> int:
-    """The line of `def`, behind what decorates it."""
-    first = code.co_firstlineno
-    lines = (line for line in range(first, first + 100) if linecache.getline(code.co_filename, line).lstrip().startswith("def "))
-    return next(lines, first)
-
-
 def _remove(file: str) -> None:
-    import shutil
-
     shutil.rmtree(os.path.dirname(file), ignore_errors=True)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 class Sample:
     """What a controller reads in a sample, as `stickslip_sample` in C.
 
-    Time since its begin [s], the wanted angle of the screw [rad] with its derivatives [rad/s, rad/s²], its measured angle
-    [rad] and the measured velocity of the motor [rad/s].
+    Time since its begin [s], the wanted angle of the screw [rad] with its derivatives [rad/s, rad/s²], its measured
+    angle [rad] and the measured velocity of the motor [rad/s].
     """
 
     time: float = 0.0

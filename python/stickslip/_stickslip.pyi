@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Code", "Friction", "Group", "IdentifiedFriction", "Measured", "Number", "Outcome", "Parameter", "Preset", "Recording", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "Truth", "_friction", "_restored", "benchmark_on", "clip", "cos", "curves_of", "demo_on", "design_for", "exp", "fidelity_of", "fit_points", "floor", "friction_library", "hunting_of", "identified_friction", "log", "loop_of", "maximum", "measure_on_preset", "minimum", "number", "open_study", "plan_of", "preset", "presets", "record_controller", "render_on", "sampling_of", "sign", "simulate_on", "sin", "where"]
+__all__ = ["__version__", "Code", "Friction", "Group", "IdentifiedFriction", "Measured", "Number", "Outcome", "Parameter", "Preset", "Recording", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "Truth", "_friction", "_restored", "benchmark_on", "clip", "cos", "curves_of", "demo_on", "design_for", "exp", "fidelity_of", "fit_points", "floor", "friction_library", "hunting_of", "identified_friction", "log", "loop_of", "maximum", "measure_on_preset", "minimum", "number", "open_study", "plan_of", "preset", "presets", "record_controller", "render_on", "sampling_of", "sign", "simulate_on", "sin", "sqrt", "where"]
 
 __version__: Final[str]
 """
@@ -231,7 +231,8 @@ class Number:
     """
     A number of a controller: a float while it runs, all that it may be while it is recorded.
 
-    It takes `+ - * /`, `abs`, `round`, comparisons, and the functions of stickslip; `float` has its value while it runs.
+    It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
+    runs.
     """
     __array_ufunc__: Final[bool | None]
     """
@@ -836,6 +837,15 @@ def sin(x: SupportsFloat) -> Number:
     >>> import stickslip
     >>> stickslip.sin(0.0)
     0.0
+    """
+
+def sqrt(x: SupportsFloat) -> Number:
+    """
+    Square root, within 1 unit in the last place; NaN below 0, 0 of a subnormal number.
+
+    >>> import stickslip
+    >>> stickslip.sqrt(9.0)
+    3.0
     """
 
 def where(condition: Any, yes: SupportsFloat, no: SupportsFloat) -> Number:

@@ -1,4 +1,4 @@
-"""From a controller in Python to a library that runs: `python -m stickslip.target law.py`, with the time of each step."""
+"""From a controller in Python to a library that runs, with the time of each step."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ import time
 from ._errors import Error, NotComputed
 from ._law import ControlLaw, Library
 from ._running import Sample
+
+_STARTED = time.process_time()
+"""Time of Python and the package up to here [s]."""
 
 _TRIED = 200
 """Samples after which library and function must still agree."""
@@ -43,11 +46,12 @@ def _build(chosen: argparse.Namespace) -> None:
     tried = time.perf_counter()
     _try(law, library)
     end = time.perf_counter()
-    print(f"{chosen.file}: {law.name}, {len(law.parameters)} parameters, {len(law.states)} states, {law.operations} operations")
-    steps = [("read", read), ("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
-    for step, took in [*steps, ("loaded", end - tried)]:
+    sizes = (_counted(len(law.parameters), "parameter"), _counted(len(law.states), "state"))
+    print(f"{chosen.file}: {law.name}, {', '.join(sizes)}, {_counted(law.operations, 'operation')}")
+    made = [("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
+    for step, took in [("started", _STARTED), ("read", read), *made, ("loaded", end - tried)]:
         print(f"  {step:9} {took:7.3f} s")
-    print(f"  {'in all':9} {end - begin:7.3f} s; {_TRIED} samples have the bits of the function")
+    print(f"  {'in all':9} {_STARTED + end - begin:7.3f} s; {_TRIED} samples have the bits of the function")
     if chosen.c:
         law.generate(chosen.c, chosen.sample_time)
         print(f"Its project in C: {chosen.c}")
@@ -58,7 +62,8 @@ def _build(chosen: argparse.Namespace) -> None:
 
 
 def _law(file: str, name: str | None) -> ControlLaw:
-    """The controller of a file."""
+    """The controller of a file, which may import what lies beside it."""
+    sys.path.insert(0, os.path.dirname(os.path.abspath(file)))
     found = {it.name: it for it in runpy.run_path(file, run_name="target").values() if isinstance(it, ControlLaw)}
     if name is None and len(found) == 1:
         return next(iter(found.values()))
@@ -67,6 +72,10 @@ def _law(file: str, name: str | None) -> ControlLaw:
     if not found:
         raise Error(f"{file} has no controller. Put @stickslip.controller(…) over its function.")
     raise Error(f"{file} has {', '.join(found)}. Say which by --name.")
+
+
+def _counted(count: int, of: str) -> str:
+    return f"{count} {of}" if count == 1 else f"{count} {of}s"
 
 
 def _try(law: ControlLaw, library: Library) -> None:

@@ -1,4 +1,4 @@
-"""A controller that is written in Python: floats, graph, C and library have the same bits; the rest is refused by line."""
+"""A controller that is written in Python: floats, C and library have the same bits; the rest is refused by line."""
 
 import ctypes
 import inspect
@@ -58,6 +58,12 @@ def bare(p, state, sample, dt):
     return 1.0 / sample.reference_position
 
 
+@stickslip.controller(states={"sum": 0.0})
+def roots(p, state, sample, dt):
+    state.sum = stickslip.sqrt(sample.reference_velocity * sample.reference_velocity)
+    return stickslip.sqrt(sample.reference_position) + state.sum
+
+
 def bits(number):
     return struct.pack("<d", number)
 
@@ -72,16 +78,17 @@ def outcome(running, sample):
 
 @pytest.fixture(scope="module")
 def libraries():
-    return {it.name: it.build() for it in (law, everything, bare)}
+    return {it.name: it.build() for it in (law, everything, bare, roots)}
 
 
-@pytest.mark.parametrize("name", ["law", "everything", "bare"])
+@pytest.mark.parametrize("name", ["law", "everything", "bare", "roots"])
 def test_the_library_has_the_bits_of_the_function_for_odd_inputs(libraries, name):
     library = libraries[name]
     dice = random.Random(3)
     compiled, interpreted = library.begin(1e-3, 0.5), library.law.begin(1e-3, 0.5)
     seen = {True: 0, False: 0}
-    odd = [Sample(0.0, *chosen, 0.0, *rest) for chosen in itertools.product(ODD, repeat=2) for rest in [(1.0, 2.0), chosen]]
+    pairs = list(itertools.product(ODD, repeat=2))
+    odd = [Sample(0.0, *pair, 0.0, *rest) for pair in pairs for rest in [(1.0, 2.0), pair]]
     usual = [Sample(*(dice.gauss(0.0, 10.0 ** dice.randint(-3, 3)) for _ in range(6))) for _ in range(500)]
     for sample in odd + usual:
         expected = outcome(interpreted, sample)
@@ -186,6 +193,22 @@ def test_python_refuses_by_the_same_ranges_with_words(libraries):
             it.begin(0.0)
         with pytest.raises(stickslip.InvalidValue, match="torque_limit"):
             it.begin(1e-3, math.nan)
+
+
+def test_functions_are_those_of_mathematics_within_their_places():
+    dice = random.Random(7)
+    for _ in range(20_000):
+        x = dice.uniform(1.0, 4.0) * 2.0 ** dice.randint(-1000, 1000)
+        assert abs(float(stickslip.sqrt(x)) - math.sqrt(x)) <= math.ulp(math.sqrt(x)), x
+        y = dice.uniform(-300.0, 300.0)
+        assert abs(float(stickslip.exp(y)) - math.exp(y)) <= 2 * math.ulp(math.exp(y)), y
+        assert abs(float(stickslip.log(x)) - math.log(x)) <= 2 * math.ulp(math.log(x)), x
+        assert abs(float(stickslip.sin(y)) - math.sin(y)) <= 2 * math.ulp(math.sin(y)), y
+    assert [float(stickslip.sqrt(x)) for x in (0.0, 1e-310, math.inf)] == [0.0, 0.0, math.inf]
+    assert bits(float(stickslip.sqrt(-0.0))) == bits(-0.0)
+    assert all(math.isnan(float(stickslip.sqrt(x))) for x in (-1.0, -math.inf, math.nan))
+    assert [float(stickslip.sign(x)) for x in (-2.0, 0.0, 3.0, math.nan)] == [-1.0, 0.0, 1.0, 0.0]
+    assert [float(round(stickslip.clip(x, -10.0, 10.0))) for x in (0.5, 1.5, -2.5, 99.0)] == [0.0, 2.0, -2.0, 10.0]
 
 
 # What cannot be recorded. Each says on which line, by "# here", and what to do.
@@ -450,12 +473,13 @@ def test_the_command_builds_it_and_tells_each_step(tmp_path):
     options = [str(example), "--out", "own.so", "--c", "project", "--fmu", "own.fmu"]
     ran = subprocess.run([*command, *options], cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
-    for step in ("read", "recorded", "written", "compiled", "loaded", "in all"):
+    for step in ("started", "read", "recorded", "written", "compiled", "loaded", "in all"):
         assert f"  {step:9} " in ran.stdout
     assert ran.stdout.splitlines()[-1] == "To run it: stickslip load own.so"
     assert all((tmp_path / name).exists() for name in ("own.so", "project/cascade.c", "own.fmu"))
     (tmp_path / "wrong.py").write_text(
-        "import stickslip\n\n@stickslip.controller()\ndef law(p, state, sample, dt):\n    return abs(sample.time) ** 2\n"
+        "import stickslip\n\n@stickslip.controller()\ndef law(p, state, sample, dt):\n"
+        "    return abs(sample.time) ** 2\n"
     )
     ran = subprocess.run([*command, "wrong.py"], cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 1 and "wrong.py:5: `return abs(sample.time) ** 2`" in ran.stderr
