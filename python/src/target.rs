@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyList;
+use stickslip::Error;
 use stickslip::generate::{self, Version};
 use stickslip::output;
 use stickslip_codegen::module;
 use stickslip_codegen::record::{Computed, Declared, Given, Program, Recorded, record_declared};
 
-use crate::error::raised;
+use crate::error::{Exception, raised};
 use crate::preset::Preset;
 use crate::record::{Number, RealLike, apart};
 
@@ -68,19 +69,18 @@ impl Recording {
 
     /// Writes it as C, with self-test and example for samples of `sample_time` [s].
     fn write(&self, py: Python<'_>, sample_time: f64) -> PyResult<Code> {
-        let module = generate::module(self.program.clone(), &self.name, sample_time);
-        Ok(Code { module: module.map_err(|error| raised(py, &error))? })
+        match generate::module(self.program.clone(), &self.name, sample_time) {
+            Ok(module) => Ok(Code { module }),
+            Err(Error::NoIdentifier(name)) => {
+                Err(Exception::InvalidValue.with(py, format!("{name}. Give the function another name.")))
+            }
+            Err(error) => Err(raised(py, &error)),
+        }
     }
 }
 
 #[pymethods]
 impl Code {
-    /// Name and text of each file of the project.
-    #[getter]
-    fn project(&self) -> Vec<(String, String)> {
-        self.module.generated.files.clone()
-    }
-
     /// Name and text of what the library is compiled of.
     #[getter]
     fn sources(&self) -> Vec<(String, String)> {
@@ -88,8 +88,8 @@ impl Code {
     }
 
     /// Writes the project into a folder.
-    fn generate(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        self.module.generated.write(&folder).map(drop).map_err(|error| raised(py, &error))
+    fn generate(&self, py: Python<'_>, folder: PathBuf, diagram: bool) -> PyResult<()> {
+        py.detach(|| self.module.generated(diagram).write(&folder)).map(drop).map_err(|error| raised(py, &error))
     }
 
     /// Compiles the library, which takes the place of what is at `path` as a whole.

@@ -90,9 +90,10 @@ class ControlLaw:
         """Its library in C: the text of each file. Self-test and example are among what `generate` writes."""
         return dict(self._write(sample_time).sources)
 
-    def generate(self, folder: str | os.PathLike[str], sample_time: float = 1e-3) -> None:
-        """Writes its project in C, as `stickslip generate c` does: code, self-test, example, page, diagram."""
-        self._write(sample_time).generate(os.fspath(folder))
+    def generate(self, folder: str | os.PathLike[str], sample_time: float = 1e-3, diagram: bool = True) -> None:
+        """Writes its project in C, as `stickslip generate c` does: code, self-test, example, page, diagram. The diagram
+        of some hundred operations takes minutes; without `diagram` there is none."""
+        self._write(sample_time).generate(os.fspath(folder), diagram)
 
     def fmu(self, path: str | os.PathLike[str], sample_time: float = 1e-3, version: int = 3) -> None:
         """Writes it as FMU for co-simulation, FMI 2 or 3, with steps of `sample_time` [s]."""

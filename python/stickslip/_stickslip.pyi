@@ -28,14 +28,9 @@ class Code:
         """
         Writes the FMU of it, FMI 2 or 3.
         """
-    def generate(self, /, folder: str | PathLike[str]) -> None:
+    def generate(self, /, folder: str | PathLike[str], diagram: bool) -> None:
         """
         Writes the project into a folder.
-        """
-    @property
-    def project(self, /) -> list[tuple[str, str]]:
-        """
-        Name and text of each file of the project.
         """
     @property
     def sources(self, /) -> list[tuple[str, str]]:

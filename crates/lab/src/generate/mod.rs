@@ -91,18 +91,23 @@ impl Request<'_> {
             Precision::Double => block.double(self.prefix, step),
             Precision::Single => block.single(self.prefix, step),
         }?;
-        Ok(Generated::of(project, self.block, self.prefix, step))
+        Ok(Generated::new(project, self.block, self.prefix, step).with_diagram())
     }
 }
 
 impl Generated {
-    /// The files of a project and its diagram, for steps of `step` [s].
-    fn of(project: Project, block: &'static str, prefix: &str, step: f64) -> Self {
-        let Project { mut files, program } = project;
-        files.push((format!("{DIAGRAM}/{prefix}.json"), diagram::json(&program, prefix)));
-        let pages = diagram::pages(&program, prefix);
-        files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
-        Generated { block, prefix: prefix.into(), step, files, program }
+    /// The files of a project, for steps of `step` [s].
+    fn new(project: Project, block: &'static str, prefix: &str, step: f64) -> Self {
+        Generated { block, prefix: prefix.into(), step, files: project.files, program: project.program }
+    }
+
+    /// With its signal-flow diagram.
+    fn with_diagram(mut self) -> Self {
+        let (program, prefix) = (&self.program, &self.prefix);
+        self.files.push((format!("{DIAGRAM}/{prefix}.json"), diagram::json(program, prefix)));
+        let pages = diagram::pages(program, prefix);
+        self.files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
+        self
     }
 
     /// The text of a file.

@@ -15,8 +15,10 @@ const HEADER: &str = include_str!("../foreign/stickslip_module.h");
 /// A controller as C.
 #[derive(Clone, Debug)]
 pub struct Module {
-    /// The project: what `stickslip generate c` makes of a block.
-    pub generated: Generated,
+    name: String,
+    /// Time from sample to sample in self-test and example [s].
+    step: f64,
+    project: Project,
     /// Names and texts of what the library is compiled of; the last is the one that is compiled.
     pub files: Vec<(String, String)>,
 }
@@ -43,10 +45,17 @@ pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> 
         ("stickslip_module.h".into(), HEADER.into()),
         (format!("{name}_module.c"), module::source(&project.program, name)),
     ];
-    Ok(Module { generated: Generated::of(project, "controller", name, step), files })
+    Ok(Module { name: name.into(), step, project, files })
 }
 
 impl Module {
+    /// The whole project: what `stickslip generate c` makes of a block. Its diagram takes by far the longest where there
+    /// are many operations, and can be left out.
+    pub fn generated(&self, diagram: bool) -> Generated {
+        let generated = Generated::new(self.project.clone(), "controller", &self.name, self.step);
+        if diagram { generated.with_diagram() } else { generated }
+    }
+
     /// Compiles the library for this machine by `$CC`, or `cc`: what it consists of.
     ///
     /// # Errors
@@ -61,8 +70,7 @@ impl Module {
     /// # Errors
     /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
-        let Generated { prefix, step, files, program, .. } = &self.generated;
-        fmu_of(&Project { files: files.clone(), program: program.clone() }, prefix, *step, version)
+        fmu_of(&self.project, &self.name, self.step, version)
     }
 }
 
@@ -83,7 +91,9 @@ mod tests {
         let made = module(program(), "law", 1e-3).expect("a good name");
         let names: Vec<&str> = made.files.iter().map(|file| file.0.as_str()).collect();
         assert_eq!(names, ["law.h", "law.c", "stickslip_module.h", "law_module.c"]);
-        assert!(made.generated.text("README.md").is_some() && made.generated.text("diagram/law.json").is_some());
+        let project = made.generated(true);
+        assert!(project.text("README.md").is_some() && project.text("diagram/law.json").is_some());
+        assert_eq!(made.generated(false).files.len(), 6);
         assert_eq!(&made.library().expect("a compiler")[1..4], b"ELF");
     }
 
