@@ -18,6 +18,8 @@ pub(crate) enum Exception {
     BenchFault,
     /// The work was cancelled.
     Cancelled,
+    /// What is no controller that can be recorded.
+    NotRecordable,
     /// Anything else.
     Error,
 }

@@ -10,6 +10,7 @@ mod error;
 mod fidelity;
 mod fit;
 mod friction;
+mod functions;
 mod group;
 mod judge;
 mod library;
@@ -17,8 +18,10 @@ mod measure;
 mod outcome;
 mod parameter;
 mod preset;
+mod record;
 mod simulate;
 mod study;
+mod target;
 mod tree;
 mod value;
 mod watched;
@@ -37,6 +40,8 @@ mod _stickslip {
     #[pymodule_export]
     use crate::friction::{_friction, Friction};
     #[pymodule_export]
+    use crate::functions::{clip, cos, exp, floor, log, maximum, minimum, sign, sin, sqrt, where_};
+    #[pymodule_export]
     use crate::group::Group;
     #[pymodule_export]
     use crate::judge::{demo_on, design_for, hunting_of, loop_of, render_on};
@@ -51,9 +56,13 @@ mod _stickslip {
     #[pymodule_export]
     use crate::preset::{_restored, Preset, preset, presets};
     #[pymodule_export]
+    use crate::record::{Number, Truth, number};
+    #[pymodule_export]
     use crate::simulate::{Measured, Setpoint, simulate_on};
     #[pymodule_export]
     use crate::study::{StudyParts, StudyWork, open_study};
+    #[pymodule_export]
+    use crate::target::{Code, Recording, record_controller, sampling_of};
 
     /// Version of the package.
     #[pymodule_export]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _stickslip
+from ._law import ControlLaw
 from ._results import Design, Fit, FrictionCurve, Hunting, Loop, Result, Simulation
 from ._signals import Signals
 from ._stickslip import Measured, Parameter, Preset, Setpoint
@@ -256,7 +257,7 @@ def simulate(
     reference: str | Mapping[str, Any] | ArrayLike,
     duration: float | None = None,
     *,
-    controller: Controller | None = None,
+    controller: Controller | ControlLaw | None = None,
     render: bool = False,
     rest: float = 0.0,
     place: float = 0.5,
@@ -272,7 +273,7 @@ def simulate(
     `controller` takes the place of the one of the preset, and of its compensation: a function that is called at each
     sample with set-point (`position`, `velocity`, `acceleration`) and measurement (`time`, `angle`, `velocity`), and
     returns the torque of the drive [N m]. It comes into force a sample later, as that of any controller; NaN is no
-    torque. An exception in it ends the run and is raised as it is.
+    torque. An exception in it ends the run and is raised as it is. One made by `stickslip.controller` runs compiled.
 
     With `render` the load motor renders `bench.desired`. `place` (0 … 1) chooses where a manoeuvre rests that rests
     somewhere. A run that the limits of supervision (`bench.safety`) end says why in `stopped`.
@@ -286,6 +287,8 @@ def simulate(
     >>> len(damped["time"])
     500
     """
+    if isinstance(controller, ControlLaw):
+        controller = controller.controls(bench)
     columns, stopped = _stickslip.simulate_on(
         bench, reference, duration, controller, render, rest, place, seed, progress
     )

@@ -1,5 +1,7 @@
 """What can go wrong. The words are those of the command line: what, where, both values, the remedy."""
 
+from __future__ import annotations
+
 
 class Error(Exception):
     """Any failure of stickslip."""
@@ -24,9 +26,25 @@ class BenchFault(Error, RuntimeError):
     """Supervision has taken the torque away, or does not admit what was asked for."""
 
 
+class NotRecordable(Error, TypeError):
+    """A controller that no graph can be made of. `file`, `line` and `source` are where."""
+
+    def __init__(self, words: str, file: str | None = None, line: int | None = None, source: str | None = None) -> None:
+        super().__init__(words)
+        self.file, self.line, self.source = file, line, source
+
+    def __str__(self) -> str:
+        words = super().__str__()
+        return words if self.file is None else f"{self.file}:{self.line}: `{self.source}`: {words}"
+
+
+class NotComputed(Error, ArithmeticError):
+    """A controller that gives no finite torque, or would leave a state that is not finite."""
+
+
 class Cancelled(Error):
     """The work was cancelled."""
 
 
-for _class in (Error, InvalidValue, UnknownName, FileError, BenchFault, Cancelled):
+for _class in (Error, InvalidValue, UnknownName, FileError, BenchFault, NotRecordable, NotComputed, Cancelled):
     _class.__module__ = "stickslip"

@@ -8,12 +8,35 @@ from numpy.typing import ArrayLike, NDArray
 from os import PathLike
 from typing import Any, Final, SupportsFloat, SupportsIndex, final
 
-__all__ = ["__version__", "Friction", "Group", "IdentifiedFriction", "Measured", "Outcome", "Parameter", "Preset", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "_friction", "_restored", "benchmark_on", "curves_of", "demo_on", "design_for", "fidelity_of", "fit_points", "friction_library", "hunting_of", "identified_friction", "loop_of", "measure_on_preset", "open_study", "plan_of", "preset", "presets", "render_on", "simulate_on"]
+__all__ = ["__version__", "Code", "Friction", "Group", "IdentifiedFriction", "Measured", "Number", "Outcome", "Parameter", "Preset", "Recording", "Setpoint", "StribeckFit", "StudyParts", "StudyWork", "Truth", "_friction", "_restored", "benchmark_on", "clip", "cos", "curves_of", "demo_on", "design_for", "exp", "fidelity_of", "fit_points", "floor", "friction_library", "hunting_of", "identified_friction", "log", "loop_of", "maximum", "measure_on_preset", "minimum", "number", "open_study", "plan_of", "preset", "presets", "record_controller", "render_on", "sampling_of", "sign", "simulate_on", "sin", "sqrt", "where"]
 
 __version__: Final[str]
 """
 Version of the package.
 """
+
+@final
+class Code:
+    """
+    A controller as C.
+    """
+    def compile(self, /, path: str | PathLike[str]) -> None:
+        """
+        Compiles the library, which takes the place of what is at `path` as a whole.
+        """
+    def fmu(self, /, path: str | PathLike[str], version: SupportsIndex) -> None:
+        """
+        Writes the FMU of it, FMI 2 or 3.
+        """
+    def generate(self, /, folder: str | PathLike[str], diagram: bool) -> None:
+        """
+        Writes the project into a folder.
+        """
+    @property
+    def sources(self, /) -> list[tuple[str, str]]:
+        """
+        Name and text of what the library is compiled of.
+        """
 
 @final
 class Friction:
@@ -197,6 +220,41 @@ class Measured:
         """
         Velocity of the motor by the tacho [rad/s].
         """
+
+@final
+class Number:
+    """
+    A number of a controller: a float while it runs, all that it may be while it is recorded.
+
+    It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
+    runs.
+    """
+    __array_ufunc__: Final[bool | None]
+    """
+    NumPy leaves arithmetic with its numbers to this class, and takes it into none of its functions.
+    """
+    def __abs__(self, /) -> Number: ...
+    def __add__(self, other: object, /) -> Number: ...
+    def __bool__(self, /) -> bool: ...
+    def __eq__(self, other: object, /) -> Any: ...
+    def __float__(self, /) -> float: ...
+    def __format__(self, /, format: str) -> str: ...
+    def __ge__(self, other: object, /) -> Any: ...
+    def __gt__(self, other: object, /) -> Any: ...
+    def __le__(self, other: object, /) -> Any: ...
+    def __lt__(self, other: object, /) -> Any: ...
+    def __mul__(self, other: object, /) -> Number: ...
+    def __ne__(self, other: object, /) -> Any: ...
+    def __neg__(self, /) -> Number: ...
+    def __pos__(self, /) -> Number: ...
+    def __radd__(self, other: object, /) -> Number: ...
+    def __repr__(self, /) -> str: ...
+    def __rmul__(self, other: object, /) -> Number: ...
+    def __round__(self, /, digits: SupportsIndex | None = None) -> Number: ...
+    def __rsub__(self, other: object, /) -> Number: ...
+    def __rtruediv__(self, other: object, /) -> Number: ...
+    def __sub__(self, other: object, /) -> Number: ...
+    def __truediv__(self, other: object, /) -> Number: ...
 
 @final
 class Outcome:
@@ -397,6 +455,21 @@ class Preset:
         """
 
 @final
+class Recording:
+    """
+    The graph of a controller.
+    """
+    @property
+    def operations(self, /) -> int:
+        """
+        How many operations it has.
+        """
+    def write(self, /, sample_time: SupportsFloat | SupportsIndex) -> Code:
+        """
+        Writes it as C, with self-test and example for samples of `sample_time` [s].
+        """
+
+@final
 class Setpoint:
     """
     What a controller shall follow, as it stands at a sample.
@@ -526,6 +599,27 @@ class StudyWork:
         The bytes of a part, run on one thread.
         """
 
+@final
+class Truth:
+    """
+    Whether something holds: `True` or `False` while a controller runs, open while it is recorded.
+
+    `& | ~` join conditions; `stickslip.where` chooses by them.
+    """
+    def __and__(self, other: object, /) -> Truth: ...
+    def __bool__(self, /) -> bool: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ge__(self, other: object, /) -> bool: ...
+    def __gt__(self, other: object, /) -> bool: ...
+    def __invert__(self, /) -> Truth: ...
+    def __le__(self, other: object, /) -> bool: ...
+    def __lt__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
+    def __or__(self, other: object, /) -> Truth: ...
+    def __rand__(self, other: object, /) -> Truth: ...
+    def __repr__(self, /) -> str: ...
+    def __ror__(self, other: object, /) -> Truth: ...
+
 def _friction(text: str) -> Friction:
     """
     A friction from its text: what a pickle calls.
@@ -539,6 +633,24 @@ def _restored(text: str, file: str) -> Preset:
 def benchmark_on(preset: Preset, machine: str, controllers: SupportsGetItem[int, str] | None, frictions: SupportsGetItem[int, str] | None, manoeuvres: SupportsGetItem[int, str] | None, quick: bool, seeds: SupportsIndex | None, places: SupportsIndex | None, threads: SupportsIndex | None, folder: str | PathLike[str], progress: Any | None) -> Outcome:
     """
     Runs controllers on frictions and manoeuvres; what is finished lies in the folder, and is taken from there.
+    """
+
+def clip(x: SupportsFloat, low: SupportsFloat, high: SupportsFloat) -> Number:
+    """
+    Limited to `low` … `high`; a NaN stays NaN.
+
+    >>> import stickslip
+    >>> stickslip.clip(5.0, -1.0, 1.0)
+    1.0
+    """
+
+def cos(x: SupportsFloat) -> Number:
+    """
+    Cosine, within 2 units in the last place up to 1e6 rad.
+
+    >>> import stickslip
+    >>> stickslip.cos(0.0)
+    1.0
     """
 
 def curves_of(path: str | PathLike[str], velocity: str | None, torque: str | None, standard_error: str | None, group: str | None) -> list[tuple[str, list[tuple[str, str, NDArray[float64]]]]]:
@@ -556,6 +668,15 @@ def design_for(preset: Preset, points: SupportsGetItem[int, SupportsLenAndGetIte
     The desired friction through reference points, what the load motor can do about it, and the preset with it.
     """
 
+def exp(x: SupportsFloat) -> Number:
+    """
+    Exponential, within 2 units in the last place; 0 in place of a subnormal number.
+
+    >>> import stickslip
+    >>> stickslip.exp(0.0)
+    1.0
+    """
+
 def fidelity_of(presets: SupportsGetItem[int, str], laws: SupportsGetItem[int, str], rates: SupportsGetItem[int, SupportsFloat | SupportsIndex], wheel: bool | None, mismatches: SupportsGetItem[int, str], scenarios: SupportsGetItem[int, str], quick: bool, seeds: SupportsIndex | None, threads: SupportsIndex | None, progress: Any | None) -> Outcome:
     """
     Compares what is rendered with what is truly there.
@@ -564,6 +685,15 @@ def fidelity_of(presets: SupportsGetItem[int, str], laws: SupportsGetItem[int, s
 def fit_points(velocity: ArrayLike, torque: ArrayLike, standard_error: ArrayLike | None, side: str, linear: bool, preload: SupportsFloat | SupportsIndex | None, source: str) -> StribeckFit:
     """
     Fits points: velocities, torques or forces, and their standard errors where they are known.
+    """
+
+def floor(x: SupportsFloat) -> Number:
+    """
+    Largest whole number not above.
+
+    >>> import stickslip
+    >>> stickslip.floor(-0.5)
+    -1.0
     """
 
 def friction_library() -> "dict[str, str]":
@@ -590,15 +720,47 @@ def identified_friction(source: str) -> IdentifiedFriction:
     True
     """
 
+def log(x: SupportsFloat) -> Number:
+    """
+    Natural logarithm of a normal positive number, within 2 units in the last place; of others not defined.
+
+    >>> import stickslip
+    >>> stickslip.log(1.0)
+    0.0
+    """
+
 def loop_of(preset: Preset, speed: SupportsFloat | SupportsIndex, tune: bool, progress: Any | None) -> tuple[Preset, Outcome]:
     """
     The loop of the position controller of a preset, at a speed [rad/s] at which the load slides; with the gains that
     are in it, or tuned. Returns the preset with that controller as well.
     """
 
+def maximum(a: SupportsFloat, b: SupportsFloat) -> Number:
+    """
+    The larger; the second if either is NaN.
+
+    >>> import stickslip
+    >>> stickslip.maximum(2.0, 1.0)
+    2.0
+    """
+
 def measure_on_preset(preset: Preset, kind: str, plan: Any | None, thorough: bool, preload: SupportsFloat | SupportsIndex | None, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
     Runs a measurement on the virtual bench of a preset.
+    """
+
+def minimum(a: SupportsFloat, b: SupportsFloat) -> Number:
+    """
+    The smaller; the second if either is NaN.
+
+    >>> import stickslip
+    >>> stickslip.minimum(2.0, 1.0)
+    1.0
+    """
+
+def number(value: SupportsFloat) -> Number:
+    """
+    As a number of a controller.
     """
 
 def open_study(file: str | PathLike[str] | None, text: str, preset: Preset | None, folder: str | PathLike[str], progress: Any | None) -> StudyParts:
@@ -633,12 +795,59 @@ def presets() -> dict[str, str]:
     True
     """
 
+def record_controller(name: str, help: str, parameters: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], state: SupportsGetItem[int, tuple[str, str, str, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex]], step: Any) -> Recording:
+    """
+    Records a controller: `step(parameters, state, sample, dt)` is called once with lists of numbers and returns the new
+    state and the torque.
+    """
+
 def render_on(preset: Preset, corrections: SupportsIndex, seed: SupportsIndex, progress: Any | None) -> Outcome:
     """
     Renders the desired friction of a preset on its virtual bench, and measures it again.
     """
 
+def sampling_of(preset: Preset) -> tuple[float, float]:
+    """
+    Time from sample to sample of the controllers of a preset [s], and the largest torque of its drive [N m].
+    """
+
+def sign(x: SupportsFloat) -> Number:
+    """
+    Sign: -1, 0 or 1; 0 for NaN.
+
+    >>> import stickslip
+    >>> stickslip.sign(-3.0)
+    -1.0
+    """
+
 def simulate_on(preset: Preset, reference: Any, duration: SupportsFloat | SupportsIndex | None, controller: Any | None, render: bool, rest: SupportsFloat | SupportsIndex, place: SupportsFloat | SupportsIndex, seed: SupportsIndex, progress: Any | None) -> tuple[list[tuple[str, str, NDArray[float64]]], str | None]:
     """
     Simulates the closed loop of a preset: signals, and why it ended before its time.
+    """
+
+def sin(x: SupportsFloat) -> Number:
+    """
+    Sine, within 2 units in the last place up to 1e6 rad.
+
+    >>> import stickslip
+    >>> stickslip.sin(0.0)
+    0.0
+    """
+
+def sqrt(x: SupportsFloat) -> Number:
+    """
+    Square root, within 1 unit in the last place; NaN below 0, 0 of a subnormal number.
+
+    >>> import stickslip
+    >>> stickslip.sqrt(9.0)
+    3.0
+    """
+
+def where(condition: Any, yes: SupportsFloat, no: SupportsFloat) -> Number:
+    """
+    `yes` where the condition holds, `no` elsewhere. Both are computed, one counts.
+
+    >>> import stickslip
+    >>> stickslip.where(2.0 > 1.0, 5.0, 0.0)
+    5.0
     """

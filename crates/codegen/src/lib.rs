@@ -1,4 +1,5 @@
-//! Records a block of [`stickslip_core`] and writes it as C99, as FMU and as signal-flow diagram.
+//! Records a block of [`stickslip_core`] and writes it as C99, as FMU, as controller that is loaded, and as
+//! signal-flow diagram.
 //!
 //! A block is generic over its numbers. Run once over [`Recorded`](record::Recorded) numbers, it leaves the graph of its
 //! operations behind: a [`Program`](record::Program), with one function a block. [`c::project`] prints it, with a
@@ -10,5 +11,6 @@
 pub mod c;
 pub mod diagram;
 pub mod fmu;
+pub mod module;
 pub mod record;
 pub mod tree;

@@ -79,7 +79,7 @@ pub(super) fn body<F: Precision>(program: &Program) -> (String, Needs) {
 }
 
 /// A string of C, in pieces that fit on lines.
-fn string(text: &str) -> String {
+pub(crate) fn string(text: &str) -> String {
     let mut pieces = vec![String::new()];
     for word in text.replace('\\', "\\\\").replace('"', "\\\"").split_inclusive(' ') {
         if pieces.last().is_some_and(|piece| piece.len() + word.len() > 80) {

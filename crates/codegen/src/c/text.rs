@@ -5,11 +5,12 @@ use crate::record::Precision;
 /// Longest line that is written where it can be broken.
 pub(super) const WIDTH: usize = 110;
 
-const KEYWORDS: [&str; 42] = [
+/// Words that C keeps for itself, and those that the code calls.
+const KEYWORDS: [&str; 46] = [
     "auto", "bool", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
-    "false", "float", "for", "goto", "if", "in", "inline", "int", "long", "main", "out", "p", "register", "restrict",
-    "return", "s", "short", "signed", "sizeof", "static", "struct", "switch", "true", "typedef", "union", "unsigned",
-    "void", "volatile", "while",
+    "fabs", "fabsf", "false", "float", "for", "goto", "if", "in", "inline", "int", "isfinite", "isnan", "long", "main",
+    "out", "p", "register", "restrict", "return", "s", "short", "signed", "sizeof", "static", "struct", "switch",
+    "true", "typedef", "union", "unsigned", "void", "volatile", "while",
 ];
 
 /// Whether C takes it as a name.

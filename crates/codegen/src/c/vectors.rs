@@ -4,7 +4,7 @@ use stickslip_core::block::{Block, Status, guarded};
 use stickslip_core::fields::Fields;
 
 use super::excitation::{period, span, spread, triangle};
-use crate::record::Precision;
+use crate::record::{Precision, Program, Step};
 use crate::tree::Tree;
 
 /// Zeros, subnormals, what overflows, and what is no number.
@@ -29,8 +29,33 @@ pub(super) struct Vector<F> {
 /// The run of a block from its state at the start, by steps of `dt` [s].
 pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: f64) -> Vec<Vector<F>> {
     let mut state = B::State::default();
-    let spans: Vec<_> = Tree::of(&B::Input::default()).leaves().iter().map(|leaf| span(leaf.1)).collect();
-    let step = |k: u32| {
+    let template = B::Input::default();
+    run(&Tree::of(&template), dt, |input, dt| {
+        let mut numbers = input.iter();
+        let given = template.merge(&template, &mut |old, _| numbers.next().copied().unwrap_or(old));
+        let (output, status) = guarded(block, &mut state, given, dt);
+        (list(&output), list(&state), status)
+    })
+}
+
+/// The same of a program that no block stands behind.
+pub(super) fn of_program<F: Precision>(program: &Program, top: &Step, dt: f64) -> Vec<Vector<F>> {
+    let numbers = |values: &[f64]| -> Vec<F> { values.iter().map(|value| F::of(*value)).collect() };
+    let (parameters, mut state) = (numbers(&program.parameters), numbers(&program.start));
+    run(&top.input, dt, |input, dt| {
+        let (output, status) = program.evaluate_guarded(&parameters, &mut state, input, dt);
+        (output, state.clone(), status)
+    })
+}
+
+/// The inputs that are met, and what a step makes of each: output, state, status.
+fn run<F: Precision>(
+    input: &Tree,
+    dt: f64,
+    mut step: impl FnMut(&[F], F) -> (Vec<F>, Vec<F>, Status),
+) -> Vec<Vector<F>> {
+    let spans: Vec<_> = input.leaves().iter().map(|leaf| span(leaf.1)).collect();
+    let vector = |k: u32| {
         let value = |i: usize| match k {
             0..SWEEP => spans[i].at(triangle(k, period(i)) + 1e-3 * spread(k, i)),
             SWEEP..JUMP => spans[i].at(spread(k, i)),
@@ -46,13 +71,10 @@ pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: 
         } else {
             dt
         });
-        let mut numbers = input.iter();
-        let template = B::Input::default();
-        let given = template.merge(&template, &mut |old, _| numbers.next().copied().unwrap_or(old));
-        let (output, status) = guarded(block, &mut state, given, dt);
-        Vector { dt, input, output: list(&output), state: list(&state), status }
+        let (output, state, status) = step(&input, dt);
+        Vector { dt, input, output, state, status }
     };
-    (0..STEPS).map(step).collect()
+    (0..STEPS).map(vector).collect()
 }
 
 fn list<F: Precision>(value: &impl Fields<F>) -> Vec<F> {

@@ -241,7 +241,7 @@ enum Simple {
     Needs(Node),
 }
 
-fn apply<F: Precision>(function: Function, a: F) -> F {
+pub(super) fn apply<F: Precision>(function: Function, a: F) -> F {
     match function {
         Function::Abs => a.abs(),
         Function::Exp => a.exp(),

@@ -1,5 +1,7 @@
 //! Numbers that remember where they come from.
 
+mod declared;
+mod evaluate;
 mod graph;
 mod laws;
 mod program;
@@ -11,6 +13,7 @@ use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub
 use stickslip_core::block::Block;
 use stickslip_core::scalar::{Mask, Scalar};
 
+pub use declared::{Computed, Declared, Given, Signature, record_declared};
 pub use graph::{Call, Function, Graph, Id, Node, Operator, Source};
 pub use laws::{Law, LawBook};
 use program::node;

@@ -16,8 +16,8 @@ pub struct Step {
     pub name: &'static str,
     /// Its doc comment, Markdown as it stands in the source: equation and reference.
     pub help: &'static str,
-    /// The type behind the name.
-    type_name: &'static str,
+    /// The type behind the name; empty where it was declared.
+    pub(super) type_name: &'static str,
     /// The parameters.
     pub parameters: Tree,
     /// The state.
@@ -71,6 +71,15 @@ fn recorder<R>(f: impl FnOnce(&mut Recorder) -> R) -> R {
 
 fn graph<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
     recorder(|s| f(s.graphs.last_mut().expect("recorded numbers live within `record`; none is at work on this thread")))
+}
+
+/// What a closure gives, the graph that it leaves behind and the steps that it calls, apart from what is being recorded.
+pub(super) fn apart<R>(work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
+    let own = Recorder { graphs: vec![Graph::default()], steps: Vec::new() };
+    let outer = recorder(|s| std::mem::replace(s, own));
+    let result = work();
+    let Recorder { mut graphs, steps } = recorder(|s| std::mem::replace(s, outer));
+    (result, graphs.pop().expect("each graph is closed where it was opened"), steps)
 }
 
 /// The position of an operation in the graph at work.

@@ -1,14 +1,11 @@
 //! A block as one file that other tools simulate: the FMU of `stickslip_codegen::fmu` with its library.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
 use stickslip_codegen::c::Project;
 use stickslip_codegen::fmu;
 pub use stickslip_codegen::fmu::Version;
 
 use super::archive::archive;
+use super::library::{self, compiler};
 use super::{Precision, generate};
 use crate::{Error, Preset};
 
@@ -35,10 +32,17 @@ pub struct Fmu {
 /// As [`generate`]; [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
 pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&str>) -> Result<Fmu, Error> {
     let made = generate(name, preset, Precision::Double, prefix)?;
-    let project = Project { files: made.files, program: made.program };
-    let fmu = fmu::fmu(&project, &made.prefix, made.step, version);
+    fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version)
+}
+
+/// Makes the FMU of a project in `double`, called `name`, with steps of `step` [s].
+///
+/// # Errors
+/// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+pub(super) fn fmu_of(project: &Project, name: &str, step: f64, version: Version) -> Result<Fmu, Error> {
+    let fmu = fmu::fmu(project, name, step, version);
     let library = library(&fmu)?;
-    let file = format!("{}-fmi{}.fmu", made.prefix, version.number());
+    let file = format!("{name}-fmi{}.fmu", version.number());
     let texts = fmu.files.iter().map(|(name, text)| (name.clone(), text.as_bytes()));
     let binary = library.iter().map(|library| (library.path.clone(), library.bytes.as_slice()));
     let top = project.program.steps.last();
@@ -50,7 +54,7 @@ pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&s
         file,
         platform: library.as_ref().map(|library| library.platform),
         variables: top.map_or(0, numbers),
-        step: made.step,
+        step,
     })
 }
 
@@ -65,30 +69,10 @@ struct Library {
 /// The library of an FMU; none on a machine that the standard has no name for, or without a C compiler.
 fn library(fmu: &fmu::Fmu) -> Result<Option<Library>, Error> {
     let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
-    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
-    if Command::new(&compiler).arg("--version").output().is_err() {
+    if !compiler().is_there() {
         return Ok(None);
     }
-    let failed = |source| Error::file(Path::new("the folder of the compiler"), "write to", source);
-    let folder = tempfile::tempdir().map_err(failed)?;
-    for (name, text) in &fmu.files {
-        let path = folder.path().join(name);
-        fs::create_dir_all(path.parent().unwrap_or(folder.path()))
-            .and_then(|()| fs::write(&path, text))
-            .map_err(failed)?;
-    }
     let name = format!("{}.{ending}", fmu.name);
-    let mut command = Command::new(&compiler);
-    command.current_dir(folder.path());
-    // Only the functions of the standard are seen from outside: a hundred FMUs live in one process.
-    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden"]);
-    command.args((!cfg!(windows)).then_some("-fPIC"));
-    command.args(["-o", &name]).args(&fmu.sources).arg("-lm");
-    let output = command.output().map_err(failed)?;
-    if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr).lines().next().unwrap_or("it says nothing").to_owned();
-        return Err(Error::Compiler { compiler, said });
-    }
-    let bytes = fs::read(folder.path().join(&name)).map_err(failed)?;
+    let bytes = library::compile(&fmu.files, &fmu.sources, &name)?;
     Ok(Some(Library { path: format!("binaries/{platform}/{name}"), platform, bytes }))
 }

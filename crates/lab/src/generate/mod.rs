@@ -1,12 +1,15 @@
 //! From a block of the bench to C99 and its signal-flow diagram, with the numbers of a preset.
 //!
 //! [`blocks`] lists what there is; [`generate`] makes the files of one: header, source, self-test, example, page and
-//! diagram; [`fmu()`] makes one file of it for tools that simulate. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
+//! diagram; [`fmu()`] makes one file of it for tools that simulate; [`module()`] takes a controller that was recorded
+//! elsewhere. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
 //! which controller) are made when the code is written; numbers stay open, as parameters with the preset's values.
 
 pub(crate) mod archive;
 mod catalogue;
 mod fmu;
+mod library;
+mod module;
 
 use std::path::Path;
 
@@ -19,6 +22,7 @@ use crate::{Error, Preset, Summary, output};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
 pub use fmu::{Fmu, Version, fmu};
+pub use module::{Module, module};
 
 /// The software of the bench among [`blocks`].
 const SOFTWARE: &str = "tick";
@@ -83,18 +87,29 @@ struct Request<'a> {
 impl Request<'_> {
     /// The files of a block whose step is `step` [s].
     fn files(&self, block: &dyn Ready, step: f64) -> Result<Generated, Error> {
-        let Project { mut files, program } = match self.precision {
+        let project = match self.precision {
             Precision::Double => block.double(self.prefix, step),
             Precision::Single => block.single(self.prefix, step),
         }?;
-        files.push((format!("{DIAGRAM}/{}.json", self.prefix), diagram::json(&program, self.prefix)));
-        let pages = diagram::pages(&program, self.prefix);
-        files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
-        Ok(Generated { block: self.block, prefix: self.prefix.into(), step, files, program })
+        Ok(Generated::new(project, self.block, self.prefix, step).with_diagram())
     }
 }
 
 impl Generated {
+    /// The files of a project, for steps of `step` [s].
+    fn new(project: Project, block: &'static str, prefix: &str, step: f64) -> Self {
+        Generated { block, prefix: prefix.into(), step, files: project.files, program: project.program }
+    }
+
+    /// With its signal-flow diagram.
+    fn with_diagram(mut self) -> Self {
+        let (program, prefix) = (&self.program, &self.prefix);
+        self.files.push((format!("{DIAGRAM}/{prefix}.json"), diagram::json(program, prefix)));
+        let pages = diagram::pages(program, prefix);
+        self.files.extend(pages.into_iter().map(|(name, svg)| (format!("{DIAGRAM}/{name}"), svg)));
+        self
+    }
+
     /// The text of a file.
     pub fn text(&self, name: &str) -> Option<&str> {
         self.files.iter().find(|file| file.0 == name).map(|file| file.1.as_str())

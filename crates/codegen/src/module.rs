@@ -1,0 +1,130 @@
+//! A controller as the shared library that `stickslip load` takes: the five functions of `stickslip_module.h` around the
+//! code of [`c::project_of`](crate::c::project_of).
+//!
+//! All that changes lies in the instance that `stickslip_begin` makes: any number of them run side by side.
+
+use std::fmt::Write as _;
+
+use crate::c::{identifier_path, literal, plain, string};
+use crate::record::{Declared, Program, Signature};
+
+/// Name, unit and meaning of what a controller reads in a sample; all but the last are members of `stickslip_sample`.
+const INPUTS: [(&str, &str, &str); 7] = [
+    ("time", "s", "Time since the begin of the controller."),
+    ("reference_position", "rad", "Wanted angle of the screw."),
+    ("reference_velocity", "rad/s", "Its first derivative."),
+    ("reference_acceleration", "rad/s^2", "Its second derivative."),
+    ("measured_angle", "rad", "Angle of the screw by the encoder, unwrapped."),
+    ("measured_velocity", "rad/s", "Velocity of the motor by the tacho."),
+    (LIMIT, "N m", "Largest torque of the drive."),
+];
+/// What a controller is told once.
+const LIMIT: &str = "torque_limit";
+/// What a controller gives.
+const TORQUE: &str = "torque";
+
+/// The signature of a controller with these parameters and this state.
+pub fn signature(name: &str, help: &str, parameters: Vec<Declared>, state: Vec<Declared>) -> Signature {
+    let number = |(name, unit, help): (&str, &str, &str)| {
+        let minimum = if [INPUTS[0].0, LIMIT].contains(&name) { 0.0 } else { f64::NEG_INFINITY };
+        let maximum = f64::INFINITY;
+        Declared { name: name.into(), unit: unit.into(), help: help.into(), minimum, maximum, value: 0.0 }
+    };
+    Signature {
+        name: name.into(),
+        help: help.into(),
+        parameters,
+        state,
+        input: INPUTS.map(number).into(),
+        output: vec![number((TORQUE, "N m", "Torque of the drive."))],
+    }
+}
+
+/// `NAME_module.c` of a program with that [`signature`]. It takes `NAME.c` and `stickslip_module.h` from beside it.
+pub fn source(program: &Program, name: &str) -> String {
+    let top = program.steps.last().expect("a program has at least the step itself");
+    let parameters = top.parameters.leaves();
+    let (tuned, state) = (!parameters.is_empty(), top.state.numbers() > 0);
+    let mut out = format!(
+        "/* {name} as a controller that stickslip loads, written by stickslip. Change the model, not this file. */\n\
+         #include \"{name}.c\"\n\n#include <stdlib.h>\n\n\
+         #if defined(__GNUC__)\n#pragma GCC visibility push(default)\n#endif\n#include \"stickslip_module.h\"\n\
+         #if defined(__GNUC__)\n#pragma GCC visibility pop\n#endif\n\n"
+    );
+    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("a String takes everything");
+    if tuned {
+        put(format_args!("static const stickslip_parameter PARAMETERS[] = {{\n"));
+        for ((path, field), value) in parameters.iter().zip(&program.parameters) {
+            let texts = [path, field.unit, &plain(field.help).join(" ")].map(string).join(", ");
+            // What has no bound must be finite.
+            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value].map(literal::<f64>);
+            put(format_args!("    {{{texts}, {}}},\n", bounds.join(", ")));
+        }
+        put(format_args!("}};\n\n"));
+    }
+    let table = if tuned { "PARAMETERS" } else { "NULL" };
+    put(format_args!(
+        "static const stickslip_description DESCRIPTION = {{STICKSLIP_MODULE_ABI, {}U, {}, {table}}};\n\n\
+         typedef struct {{\n",
+        parameters.len(),
+        string(name)
+    ));
+    for (there, kind, member) in [(tuned, "parameters", "p"), (state, "state", "s")] {
+        if there {
+            put(format_args!("    {name}_{kind} {member};\n"));
+        }
+    }
+    put(format_args!(
+        "    double sample_time;\n    double torque_limit;\n}} stickslip_instance;\n\n\
+         const stickslip_description *stickslip_describe(void) {{\n    return &DESCRIPTION;\n}}\n\n\
+         int32_t stickslip_set(void *controller, const double *parameters) {{\n"
+    ));
+    if tuned {
+        put(format_args!("    stickslip_instance *instance = controller;\n    {name}_parameters p;\n"));
+        for (k, (path, _)) in parameters.iter().enumerate() {
+            put(format_args!("    p.{} = parameters[{k}];\n", identifier_path(path)));
+        }
+        put(format_args!("    if ({name}_check(&p) != NULL) {{\n        return 1;\n    }}\n    instance->p = p;\n"));
+    } else {
+        put(format_args!("    (void)controller;\n    (void)parameters;\n"));
+    }
+    put(format_args!(
+        "    return 0;\n}}\n\n\
+         void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {{\n    \
+         stickslip_instance *instance;\n    \
+         if (!(isfinite(sample_time) && (sample_time > 0.0) && isfinite(torque_limit) && (torque_limit >= 0.0))) {{\n        \
+         return NULL;\n    }}\n    \
+         instance = calloc(1, sizeof *instance);\n    if (instance == NULL) {{\n        return NULL;\n    }}\n    \
+         instance->sample_time = sample_time;\n    instance->torque_limit = torque_limit;\n"
+    ));
+    if state {
+        put(format_args!("    {name}_init(&instance->s);\n"));
+    }
+    put(format_args!(
+        "    if (stickslip_set(instance, parameters) != 0) {{\n        free(instance);\n        return NULL;\n    }}\n    \
+         return instance;\n}}\n\n\
+         int32_t stickslip_step(void *controller, const stickslip_sample *sample, double *torque) {{\n    \
+         stickslip_instance *instance = controller;\n    {name}_input in;\n    {name}_output out;\n    \
+         {name}_status status;\n"
+    ));
+    for (member, ..) in INPUTS {
+        let value = if member == LIMIT { "instance->" } else { "sample->" };
+        put(format_args!("    in.{member} = {value}{member};\n"));
+    }
+    let arguments = [
+        (tuned, "&instance->p"),
+        (state, "&instance->s"),
+        (true, "&in"),
+        (true, "instance->sample_time"),
+        (true, "&out"),
+    ];
+    let arguments: Vec<&str> = arguments.into_iter().filter(|it| it.0).map(|it| it.1).collect();
+    put(format_args!(
+        "    status = {name}_step({});\n    *torque = out.{TORQUE};\n    \
+         return (status == {}_NOT_COMPUTED) ? 1 : 0;\n}}\n\n\
+         void stickslip_end(void *controller) {{\n    free(controller);\n}}\n",
+        arguments.join(", "),
+        name.to_uppercase()
+    ));
+    out
+}

@@ -1,0 +1,114 @@
+//! A controller that was recorded elsewhere, such as a function in Python: its project in C, and the library of it that
+//! `stickslip load` takes.
+
+use stickslip_codegen::c::{self, Project};
+use stickslip_codegen::module;
+use stickslip_codegen::record::Program;
+
+use super::fmu::{Fmu, Version, fmu_of};
+use super::{Generated, library};
+use crate::Error;
+
+/// What a library for `stickslip load` has to have.
+const HEADER: &str = include_str!("../foreign/stickslip_module.h");
+
+/// A controller as C.
+#[derive(Clone, Debug)]
+pub struct Module {
+    name: String,
+    /// Time from sample to sample in self-test and example [s].
+    step: f64,
+    project: Project,
+    /// Names and texts of what the library is compiled of; the last is the one that is compiled.
+    pub files: Vec<(String, String)>,
+}
+
+/// Writes a controller with the signature of [`stickslip_codegen::module`] as C called `name`; `step` is the time from
+/// sample to sample [s] in self-test and example.
+///
+/// # Errors
+/// [`Error::NoIdentifier`] if C would not take the name, or if it is one of stickslip's own.
+pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> {
+    // The library has functions of these names.
+    if name.starts_with("stickslip") {
+        return Err(c::NotAName(name.into()).into());
+    }
+    let project = c::project_of(program, name, step)?;
+    let code = |ending: &str| {
+        let file = format!("{name}.{ending}");
+        let text = project.file(&file).unwrap_or_default().to_owned();
+        (file, text)
+    };
+    let files = vec![
+        code("h"),
+        code("c"),
+        ("stickslip_module.h".into(), HEADER.into()),
+        (format!("{name}_module.c"), module::source(&project.program, name)),
+    ];
+    Ok(Module { name: name.into(), step, project, files })
+}
+
+impl Module {
+    /// The whole project: what `stickslip generate c` makes of a block. Its diagram takes by far the longest where there
+    /// are many operations, and can be left out.
+    pub fn generated(&self, diagram: bool) -> Generated {
+        let generated = Generated::new(self.project.clone(), "controller", &self.name, self.step);
+        if diagram { generated.with_diagram() } else { generated }
+    }
+
+    /// Compiles the library for this machine by `$CC`, or `cc`: what it consists of.
+    ///
+    /// # Errors
+    /// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+    pub fn library(&self) -> Result<Vec<u8>, Error> {
+        let sources: Vec<String> = self.files.iter().rev().take(1).map(|file| file.0.clone()).collect();
+        library::compile(&self.files, &sources, "controller")
+    }
+
+    /// Makes the FMU of it, as [`fmu()`](super::fmu()) does of a block.
+    ///
+    /// # Errors
+    /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+    pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
+        fmu_of(&self.project, &self.name, self.step, version)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stickslip_codegen::record::{Computed, record_declared};
+
+    fn program() -> Program {
+        let signature = module::signature("law", "Nothing.", Vec::new(), Vec::new());
+        let program =
+            record_declared::<f64, ()>(&signature, |it| Ok(Computed { state: Vec::new(), output: vec![it.input[1]] }));
+        program.expect("it computes")
+    }
+
+    #[test]
+    fn a_controller_has_its_project_and_a_library_of_its_own_files() {
+        let made = module(program(), "law", 1e-3).expect("a good name");
+        let names: Vec<&str> = made.files.iter().map(|file| file.0.as_str()).collect();
+        assert_eq!(names, ["law.h", "law.c", "stickslip_module.h", "law_module.c"]);
+        let project = made.generated(true);
+        assert!(project.text("README.md").is_some() && project.text("diagram/law.json").is_some());
+        assert_eq!(made.generated(false).files.len(), 6);
+        assert_eq!(&made.library().expect("a compiler")[1..4], b"ELF");
+    }
+
+    #[test]
+    fn names_that_the_library_has_itself_are_refused() {
+        for name in ["stickslip", "stickslip_module", "double", "<lambda>"] {
+            let refused = module(program(), name, 1e-3).map(drop);
+            assert!(matches!(refused, Err(Error::NoIdentifier(_))), "{name}: {refused:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_compiler_says_is_handed_on() {
+        let files = [("a.c".into(), "int x = ;".into())];
+        let refused = library::compile(&files, &["a.c".into()], "a").map(drop).expect_err("no C");
+        assert!(refused.to_string().contains("a.c:1") && refused.to_string().contains("CC"), "{refused}");
+    }
+}

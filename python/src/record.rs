@@ -1,0 +1,342 @@
+//! Numbers of a controller that is written in Python: floats while it runs, recorded while its graph is made, by one
+//! text over any [`Scalar`], so that the bits agree.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use pyo3::basic::CompareOp;
+use pyo3::inspect::PyStaticExpr;
+use pyo3::prelude::*;
+use pyo3::type_hint_identifier;
+use stickslip_codegen::record::Recorded;
+use stickslip_core::scalar::Scalar;
+
+use crate::error::Exception;
+
+const ENDED: &str = "this number is of a recording that has ended. Keep what lasts in the state.";
+const NO_TRUTH: &str = "it is not known yet whether this is true: the controller is recorded once, for all samples. \
+                        Use stickslip.where(condition, a, b) in place of if, while, and, or, not, min and max; & | ~ \
+                        join conditions.";
+const NO_VALUE: &str = "a recorded number has no value yet: it stands for all that it will be. Use stickslip.sin, cos, \
+                        exp, log, sqrt, floor, sign, where, minimum, maximum or clip in place of float() and the \
+                        functions of math.";
+const NO_ORDER: &str = "conditions are not compared. Join them by & | ~.";
+const DIGITS: &str = "only to whole numbers is rounded. Use round(x).";
+
+thread_local! {
+    /// The recording at work on this thread; 0 if there is none.
+    static AT_WORK: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The recording at work on this thread.
+pub(crate) fn at_work() -> u64 {
+    AT_WORK.get()
+}
+
+/// Makes the numbers within `work` those of a recording of their own.
+pub(crate) fn apart<R>(work: impl FnOnce() -> R) -> R {
+    static COUNT: AtomicU64 = AtomicU64::new(1);
+    let outer = AT_WORK.replace(COUNT.fetch_add(1, Ordering::Relaxed));
+    let result = work();
+    AT_WORK.set(outer);
+    result
+}
+
+/// A float, or what is recorded, with its recording.
+#[derive(Clone, Copy)]
+pub(crate) enum Either<P, R> {
+    Plain(P),
+    Recorded(R, u64),
+}
+
+impl<P, R> Either<P, R> {
+    /// Whether it is recorded by the recording at work.
+    pub(crate) fn is_recorded(&self, py: Python<'_>) -> PyResult<bool> {
+        match self {
+            Either::Plain(_) => Ok(false),
+            Either::Recorded(_, recording) if *recording == at_work() => Ok(true),
+            Either::Recorded(..) => Err(Exception::NotRecordable.with(py, ENDED.into())),
+        }
+    }
+}
+
+pub(crate) type Real = Either<f64, Recorded<f64>>;
+pub(crate) type Condition = Either<bool, <Recorded<f64> as Scalar>::Mask>;
+
+impl Real {
+    pub(crate) fn recorded(self) -> Recorded<f64> {
+        match self {
+            Either::Plain(value) => Scalar::of(value),
+            Either::Recorded(number, _) => number,
+        }
+    }
+
+    pub(crate) fn plain(self) -> f64 {
+        if let Either::Plain(value) = self { value } else { f64::NAN }
+    }
+}
+
+/// One expression over numbers, as floats or as what is recorded; what it gives becomes `$make`.
+macro_rules! compute {
+    ($py:ident, $make:ident, [$($number:ident),+], $expression:expr) => {{
+        $(let $number: $crate::record::Real = $number;)+
+        let mut any = false;
+        $(any |= $number.is_recorded($py)?;)+
+        Ok($make(if any {
+            $(let $number = $number.recorded();)+
+            $crate::record::Either::Recorded($expression, $crate::record::at_work())
+        } else {
+            $(let $number = $number.plain();)+
+            $crate::record::Either::Plain($expression)
+        }))
+    }};
+}
+pub(crate) use compute;
+
+/// A number of a controller: a float while it runs, all that it may be while it is recorded.
+///
+/// It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
+/// runs.
+#[pyclass(frozen, module = "stickslip", name = "Number")]
+pub(crate) struct Number(pub(crate) Real);
+
+/// Whether something holds: `True` or `False` while a controller runs, open while it is recorded.
+///
+/// `& | ~` join conditions; `stickslip.where` chooses by them.
+#[pyclass(frozen, module = "stickslip", name = "Truth")]
+pub(crate) struct Truth(Condition);
+
+/// A number or what Python has for one.
+pub(crate) struct RealLike(pub(crate) Real);
+
+impl<'py> FromPyObject<'_, 'py> for RealLike {
+    type Error = PyErr;
+
+    const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("typing", "SupportsFloat");
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(number) = object.cast::<Number>() {
+            return Ok(RealLike(number.get().0));
+        }
+        object.extract().map(|value| RealLike(Either::Plain(value)))
+    }
+}
+
+/// A condition or what Python has for one.
+pub(crate) struct TruthLike(pub(crate) Condition);
+
+impl<'py> FromPyObject<'_, 'py> for TruthLike {
+    type Error = PyErr;
+
+    const INPUT_TYPE: PyStaticExpr = type_hint_identifier!("typing", "Any");
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(truth) = object.cast::<Truth>() {
+            return Ok(TruthLike(truth.get().0));
+        }
+        object.extract().map(|truth| TruthLike(Either::Plain(truth)))
+    }
+}
+
+impl RealLike {
+    /// Within a recording.
+    pub(crate) fn recorded(&self, py: Python<'_>) -> PyResult<Recorded<f64>> {
+        self.0.is_recorded(py)?;
+        Ok(self.0.recorded())
+    }
+}
+
+impl From<Recorded<f64>> for Number {
+    fn from(number: Recorded<f64>) -> Self {
+        Number(Either::Recorded(number, at_work()))
+    }
+}
+
+#[pymethods]
+impl Number {
+    /// NumPy leaves arithmetic with its numbers to this class, and takes it into none of its functions.
+    #[classattr]
+    #[pyo3(name = "__array_ufunc__")]
+    fn array_ufunc() -> Option<bool> {
+        None
+    }
+
+    fn __add__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (self.0, other.0);
+        compute!(py, Number, [a, b], a + b)
+    }
+
+    fn __radd__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (other.0, self.0);
+        compute!(py, Number, [a, b], a + b)
+    }
+
+    fn __sub__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (self.0, other.0);
+        compute!(py, Number, [a, b], a - b)
+    }
+
+    fn __rsub__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (other.0, self.0);
+        compute!(py, Number, [a, b], a - b)
+    }
+
+    fn __mul__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (self.0, other.0);
+        compute!(py, Number, [a, b], a * b)
+    }
+
+    fn __rmul__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (other.0, self.0);
+        compute!(py, Number, [a, b], a * b)
+    }
+
+    fn __truediv__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (self.0, other.0);
+        compute!(py, Number, [a, b], a / b)
+    }
+
+    fn __rtruediv__(&self, py: Python<'_>, other: RealLike) -> PyResult<Number> {
+        let (a, b) = (other.0, self.0);
+        compute!(py, Number, [a, b], a / b)
+    }
+
+    fn __neg__(&self, py: Python<'_>) -> PyResult<Number> {
+        let a = self.0;
+        compute!(py, Number, [a], -a)
+    }
+
+    fn __pos__(&self) -> Number {
+        Number(self.0)
+    }
+
+    fn __abs__(&self, py: Python<'_>) -> PyResult<Number> {
+        let a = self.0;
+        compute!(py, Number, [a], Scalar::abs(a))
+    }
+
+    #[pyo3(signature = (digits = None))]
+    fn __round__(&self, py: Python<'_>, digits: Option<i64>) -> PyResult<Number> {
+        if digits.is_some() {
+            return Err(Exception::NotRecordable.with(py, DIGITS.into()));
+        }
+        let a = self.0;
+        compute!(py, Number, [a], Scalar::round(a))
+    }
+
+    fn __richcmp__<'py>(&self, py: Python<'py>, other: RealLike, op: CompareOp) -> PyResult<Bound<'py, PyAny>> {
+        let (a, b) = (self.0, other.0);
+        let truth: PyResult<Truth> = match op {
+            CompareOp::Lt => compute!(py, Truth, [a, b], Scalar::lt(a, b)),
+            CompareOp::Le => compute!(py, Truth, [a, b], Scalar::le(a, b)),
+            CompareOp::Gt => compute!(py, Truth, [a, b], Scalar::gt(a, b)),
+            CompareOp::Ge => compute!(py, Truth, [a, b], Scalar::ge(a, b)),
+            CompareOp::Eq => compute!(py, Truth, [a, b], Scalar::le(a, b) & Scalar::ge(a, b)),
+            CompareOp::Ne => compute!(py, Truth, [a, b], !(Scalar::le(a, b) & Scalar::ge(a, b))),
+        };
+        // `object` promises a `bool` of ==, which it cannot be yet.
+        Ok(Bound::new(py, truth?)?.into_any())
+    }
+
+    fn __bool__(&self, py: Python<'_>) -> PyResult<bool> {
+        match self.0 {
+            Either::Plain(value) => Ok(value != 0.0),
+            Either::Recorded(..) => Err(Exception::NotRecordable.with(py, NO_TRUTH.into())),
+        }
+    }
+
+    fn __float__(&self, py: Python<'_>) -> PyResult<f64> {
+        match self.0 {
+            Either::Plain(value) => Ok(value),
+            Either::Recorded(..) => Err(Exception::NotRecordable.with(py, NO_VALUE.into())),
+        }
+    }
+
+    fn __format__(&self, py: Python<'_>, format: &str) -> PyResult<String> {
+        match self.0 {
+            Either::Plain(value) => value.into_pyobject(py)?.call_method1("__format__", (format,))?.extract(),
+            Either::Recorded(..) => Ok(self.__repr__()),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        match self.0 {
+            Either::Plain(value) => format!("{value:?}"),
+            Either::Recorded(..) => "a recorded number".into(),
+        }
+    }
+}
+
+/// Conditions joined.
+macro_rules! join {
+    ($py:ident, $a:expr, $b:expr, $operator:tt) => {{
+        let (a, b): (Condition, Condition) = ($a, $b);
+        a.is_recorded($py)?;
+        b.is_recorded($py)?;
+        Ok(Truth(match (a, b) {
+            (Either::Plain(a), Either::Plain(b)) => Either::Plain(a $operator b),
+            _ => Either::Recorded(mask(a) $operator mask(b), at_work()),
+        }))
+    }};
+}
+
+/// A condition within a recording: what is known already is a comparison of constants.
+fn mask(condition: Condition) -> <Recorded<f64> as Scalar>::Mask {
+    match condition {
+        Either::Plain(truth) => Recorded::of(f64::from(u8::from(truth))).gt(Recorded::of(0.0)),
+        Either::Recorded(mask, _) => mask,
+    }
+}
+
+#[pymethods]
+impl Truth {
+    fn __and__(&self, py: Python<'_>, other: TruthLike) -> PyResult<Truth> {
+        join!(py, self.0, other.0, &)
+    }
+
+    fn __rand__(&self, py: Python<'_>, other: TruthLike) -> PyResult<Truth> {
+        join!(py, self.0, other.0, &)
+    }
+
+    fn __or__(&self, py: Python<'_>, other: TruthLike) -> PyResult<Truth> {
+        join!(py, self.0, other.0, |)
+    }
+
+    fn __ror__(&self, py: Python<'_>, other: TruthLike) -> PyResult<Truth> {
+        join!(py, self.0, other.0, |)
+    }
+
+    fn __invert__(&self, py: Python<'_>) -> PyResult<Truth> {
+        self.0.is_recorded(py)?;
+        Ok(Truth(match self.0 {
+            Either::Plain(truth) => Either::Plain(!truth),
+            Either::Recorded(mask, recording) => Either::Recorded(!mask, recording),
+        }))
+    }
+
+    fn __bool__(&self, py: Python<'_>) -> PyResult<bool> {
+        match self.0 {
+            Either::Plain(truth) => Ok(truth),
+            Either::Recorded(..) => Err(Exception::NotRecordable.with(py, NO_TRUTH.into())),
+        }
+    }
+
+    fn __richcmp__(&self, py: Python<'_>, other: &Bound<'_, PyAny>, op: CompareOp) -> PyResult<bool> {
+        let _ = (other, op);
+        Err(Exception::NotRecordable.with(py, NO_ORDER.into()))
+    }
+
+    fn __repr__(&self) -> &'static str {
+        match self.0 {
+            Either::Plain(true) => "True",
+            Either::Plain(false) => "False",
+            Either::Recorded(..) => "a recorded condition",
+        }
+    }
+}
+
+/// As a number of a controller.
+#[pyfunction]
+pub(crate) fn number(value: RealLike) -> Number {
+    Number(value.0)
+}
