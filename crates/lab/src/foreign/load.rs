@@ -118,7 +118,7 @@ fn follow(
         let mut setpoints = Generator::new(reference, rate).with_origin(home);
         let mut course = Vec::new();
         let mut see = |frame: &Frame| {
-            if frame.cycle % divider == 0 {
+            if frame.cycle.is_multiple_of(divider) {
                 let time = (frame.cycle - begin.cycle) as f64 / rate;
                 course.push((time, frame.command.setpoint.position - frame.angle));
             }

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use stickslip_core::block::Block as _;
-use stickslip_core::control::{AxisControlInput, AxisControlState};
+use stickslip_core::control::reference::Setpoint;
 use stickslip_rt::FloatingPoint;
 
 use super::load::load;
@@ -53,7 +52,7 @@ fn faulty(folder: &Path, fault: usize) -> PathBuf {
 }
 
 fn preset() -> Preset<f64> {
-    find("clm-bench").unwrap().read().unwrap()
+    find("clm-bench").expect("it is built in").read().expect("it is right")
 }
 
 const EXAMPLE: &str = "../../examples/controller/p_pi.c";
@@ -132,49 +131,41 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn a_guest_acts_when_a_controller_of_the_house_does() {
-    /// The controller of a preset, called from outside.
-    struct Same(crate::Preset<f64>, AxisControlState<f64>, stickslip_core::control::AxisControl<f64>);
-    impl Caller for Same {
+fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
+    /// Torques that tell their samples, far below breakaway.
+    struct Counts(f64);
+    impl Caller for Counts {
         fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ControllerFault> {
+            self.0 = 0.0;
             Ok(())
         }
-        fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
-            let reference = stickslip_core::control::reference::Setpoint {
-                position: sample.reference_position,
-                velocity: sample.reference_velocity,
-                acceleration: sample.reference_acceleration,
-            };
-            let (measured_angle, measured_velocity) = (sample.measured_angle, sample.measured_velocity);
-            let input = AxisControlInput { reference, measured_angle, measured_velocity };
-            let torque = self.2.step(&mut self.1, input, self.0.bench.control_period()).torque;
-            Ok(Answer { torque, time: 0 })
+        fn step(&mut self, _: &ModuleSample) -> Result<Answer, ControllerFault> {
+            self.0 += 1e-3;
+            Ok(Answer { torque: self.0, time: 0 })
         }
     }
-    let preset = preset();
-    let course = |brings: bool| {
+    for divider in [1, 4, 7] {
+        let mut preset = preset();
+        preset.bench.control_divider = divider as f64;
         let mut bench = VirtualBench::new(&preset, 5).unwrap();
         crate::experiment::home(&mut bench, &Watch::silent()).unwrap();
         bench.come_to_rest().unwrap();
-        let home = bench.step(Order::default()).unwrap().angle;
-        let control = crate::design::axis_control(&preset.model, &preset.bench).unwrap();
-        // The same anew, so that both begin with the same state.
-        (0..7).for_each(|_| drop(bench.step(Order::default()).unwrap()));
-        if brings {
-            let same = Same(preset, AxisControlState::default(), control);
-            bench.bring(Foreign::new(Description::default(), String::new(), Box::new(same))).unwrap();
-        }
-        let follow = |tick: usize| {
-            let position = home + 0.2 * (tick as f64 * 1e-3).sin();
-            let setpoint = stickslip_core::control::reference::Setpoint { position, ..Default::default() };
+        bench.bring(Foreign::new(Description::default(), String::new(), Box::new(Counts(0.0)))).unwrap();
+        let at = bench.step(Order::default()).unwrap();
+        let setpoint = Setpoint { position: at.angle, ..Setpoint::default() };
+        let (mut samples, mut begun, mut in_force) = (0.0, 0.0, 0.0);
+        for _ in 0..40 {
             let frame = bench.step(Order { setpoint, control: true, ..Order::default() }).unwrap();
-            (frame.angle, frame.signals.commanded_torque)
-        };
-        (0..3000).map(follow).collect::<Vec<_>>()
-    };
-    let (house, guest) = (course(false), course(true));
-    let apart = house.iter().zip(&guest).map(|(a, b)| (a.0 - b.0).abs()).fold(0.0, f64::max);
-    assert!(house.iter().any(|(angle, _)| (angle - house[0].0).abs() > 0.1), "it moves");
-    // The house's controller begins where it follows, the other at rest: a count of the encoder.
-    assert!(apart < 2e-3, "{apart}");
+            if frame.cycle.is_multiple_of(divider) {
+                samples += 1.0;
+                begun = samples;
+            }
+            if frame.cycle % divider == divider - 1 {
+                in_force = 1e-3 * begun;
+            }
+            // The way through volts and back rounds twice.
+            assert!((frame.signals.commanded_torque - in_force).abs() < 1e-15, "{divider}: {frame:?}");
+        }
+        assert!(samples > 4.0);
+    }
 }
