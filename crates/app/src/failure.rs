@@ -18,6 +18,9 @@ pub(crate) enum Failure {
     /// Cancelled, with results so far.
     #[error("cancelled before its end; what was measured until then is in {}", .0.display())]
     Incomplete(PathBuf),
+    /// A controller that was brought along ended its run.
+    #[error("the bench stopped: {0}")]
+    Stopped(String),
     /// A bench that is served, or should be.
     #[error("{0}")]
     Served(String),

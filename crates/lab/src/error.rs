@@ -585,6 +585,28 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
+    /// A file that is no controller.
+    #[error("{}: {problem}.", path.display())]
+    Foreign {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
+    /// A value that a controller which was brought along does not admit.
+    #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. Choose a value within.")]
+    ForeignValue {
+        /// Its parameter.
+        name: String,
+        /// As given.
+        value: f64,
+        /// Its unit.
+        unit: String,
+        /// Smallest value.
+        minimum: f64,
+        /// Largest value.
+        maximum: f64,
+    },
     /// A fault on purpose that there is not.
     #[error("no fault \"{fault}\". {remedy}")]
     Injection {

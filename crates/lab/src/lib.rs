@@ -15,6 +15,7 @@ pub mod fidelity;
 pub mod figure;
 pub mod filter;
 pub mod fit;
+pub mod foreign;
 pub mod generate;
 pub mod identify;
 pub mod integrator;

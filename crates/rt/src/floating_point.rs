@@ -25,6 +25,14 @@ impl FloatingPoint {
         FloatingPoint { before, thread: PhantomData }
     }
 
+    /// Sets it for good; whether the thread had it so before.
+    pub fn mend() -> bool {
+        let before = Self::standard();
+        let standard = before.was_standard();
+        std::mem::forget(before);
+        standard
+    }
+
     /// Whether the thread had it so before.
     pub fn was_standard(&self) -> bool {
         self.before & control::DEVIATION == 0
@@ -115,6 +123,8 @@ mod tests {
             assert_eq!(black_box(1.0) + black_box(1e-17), 1.0);
         }
         assert_eq!(half_of_the_smallest_normal_number(), 0.0);
+        assert!(!FloatingPoint::mend());
+        assert!(FloatingPoint::mend() && half_of_the_smallest_normal_number() > 0.0);
         control::write(clean);
         assert!(FloatingPoint::standard().was_standard());
     }

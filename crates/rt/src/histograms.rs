@@ -39,10 +39,35 @@ pub struct Quantiles {
     pub max: u64,
 }
 
+/// The distribution of one duration, to three digits in fixed memory.
+#[derive(Clone, Debug)]
+pub struct Durations(Histogram<u64>);
+
+impl Default for Durations {
+    fn default() -> Self {
+        Durations(empty())
+    }
+}
+
+impl Durations {
+    /// Takes one [ns].
+    pub fn add(&mut self, nanoseconds: u64) {
+        self.0.saturating_record(nanoseconds);
+    }
+
+    /// What is said of them.
+    pub fn quantiles(&self) -> Quantiles {
+        Quantiles::of(&self.0)
+    }
+}
+
+fn empty() -> Histogram<u64> {
+    Histogram::new_with_bounds(1, LONGEST, 3).expect("bounds and digits that the library has")
+}
+
 impl Histograms {
     /// Of these blocks; empty.
     pub fn new(blocks: &[Block]) -> Self {
-        let empty = || Histogram::new_with_bounds(1, LONGEST, 3).expect("bounds and digits that the library has");
         Histograms {
             blocks: blocks.to_vec(),
             lateness: empty(),

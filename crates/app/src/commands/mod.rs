@@ -15,6 +15,7 @@ mod friction;
 mod generate;
 mod hunting;
 mod identify;
+mod load;
 mod machine;
 mod measure;
 mod params;
@@ -86,6 +87,12 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip fidelity --quick\n\
                             Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
+    /// Your own position controller, a shared library in C, on the virtual bench, beside the preset's.
+    #[command(after_help = "Example: stickslip load --header .")]
+    Load(load::LoadCommand),
+    /// The process that a loaded controller runs in.
+    #[command(hide = true, after_help = "Example: stickslip load my_controller.so")]
+    Host(load::HostCommand),
     /// Which controller is the best for which friction: controllers, compensations and frictions on the virtual bench, ranked.
     #[command(after_help = "Example: stickslip benchmark --quick\n\
                             Example: stickslip benchmark --quick --controller pid --controller my-bench.toml --friction vicious")]
@@ -211,6 +218,7 @@ impl Command {
             Command::Fidelity(command) => (command.out.clone(), None),
             Command::Benchmark(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Study(command) => (command.out.clone(), None),
+            Command::Load(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Identify(command) => (command.out.clone(), None),
             Command::Validate(command) => (command.out.clone(), None),
             Command::Capture(command) => (command.out.clone(), None),
@@ -264,6 +272,11 @@ impl Command {
                 let watch = watch(command.shown);
                 command.run(out, &watch)
             }
+            Command::Load(command) => {
+                let watch = watch(command.shown);
+                command.run(out, &watch)
+            }
+            Command::Host(command) => command.run(),
             Command::Validate(command) => {
                 let watch = watch(command.shown);
                 command.run(out, &watch)

@@ -17,9 +17,10 @@ use crate::block::Block as _;
 use crate::control::AxisControlInput;
 use crate::control::reference::Setpoint;
 use crate::supervise::{
-    Brake, Braking, HomingFault, MachineFault, Refusal, Request, Safety, SafetyInput, SafetyLimits, SafetyState,
+    Brake, Braking, ControllerFault, HomingFault, MachineFault, Refusal, Request, Safety, SafetyInput, SafetyLimits,
+    SafetyState,
 };
-use crate::tick::{Measurement, Order, Tick, TickInput, TickOutput, TickState};
+use crate::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
 /// What the software writes in a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -66,6 +67,19 @@ pub struct Frame {
     pub safety: SafetyState,
 }
 
+/// What the next tick is to a position controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Whether the position is controlled.
+    pub controls: bool,
+    /// A sample begins: what is computed from `input` comes into force when it ends.
+    pub begins: bool,
+    /// A sample ends, which may be the one that has just begun.
+    pub ends: bool,
+    /// What is read.
+    pub input: AxisControlInput<f64>,
+}
+
 /// What is changed between two ticks, in force from the next one on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "it goes through rings by value; the core has no heap")]
@@ -78,6 +92,8 @@ pub enum Change {
     HomingFailed(HomingFault),
     /// The machine behind a link is gone.
     MachineFailed(MachineFault),
+    /// A controller that was brought along is gone.
+    ControllerFailed(ControllerFault),
     /// Other parameters, all of them at once.
     Parameters(Parameters<f64>),
 }
@@ -166,10 +182,34 @@ impl Software {
         (self.parameters.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
     }
 
+    /// What the next tick is to a position controller, with these readings and this command.
+    pub fn sample(&self, readings: &Measurement<f64>, command: Option<&Command>) -> Sample {
+        let order = command.map_or_else(|| self.order(&self.resting()), |command| self.order(command));
+        let Measurement { count, index, latch, tacho_voltage, .. } = *readings;
+        let tick = &self.parameters.tick;
+        // The tick will decode the same readings from the same state.
+        let mut decoder = self.state.decoder;
+        let measured_angle = tick.decoder.step(&mut decoder, EncoderReading { count, index, latch }, 0.0).angle;
+        let measured_velocity = tacho_voltage / tick.scaling.tacho;
+        Sample {
+            controls: order.control > 0.5,
+            begins: order.control_due > 0.5,
+            ends: order.control_release > 0.5,
+            input: AxisControlInput { reference: order.reference, measured_angle, measured_velocity },
+        }
+    }
+
     /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
+        self.step_with(readings, command, 0.0)
+    }
+
+    /// The same while somebody else controls the position: with his torque for the drive in force [N m]. It is a part of
+    /// the command in the frame, so that a record has it.
+    pub fn step_with(&mut self, readings: Measurement<f64>, command: Option<Command>, brought: f64) -> Frame {
         self.listen(command.is_some());
-        let command = command.unwrap_or_else(|| self.resting());
+        let mut command = command.unwrap_or_else(|| self.resting());
+        command.added_torque += brought;
         let order = self.order(&command);
         let input = TickInput { measurement: readings, order };
         let mut signals = self.parameters.tick.step(&mut self.state, input, self.tick_time);
@@ -225,6 +265,7 @@ impl Software {
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
             Change::MachineFailed(fault) => self.safety.machine_failed(fault),
+            Change::ControllerFailed(fault) => self.safety.controller_failed(fault),
             Change::Parameters(parameters) => self.enter(parameters),
         }
         // What is held counts from the screw's zero, which may have been found or forgotten.

@@ -223,6 +223,28 @@ fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
 }
 
 #[test]
+fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_acknowledged() {
+    let mut software = running(0.0);
+    let turning =
+        Measurement { tacho_voltage: 5.0 * software.parameters().tick.scaling.tacho, ..Measurement::default() };
+    let sample = software.sample(&turning, Some(&moving(0.0, 0.0)));
+    assert!(sample.controls && (sample.input.measured_velocity - 5.0).abs() < 1e-12, "{sample:?}");
+    let frame = software.step_with(turning, Some(moving(0.0, 0.0)), 0.25);
+    assert_eq!(frame.command.added_torque, 0.25, "a record has it");
+    let fault = Fault::Controller(ControllerFault::Crashed { signal: 11 });
+    software.change(&Change::ControllerFailed(ControllerFault::Crashed { signal: 11 })).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(fault)), "the sensors are there to brake by");
+    // The first fault is what there is to know.
+    software.change(&Change::ControllerFailed(ControllerFault::NotANumber)).unwrap();
+    let rests = (0..10_000).map(|_| software.step(Measurement::default(), None).safety);
+    assert_eq!(rests.last(), Some(SafetyState::Fault(fault)));
+    software.change(&Change::Request(Request::Acknowledge)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Off);
+    let said = std::format!("{fault}");
+    assert!(said.contains("signal 11, memory that is not its own"), "{said}");
+}
+
+#[test]
 fn a_fault_that_is_being_braked_for_is_told_though_the_machine_goes_meanwhile() {
     let mut software = running(0.0);
     software.step(Measurement::default(), Some(moving(0.0, 0.0)));

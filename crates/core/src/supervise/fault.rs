@@ -119,6 +119,37 @@ pub enum Fault {
     Homing(HomingFault),
     /// The machine behind a link is not there any more.
     Machine(MachineFault),
+    /// A controller that was brought along gives no torque any more.
+    Controller(ControllerFault),
+}
+
+/// What is wrong with a position controller that was brought along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ControllerFault {
+    /// Its process was ended by a signal.
+    Crashed {
+        /// Number of the signal.
+        signal: i32,
+    },
+    /// Its process ended by itself.
+    Ended {
+        /// Exit code.
+        code: i32,
+    },
+    /// It does not answer.
+    Silent {
+        /// How long [s].
+        time: f64,
+    },
+    /// Its torque is no finite number.
+    NotANumber,
+    /// It says that it failed.
+    Failed {
+        /// What its function returned.
+        code: i32,
+    },
+    /// It changed how floating-point numbers are rounded, or whether small ones are kept.
+    FloatingPoint,
 }
 
 /// What is wrong with a machine behind a link. No sensor is left to brake by.
@@ -240,6 +271,7 @@ impl fmt::Display for Fault {
                  the machine's emergency stop."
             ),
             Fault::Homing(fault) => fault.fmt(f),
+            Fault::Controller(fault) => fault.fmt(f),
             Fault::Machine(MachineFault::Silent { ticks }) => write!(
                 f,
                 "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
@@ -249,6 +281,52 @@ impl fmt::Display for Fault {
                 f,
                 "the machine does not know this bench any more: it was started anew, or another bench has taken it. The \
                  bench takes it up again where nobody else has it. Then acknowledge, and home."
+            ),
+        }
+    }
+}
+
+impl fmt::Display for ControllerFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ControllerFault::Crashed { signal } => {
+                let what = match signal {
+                    4 => ", an instruction that there is not",
+                    6 => ", it gave up",
+                    7 => ", memory that is not there",
+                    8 => ", a division of integers by 0",
+                    9 => ", somebody ended it",
+                    11 => ", memory that is not its own",
+                    _ => "",
+                };
+                write!(
+                    f,
+                    "the controller's library crashed (signal {signal}{what}). Run it under a debugger or with \
+                     -fsanitize=address, and load it again."
+                )
+            }
+            ControllerFault::Ended { code } => write!(
+                f,
+                "the controller's process ended by itself (exit code {code}). A library must not call exit; load it \
+                 again."
+            ),
+            ControllerFault::Silent { time } => write!(
+                f,
+                "the controller has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
+                 step; load it again."
+            ),
+            ControllerFault::NotANumber => write!(
+                f,
+                "the controller's torque is no finite number. Look for a division by 0 and for a value that is not \
+                 initialised."
+            ),
+            ControllerFault::Failed { code } => {
+                write!(f, "the controller says that it failed (code {code}). See what it says of it.")
+            }
+            ControllerFault::FloatingPoint => write!(
+                f,
+                "the controller changed how floating-point numbers are rounded, or flushes small ones to 0. Compile it \
+                 without -ffast-math, or restore the mode before its step returns."
             ),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::monitor::{Acceleration, Monitor};
 use super::safety::Stop;
-use super::{Braking, Fault, HomingFault, MachineFault, Safety, SafetyState};
+use super::{Braking, ControllerFault, Fault, HomingFault, MachineFault, Safety, SafetyState};
 use crate::kept::{Keep, fields, flag, maybe, which};
 
 /// What faults are said of.
@@ -20,7 +20,7 @@ const NAMES: [&str; 11] = [
     "load",
 ];
 /// Kinds of faults.
-const FAULTS: usize = 22;
+const FAULTS: usize = 28;
 /// States, a stop by a fault for itself.
 const STATES: usize = 7;
 
@@ -142,6 +142,12 @@ fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
         Fault::Homing(HomingFault::NotANumber) => (19, [0.0; 3], ""),
         Fault::Machine(MachineFault::Silent { ticks }) => (20, [ticks as f64, 0.0, 0.0], ""),
         Fault::Machine(MachineFault::Anew) => (21, [0.0; 3], ""),
+        Fault::Controller(ControllerFault::Crashed { signal }) => (22, [f64::from(signal), 0.0, 0.0], ""),
+        Fault::Controller(ControllerFault::Ended { code }) => (23, [f64::from(code), 0.0, 0.0], ""),
+        Fault::Controller(ControllerFault::Silent { time }) => (24, [time, 0.0, 0.0], ""),
+        Fault::Controller(ControllerFault::NotANumber) => (25, [0.0; 3], ""),
+        Fault::Controller(ControllerFault::Failed { code }) => (26, [f64::from(code), 0.0, 0.0], ""),
+        Fault::Controller(ControllerFault::FloatingPoint) => (27, [0.0; 3], ""),
     }
 }
 
@@ -169,7 +175,13 @@ fn fault(kind: usize, [a, b, c]: [f64; 3], name: &'static str) -> Fault {
         18 => Fault::Homing(HomingFault::IndexMoved { first: a, second: b }),
         19 => Fault::Homing(HomingFault::NotANumber),
         20 => Fault::Machine(MachineFault::Silent { ticks: a as u64 }),
-        _ => Fault::Machine(MachineFault::Anew),
+        21 => Fault::Machine(MachineFault::Anew),
+        22 => Fault::Controller(ControllerFault::Crashed { signal: a as i32 }),
+        23 => Fault::Controller(ControllerFault::Ended { code: a as i32 }),
+        24 => Fault::Controller(ControllerFault::Silent { time: a }),
+        25 => Fault::Controller(ControllerFault::NotANumber),
+        26 => Fault::Controller(ControllerFault::Failed { code: a as i32 }),
+        _ => Fault::Controller(ControllerFault::FloatingPoint),
     }
 }
 

@@ -13,7 +13,7 @@ mod tests;
 use core::fmt;
 
 use super::monitor::Monitor;
-use super::{Brake, Fault, HomingFault, MachineFault, SafetyLimits};
+use super::{Brake, ControllerFault, Fault, HomingFault, MachineFault, SafetyLimits};
 
 /// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
 const LATE: f64 = 1.5;
@@ -249,6 +249,13 @@ impl Safety {
             let first = self.state.fault().unwrap_or(Fault::Machine(fault));
             self.fault(Fault::Machine(fault));
             self.state = SafetyState::Fault(first);
+        }
+    }
+
+    /// The controller that was brought along is gone: the brake stops the screw. An earlier fault stays.
+    pub fn controller_failed(&mut self, fault: ControllerFault) {
+        if self.state.fault().is_none() {
+            self.fault(Fault::Controller(fault));
         }
     }
 

@@ -8,6 +8,7 @@ use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 use super::io::Io;
 use super::tap::{Changed, Tap, What};
 use super::{Bench, Injection};
+use crate::foreign::{Foreign, Guest};
 use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
@@ -16,7 +17,6 @@ pub(super) const SETTLING: f64 = 0.1;
 
 /// The software of the bench over a machine that it keeps step with: the software computes on the readings of the
 /// tick's begin; what it wrote in the tick before acts meanwhile.
-#[derive(Debug)]
 pub struct LockstepBench<M> {
     pub(super) machine: M,
     model: Model<f64>,
@@ -26,6 +26,8 @@ pub struct LockstepBench<M> {
     readings: Measurement<f64>,
     /// Who records or watches.
     tap: Option<Tap>,
+    /// Who controls the position instead.
+    guest: Option<Guest>,
 }
 
 impl<M: Io> LockstepBench<M> {
@@ -37,12 +39,39 @@ impl<M: Io> LockstepBench<M> {
         readings: Measurement<f64>,
     ) -> Result<Self, Error> {
         let software = Software::new(design::parameters(model, settings)?, settings.tick_time());
-        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None })
+        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None, guest: None })
     }
 
     /// Lets somebody record or watch from now on; the bench waits for it.
     pub fn tap(&mut self, tap: Tap) {
         self.tap = Some(tap);
+    }
+
+    /// Lets somebody else control the position from now on: what the preset has for it (controller, filter, compensation
+    /// and holding) is out of force.
+    ///
+    /// # Errors
+    /// What the design of the bench refuses.
+    pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        let guest = Guest::new(foreign, &self.model, &mut self.settings)?;
+        let mut parameters = *self.software.parameters();
+        parameters.tick.control = guest.stands_in();
+        parameters.tick.control_period = self.settings.control_period();
+        self.guest = Some(guest);
+        self.change(Change::Parameters(parameters))
+    }
+
+    /// Takes it away again: these settings are in force, with the controller that they have.
+    ///
+    /// # Errors
+    /// What the design of the bench refuses.
+    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Foreign>, Error> {
+        let control = design::axis_control(&self.model, settings)?;
+        let mut parameters = *self.software.parameters();
+        (parameters.tick.control, parameters.tick.control_period) = (control, settings.control_period());
+        self.settings = *settings;
+        self.change(Change::Parameters(parameters))?;
+        Ok(self.guest.take().map(Guest::into_foreign))
     }
 
     /// Injects a fault.
@@ -68,10 +97,27 @@ impl<M: Io> LockstepBench<M> {
         self.software.next_tick(self.readings, command)
     }
 
+    /// Torque of the guest in the next tick [N m]; where it fails, supervision brakes.
+    fn brought(&mut self, command: Option<&Command>) -> f64 {
+        let Some(guest) = &mut self.guest else { return 0.0 };
+        let sample = self.software.sample(&self.readings, command);
+        match guest.torque(&sample, &self.software.parameters().tick.control) {
+            Ok(torque) => torque,
+            Err(fault) => {
+                let failed = Change::ControllerFailed(fault);
+                // It cannot be refused. Told before: it is made before this cycle.
+                self.tell(What::Software(failed, None));
+                let _ = self.software.change(&failed);
+                0.0
+            }
+        }
+    }
+
     /// One tick.
     fn tick(&mut self, command: Option<Command>) -> Result<Frame, Error> {
         let acting = self.software.voltages();
-        let frame = self.software.step(self.readings, command);
+        let brought = self.brought(command.as_ref());
+        let frame = self.software.step_with(self.readings, command, brought);
         if let Some(tap) = &mut self.tap {
             tap.samples.wait(&frame);
         }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{HomingFault, MachineFault, Request};
+use stickslip_core::supervise::{ControllerFault, HomingFault, MachineFault, Request};
 
 use super::numbers::{from_numbers, numbers};
 use crate::bench::tap::What;
@@ -36,6 +36,14 @@ pub(super) fn line(what: &What) -> String {
         What::Software(Change::MachineFailed(fault), _) => match *fault {
             MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
             MachineFault::Anew => "machine_anew".into(),
+        },
+        What::Software(Change::ControllerFailed(fault), _) => match *fault {
+            ControllerFault::Crashed { signal } => format!("controller_crashed {signal}"),
+            ControllerFault::Ended { code } => format!("controller_ended {code}"),
+            ControllerFault::Silent { time } => format!("controller_silent {time}"),
+            ControllerFault::NotANumber => "controller_not_a_number".into(),
+            ControllerFault::Failed { code } => format!("controller_failed {code}"),
+            ControllerFault::FloatingPoint => "controller_floating_point".into(),
         },
         What::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
@@ -73,6 +81,14 @@ pub(super) fn parse(line: &str) -> Option<What> {
         ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
         ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
         ("machine_anew", []) => Change::MachineFailed(MachineFault::Anew),
+        ("controller_crashed", [signal]) => {
+            Change::ControllerFailed(ControllerFault::Crashed { signal: *signal as i32 })
+        }
+        ("controller_ended", [code]) => Change::ControllerFailed(ControllerFault::Ended { code: *code as i32 }),
+        ("controller_silent", [time]) => Change::ControllerFailed(ControllerFault::Silent { time: *time }),
+        ("controller_not_a_number", []) => Change::ControllerFailed(ControllerFault::NotANumber),
+        ("controller_failed", [code]) => Change::ControllerFailed(ControllerFault::Failed { code: *code as i32 }),
+        ("controller_floating_point", []) => Change::ControllerFailed(ControllerFault::FloatingPoint),
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
         _ => return None,
     };
@@ -99,6 +115,12 @@ mod tests {
             Change::HomingFailed(HomingFault::NotANumber),
             Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
             Change::MachineFailed(MachineFault::Anew),
+            Change::ControllerFailed(ControllerFault::Crashed { signal: 11 }),
+            Change::ControllerFailed(ControllerFault::Ended { code: -3 }),
+            Change::ControllerFailed(ControllerFault::Silent { time: 0.1 }),
+            Change::ControllerFailed(ControllerFault::NotANumber),
+            Change::ControllerFailed(ControllerFault::Failed { code: 7 }),
+            Change::ControllerFailed(ControllerFault::FloatingPoint),
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));

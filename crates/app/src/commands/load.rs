@@ -1,0 +1,110 @@
+//! `stickslip load`: a controller of one's own, as a shared library, in the loop of the virtual bench.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use stickslip::Watch;
+use stickslip::foreign::Foreign;
+use stickslip::foreign::load::load;
+
+use crate::failure::Failure;
+use crate::shown::Shown;
+use crate::source::{self, Setting};
+
+/// Which controller, and on which bench.
+#[derive(Args)]
+pub(crate) struct LoadCommand {
+    /// The controller: a shared library with the functions of stickslip_module.h.
+    #[arg(value_name = "FILE", required_unless_present = "header")]
+    file: Option<PathBuf>,
+    /// Write stickslip_module.h into this folder, and nothing else.
+    #[arg(long, value_name = "DIR", conflicts_with = "file")]
+    header: Option<PathBuf>,
+    /// Run it in this process, faster; a crash of it then ends the program. Without it: in a process of its own.
+    #[arg(long)]
+    trust: bool,
+    /// Value of a parameter of the controller; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<Setting>,
+    /// Name of a preset, or a parameter file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
+    pub(super) preset: String,
+    /// Manoeuvres are followed as long as they fit into this time [s]; the first one always.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    duration: f64,
+    /// Seed of the noise.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Folder for figures, report, summary.json and the recorded run.
+    #[arg(long, value_name = "DIR", default_value = "stickslip-out/load")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) shown: Shown,
+}
+
+impl LoadCommand {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+        if let Some(folder) = &self.header {
+            return Ok(stickslip::foreign::write_header(folder)?);
+        }
+        let file = self.file.unwrap_or_default();
+        let preset = source::preset(&self.preset, [])?;
+        let mut foreign = if self.trust { Foreign::trusted(&file)? } else { apart(&file)? };
+        for setting in &self.set {
+            let value = setting.value.parse().map_err(|_| stickslip::Error::Answer {
+                question: setting.path.clone(),
+                answer: setting.value.clone(),
+                remedy: "Give a number.".into(),
+            })?;
+            foreign.set(&setting.path, value)?;
+        }
+        std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
+        let loaded = load(&preset, foreign, self.duration, self.seed, Some(&self.out.join("run.mf4")), watch)?;
+        let summary = loaded.write(&self.out, &source::command_line())?;
+        self.shown.show(out, &summary, |out| {
+            for line in loaded.table().lines() {
+                writeln!(out, "{line}")?;
+            }
+            for remark in loaded.remarks() {
+                writeln!(out, "{remark}")?;
+            }
+            Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
+        })?;
+        match loaded.fault {
+            Some(fault) => Err(Failure::Stopped(fault)),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(unix)]
+fn apart(file: &std::path::Path) -> Result<Foreign, stickslip::Error> {
+    use stickslip::foreign::process::Host;
+    Foreign::apart(file, &Host::find())
+}
+
+#[cfg(not(unix))]
+fn apart(file: &std::path::Path) -> Result<Foreign, stickslip::Error> {
+    let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
+    Err(stickslip::Error::Foreign { path: file.into(), problem })
+}
+
+/// The process of a controller.
+#[derive(Args)]
+pub(crate) struct HostCommand {
+    /// The library.
+    file: PathBuf,
+}
+
+impl HostCommand {
+    #[cfg(unix)]
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        Ok(stickslip::foreign::process::host(&self.file)?)
+    }
+
+    #[cfg(not(unix))]
+    pub(crate) fn run(self) -> Result<(), Failure> {
+        apart(&self.file).map(drop).map_err(Failure::from)
+    }
+}

@@ -1,0 +1,42 @@
+//! The example of a controller in C, as its head says that it is compiled and loaded.
+#![cfg(unix)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn run(program: &str, words: &[&str], folder: &Path) -> Output {
+    Command::new(program).args(words).current_dir(folder).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn the_example_is_compiled_loaded_and_replayed_without_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    let stickslip = |words: &[&str]| run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/controller/p_pi.c");
+    std::fs::copy(example, folder.join("p_pi.c")).expect("the folder takes files");
+    assert!(stickslip(&["load", "--header", "."]).status.success());
+    let compiled = run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "p_pi.c"], folder);
+    assert!(compiled.status.success(), "{}", text(&compiled.stderr));
+    let words = ["load", "p_pi.so", "--set", "position_gain=50", "--duration", "1", "--out", "there"];
+    let loaded = stickslip(&words);
+    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{said}{told}");
+    for part in ["P-PI cascade, SHA-256 ", "position_gain = 50 1/s", "sine_0.5hz", "A call took ", "of 5"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
+    assert!(summary.contains("controller.sine_0.5hz.rms") && summary.contains("call.over_budget"), "{summary}");
+    std::fs::remove_file(folder.join("p_pi.so")).expect("it is there");
+    let replayed = stickslip(&["replay", "there"]);
+    assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
+    let gone = stickslip(&words);
+    assert_eq!(gone.status.code(), Some(1));
+    assert!(text(&gone.stderr).contains("p_pi.so: cannot read it"), "{}", text(&gone.stderr));
+    let outside = stickslip(&["load", "p_pi.c", "--trust"]);
+    assert!(text(&outside.stderr).contains("cc -shared -fPIC"), "{}", text(&outside.stderr));
+}

@@ -1,0 +1,264 @@
+//! A controller that was brought along on the virtual bench: standard manoeuvres, beside the preset's own controller.
+
+use std::fs;
+use std::path::Path;
+
+use stickslip_core::control::reference::Generator;
+
+use super::{BUDGET, Foreign};
+use crate::bench::{Bench as _, Change, Command, Frame, Request, VirtualBench};
+use crate::benchmark::Manoeuvre;
+use crate::experiment::home;
+use crate::figure::{Axis, Figure, Role, Series};
+use crate::quantity::Estimate;
+use crate::report::{Cell, Provenance, Report, Table};
+use crate::run::{About, Recorder};
+use crate::{Error, Preset, Summary, Watch, output, parameters};
+
+/// What is followed, in this order.
+const MANOEUVRES: [Manoeuvre; 4] =
+    [Manoeuvre::SlowSine, Manoeuvre::FastSine, Manoeuvre::PointToPoint, Manoeuvre::Reversal];
+/// What is shown of a course at most, in points.
+const POINTS: usize = 4000;
+
+/// How a manoeuvre was followed, by the encoder.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Followed {
+    /// Its stable name.
+    pub manoeuvre: &'static str,
+    /// Deviation, RMS and largest magnitude [rad].
+    pub deviation: [f64; 2],
+    /// Time and deviation of each sample [s], [rad].
+    pub course: Vec<(f64, f64)>,
+}
+
+/// What came of it.
+pub struct Loaded {
+    preset: Preset<f64>,
+    seed: u64,
+    foreign: Foreign,
+    brought: Vec<Followed>,
+    own: Vec<Followed>,
+    /// What ended it before its time.
+    pub fault: Option<String>,
+}
+
+/// Runs a controller through the manoeuvres that fit into a duration [s], the first in any case, and then the preset's own
+/// through the same; the run is recorded where a file is named.
+///
+/// # Errors
+/// What the bench refuses; [`Error::Cancelled`]. A fault of the controller is a result.
+pub fn load(
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    record: Option<&Path>,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
+    let mut bench = VirtualBench::new(preset, seed)?;
+    let recorder = match record {
+        Some(path) => {
+            if path.exists() {
+                fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
+            }
+            let about = About { command: "stickslip load".into(), preset: *preset, seed: Some(seed) };
+            let (recorder, tap) = Recorder::start(path, &about)?;
+            bench.tap(tap);
+            Some(recorder)
+        }
+        None => None,
+    };
+    let mut wanted = Vec::new();
+    let mut total = 0.0;
+    for manoeuvre in MANOEUVRES {
+        total += manoeuvre.reference(preset, 0.5).1;
+        if wanted.is_empty() || total <= duration {
+            wanted.push(manoeuvre);
+        }
+    }
+    home(&mut bench, watch)?;
+    bench.come_to_rest()?;
+    bench.bring(foreign)?;
+    let mut brought = Vec::new();
+    let ended = follow(&wanted, preset, &mut bench, &mut brought, watch);
+    let fault = match ended {
+        Err(Error::BenchFault { reason, .. }) => Some(reason),
+        ended => ended.map(|()| None)?,
+    };
+    // The bench lives on, whatever became of the controller.
+    let foreign = bench.take_back(&preset.bench)?.expect("it was brought");
+    if fault.is_some() {
+        bench.change(Change::Request(Request::Acknowledge))?;
+        home(&mut bench, watch)?;
+        bench.come_to_rest()?;
+    }
+    let mut own = Vec::new();
+    follow(&wanted, preset, &mut bench, &mut own, watch)?;
+    drop(bench);
+    if let Some(recorder) = recorder {
+        recorder.finish()?;
+    }
+    Ok(Loaded { preset: *preset, seed, foreign, brought, own, fault })
+}
+
+fn follow(
+    wanted: &[Manoeuvre],
+    preset: &Preset<f64>,
+    bench: &mut VirtualBench,
+    followed: &mut Vec<Followed>,
+    watch: &Watch,
+) -> Result<(), Error> {
+    let (rate, divider) = (preset.bench.tick_rate, preset.bench.divider());
+    for (number, manoeuvre) in wanted.iter().enumerate() {
+        // One tick without torque tells where the screw is.
+        let begin = bench.step(Command::default())?;
+        let home = begin.angle;
+        let (reference, duration) = manoeuvre.reference(preset, 0.5);
+        let mut setpoints = Generator::new(reference, rate).with_origin(home);
+        let mut course = Vec::new();
+        let mut see = |frame: &Frame| {
+            if frame.cycle.is_multiple_of(divider) {
+                let time = (frame.cycle - begin.cycle) as f64 / rate;
+                course.push((time, frame.command.setpoint.position - frame.angle));
+            }
+        };
+        let ticks = (duration * rate).round() as u64;
+        for tick in 0..ticks {
+            if tick.is_multiple_of(2048) {
+                let part = (number as f64 + tick as f64 / ticks as f64) / wanted.len() as f64;
+                watch.stage(manoeuvre.name(), part)?;
+            }
+            let command = Command { setpoint: setpoints.next(), control: true, ..Command::default() };
+            bench.hand_over(command)?.iter().for_each(&mut see);
+        }
+        bench.come_to_rest()?;
+        let square: f64 = course.iter().map(|(_, deviation)| deviation * deviation).sum();
+        let peak = course.iter().fold(0.0f64, |most, (_, deviation)| most.max(deviation.abs()));
+        let deviation = [libm::sqrt(square / course.len() as f64), peak];
+        followed.push(Followed { manoeuvre: manoeuvre.name(), deviation, course });
+    }
+    Ok(())
+}
+
+impl Loaded {
+    /// What a reader should know.
+    pub fn remarks(&self) -> Vec<String> {
+        let description = self.foreign.description();
+        let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.foreign.hash())];
+        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+            let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+            remarks.push(format!("{} = {value}{unit}: {}", parameter.name, parameter.help));
+        }
+        let (calls, late) = self.foreign.durations();
+        let micro = |time: u64| format!("{:.2} µs", 1e-3 * time as f64);
+        remarks.push(format!(
+            "A call took {} (median), {} (99 %), {} (largest); {late} of {} took longer than {}.",
+            micro(calls.p50),
+            micro(calls.p99),
+            micro(calls.max),
+            calls.count,
+            micro(BUDGET)
+        ));
+        remarks.extend(self.fault.as_ref().map(|fault| format!("The bench stopped: {fault}")));
+        remarks
+    }
+
+    /// Deviations of both.
+    pub fn table(&self) -> Table {
+        let cell = |followed: Option<&Followed>, which: usize| {
+            followed
+                .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[which], "rad")))
+        };
+        self.own.iter().enumerate().fold(
+            Table::new(["manoeuvre", "RMS", "RMS, own", "peak", "peak, own"]),
+            |table, (k, own)| {
+                let brought = self.brought.get(k);
+                table.row([
+                    own.manoeuvre.into(),
+                    cell(brought, 0),
+                    cell(Some(own), 0),
+                    cell(brought, 1),
+                    cell(Some(own), 1),
+                ])
+            },
+        )
+    }
+
+    /// The numbers, under their stable names.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("load");
+        for (who, all) in [("controller", &self.brought), ("own", &self.own)] {
+            for Followed { manoeuvre, deviation: [rms, peak], .. } in all {
+                summary.result(&format!("{who}.{manoeuvre}.rms"), *rms, "rad");
+                summary.result(&format!("{who}.{manoeuvre}.peak"), *peak, "rad");
+            }
+        }
+        let (calls, late) = self.foreign.durations();
+        for (name, time) in [("p50", calls.p50), ("p99", calls.p99), ("largest", calls.max)] {
+            summary.result(&format!("call.{name}"), 1e-9 * time as f64, "s");
+        }
+        summary.result("call.count", calls.count as f64, "1").result("call.over_budget", late as f64, "1");
+        summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
+        let description = self.foreign.description();
+        summary.row([
+            ("kind", "controller".into()),
+            ("name", description.name.clone().into()),
+            ("sha256", self.foreign.hash().into()),
+            ("fault", self.fault.clone().into()),
+        ]);
+        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+            summary.row([
+                ("kind", "parameter".into()),
+                ("name", parameter.name.clone().into()),
+                ("value", (*value).into()),
+                ("unit", parameter.unit.clone().into()),
+            ]);
+        }
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let report = Report::new("A controller of one's own", provenance);
+        let report = report.summary(self.remarks().join(" ")).table(self.table());
+        self.figures().into_iter().fold(report, |report, (_, figure)| {
+            report.figure(figure, "Set-point less measured angle, by the encoder.".to_owned())
+        })
+    }
+
+    fn figures(&self) -> Vec<(String, Figure)> {
+        let figure = |(k, own): (usize, &Followed)| {
+            let line = |role, name: &'static str, of: &Followed| {
+                let stride = of.course.len().div_ceil(POINTS).max(1);
+                let points = of.course.iter().step_by(stride).map(|(time, deviation)| (*time, 1e3 * deviation));
+                Series::line(role, name, points.collect::<Vec<_>>())
+            };
+            let figure = Figure::new(format!("Deviation: {}", own.manoeuvre))
+                .x(Axis::new("time", "s"))
+                .y(Axis::new("deviation", "mrad"))
+                .series(line(Role::Reference, "own controller", own));
+            let figure = match self.brought.get(k) {
+                Some(brought) => figure.series(line(Role::Trace(0), "brought along", brought)),
+                None => figure,
+            };
+            (format!("{}.svg", own.manoeuvre), figure)
+        };
+        self.own.iter().enumerate().map(figure).collect()
+    }
+
+    /// Writes figures, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        for (name, figure) in self.figures() {
+            output::write(&directory.join(&name), figure.svg())?;
+            summary.file(&name);
+        }
+        self.report(command).write_all(summary, [], directory)
+    }
+}

@@ -1,0 +1,162 @@
+//! A position controller that somebody else wrote, in the loop of the bench.
+//!
+//! It is a shared library with the five functions of `stickslip_module.h`. Unless it is trusted it runs in a process of its
+//! own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a part of the command, in force
+//! a sample later as that of any controller, so that a record of the run replays without the library.
+
+mod guest;
+mod library;
+pub mod load;
+#[cfg(unix)]
+pub mod process;
+#[cfg(all(test, unix))]
+mod tests;
+
+use std::path::Path;
+use std::time::Duration;
+
+pub use guest::Guest;
+use library::Library;
+use sha2::{Digest as _, Sha256};
+use stickslip_core::supervise::ControllerFault;
+use stickslip_rt::{Durations, Quantiles};
+pub use stickslip_rt::{ModuleParameter, ModuleSample};
+
+use crate::{Error, output};
+
+/// A call may take so long; longer ones are counted [ns].
+pub const BUDGET: u64 = 10_000;
+/// Without an answer for so long a controller hangs.
+pub const PATIENCE: Duration = Duration::from_secs(2);
+
+/// The header that a controller in C is written against.
+pub const HEADER: &str = include_str!("stickslip_module.h");
+
+/// What a controller says of itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// Its name.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Vec<ModuleParameter>,
+}
+
+/// What came of a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Answer {
+    /// Torque of the drive [N m].
+    pub(crate) torque: f64,
+    /// How long the call took [ns].
+    pub(crate) time: u64,
+}
+
+/// Whoever calls the functions: here, or in another process.
+pub(crate) trait Caller: Send {
+    /// Begins anew, at rest.
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault>;
+
+    /// One sample.
+    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault>;
+}
+
+/// A controller that was loaded.
+pub struct Foreign {
+    description: Description,
+    values: Vec<f64>,
+    hash: String,
+    caller: Box<dyn Caller>,
+    durations: Durations,
+    late: u64,
+}
+
+impl Foreign {
+    /// Opens a library in this process: whatever it does, it does to this process.
+    ///
+    /// # Errors
+    /// [`Error::Foreign`] for a file that is no controller; [`Error::File`].
+    pub fn trusted(path: &Path) -> Result<Self, Error> {
+        let hash = hash(path)?;
+        let library = Library::open(path)?;
+        Ok(Self::new(library.description().clone(), hash, Box::new(library)))
+    }
+
+    fn new(description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
+        let values = description.parameters.iter().map(|parameter| parameter.initial).collect();
+        Foreign { description, values, hash, caller, durations: Durations::default(), late: 0 }
+    }
+
+    /// What it says of itself.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// SHA-256 of its file, in hexadecimal digits.
+    pub fn hash(&self) -> &str {
+        &self.hash
+    }
+
+    /// The values of its parameters, in their order.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Another value of a parameter, with which it begins.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`], [`Error::ForeignValue`].
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        let parameters = &self.description.parameters;
+        let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
+            let known: Vec<_> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+            let remedy =
+                format!("The controller has: {}.", if known.is_empty() { "none".into() } else { known.join(", ") });
+            return Err(Error::Unknown { what: "parameter", name: name.into(), remedy });
+        };
+        let ModuleParameter { unit, minimum, maximum, .. } = &parameters[index];
+        if !(*minimum..=*maximum).contains(&value) {
+            let (name, unit) = (name.into(), unit.clone());
+            return Err(Error::ForeignValue { name, value, unit, minimum: *minimum, maximum: *maximum });
+        }
+        self.values[index] = value;
+        Ok(())
+    }
+
+    /// How long its calls took [ns], and how many took longer than [`BUDGET`].
+    pub fn durations(&self) -> (Quantiles, u64) {
+        (self.durations.quantiles(), self.late)
+    }
+
+    /// Begins anew, at rest: time from sample to sample [s], largest torque of the drive [N m].
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn begin(&mut self, sample_time: f64, torque_limit: f64) -> Result<(), ControllerFault> {
+        self.caller.begin(sample_time, torque_limit, &self.values)
+    }
+
+    /// One sample: the torque [N m], a finite number.
+    ///
+    /// # Errors
+    /// What went wrong.
+    pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ControllerFault> {
+        let Answer { torque, time } = self.caller.step(sample)?;
+        self.durations.add(time);
+        self.late += u64::from(time > BUDGET);
+        if torque.is_finite() { Ok(torque) } else { Err(ControllerFault::NotANumber) }
+    }
+}
+
+/// SHA-256 of a file.
+fn hash(path: &Path) -> Result<String, Error> {
+    let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
+    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Writes the header into a folder.
+///
+/// # Errors
+/// [`Error::File`].
+pub fn write_header(directory: &Path) -> Result<(), Error> {
+    output::create_folder(directory)?;
+    output::write(&directory.join("stickslip_module.h"), HEADER)
+}

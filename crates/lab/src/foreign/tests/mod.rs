@@ -1,0 +1,171 @@
+//! Controllers in C, compiled here: a good one, and one for each fault.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use stickslip_core::control::reference::Setpoint;
+use stickslip_rt::FloatingPoint;
+
+use super::load::load;
+use super::process::{Host, host};
+use super::*;
+use crate::bench::{Bench as _, Command as Order, VirtualBench};
+use crate::parameters::presets::find;
+use crate::run::{Record, replay};
+use crate::{Preset, Watch};
+
+/// Named in the environment of a process of a test that is to be a host.
+const HOSTED: &str = "STICKSLIP_TEST_HOST";
+
+/// This very program, as a host: it runs [`hosts`] alone.
+fn here() -> Host {
+    let program = std::env::current_exe().expect("a program has a path");
+    let test = "foreign::tests::hosts";
+    let arguments =
+        ["-c".into(), format!("{HOSTED}=\"$1\" exec '{}' --exact {test} --nocapture", program.display()).into()];
+    Host { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
+}
+
+/// Of a process of another test this is all that runs.
+#[test]
+fn hosts() {
+    if let Some(file) = std::env::var_os(HOSTED) {
+        host(Path::new(&file)).expect("somebody asks");
+        std::process::exit(0);
+    }
+}
+
+fn compiled(folder: &Path, source: &str, options: &[&str]) -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let library = folder.join("controller.so");
+    let mut compiler = Command::new("cc");
+    let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options);
+    let compiler =
+        compiler.arg("-I").arg(here.join("src/foreign")).arg("-o").arg(&library).arg(here.join(source)).arg("-lm");
+    assert!(compiler.status().expect("there is a compiler").success(), "{source}");
+    library
+}
+
+fn faulty(folder: &Path, fault: usize) -> PathBuf {
+    compiled(folder, "src/foreign/tests/faults.c", &[&format!("-DFAULT={fault}")])
+}
+
+fn preset() -> Preset<f64> {
+    find("clm-bench").expect("it is built in").read().expect("it is right")
+}
+
+const EXAMPLE: &str = "../../examples/controller/p_pi.c";
+
+#[test]
+fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = compiled(folder.path(), EXAMPLE, &[]);
+    let run = folder.path().join("run.mf4");
+    let trusted = Foreign::trusted(&library).unwrap();
+    assert_eq!((trusted.description().name.as_str(), trusted.hash().len()), ("P-PI cascade", 64));
+    let here_it_is = load(&preset(), trusted, 0.0, 3, Some(&run), &Watch::silent()).unwrap();
+    assert_eq!(here_it_is.fault, None);
+    let apart = Foreign::apart(&library, &here()).unwrap();
+    let apart = load(&preset(), apart, 0.0, 3, None, &Watch::silent()).unwrap();
+    let of = |loaded: &load::Loaded, name: &str| loaded.summary().value(name).unwrap();
+    let rms = "controller.sine_0.5hz.rms";
+    assert_eq!(of(&here_it_is, rms), of(&apart, rms), "in whichever process: the same bits");
+    assert!(of(&apart, rms) < 0.1 && of(&apart, rms) != of(&apart, "own.sine_0.5hz.rms"), "{}", of(&apart, rms));
+    assert!(of(&apart, "call.count") > 4000.0 && of(&apart, "fault") == 0.0);
+    drop(here_it_is);
+    std::fs::remove_file(library).unwrap();
+    let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
+    assert!(replayed.identical(), "{replayed}");
+}
+
+#[test]
+fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
+    let said = [
+        "signal 11, memory that is not its own",
+        "has not answered for 0.200 s",
+        "torque is no finite number",
+        "torque is no finite number",
+        "says that it failed (code 7)",
+        "changed how floating-point numbers are rounded",
+        "ended by itself (exit code 3)",
+    ];
+    for (fault, said) in said.into_iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let library = faulty(folder.path(), fault);
+        let foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+        let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+        let told = loaded.fault.as_deref().unwrap_or("nothing");
+        assert!(told.contains(said), "{fault}: {told}");
+        assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "{fault}: it lives on");
+    }
+    assert!(FloatingPoint::standard().was_standard());
+}
+
+#[test]
+fn a_mode_that_a_trusted_library_changes_is_restored_and_a_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut foreign = Foreign::trusted(&faulty(folder.path(), 5)).unwrap();
+    foreign.set("sample", 0.0).unwrap();
+    foreign.begin(1e-3, 1.0).unwrap();
+    assert_eq!(foreign.step(&ModuleSample::default()), Err(ControllerFault::FloatingPoint));
+    assert!(FloatingPoint::standard().was_standard());
+    assert!(foreign.set("sample", -1.0).unwrap_err().to_string().contains("outside 0 … 1000000000 1"));
+    assert!(foreign.set("gain", 0.0).unwrap_err().to_string().contains("The controller has: sample."));
+}
+
+#[test]
+fn what_is_no_controller_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = folder.path().join("text.so");
+    std::fs::write(&text, "no library").unwrap();
+    let refused = |opened: Result<Foreign, Error>| opened.err().expect("it is no controller").to_string();
+    for opened in [Foreign::trusted(&text), Foreign::apart(&text, &here())] {
+        let told = refused(opened);
+        assert!(told.contains("text.so") && told.contains("cc -shared -fPIC"), "{told}");
+    }
+    let library = compiled(folder.path(), "src/foreign/tests/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
+    assert!(refused(Foreign::trusted(&library)).contains("no function stickslip_end"));
+    let nobody = Host { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
+    assert!(refused(Foreign::apart(&text, &nobody)).contains("/nowhere/stickslip"));
+}
+
+#[test]
+fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
+    /// Torques that tell their samples, far below breakaway.
+    struct Counts(f64);
+    impl Caller for Counts {
+        fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ControllerFault> {
+            self.0 = 0.0;
+            Ok(())
+        }
+        fn step(&mut self, _: &ModuleSample) -> Result<Answer, ControllerFault> {
+            self.0 += 1e-3;
+            Ok(Answer { torque: self.0, time: 0 })
+        }
+    }
+    for divider in [1, 4, 7] {
+        let mut preset = preset();
+        preset.bench.control_divider = divider as f64;
+        let mut bench = VirtualBench::new(&preset, 5).unwrap();
+        crate::experiment::home(&mut bench, &Watch::silent()).unwrap();
+        bench.come_to_rest().unwrap();
+        bench.bring(Foreign::new(Description::default(), String::new(), Box::new(Counts(0.0)))).unwrap();
+        let at = bench.step(Order::default()).unwrap();
+        let setpoint = Setpoint { position: at.angle, ..Setpoint::default() };
+        let (mut samples, mut begun, mut in_force) = (0.0, 0.0, 0.0);
+        for _ in 0..40 {
+            let frame = bench.step(Order { setpoint, control: true, ..Order::default() }).unwrap();
+            if frame.cycle.is_multiple_of(divider) {
+                samples += 1.0;
+                begun = samples;
+            }
+            if frame.cycle % divider == divider - 1 {
+                in_force = 1e-3 * begun;
+            }
+            // The way through volts and back rounds twice.
+            assert!((frame.signals.commanded_torque - in_force).abs() < 1e-15, "{divider}: {frame:?}");
+        }
+        assert!(samples > 4.0);
+    }
+}
