@@ -408,6 +408,16 @@ pub enum Error {
         /// The first line of its complaint.
         said: String,
     },
+    /// A linked program that does not hold what is looked for.
+    #[error("{}: {reason}. {remedy}", path.display())]
+    Program {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A desired friction outside the renderable region.
     #[error("{0}")]
     NotRenderable(Box<crate::design::Verdict>),

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use stickslip::generate::{self, Precision, Version};
+use stickslip::generate::{self, Precision, Variables, Version};
 use stickslip::xcp::{Layout, a2l};
 use stickslip::{Summary, output};
 
@@ -31,9 +31,11 @@ enum Target {
     #[command(after_help = "Example: stickslip generate c velocity_observer --out observer\n\
                             Example: stickslip generate c tick --preset clm-soft --single --prefix axis")]
     C(CCommand),
-    /// The description of a bench that is served by XCP, for CANape, INCA and their like (ASAP2 1.61).
+    /// The description for CANape, INCA and their like (ASAP2 1.61): of a bench that is served by XCP, or of the generated
+    /// code of a block in your program.
     #[command(after_help = "Example: stickslip generate a2l bench --out tools\n\
-                            Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555")]
+                            Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555\n\
+                            Example: stickslip generate a2l pid --elf firmware.elf --variable parameters=axis_parameters")]
     A2l(A2lCommand),
     /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
@@ -128,9 +130,11 @@ impl FmuCommand {
 /// Of which bench, and where it is served.
 #[derive(Args)]
 struct A2lCommand {
-    /// What is described: `bench`.
+    /// What is described: `bench` is the bench that is served, any other a block whose code is in your program;
+    /// `stickslip generate --list` names them.
     name: String,
-    /// Where the rate comes from: a preset, or a parameter file. All presets have the same addresses.
+    /// Where numbers and choices come from: a preset, or a parameter file. Of a served bench only the rate, all presets have
+    /// the same addresses.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
     /// Change a value of the preset.
@@ -138,6 +142,18 @@ struct A2lCommand {
     set: Vec<Setting>,
     #[command(flatten)]
     xcp: XcpDoors,
+    /// Of a block: the linked program, from which the addresses are read. Without it tools take them by SYMBOL_LINK.
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
+    /// Of a block: the variable that holds its parameters, state, input or output; PREFIX_parameters and so on without it.
+    #[arg(long, value_name = "STRUCT=NAME", value_parser = variable)]
+    variable: Vec<(usize, String)>,
+    /// Of a block: its code computes in `float` instead of `double`.
+    #[arg(long)]
+    single: bool,
+    /// Of a block: what its types and functions begin with; its name without it.
+    #[arg(long, value_name = "WORD")]
+    prefix: Option<String>,
     /// Folder for the file and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
     out: PathBuf,
@@ -148,12 +164,7 @@ struct A2lCommand {
 impl A2lCommand {
     fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         if self.name != "bench" {
-            return Err(stickslip::Error::Unknown {
-                what: "description of",
-                name: self.name,
-                remedy: "What is served is a `bench`.".into(),
-            }
-            .into());
+            return self.of_block(out);
         }
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let layout = Layout::new(source::preset(&self.preset, settings)?.bench.tick_rate);
@@ -173,6 +184,52 @@ impl A2lCommand {
                 path.display(),
                 layout.epk
             )?)
+        })
+    }
+}
+
+/// Which struct of a block a variable holds, and its name.
+fn variable(text: &str) -> Result<(usize, String), String> {
+    let found = text.split_once('=').and_then(|(group, name)| {
+        let place = generate::STRUCTS.iter().position(|known| *known == group)?;
+        (!name.is_empty()).then(|| (place, name.to_owned()))
+    });
+    found.ok_or_else(|| format!("write STRUCT=NAME, where STRUCT is one of {}", generate::STRUCTS.join(", ")))
+}
+
+impl A2lCommand {
+    fn of_block(self, out: &mut dyn Write) -> Result<(), Failure> {
+        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
+        let preset = source::preset(&self.preset, settings)?;
+        let precision = if self.single { Precision::Single } else { Precision::Double };
+        let mut variables = Variables { program: self.elf.as_deref(), ..Variables::default() };
+        for (place, name) in self.variable {
+            variables.names[place] = Some(name);
+        }
+        let prefix = self.prefix.as_deref();
+        let made = generate::code_description(&self.name, &preset, precision, prefix, &variables)?;
+        let file = format!("{}.a2l", prefix.unwrap_or(&self.name));
+        let path = self.out.join(&file);
+        output::create_folder(&self.out)?;
+        output::write(&path, &made.text)?;
+        let mut summary = Summary::new("generate");
+        summary.result("generate.measurements", made.measurements as f64, "1");
+        summary.result("generate.parameters", made.parameters as f64, "1");
+        summary.file(&file);
+        summary.write(&self.out)?;
+        self.shown.show(out, &summary, |out| {
+            let (measurements, parameters) = (made.measurements, made.parameters);
+            writeln!(out, "{}: {measurements} measurements, {parameters} parameters", path.display())?;
+            for (name, address) in &made.variables {
+                writeln!(out, "{address:#010x}  {name}")?;
+            }
+            if self.elf.is_none() {
+                writeln!(
+                    out,
+                    "These addresses are placeholders: give the linked program (--elf), or link by SYMBOL_LINK."
+                )?;
+            }
+            Ok(())
         })
     }
 }

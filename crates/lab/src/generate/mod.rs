@@ -5,6 +5,7 @@
 //! elsewhere. The C computes the bits of the Rust in the precision chosen. Choices of the preset (which friction model,
 //! which controller) are made when the code is written; numbers stay open, as parameters with the preset's values.
 
+mod a2l;
 pub(crate) mod archive;
 mod catalogue;
 mod fmu;
@@ -19,6 +20,7 @@ use stickslip_codegen::record::Program;
 use stickslip_core::tick::Tick;
 
 use crate::{Error, Preset, Summary, output};
+pub use a2l::{CodeDescription, STRUCTS, Variables, code_description};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
 pub use fmu::{Fmu, Version, fmu};

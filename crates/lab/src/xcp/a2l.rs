@@ -84,14 +84,14 @@ pub fn name(path: &str) -> String {
 }
 
 /// A text between quotes.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut text = ascii(text).replace('"', "'").replace('\\', "/");
     text.truncate(TEXT);
     format!("\"{text}\"")
 }
 
 /// Symbol and meaning.
-fn about(cell: &Cell) -> String {
+pub(crate) fn about(cell: &Cell) -> String {
     let help = cell.help.split_whitespace().collect::<Vec<_>>().join(" ");
     quoted(&if cell.symbol.is_empty() { help } else { format!("{}: {help}", cell.symbol) })
 }
@@ -149,14 +149,15 @@ fn protocol(layout: &Layout, doors: Doors) -> String {
 
 /// What numbers mean: units, and names of whole numbers, each said once.
 #[derive(Default)]
-struct Conversions {
+pub(crate) struct Conversions {
     named: BTreeMap<String, String>,
-    text: String,
+    /// All that were asked for.
+    pub(crate) text: String,
 }
 
 impl Conversions {
     /// The name of a cell's conversion, which is said before it is used.
-    fn of(&mut self, cell: &Cell) -> String {
+    pub(crate) fn of(&mut self, cell: &Cell) -> String {
         let verbs = match cell.content {
             Content::Flag => vec!["false", "true"],
             Content::Choice(variants) => variants.iter().map(|variant| variant.name).collect(),
