@@ -305,10 +305,15 @@ class Simulation(Signals):
         return super().plot(*(names or ("reference_position", "true_angle")), ax=ax, **style)
 
 
+_CHOSEN = ("plant_step", "step_error")
+"""What a study says of its steps, beside the measures."""
+
+
 class Study(Result):
     """What became of the measures of a study, a value each case: `case` from 1, the axes, the measures.
 
-    A measure that a case does not have is NaN, and `failures` says why. What a sensitivity analysis tells of the axes
+    Where the study chose the step of the virtual machine, `plant_step` [s] is which, and `step_error` the largest share by
+    which a measure moved when it was last halved. A measure that a case does not have is NaN, and `failures` says why. What a sensitivity analysis tells of the axes
     is among the `records` of the summary.
     """
 
@@ -334,7 +339,8 @@ class Study(Result):
         super().__init__(outcome, made_by, columns)
         self.failures = failures
         self.axes = axes
-        self.measures = [name for name, _, _ in columns[1 + len(axes) :]]
+        self._found = [name for name, _, _ in columns[1 + len(axes) :]]
+        self.measures = [name for name in self._found if name not in _CHOSEN]
         self.kept = kept
         self._grid = grid
 
@@ -357,7 +363,7 @@ class Study(Result):
         else:
             dims, shape = tuple(self.axes), tuple(values.size for values in self._grid)
             coords = {name: (name, values, units(name)) for name, values in zip(self.axes, self._grid)}
-        arrays: dict[str, Any] = {name: (dims, self[name].reshape(shape), units(name)) for name in self.measures}
+        arrays: dict[str, Any] = {name: (dims, self[name].reshape(shape), units(name)) for name in self._found}
         arrays |= {"failure": (dims, failure.reshape(shape)), "case": (dims, case.reshape(shape))}
         return xarray.Dataset(arrays, coords)
 

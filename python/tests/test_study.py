@@ -85,10 +85,12 @@ def test_a_study_has_the_bytes_of_the_command_line(program, file, found, tmp_pat
 
 
 def test_rows_are_arrays_with_names_and_units(found):
-    assert list(found) == ["case", "belief", "plant.drive.load_inertia", "sine_2hz_rms"]
+    assert list(found) == ["case", "belief", "plant.drive.load_inertia", "sine_2hz_rms", "plant_step", "step_error"]
     assert found.axes == ["belief", "plant.drive.load_inertia"] and found.measures == ["sine_2hz_rms"]
     assert found["case"].tolist() == [1, 2, 3, 4, 5, 6] and found["belief"].tolist() == [0.5, 0.5, 1, 1, 1.5, 1.5]
-    assert found.units == {"case": "1", "belief": "1", "plant.drive.load_inertia": "kg m^2", "sine_2hz_rms": "rad"}
+    units = {"case": "1", "belief": "1", "plant.drive.load_inertia": "kg m^2", "sine_2hz_rms": "rad"}
+    assert found.units == units | {"plant_step": "s", "step_error": "1"}
+    assert (found["plant_step"] > 1e-6).all() and (found["step_error"] >= 0.0).all()
     assert found.failures == {} and found.summary["study.cases"] == 6
     deviation = found["sine_2hz_rms"]
     assert deviation[2] < deviation[0] and deviation[2] < deviation[4], "a belief that is right compensates best"
@@ -100,6 +102,7 @@ def test_a_grid_goes_to_xarray_with_its_axes_as_dimensions(found):
     table = found.to_xarray()
     assert table.sine_2hz_rms.dims == ("belief", "plant.drive.load_inertia") and table.sine_2hz_rms.shape == (3, 2)
     assert table.sine_2hz_rms.attrs["units"] == "rad"
+    assert table.step_error.dims == table.sine_2hz_rms.dims
     assert table.coords["plant.drive.load_inertia"].attrs["units"] == "kg m^2"
     one = table.sel({"belief": 1.0, "plant.drive.load_inertia": 1.0e-3})
     assert one.case == 4 and one.sine_2hz_rms == found["sine_2hz_rms"][3] and one.failure == ""
