@@ -4,6 +4,7 @@ import ctypes
 import inspect
 import itertools
 import math
+import os
 import pathlib
 import random
 import struct
@@ -503,3 +504,24 @@ def test_the_command_builds_it_and_tells_each_step(tmp_path):
     ran = subprocess.run([*command, "wrong.py"], cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 1 and "wrong.py:5: `return abs(sample.time) ** 2`" in ran.stderr
     assert "Traceback" not in ran.stderr and not (tmp_path / "law.so").exists()
+
+
+def test_the_program_loads_a_function(program, tmp_path):
+    example = pathlib.Path(__file__).parents[1] / "examples" / "own_controller.py"
+    text = "import stickslip\n\n@stickslip.controller()\ndef law(p, state, sample, dt):\n    return 0.0\n"
+    (tmp_path / "law.py").write_text(text)
+    (tmp_path / "wrong.py").write_text(text.replace("0.0", "abs(sample.time) ** 2"))
+
+    def load(file, python=sys.executable):
+        words = [program, "load", str(file), "--duration", "1", "--out", "there"]
+        return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env=os.environ | {"PYTHON": python})
+
+    ran = load(example)
+    assert ran.returncode == 0, ran.stderr
+    assert "  compiled " in ran.stderr and "  in all " in ran.stderr, ran.stderr
+    assert "cascade, SHA-256 " in ran.stdout and "sine_0.5hz" in ran.stdout
+    ran = load("law.py")
+    assert ran.returncode == 0 and "law, SHA-256 " in ran.stdout, ran.stderr
+    ran = load("wrong.py")
+    assert ran.returncode == 1 and "wrong.py:5: `return abs(sample.time) ** 2`" in ran.stderr
+    assert "cannot be started" in load("law.py", "nopython").stderr

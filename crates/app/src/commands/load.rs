@@ -1,7 +1,8 @@
 //! `stickslip load`: a controller of one's own, as a shared library, in the loop of the virtual bench.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use clap::Args;
 use stickslip::Watch;
@@ -15,7 +16,8 @@ use crate::source::{self, Setting};
 /// Which controller, and on which bench.
 #[derive(Args)]
 pub(crate) struct LoadCommand {
-    /// The controller: a shared library with the functions of stickslip_module.h.
+    /// The controller: a shared library with the functions of stickslip_module.h, or a function in Python (law.py), which
+    /// the Python package then makes a library of; the variable PYTHON says which Python has it.
     #[arg(value_name = "FILE", required_unless_present = "header")]
     file: Option<PathBuf>,
     /// Write stickslip_module.h into this folder, and nothing else.
@@ -48,8 +50,9 @@ impl LoadCommand {
         if let Some(folder) = &self.header {
             return Ok(stickslip::foreign::write_header(folder)?);
         }
-        let file = self.file.unwrap_or_default();
         let preset = source::preset(&self.preset, [])?;
+        std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
+        let file = library(&self.file.unwrap_or_default(), &self.out)?;
         let mut foreign = if self.trust { Foreign::trusted(&file)? } else { apart(&file)? };
         for setting in &self.set {
             let value = setting.value.parse().map_err(|_| stickslip::Error::Answer {
@@ -59,7 +62,6 @@ impl LoadCommand {
             })?;
             foreign.set(&setting.path, value)?;
         }
-        std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
         let loaded = load(&preset, foreign, self.duration, self.seed, Some(&self.out.join("run.mf4")), watch)?;
         let summary = loaded.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
@@ -78,14 +80,38 @@ impl LoadCommand {
     }
 }
 
+/// The library of a controller: of a function in Python one that is made of it, in a folder, while stderr says how long
+/// each step took.
+fn library(file: &Path, folder: &Path) -> Result<PathBuf, stickslip::Error> {
+    if file.extension().is_none_or(|ending| ending != "py") {
+        return Ok(file.into());
+    }
+    let refused = |problem| stickslip::Error::Foreign { path: file.into(), problem };
+    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
+    let made = folder.join("controller.so");
+    let output =
+        Command::new(&python).args(["-m", "stickslip.target"]).arg(file).arg("--out").arg(&made).output().map_err(
+            |error| refused(format!("{python} cannot be started ({error}). Install Python, or say PYTHON=…")),
+        )?;
+    let [said, told] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    if !output.status.success() {
+        let reason = told.lines().last().unwrap_or("it says nothing").trim().trim_end_matches('.');
+        let remedy = if reason.contains("No module named") { ". Install the package: pip install ." } else { "" };
+        return Err(refused(format!("{reason}{remedy}")));
+    }
+    // The last line says how to do what is done next.
+    said.lines().take_while(|line| !line.starts_with("To run it")).for_each(|line| eprintln!("{line}"));
+    Ok(made)
+}
+
 #[cfg(unix)]
-fn apart(file: &std::path::Path) -> Result<Foreign, stickslip::Error> {
+fn apart(file: &Path) -> Result<Foreign, stickslip::Error> {
     use stickslip::foreign::process::Host;
     Foreign::apart(file, &Host::find())
 }
 
 #[cfg(not(unix))]
-fn apart(file: &std::path::Path) -> Result<Foreign, stickslip::Error> {
+fn apart(file: &Path) -> Result<Foreign, stickslip::Error> {
     let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
     Err(stickslip::Error::Foreign { path: file.into(), problem })
 }

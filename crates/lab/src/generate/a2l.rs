@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use object::{Object as _, ObjectSymbol as _};
+use object::{Object as _, ObjectSymbol as _, SymbolKind};
 use stickslip_codegen::tree::Tree;
 use stickslip_core::fields::{Field, Kind};
 
@@ -169,7 +169,7 @@ impl Symbols {
         })?;
         let known = program
             .symbols()
-            .filter(object::ObjectSymbol::is_definition)
+            .filter(|it| it.is_definition() && it.kind() == SymbolKind::Data)
             .filter_map(|it| Some((it.name().ok()?.to_owned(), it.address(), it.size())))
             .collect();
         Ok(Symbols { path: path.into(), known, little: program.is_little_endian() })
@@ -181,7 +181,7 @@ impl Symbols {
         let Some((_, address, size)) = self.known.iter().find(|known| known.0 == symbol) else {
             let known = self.known.iter().map(|known| known.0.as_str());
             let near = crate::parameters::schema::nearest(symbol, known)
-                .map_or_else(String::new, |near| format!("; did you mean {near}?"));
+                .map_or_else(String::new, |near| format!(", but {near}"));
             let reason = format!("it has no variable {symbol} for the {group}{near}");
             return Err(wrong(reason, "Name it: --variable parameters=NAME, and state, input, output alike."));
         };
@@ -295,10 +295,7 @@ mod tests {
             code_description("pid", &preset(), precision, None, &variables).expect_err("refused").to_string()
         };
         let message = refused(Precision::Double, Default::default(), &path);
-        assert!(
-            message.contains("no variable pid_parameters for the parameters; did you mean pid_parameters_?"),
-            "{message}"
-        );
+        assert!(message.contains("no variable pid_parameters for the parameters, but pid_parameters_."), "{message}");
         let message = refused(Precision::Single, names(), &path);
         assert!(message.contains("has 64 bytes, the parameters of the block 32"), "{message}");
         let message = refused(Precision::Double, names(), &folder.path().join("pid.c"));
