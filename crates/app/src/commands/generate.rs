@@ -35,7 +35,7 @@ enum Target {
     /// code of a block in your program.
     #[command(after_help = "Example: stickslip generate a2l bench --out tools\n\
                             Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555\n\
-                            Example: stickslip generate a2l pid --elf firmware.elf --variable parameters=axis_parameters")]
+                            Example: stickslip generate a2l pid --variable parameters=axis_parameters --single")]
     A2l(A2lCommand),
     /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
