@@ -48,7 +48,9 @@ pub(crate) struct LoadCommand {
 impl LoadCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         if let Some(folder) = &self.header {
-            return Ok(stickslip::foreign::write_header(folder)?);
+            stickslip::foreign::write_header(folder)?;
+            writeln!(out, "{}: a controller has these five functions.", folder.join("stickslip_module.h").display())?;
+            return Ok(writeln!(out, "Compile yours by: cc -O2 -shared -fPIC -o my_controller.so my_controller.c")?);
         }
         let preset = source::preset(&self.preset, [])?;
         std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
