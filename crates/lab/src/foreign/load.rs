@@ -171,7 +171,7 @@ impl Loaded {
                 .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[which], "rad")))
         };
         self.own.iter().enumerate().fold(
-            Table::new(["manoeuvre", "RMS", "RMS, own", "peak", "peak, own"]),
+            Table::new(["manoeuvre", "RMS", "RMS, preset's", "peak", "peak, preset's"]).caption("Deviation over the whole of each manoeuvre, by the encoder, with the loaded controller and with the preset's."),
             |table, (k, own)| {
                 let brought = self.brought.get(k);
                 table.row([
@@ -221,10 +221,14 @@ impl Loaded {
     /// The report.
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
-        let report = Report::new("A controller of one's own", provenance);
+        let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
         let report = report.summary(self.remarks().join(" ")).table(self.table());
         self.figures().into_iter().fold(report, |report, (_, figure)| {
-            report.figure(figure, "Set-point less measured angle, by the encoder.".to_owned())
+            report.figure(
+                figure,
+                "Deviation of the measured angle from the set-point, with the loaded controller and with the preset's."
+                    .to_owned(),
+            )
         })
     }
 
@@ -238,9 +242,9 @@ impl Loaded {
             let figure = Figure::new(format!("Deviation: {}", own.manoeuvre))
                 .x(Axis::new("time", "s"))
                 .y(Axis::new("deviation", "mrad"))
-                .series(line(Role::Reference, "own controller", own));
+                .series(line(Role::Reference, "preset's controller", own));
             let figure = match self.brought.get(k) {
-                Some(brought) => figure.series(line(Role::Trace(0), "brought along", brought)),
+                Some(brought) => figure.series(line(Role::Trace(0), "loaded controller", brought)),
                 None => figure,
             };
             (format!("{}.svg", own.manoeuvre), figure)

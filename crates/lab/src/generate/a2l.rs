@@ -62,11 +62,10 @@ pub fn code_description(
     variables: &Variables,
 ) -> Result<CodeDescription, Error> {
     let made = generate(block, preset, precision, prefix)?;
-    let [size, kind, largest] = match precision {
-        Precision::Double => ["8", "FLOAT64_IEEE", "1.7976931348623157e308"],
-        Precision::Single => ["4", "FLOAT32_IEEE", "3.4028234663852886e38"],
+    let (size, kind, largest) = match precision {
+        Precision::Double => (8, "FLOAT64_IEEE", f64::MAX),
+        Precision::Single => (4, "FLOAT32_IEEE", f64::from(f32::MAX)),
     };
-    let (size, largest): (u64, f64) = (size.parse().unwrap_or(8), largest.parse().unwrap_or(f64::MAX));
     let top = made.program.steps.last().expect("a program has at least the block itself");
     let symbols = variables.program.map(Symbols::read).transpose()?;
     let mut next = BASE;

@@ -116,7 +116,8 @@ fn asked(plan: &Plan) -> String {
 fn steps(plan: &Plan) -> String {
     match plan.tolerance {
         Some(tolerance) => format!(
-            "Steps of the virtual machine: in each case they were halved until no measure moved by more than {} % \
+            "Steps of the virtual machine: in each case they were halved until no measure moved by more than {} %, or \
+             halving helped no more \
              (columns plant_step and step_error).",
             number::rounded(100.0 * tolerance, 3)
         ),
