@@ -18,6 +18,9 @@ use crate::{Error, Preset, Summary, Watch, output, parameters};
 /// What is followed, in this order.
 const MANOEUVRES: [Manoeuvre; 4] =
     [Manoeuvre::SlowSine, Manoeuvre::FastSine, Manoeuvre::PointToPoint, Manoeuvre::Reversal];
+/// What the table of deviations has.
+const CAPTION: &str =
+    "Deviation over the whole of each manoeuvre, by the encoder, with the loaded controller and with the preset's.";
 /// What is shown of a course at most, in points.
 const POINTS: usize = 4000;
 
@@ -171,7 +174,7 @@ impl Loaded {
                 .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[which], "rad")))
         };
         self.own.iter().enumerate().fold(
-            Table::new(["manoeuvre", "RMS", "RMS, preset's", "peak", "peak, preset's"]).caption("Deviation over the whole of each manoeuvre, by the encoder, with the loaded controller and with the preset's."),
+            Table::new(["manoeuvre", "RMS", "RMS, preset's", "peak", "peak, preset's"]).caption(CAPTION),
             |table, (k, own)| {
                 let brought = self.brought.get(k);
                 table.row([

@@ -117,8 +117,7 @@ fn steps(plan: &Plan) -> String {
     match plan.tolerance {
         Some(tolerance) => format!(
             "Steps of the virtual machine: in each case they were halved until no measure moved by more than {} %, or \
-             halving helped no more \
-             (columns plant_step and step_error).",
+             halving helped no more (columns plant_step and step_error).",
             number::rounded(100.0 * tolerance, 3)
         ),
         None => "Steps of the virtual machine: as bench.plant_step says; nothing is known of its error.".into(),
