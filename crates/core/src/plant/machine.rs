@@ -94,25 +94,23 @@ pub struct MachineInput<T> {
     pub external_torque: T,
 }
 
-/// True motion at the end of a step, for the instruments.
+/// True motion in a step, for the instruments. What goes through a filter is its mean: a value at the end, held back over
+/// the step, would lead by half a step.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Motion<T> {
-    /// Angle of the screw.
+    /// Angle of the screw at its end.
     #[field(symbol = "φ", unit = "rad")]
     pub angle: T,
-    /// Velocity of the screw.
-    #[field(symbol = "Ω", unit = "rad/s")]
-    pub velocity: T,
-    /// Mean acceleration of the screw over the step.
+    /// Mean acceleration of the screw.
     #[field(symbol = "Ω̇", unit = "rad/s^2")]
     pub acceleration: T,
-    /// Angle of the motor.
+    /// Angle of the motor in the middle.
     #[field(symbol = "φ_M", unit = "rad")]
     pub motor_angle: T,
-    /// Velocity of the motor.
+    /// Mean velocity of the motor.
     #[field(symbol = "Ω_M", unit = "rad/s")]
     pub motor_velocity: T,
-    /// Current of the load motor.
+    /// Current of the load motor at its end.
     #[field(symbol = "i_L", unit = "A")]
     pub load_current: T,
 }
@@ -170,7 +168,7 @@ impl<T: Scalar> Block<T> for Machine<T> {
     #[inline(always)]
     fn step(&self, state: &mut MachineState<T>, input: MachineInput<T>, dt: T) -> Motion<T> {
         let plant = &self.plant;
-        let start = state.velocity;
+        let (start, motor_start) = (state.velocity, state.motor_velocity);
         let (ripple, induced) = plant.load_motor.ripple.of(&plant.load_motor.winding, state);
         let winding = &plant.load_motor.winding;
         let held = Held {
@@ -217,12 +215,13 @@ impl<T: Scalar> Block<T> for Machine<T> {
         state.lost_torque = lost;
 
         self.flow(state, held, dt);
+        let half = T::of(0.5);
+        let motor_velocity = half * (motor_start + state.motor_velocity);
         Motion {
             angle: state.angle,
-            velocity: state.velocity,
             acceleration: (state.velocity - start) / dt,
-            motor_angle: state.angle + state.twist,
-            motor_velocity: state.motor_velocity,
+            motor_angle: state.angle + state.twist - half * dt * motor_velocity,
+            motor_velocity,
             load_current: state.load_current,
         }
     }

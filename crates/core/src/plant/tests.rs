@@ -286,3 +286,23 @@ fn an_arm_swings_at_its_frequency() {
     let frequency = (arm.stiffness * (1.0 / arm.inertia + 1.0 / 2.0)).sqrt() / TAU;
     assert!((crossings as f64 - 10.0 * frequency).abs() <= 1.0, "{crossings} swings in 10 s, {frequency} Hz");
 }
+
+#[test]
+fn what_the_pickups_see_is_of_second_order_in_the_step() {
+    // No friction, so that nothing but the step is in the error.
+    let machine = VirtualMachine { parts: plant(Model::Nothing).prepare(1, 1e-3) };
+    let seen = |steps: usize| {
+        let (mut state, tick) = (PlantState::default(), 1e-3);
+        let machine = VirtualMachine { parts: machine.parts.plant.prepare(steps, tick / steps as f64) };
+        for k in 0..50 {
+            let input = PlantInput { servo_voltage: f64::from(k % 7) - 2.0, ..PlantInput::default() };
+            machine.step(&mut state, input, tick);
+        }
+        [state.pickups.tacho, state.pickups.acceleration]
+    };
+    let (exact, coarse, fine) = (seen(1600), seen(50), seen(100));
+    for ((exact, coarse), fine) in exact.into_iter().zip(coarse).zip(fine) {
+        let ratio = (coarse - exact) / (fine - exact);
+        assert!((3.5..=4.5).contains(&ratio), "half the step: {ratio} times less error");
+    }
+}

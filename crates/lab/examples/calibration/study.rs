@@ -81,7 +81,6 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
             measured.map(|point| CurvePoint { torque: truth::own_friction(plant, point.velocity), ..point }).collect();
         Ok(fit_stribeck(&true_points, &FrictionCurve::FIT)?.parameters[index])
     };
-    let step = preset.bench.plant_steps().1;
     Ok(Some(match key {
         "torque_per_volt" => plant.servo.torque_per_volt,
         "motor_inertia" => plant.drive.motor_inertia,
@@ -90,8 +89,7 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
         "coupling_damping" => plant.drive.coupling_damping,
         "servo_lag" => plant.servo.lag,
         "tacho" => plant.tacho.constant,
-        // Its low-pass steps with the velocity of the step's end, half a step early.
-        "tacho_lag" => 1.0 / (TAU * plant.tacho.bandwidth) - 0.5 * step,
+        "tacho_lag" => 1.0 / (TAU * plant.tacho.bandwidth),
         "accelerometer" => plant.accelerometer.sensitivity,
         "accelerometer_frequency" => TAU * plant.accelerometer.bandwidth,
         "accelerometer_damping" => plant.accelerometer.damping,
@@ -100,7 +98,7 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
         "resistance" => plant.load_motor.winding.resistance,
         "inductance" => plant.load_motor.winding.inductance,
         "current_offset" => plant.current_sensor.offset,
-        "drive_lag" => plant.servo.lag + 1.0 / (TAU * plant.tacho.bandwidth) - 0.5 * step,
+        "drive_lag" => plant.servo.lag + 1.0 / (TAU * plant.tacho.bandwidth),
         "sliding_slope" => both(&viscous),
         "bristle_stiffness" => both(&|friction| bristles(friction)[0]),
         "bristle_damping" => both(&|friction| bristles(friction)[1]),
