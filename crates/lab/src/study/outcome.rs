@@ -232,8 +232,8 @@ impl Findings {
         Some(match beyond {
             0 => format!("{all} no measure by more than {} (asked: {}).", percent(worst.0), percent(tolerance)),
             beyond => format!(
-                "{all} the measures by up to {} (case {}). In {beyond} of the cases that is more than the {} asked for: \
-                 they hang on noise and counts, and means over more seeds are steadier.",
+                "{all} the measures by up to {} (case {}). In {beyond} of the cases that is more than the {} asked for, \
+                 and finer steps made it no less: where noise or single counts decide, means over more seeds are steadier.",
                 percent(worst.0),
                 worst.1,
                 percent(tolerance)

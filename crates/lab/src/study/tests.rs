@@ -613,7 +613,7 @@ fn a_study_chooses_its_steps_and_what_it_says_of_the_error_is_true() {
     };
     let exact = run("exact", "[set]\nbench.plant_step = 2e-6");
     assert!(exact.iter().all(|row| (row.step, row.error) == (None, None)));
-    let chosen = [("loose", 0.1), ("usual", 0.01), ("tight", 4e-3)].map(|(name, tolerance)| {
+    let chosen = [("loose", 0.1), ("usual", 0.01), ("tight", 1e-3)].map(|(name, tolerance)| {
         let rows = run(name, &format!("tolerance = {tolerance}"));
         for (row, exact) in rows.iter().zip(&exact) {
             let error = row.error.unwrap();
