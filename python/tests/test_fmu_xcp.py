@@ -247,6 +247,8 @@ def test_a_master_does_not_change_what_is_computed(made, importers, described, v
                 master.read(measured["time"])
         courses.append(course)
         instance.free()
+        if master:
+            master.close()
     np.testing.assert_array_equal(*courses)
 
 
