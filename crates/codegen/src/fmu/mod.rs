@@ -185,14 +185,7 @@ fn token(texts: &[&str]) -> String {
 }
 
 /// `model.h`: the block as `instance.h` takes it.
-fn model(
-    top: &Step,
-    name: &str,
-    token: &str,
-    step: f64,
-    variables: &[Variable],
-    service: Option<&Service>,
-) -> String {
+fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable], service: Option<&Service>) -> String {
     // In the order of C.
     let parts = [
         (Role::Parameter, "parameters", &top.parameters),

@@ -162,7 +162,10 @@ pub(super) fn manifest(file: &str) -> String {
         .collect();
     let interface = attributes(&[
         ("definition", file.into()),
-        ("description", "All numbers of the model, measured after each step; its parameters, changed between two steps.".into()),
+        (
+            "description",
+            "All numbers of the model, measured after each step; its parameters, changed between two steps.".into(),
+        ),
         ("containsXCPService", "true".into()),
     ]);
     format!(

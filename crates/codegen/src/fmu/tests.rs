@@ -85,7 +85,10 @@ fn an_fmu_that_serves_xcp_says_so_and_where_it_can_be_told_to_be() {
         assert_eq!(named.len(), Service::VARIABLES);
         for name in named {
             let line = xml.lines().find(|line| line.contains(&format!("name=\"{name}\""))).expect(name);
-            assert!(line.contains(&format!("causality={causality}")) && line.contains("variability=\"fixed\""), "{line}");
+            assert!(
+                line.contains(&format!("causality={causality}")) && line.contains("variability=\"fixed\""),
+                "{line}"
+            );
         }
         assert!(text(&fmu, "sources/model.h").contains("#define FMU_XCP_EPK \"a \\\"pid\\\"\""));
     }
@@ -102,7 +105,16 @@ fn the_sources_compile_without_a_warning_with_the_service_and_without() {
             std::fs::write(folder.path().join(name), text).expect("the folder takes files");
         }
         let output = std::process::Command::new("cc")
-            .args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wno-sign-conversion", "-Werror"])
+            .args([
+                "-std=c99",
+                "-O2",
+                "-Wall",
+                "-Wextra",
+                "-Wpedantic",
+                "-Wconversion",
+                "-Wno-sign-conversion",
+                "-Werror",
+            ])
             .args(["-fPIC", "-shared", "-pthread", "-o", "library"])
             .args(&fmu.sources)
             .current_dir(folder.path())

@@ -81,9 +81,8 @@ pub fn code_description(
         placed.push(Placed { group, tree, symbol, address });
     }
     let order = if symbols.is_some_and(|it| !it.little) { "MSB_FIRST" } else { "MSB_LAST" };
-    let Objects { text: objects, counts } = objects(&placed, precision, |placed, offset| {
-        format!("SYMBOL_LINK {} {offset}", quoted(&placed.symbol))
-    });
+    let Objects { text: objects, counts } =
+        objects(&placed, precision, |placed, offset| format!("SYMBOL_LINK {} {offset}", quoted(&placed.symbol)));
     let (prefix, version) = (&made.prefix, env!("CARGO_PKG_VERSION"));
     let text = format!(
         "ASAP2_VERSION 1 61\n/begin PROJECT {prefix} \"Code written by stickslip\"\n  \

@@ -26,9 +26,14 @@ pub(super) fn fmu_description(project: &Project, name: &str, service: &Service) 
         }
     }
     let event = "/begin IF_DATA XCP /begin DAQ_EVENT FIXED_EVENT_LIST EVENT 0 /end DAQ_EVENT /end IF_DATA";
-    let all = objects(&placed, Precision::Double, |placed, _| {
-        if placed.group == STRUCTS[0] { String::new() } else { event.into() }
-    });
+    let all =
+        objects(
+            &placed,
+            Precision::Double,
+            |placed, _| {
+                if placed.group == STRUCTS[0] { String::new() } else { event.into() }
+            },
+        );
     let slave = Slave {
         commands: COMMANDS,
         max_cto: fmu::MAX_CTO,
@@ -55,4 +60,36 @@ pub(super) fn fmu_description(project: &Project, name: &str, service: &Service) 
         protocol = protocol(&slave, Doors { tcp: door, udp: door }),
         objects = all.text,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{blocks, generate};
+    use crate::parameters::presets;
+
+    #[test]
+    fn a_strict_reader_has_nothing_to_say_of_any_block_and_no_addresses_overlap() {
+        let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
+        for entry in blocks() {
+            let made = generate(entry.name, &preset, Precision::Double, None).expect("a block of the catalogue");
+            let project = Project { files: made.files, program: made.program };
+            let address = "::1".parse().expect("an address");
+            let service = Service { address, port: 5556, epk: "stickslip \"1\"".into(), cycle: (25, 3) };
+            let text = fmu_description(&project, entry.name, &service);
+            assert!(text.is_ascii() && !text.contains("/include"), "{}", entry.name);
+            let (file, messages) =
+                a2lfile::load_from_string(&text, None, true).unwrap_or_else(|error| panic!("{error}"));
+            assert!(messages.is_empty(), "{}: {messages:?}", entry.name);
+            let found = a2lfile::A2lFile::check(&file);
+            assert!(found.is_empty(), "{}: {found:?}", entry.name);
+            let module = &file.project.module[0];
+            let measured = module.measurement.iter().map(|m| m.ecu_address.as_ref().expect("each has one").address);
+            let mut places: Vec<u32> = measured.chain(module.characteristic.iter().map(|c| c.address)).collect();
+            places.sort_unstable();
+            // Without a gap, and the time behind.
+            assert!(places.windows(2).all(|pair| pair[0] + 8 == pair[1]), "{}", entry.name);
+            assert!(places[0] == fmu::NUMBERS && *places.last().expect("the time") < fmu::EPK);
+        }
+    }
 }
