@@ -1,6 +1,7 @@
 //! `stickslip generate`: code and diagrams of the blocks of the bench.
 
 use std::io::Write;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
@@ -8,7 +9,7 @@ use stickslip::generate::{self, Precision, Variables, Version};
 use stickslip::xcp::{Layout, a2l};
 use stickslip::{Summary, output};
 
-use super::xcp::XcpDoors;
+use super::xcp::{PORT, XcpDoors, address};
 use crate::failure::Failure;
 use crate::shown::Shown;
 use crate::source::{self, Setting};
@@ -39,7 +40,8 @@ enum Target {
     A2l(A2lCommand),
     /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
-                            Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis")]
+                            Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis\n\
+                            Example: stickslip generate fmu plant --xcp 5556 --out fmu")]
     Fmu(FmuCommand),
 }
 
@@ -85,6 +87,10 @@ struct FmuCommand {
     /// What it is called; the block's name without it.
     #[arg(long, value_name = "WORD")]
     prefix: Option<String>,
+    /// Serve an XCP master (CANape, INCA, pyxcp) from within the FMU, as FMI-LS-XCP describes it, with its A2L [at
+    /// 127.0.0.1:5555 unless told otherwise; the importer may choose another place].
+    #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = PORT, value_parser = address)]
+    xcp: Option<SocketAddr>,
     /// Folder for the FMU and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
     out: PathBuf,
@@ -103,7 +109,7 @@ impl FmuCommand {
             if self.fmi.is_some_and(|number| number != version.number()) {
                 continue;
             }
-            let fmu = generate::fmu(&self.name, &preset, version, self.prefix.as_deref())?;
+            let fmu = generate::fmu(&self.name, &preset, version, self.prefix.as_deref(), self.xcp)?;
             let path = self.out.join(&fmu.file);
             output::write(&path, &fmu.bytes)?;
             summary.file(&fmu.file);

@@ -6,7 +6,7 @@ use clap::Args;
 use stickslip::xcp::a2l::Doors;
 
 /// Where tools expect it.
-const PORT: &str = "5555";
+pub(super) const PORT: &str = "5555";
 
 /// Which doors.
 #[derive(Args)]
@@ -36,7 +36,7 @@ impl XcpDoors {
 }
 
 /// An address with a port, or a port of this machine alone.
-fn address(text: &str) -> Result<SocketAddr, String> {
+pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
     match text.parse::<u16>() {
         Ok(port) => Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)),
         Err(_) => text.parse().map_err(|_| "write it as PORT or ADDRESS:PORT, for example 127.0.0.1:5555".into()),

@@ -2,18 +2,18 @@
 
 use std::fmt::Write as _;
 
-use super::{Role, Variable, Version, units};
+use super::{Role, Service, Variable, Version, units};
 use crate::c::plain;
 use crate::record::Step;
 
-const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-const TOOL: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
+pub(super) const HEAD: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
+pub(super) const TOOL: &str = concat!("stickslip ", env!("CARGO_PKG_VERSION"));
 
 /// Steps that an experiment has unless the importer chooses another end.
 const STEPS: f64 = 1000.0;
 
 /// Attributes and their values; empty ones are left out.
-fn attributes(all: &[(&str, String)]) -> String {
+pub(super) fn attributes(all: &[(&str, String)]) -> String {
     let mut out = String::new();
     for (name, value) in all.iter().filter(|(_, value)| !value.is_empty()) {
         write!(out, " {name}=\"{}\"", escape(value)).expect("a String takes everything");
@@ -44,6 +44,7 @@ pub(super) fn model(
     step: f64,
     version: Version,
     variables: &[Variable],
+    service: Option<&Service>,
 ) -> String {
     let is_two = version == Version::Two;
     let either = |two: &str, three: &str| (if is_two { two } else { three }).to_owned();
@@ -78,6 +79,7 @@ pub(super) fn model(
         attributes(&[("startTime", text("0")), ("stopTime", number(STEPS * step)), ("stepSize", number(step))]);
     let all: String =
         variables.iter().zip(1..).map(|(variable, reference)| entry(variable, reference, version)).collect();
+    let service = service.map_or_else(String::new, |service| service.variables(variables.len() + 1, version));
     let time = match version {
         Version::Two => "",
         Version::Three => {
@@ -87,7 +89,7 @@ pub(super) fn model(
     };
     format!(
         "{HEAD}<fmiModelDescription{root}>\n{sources}  <UnitDefinitions>\n{}  </UnitDefinitions>\n  \
-         <DefaultExperiment{experiment}/>\n  <ModelVariables>\n{time}{all}  </ModelVariables>\n  <ModelStructure>\n{}  \
+         <DefaultExperiment{experiment}/>\n  <ModelVariables>\n{time}{all}{service}  </ModelVariables>\n  <ModelStructure>\n{}  \
          </ModelStructure>\n</fmiModelDescription>\n",
         unit_definitions(variables),
         structure(variables, version)
@@ -174,11 +176,12 @@ fn structure(variables: &[Variable], version: Version) -> String {
 }
 
 /// `buildDescription.xml` of FMI 3.0.
-pub(super) fn build(name: &str, sources: &[String]) -> String {
+pub(super) fn build(name: &str, sources: &[String], service: Option<&Service>) -> String {
     let files: String = sources.iter().map(|file| format!("      <SourceFile name=\"{file}\"/>\n")).collect();
+    let threads = if service.is_some() { " compilerOptions=\"-pthread\"" } else { "" };
     format!(
         "{HEAD}<fmiBuildDescription fmiVersion=\"3.0\">\n  <BuildConfiguration modelIdentifier=\"{name}\">\n    \
-         <SourceFileSet language=\"C99\">\n{files}    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n"
+         <SourceFileSet language=\"C99\"{threads}>\n{files}    </SourceFileSet>\n  </BuildConfiguration>\n</fmiBuildDescription>\n"
     )
 }
 

@@ -45,7 +45,7 @@ static void tell(const void *of, const char *name, int serious, const char *mess
 }
 
 /* What went well is fmi2OK; an instance that is none has nobody to tell. */
-#define ANSWER(done) (((c != NULL) && (done)) ? fmi2OK : fmi2Error)
+#define ANSWER(done) (((c != NULL) && fmu_lock(INSTANCE) && fmu_unlock(INSTANCE, (done))) ? fmi2OK : fmi2Error)
 #define INSTANCE ((fmu_instance *)c)
 #define NONE_OF(what) ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " what "."))
 
@@ -82,7 +82,7 @@ FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Str
     return instance;
 }
 
-FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { free(c); }
+FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { fmu_free(c); }
 
 FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
     (void)on;
@@ -97,10 +97,16 @@ FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_toler
     (void)tolerance;
     (void)has_stop;
     (void)stop;
+    if (c != NULL) {
+        (void)fmu_serve(INSTANCE, 0);
+    }
     return ANSWER(fmu_begin(INSTANCE, start));
 }
 
 FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+    if ((c == NULL) || !fmu_serve(INSTANCE, 1)) {
+        return fmi2Error;
+    }
     return ANSWER(fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
 }
 
@@ -109,7 +115,11 @@ FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
 }
 
 FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) {
-    return ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+    const fmi2Status status = ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+    if (status == fmi2OK) {
+        fmu_silence(INSTANCE);
+    }
+    return status;
 }
 
 FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
@@ -139,9 +149,39 @@ FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[],
         return NONE_OF(#Name);                                                                                         \
     }
 
+#if defined(FMU_XCP)
+/* Where XCP is served. */
+#define OPTIONS(Name, Type, KIND, READ, WRITE)                                                                         \
+    FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, Type values[]) {      \
+        size_t k;                                                                                                      \
+        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
+            const xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                              \
+            if (door == NULL) {                                                                                        \
+                return fmi2Error;                                                                                      \
+            }                                                                                                          \
+            values[k] = READ;                                                                                          \
+        }                                                                                                              \
+        return ANSWER(1);                                                                                              \
+    }                                                                                                                  \
+    FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, const Type values[]) {\
+        size_t k;                                                                                                      \
+        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
+            xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                                    \
+            if ((door == NULL) || !fmu_may_configure(INSTANCE, 0) || !(WRITE)) {                                       \
+                return fmi2Error;                                                                                      \
+            }                                                                                                          \
+        }                                                                                                              \
+        return ANSWER(1);                                                                                              \
+    }
+
+OPTIONS(Integer, fmi2Integer, XCP_TCP_PORT, door->port, fmu_set_port(INSTANCE, door, values[k]))
+OPTIONS(Boolean, fmi2Boolean, XCP_TCP_ENABLE, door->enable, (door->enable = (values[k] != 0), 1))
+OPTIONS(String, fmi2String, XCP_TCP_ADDRESS, door->address, fmu_set_address(INSTANCE, door, values[k]))
+#else
 NO_VARIABLES(Integer, fmi2Integer)
 NO_VARIABLES(Boolean, fmi2Boolean)
 NO_VARIABLES(String, fmi2String)
+#endif
 
 FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
     if ((c == NULL) || (state == NULL)) {

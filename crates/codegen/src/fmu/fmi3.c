@@ -43,7 +43,7 @@ static void tell(const void *of, const char *name, int serious, const char *mess
 }
 
 /* What went well is fmi3OK; an instance that is none has nobody to tell. */
-#define ANSWER(done) (((c != NULL) && (done)) ? fmi3OK : fmi3Error)
+#define ANSWER(done) (((c != NULL) && fmu_lock(INSTANCE) && fmu_unlock(INSTANCE, (done))) ? fmi3OK : fmi3Error)
 #define INSTANCE ((fmu_instance *)c)
 #define REFUSE(message) ANSWER(fmu_refuse(INSTANCE, message))
 
@@ -115,7 +115,7 @@ FMU_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3S
     return fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, logger);
 }
 
-FMU_EXPORT void fmi3FreeInstance(fmi3Instance c) { free(c); }
+FMU_EXPORT void fmi3FreeInstance(fmi3Instance c) { fmu_free(c); }
 
 FMU_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                                   fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
@@ -123,6 +123,9 @@ FMU_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean ha
     (void)tolerance;
     (void)has_stop;
     (void)stop;
+    if ((c == NULL) || !fmu_serve(INSTANCE, 1)) {
+        return fmi3Error;
+    }
     return ANSWER(fmu_begin(INSTANCE, start) && fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
 }
 
@@ -131,7 +134,11 @@ FMU_EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
 }
 
 FMU_EXPORT fmi3Status fmi3Terminate(fmi3Instance c) {
-    return ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+    const fmi3Status status = ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
+    if (status == fmi3OK) {
+        fmu_silence(INSTANCE);
+    }
+    return status;
 }
 
 FMU_EXPORT fmi3Status fmi3Reset(fmi3Instance c) {
@@ -172,13 +179,61 @@ NO_VARIABLES(Float32, fmi3Float32)
 NO_VARIABLES(Int8, int8_t)
 NO_VARIABLES(UInt8, uint8_t)
 NO_VARIABLES(Int16, int16_t)
-NO_VARIABLES(UInt16, uint16_t)
 NO_VARIABLES(Int32, int32_t)
 NO_VARIABLES(UInt32, uint32_t)
 NO_VARIABLES(Int64, int64_t)
 NO_VARIABLES(UInt64, uint64_t)
+#if defined(FMU_XCP)
+/* Where XCP is served. */
+#define OPTIONS(Name, Type, KIND, READ, WRITE)                                                                         \
+    FMU_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, Type values[], size_t m) {\
+        size_t k;                                                                                                      \
+        (void)m;                                                                                                       \
+        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
+            const xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                              \
+            if (door == NULL) {                                                                                        \
+                return fmi3Error;                                                                                      \
+            }                                                                                                          \
+            values[k] = READ;                                                                                          \
+        }                                                                                                              \
+        return ANSWER(1);                                                                                              \
+    }                                                                                                                  \
+    FMU_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const Type values[], size_t m) {\
+        size_t k;                                                                                                      \
+        (void)m;                                                                                                       \
+        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
+            xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                                    \
+            if ((door == NULL) || !fmu_may_configure(INSTANCE, 1) || !(WRITE)) {                                       \
+                return fmi3Error;                                                                                      \
+            }                                                                                                          \
+        }                                                                                                              \
+        return ANSWER(1);                                                                                              \
+    }
+
+OPTIONS(UInt16, uint16_t, XCP_TCP_PORT, (uint16_t)door->port, fmu_set_port(INSTANCE, door, values[k]))
+OPTIONS(Boolean, fmi3Boolean, XCP_TCP_ENABLE, door->enable != 0, (door->enable = values[k], 1))
+OPTIONS(String, fmi3String, XCP_TCP_ADDRESS, door->address, fmu_set_address(INSTANCE, door, values[k]))
+
+FMU_EXPORT fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
+    if ((c == NULL) || !fmu_may_configure(INSTANCE, 0)) {
+        return fmi3Error;
+    }
+    INSTANCE->configuring = 1;
+    return fmi3OK;
+}
+
+FMU_EXPORT fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) {
+    if ((c == NULL) || !fmu_may_configure(INSTANCE, 1)) {
+        return fmi3Error;
+    }
+    INSTANCE->configuring = 0;
+    return fmu_serve(INSTANCE, 1) ? fmi3OK : fmi3Error;
+}
+#else
+NO_VARIABLES(UInt16, uint16_t)
 NO_VARIABLES(Boolean, fmi3Boolean)
 NO_VARIABLES(String, fmi3String)
+#endif
 
 FMU_EXPORT fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t n, size_t sizes[], fmi3Binary values[], size_t m) {
     (void)r;
@@ -298,8 +353,10 @@ FMU_EXPORT fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3Val
 
 NOT_OFFERED(EnterEventMode, (fmi3Instance c), (void)c)
 NOT_OFFERED(EnterStepMode, (fmi3Instance c), (void)c)
+#if !defined(FMU_XCP)
 NOT_OFFERED(EnterConfigurationMode, (fmi3Instance c), (void)c)
 NOT_OFFERED(ExitConfigurationMode, (fmi3Instance c), (void)c)
+#endif
 NOT_OFFERED(EnterContinuousTimeMode, (fmi3Instance c), (void)c)
 NOT_OFFERED(EvaluateDiscreteStates, (fmi3Instance c), (void)c)
 NOT_OFFERED(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference r, size_t *n), ((void)r, (void)n))

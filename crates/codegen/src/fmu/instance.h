@@ -5,6 +5,10 @@
 #ifndef FMU_INSTANCE_H
 #define FMU_INSTANCE_H
 
+#if !defined(_POSIX_C_SOURCE)
+#define _POSIX_C_SOURCE 200809L
+#endif
+
 #include <fenv.h>
 #include <float.h>
 #include <math.h>
@@ -46,8 +50,18 @@ typedef struct {
     int unchecked;
 } fmu_memory;
 
+#if defined(FMU_XCP)
+#include "xcp.h"
+#endif
+
 typedef struct {
     fmu_memory memory;
+#if defined(FMU_XCP)
+    xcp_options options;
+    /* Whether the options may be set (FMI 3.0). */
+    int configuring;
+    xcp_service *service;
+#endif
     void (*tell)(const void *importer, const char *name, int serious, const char *message);
     void *importer;
     void *callback;
@@ -65,6 +79,18 @@ static int fmu_refuse(const fmu_instance *instance, const char *format, ...) {
     return 0;
 }
 
+#if defined(FMU_XCP)
+#include "service.h"
+#else
+/* Nobody but the importer looks at the model. */
+#define fmu_lock(instance) 1
+#define fmu_unlock(instance, done) (done)
+#define fmu_stepped(instance) ((void)0)
+#define fmu_serve(instance, must) 1
+#define fmu_silence(instance) ((void)0)
+#define fmu_service_defaults(instance) ((void)0)
+#endif
+
 static fmu_instance *fmu_new(const char *name) {
     const char *known = (name != NULL) ? name : "";
     const size_t length = strlen(known) + 1U;
@@ -72,11 +98,21 @@ static fmu_instance *fmu_new(const char *name) {
     if (instance != NULL) {
         (void)memcpy(instance->name, known, length);
         fmu_start(&instance->memory.model);
+        fmu_service_defaults(instance);
     }
     return instance;
 }
 
+static void fmu_free(fmu_instance *instance) {
+    if (instance != NULL) {
+        fmu_silence(instance);
+        free(instance);
+    }
+}
+
 static void fmu_reset(fmu_instance *instance) {
+    fmu_silence(instance);
+    fmu_service_defaults(instance);
     (void)memset(&instance->memory, 0, sizeof instance->memory);
     fmu_start(&instance->memory.model);
 }
@@ -236,18 +272,21 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
     if (due - (double)memory->steps > 1e12) {
         return fmu_refuse(instance, "A step of %g s is more than 1e12 steps of %g s.", length, FMU_STEP);
     }
-    if (!fmu_checked(instance)) {
+    if (!(fmu_lock(instance) && fmu_unlock(instance, fmu_checked(instance)))) {
         return 0;
     }
     /* The arithmetic of the model: to nearest, with subnormal numbers, whatever the importer has chosen for itself. */
     (void)fegetenv(&caller);
     (void)fesetenv(FE_DFL_ENV);
     while (((double)memory->steps < due) && (memory->phase == FMU_STEPPING)) {
+        (void)fmu_lock(instance);
         if (fmu_step(&memory->model) == 0) {
             memory->steps++;
+            fmu_stepped(instance);
         } else {
             memory->phase = FMU_FAILED;
         }
+        (void)fmu_unlock(instance, 1);
     }
     (void)fesetenv(&caller);
     if (memory->phase != FMU_STEPPING) {
@@ -259,9 +298,11 @@ static int fmu_do_step(fmu_instance *instance, double point, double length) {
 /* A saved memory says of which model it is. */
 #define FMU_SAVED (sizeof FMU_TOKEN + sizeof(fmu_memory))
 
-static void fmu_save(const fmu_instance *instance, unsigned char *into) {
+static void fmu_save(fmu_instance *instance, unsigned char *into) {
     (void)memcpy(into, FMU_TOKEN, sizeof FMU_TOKEN);
+    (void)fmu_lock(instance);
     (void)memcpy(into + sizeof FMU_TOKEN, &instance->memory, sizeof instance->memory);
+    (void)fmu_unlock(instance, 1);
 }
 
 static int fmu_saved(const fmu_instance *instance, const unsigned char *saved, size_t size) {
@@ -272,7 +313,9 @@ static int fmu_saved(const fmu_instance *instance, const unsigned char *saved, s
 }
 
 static void fmu_restore(fmu_instance *instance, const unsigned char *saved) {
+    (void)fmu_lock(instance);
     (void)memcpy(&instance->memory, saved + sizeof FMU_TOKEN, sizeof instance->memory);
+    (void)fmu_unlock(instance, 1);
 }
 
 #endif /* FMU_INSTANCE_H */

@@ -7,11 +7,14 @@
 
 mod derivative;
 mod description;
+mod service;
 mod units;
 
 use std::fmt::Write as _;
 
 use stickslip_core::fields::Field;
+
+pub use service::{EPK, EVENT, FOLDER, MAX_CTO, MAX_DTO, NUMBERS, Service};
 
 use crate::c::{Project, identifier_path};
 use crate::record::Step;
@@ -105,30 +108,39 @@ impl Role {
     }
 }
 
-/// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s].
-pub fn fmu(project: &Project, name: &str, step: f64, version: Version) -> Fmu {
+/// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s]; with a `service` it speaks XCP, and its
+/// description `NAME.a2l` is still to be put into [`FOLDER`].
+pub fn fmu(project: &Project, name: &str, step: f64, version: Version, service: Option<&Service>) -> Fmu {
     let top = project.program.steps.last().expect("a program has at least the block itself");
     let variables = variables(project, top);
     let code = |ending: &str| project.file(&format!("{name}.{ending}")).expect("every project has it").to_owned();
     let (functions, text) = version.functions();
-    let described = |token: &str| description::model(top, name, token, step, version, &variables);
+    let described = |token: &str| description::model(top, name, token, step, version, &variables, service);
     // Library and description know each other by all that both follow from.
-    let token = token(&[&described(""), &code("h"), &code("c"), text, include_str!("instance.h")]);
+    let parts = [include_str!("service.h"), include_str!("xcp.h"), include_str!("xcp_slave.h")];
+    let token = token(&[&described(""), &code("h"), &code("c"), text, include_str!("instance.h"), &parts.concat()]);
     // One unit of translation: the derivatives call the small functions of the block.
     let sources = vec![functions.to_owned()];
     let mut files = vec![
         ("modelDescription.xml".into(), described(&token)),
         (format!("sources/{name}.h"), code("h")),
         (format!("sources/{name}.c"), code("c")),
-        ("sources/model.h".into(), model(top, name, &token, step, &variables)),
+        ("sources/model.h".into(), model(top, name, &token, step, &variables, service)),
         ("sources/derivative.h".into(), derivative::functions(&project.program)),
         ("sources/instance.h".into(), include_str!("instance.h").into()),
         (format!("sources/{functions}"), text.into()),
         ("documentation/README.md".into(), project.file("README.md").unwrap_or_default().into()),
         ("documentation/index.html".into(), description::page(top, name, step)),
     ];
+    if let Some(service) = service {
+        for (file, text) in ["service.h", "xcp.h", "xcp_slave.h"].into_iter().zip(parts) {
+            files.push((format!("sources/{file}"), text.into()));
+        }
+        files.push((format!("{FOLDER}/fmi-ls-manifest.xml"), service::manifest(&format!("{name}.a2l"))));
+        files.push(("documentation/fmi-ls-xcp.html".into(), service::page(name, service)));
+    }
     if version == Version::Three {
-        files.push(("sources/buildDescription.xml".into(), description::build(name, &sources)));
+        files.push(("sources/buildDescription.xml".into(), description::build(name, &sources, service)));
     }
     Fmu { name: name.into(), version, files, sources: sources.iter().map(|file| format!("sources/{file}")).collect() }
 }
@@ -173,7 +185,7 @@ fn token(texts: &[&str]) -> String {
 }
 
 /// `model.h`: the block as `instance.h` takes it.
-fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable]) -> String {
+fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable], service: Option<&Service>) -> String {
     // In the order of C.
     let parts = [
         (Role::Parameter, "parameters", &top.parameters),
@@ -184,10 +196,11 @@ fn model(top: &Step, name: &str, token: &str, step: f64, variables: &[Variable])
     let there = |role: Role| parts.iter().any(|(other, _, tree)| *other == role && tree.numbers() > 0);
     let mut out = format!(
         "/* {} as a model of FMI, written by stickslip. */\n#ifndef FMU_MODEL_H\n#define FMU_MODEL_H\n\n\
-         #include \"{name}.c\"\n\n#define FMU_TOKEN \"{token}\"\n#define FMU_STEP {step:?}\n#define FMU_COUNT {}U\n\n\
+         #include \"{name}.c\"\n\n#define FMU_TOKEN \"{token}\"\n#define FMU_STEP {step:?}\n#define FMU_COUNT {}U\n{}\n\
          typedef struct {{\n",
         top.name,
-        variables.len()
+        variables.len(),
+        service.map_or_else(String::new, |service| service.definitions(name)),
     );
     let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("a String takes everything");
     for (role, kind, _) in parts.iter().filter(|(.., tree)| tree.numbers() > 0) {

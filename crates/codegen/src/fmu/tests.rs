@@ -5,7 +5,7 @@ use stickslip_core::friction::Stribeck;
 
 fn of_pid(version: Version) -> Fmu {
     let pid = Pid::<f64>::default();
-    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a name that C takes"), "pid", 1e-3, version)
+    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a name that C takes"), "pid", 1e-3, version, None)
 }
 
 fn text<'a>(fmu: &'a Fmu, name: &str) -> &'a str {
@@ -44,14 +44,14 @@ fn library_and_description_carry_the_same_token_and_other_models_another() {
     assert!(text(&two, "modelDescription.xml").contains(&format!("guid=\"{token}\"")));
     assert!(!text(&of_pid(Version::Three), "sources/model.h").contains(token));
     let other = Pid::<f64> { proportional_gain: 0.125, ..Pid::default() };
-    let other = fmu(&project::<_, f64>(&other, "pid", 1e-3).expect("a name"), "pid", 1e-3, Version::Two);
+    let other = fmu(&project::<_, f64>(&other, "pid", 1e-3).expect("a name"), "pid", 1e-3, Version::Two, None);
     assert!(!text(&other, "sources/model.h").contains(token));
 }
 
 #[test]
 fn a_block_without_state_has_none_in_c() {
     let curve = Stribeck::<f64>::default();
-    let made = fmu(&project::<_, f64>(&curve, "curve", 1e-3).expect("a name"), "curve", 1e-3, Version::Three);
+    let made = fmu(&project::<_, f64>(&curve, "curve", 1e-3).expect("a name"), "curve", 1e-3, Version::Three, None);
     let header = text(&made, "sources/model.h");
     assert!(
         !header.contains("curve_state") && header.contains("curve_step(&model->p, &model->in, FMU_STEP, &model->out)")
@@ -61,4 +61,65 @@ fn a_block_without_state_has_none_in_c() {
 #[test]
 fn words_of_a_field_cannot_end_an_attribute() {
     assert_eq!(description::escape("a < \"b\" & c"), "a &lt; &quot;b&quot; &amp; c");
+}
+
+fn service() -> Service {
+    Service { address: std::net::Ipv4Addr::LOCALHOST.into(), port: 5555, epk: "a \"pid\"".into(), cycle: (1, 6) }
+}
+
+fn served(version: Version) -> Fmu {
+    let pid = Pid::<f64>::default();
+    fmu(&project::<_, f64>(&pid, "pid", 1e-3).expect("a name that C takes"), "pid", 1e-3, version, Some(&service()))
+}
+
+#[test]
+fn an_fmu_that_serves_xcp_says_so_and_where_it_can_be_told_to_be() {
+    for (version, causality) in [(Version::Two, "\"parameter\""), (Version::Three, "\"structuralParameter\"")] {
+        let fmu = served(version);
+        let manifest = text(&fmu, &format!("{FOLDER}/fmi-ls-manifest.xml"));
+        assert!(manifest.contains("definition=\"pid.a2l\"") && manifest.contains("containsXCPService=\"true\""));
+        let xml = text(&fmu, "modelDescription.xml");
+        // Each role is of a variable that there is, fixed and with a start.
+        let roles = manifest.lines().filter(|line| line.contains("role="));
+        let named: Vec<&str> = roles.filter_map(|line| line.split("name=\"").nth(1)?.split('"').next()).collect();
+        assert_eq!(named.len(), Service::VARIABLES);
+        for name in named {
+            let line = xml.lines().find(|line| line.contains(&format!("name=\"{name}\""))).expect(name);
+            assert!(
+                line.contains(&format!("causality={causality}")) && line.contains("variability=\"fixed\""),
+                "{line}"
+            );
+        }
+        assert!(text(&fmu, "sources/model.h").contains("#define FMU_XCP_EPK \"a \\\"pid\\\"\""));
+    }
+    assert!(text(&served(Version::Three), "sources/buildDescription.xml").contains("compilerOptions=\"-pthread\""));
+    assert!(!text(&of_pid(Version::Two), "sources/model.h").contains("XCP"));
+}
+
+#[test]
+fn the_sources_compile_without_a_warning_with_the_service_and_without() {
+    for fmu in [Version::Two, Version::Three].map(|version| [of_pid(version), served(version)]).into_iter().flatten() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::create_dir(folder.path().join("sources")).expect("an empty folder");
+        for (name, text) in fmu.files.iter().filter(|(name, _)| name.starts_with("sources/")) {
+            std::fs::write(folder.path().join(name), text).expect("the folder takes files");
+        }
+        let output = std::process::Command::new("cc")
+            .args([
+                "-std=c99",
+                "-O2",
+                "-Wall",
+                "-Wextra",
+                "-Wpedantic",
+                "-Wconversion",
+                "-Wno-sign-conversion",
+                "-Werror",
+            ])
+            .args(["-fPIC", "-shared", "-pthread", "-o", "library"])
+            .args(&fmu.sources)
+            .current_dir(folder.path())
+            .output()
+            .expect("a C compiler");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
 }

@@ -43,11 +43,11 @@ pub struct CodeDescription {
 }
 
 /// One struct in memory.
-struct Placed<'a> {
-    group: &'static str,
-    tree: &'a Tree,
-    symbol: String,
-    address: u64,
+pub(super) struct Placed<'a> {
+    pub(super) group: &'static str,
+    pub(super) tree: &'a Tree,
+    pub(super) symbol: String,
+    pub(super) address: u64,
 }
 
 /// Describes the code of a block, as [`generate`] makes it.
@@ -62,10 +62,7 @@ pub fn code_description(
     variables: &Variables,
 ) -> Result<CodeDescription, Error> {
     let made = generate(block, preset, precision, prefix)?;
-    let (size, kind, largest) = match precision {
-        Precision::Double => (8, "FLOAT64_IEEE", f64::MAX),
-        Precision::Single => (4, "FLOAT32_IEEE", f64::from(f32::MAX)),
-    };
+    let (size, kind, _) = numbers(precision);
     let top = made.program.steps.last().expect("a program has at least the block itself");
     let symbols = variables.program.map(Symbols::read).transpose()?;
     let mut next = BASE;
@@ -84,26 +81,62 @@ pub fn code_description(
         placed.push(Placed { group, tree, symbol, address });
     }
     let order = if symbols.is_some_and(|it| !it.little) { "MSB_FIRST" } else { "MSB_LAST" };
+    let Objects { text: objects, counts } =
+        objects(&placed, precision, |placed, offset| format!("SYMBOL_LINK {} {offset}", quoted(&placed.symbol)));
+    let (prefix, version) = (&made.prefix, env!("CARGO_PKG_VERSION"));
+    let text = format!(
+        "ASAP2_VERSION 1 61\n/begin PROJECT {prefix} \"Code written by stickslip\"\n  \
+         /begin MODULE {prefix} {help}\n    \
+         /begin MOD_COMMON \"\" BYTE_ORDER {order} ALIGNMENT_BYTE 1 ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 \
+         ALIGNMENT_FLOAT32_IEEE 4 ALIGNMENT_FLOAT64_IEEE 8 /end MOD_COMMON\n    \
+         /begin MOD_PAR \"\" VERSION \"{version}\" EPK \"stickslip {version} {prefix}\" /end MOD_PAR\n    \
+         /begin RECORD_LAYOUT number FNC_VALUES 1 {kind} ROW_DIR DIRECT /end RECORD_LAYOUT\n\
+         {objects}  /end MODULE\n/end PROJECT\n",
+        help = quoted(top.help.lines().next().unwrap_or_default()),
+    );
+    let variables = placed.into_iter().map(|it| (it.symbol, it.address)).collect();
+    Ok(CodeDescription { text, variables, measurements: counts[0], parameters: counts[1] })
+}
+
+/// Bytes of a number, its kind, the largest.
+fn numbers(precision: Precision) -> (u64, &'static str, f64) {
+    match precision {
+        Precision::Double => (8, "FLOAT64_IEEE", f64::MAX),
+        Precision::Single => (4, "FLOAT32_IEEE", f64::from(f32::MAX)),
+    }
+}
+
+/// What is measured and changed, with its conversions and groups.
+pub(super) struct Objects {
+    pub(super) text: String,
+    /// How many measurements, and how many parameters.
+    pub(super) counts: [usize; 2],
+}
+
+/// Describes structs; `more` is said of each measurement and parameter, by its struct and how many bytes it is into it.
+pub(super) fn objects(placed: &[Placed], precision: Precision, more: impl Fn(&Placed, u64) -> String) -> Objects {
+    let (size, kind, largest) = numbers(precision);
     let mut conversions = Conversions::default();
     let (mut objects, mut groups, mut counts) = (String::new(), String::new(), [0; 2]);
-    for Placed { group, tree, symbol, address } in &placed {
+    for it in placed {
+        let Placed { group, tree, address, .. } = it;
         let mut names = Vec::new();
         for (index, (path, field)) in tree.leaves().into_iter().enumerate() {
             let offset = size * index as u64;
             let cell = cell(format!("{group}.{path}"), address + offset, field, largest);
             let (conversion, called, said) = (conversions.of(&cell), name(&cell.path), about(&cell));
             let (at, limits) = (address + offset, format!("{:?} {:?}", cell.minimum, cell.maximum));
-            let link = format!("SYMBOL_LINK {} {offset}", quoted(symbol));
+            let more = more(it, offset);
             if *group == STRUCTS[0] {
                 counts[1] += 1;
                 objects += &format!(
-                    "    /begin CHARACTERISTIC {called} {said} VALUE {at:#x} number 0 {conversion} {limits} {link} \
+                    "    /begin CHARACTERISTIC {called} {said} VALUE {at:#x} number 0 {conversion} {limits} {more} \
                      /end CHARACTERISTIC\n"
                 );
             } else {
                 counts[0] += 1;
                 objects += &format!(
-                    "    /begin MEASUREMENT {called} {said} {kind} {conversion} 0 0 {limits} ECU_ADDRESS {at:#x} {link} \
+                    "    /begin MEASUREMENT {called} {said} {kind} {conversion} 0 0 {limits} ECU_ADDRESS {at:#x} {more} \
                      /end MEASUREMENT\n"
                 );
             }
@@ -115,20 +148,7 @@ pub fn code_description(
             names.join("\n      ")
         );
     }
-    let (prefix, version) = (&made.prefix, env!("CARGO_PKG_VERSION"));
-    let text = format!(
-        "ASAP2_VERSION 1 61\n/begin PROJECT {prefix} \"Code written by stickslip\"\n  \
-         /begin MODULE {prefix} {help}\n    \
-         /begin MOD_COMMON \"\" BYTE_ORDER {order} ALIGNMENT_BYTE 1 ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 \
-         ALIGNMENT_FLOAT32_IEEE 4 ALIGNMENT_FLOAT64_IEEE 8 /end MOD_COMMON\n    \
-         /begin MOD_PAR \"\" VERSION \"{version}\" EPK \"stickslip {version} {prefix}\" /end MOD_PAR\n    \
-         /begin RECORD_LAYOUT number FNC_VALUES 1 {kind} ROW_DIR DIRECT /end RECORD_LAYOUT\n\
-         {conversions}{objects}{groups}  /end MODULE\n/end PROJECT\n",
-        help = quoted(top.help.lines().next().unwrap_or_default()),
-        conversions = conversions.text,
-    );
-    let variables = placed.into_iter().map(|it| (it.symbol, it.address)).collect();
-    Ok(CodeDescription { text, variables, measurements: counts[0], parameters: counts[1] })
+    Objects { text: conversions.text + &objects + &groups, counts }
 }
 
 fn cell(path: String, address: u64, field: &'static Field, largest: f64) -> Cell {

@@ -1,12 +1,16 @@
 //! A block as one file that other tools simulate: the FMU of `stickslip_codegen::fmu` with its library.
 
+use std::net::SocketAddr;
+
 use stickslip_codegen::c::Project;
-use stickslip_codegen::fmu;
 pub use stickslip_codegen::fmu::Version;
+use stickslip_codegen::fmu::{self, Service};
 
 use super::archive::archive;
+use super::fmu_description::fmu_description;
 use super::library::{self, compiler};
 use super::{Precision, generate};
+use crate::xcp::cycle_time;
 use crate::{Error, Preset};
 
 /// An FMU.
@@ -26,22 +30,49 @@ pub struct Fmu {
 }
 
 /// Makes the FMU of the block called `name` with the numbers of a preset; `prefix` is what it is called, the block's name
-/// unless given. The library is compiled for this machine by `$CC`, or `cc`.
+/// unless given. The library is compiled for this machine by `$CC`, or `cc`. With an address it serves XCP there, and says so
+/// by FMI-LS-XCP.
 ///
 /// # Errors
 /// As [`generate`]; [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
-pub fn fmu(name: &str, preset: &Preset<f64>, version: Version, prefix: Option<&str>) -> Result<Fmu, Error> {
+pub fn fmu(
+    name: &str,
+    preset: &Preset<f64>,
+    version: Version,
+    prefix: Option<&str>,
+    xcp: Option<SocketAddr>,
+) -> Result<Fmu, Error> {
     let made = generate(name, preset, Precision::Double, prefix)?;
-    fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version)
+    fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version, xcp)
 }
 
 /// Makes the FMU of a project in `double`, called `name`, with steps of `step` [s].
 ///
 /// # Errors
 /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
-pub(super) fn fmu_of(project: &Project, name: &str, step: f64, version: Version) -> Result<Fmu, Error> {
-    let fmu = fmu::fmu(project, name, step, version);
-    let library = library(&fmu)?;
+pub(super) fn fmu_of(
+    project: &Project,
+    name: &str,
+    step: f64,
+    version: Version,
+    xcp: Option<SocketAddr>,
+) -> Result<Fmu, Error> {
+    let service = xcp.map(|address| Service {
+        address: address.ip(),
+        port: address.port(),
+        epk: format!("stickslip {} {name}", env!("CARGO_PKG_VERSION")),
+        cycle: cycle_time(1.0 / step),
+    });
+    let mut fmu = fmu::fmu(project, name, step, version, service.as_ref());
+    let library = library(&fmu, service.is_some())?;
+    if let Some(service) = &service {
+        // Addresses are the same everywhere: the sources have the description that the libraries have.
+        let text = fmu_description(project, name, service);
+        for folder in [None, version.platform().map(|it| it.0)].into_iter().take(1 + usize::from(library.is_some())) {
+            let place = folder.map_or_else(|| fmu::FOLDER.into(), |folder| format!("{}/{folder}", fmu::FOLDER));
+            fmu.files.push((format!("{place}/{name}.a2l"), text.clone()));
+        }
+    }
     let file = format!("{name}-fmi{}.fmu", version.number());
     let texts = fmu.files.iter().map(|(name, text)| (name.clone(), text.as_bytes()));
     let binary = library.iter().map(|library| (library.path.clone(), library.bytes.as_slice()));
@@ -53,7 +84,7 @@ pub(super) fn fmu_of(project: &Project, name: &str, step: f64, version: Version)
         bytes: archive(&file, texts.chain(binary))?,
         file,
         platform: library.as_ref().map(|library| library.platform),
-        variables: top.map_or(0, numbers),
+        variables: top.map_or(0, numbers) + if service.is_some() { Service::VARIABLES } else { 0 },
         step,
     })
 }
@@ -67,12 +98,12 @@ struct Library {
 }
 
 /// The library of an FMU; none on a machine that the standard has no name for, or without a C compiler.
-fn library(fmu: &fmu::Fmu) -> Result<Option<Library>, Error> {
+fn library(fmu: &fmu::Fmu, threads: bool) -> Result<Option<Library>, Error> {
     let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
     if !compiler().is_there() {
         return Ok(None);
     }
     let name = format!("{}.{ending}", fmu.name);
-    let bytes = library::compile(&fmu.files, &fmu.sources, &name)?;
+    let bytes = library::compile(&fmu.files, &fmu.sources, &name, threads)?;
     Ok(Some(Library { path: format!("binaries/{platform}/{name}"), platform, bytes }))
 }

@@ -27,11 +27,16 @@ impl Compiler {
 }
 
 /// Compiles `sources` among the files, names and texts, in a folder of its own, to the library called `name`: what it
-/// consists of.
+/// consists of. It has `threads` where it starts one.
 ///
 /// # Errors
 /// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
-pub(super) fn compile(files: &[(String, String)], sources: &[String], name: &str) -> Result<Vec<u8>, Error> {
+pub(super) fn compile(
+    files: &[(String, String)],
+    sources: &[String],
+    name: &str,
+    threads: bool,
+) -> Result<Vec<u8>, Error> {
     let failed = |source| Error::file(Path::new("the folder of the compiler"), "write to", source);
     let folder = tempfile::tempdir().map_err(failed)?;
     for (name, text) in files {
@@ -46,6 +51,7 @@ pub(super) fn compile(files: &[(String, String)], sources: &[String], name: &str
     // Only the functions that are meant for others are seen from outside: a hundred libraries live in one process.
     command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off"]);
     command.args((!cfg!(windows)).then_some("-fPIC"));
+    command.args(threads.then_some("-pthread"));
     command.args(["-o", name]).args(sources).arg("-lm");
     match command.output() {
         Ok(output) if output.status.success() => fs::read(folder.path().join(name)).map_err(failed),

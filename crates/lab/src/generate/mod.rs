@@ -9,6 +9,7 @@ mod a2l;
 pub(crate) mod archive;
 mod catalogue;
 mod fmu;
+mod fmu_description;
 mod library;
 mod module;
 

@@ -62,7 +62,7 @@ impl Module {
     /// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
     pub fn library(&self) -> Result<Vec<u8>, Error> {
         let sources: Vec<String> = self.files.iter().rev().take(1).map(|file| file.0.clone()).collect();
-        library::compile(&self.files, &sources, "controller")
+        library::compile(&self.files, &sources, "controller", false)
     }
 
     /// Makes the FMU of it, as [`fmu()`](super::fmu()) does of a block.
@@ -70,7 +70,7 @@ impl Module {
     /// # Errors
     /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
-        fmu_of(&self.project, &self.name, self.step, version)
+        fmu_of(&self.project, &self.name, self.step, version, None)
     }
 }
 
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn what_the_compiler_says_is_handed_on() {
         let files = [("a.c".into(), "int x = ;".into())];
-        let refused = library::compile(&files, &["a.c".into()], "a").map(drop).expect_err("no C");
+        let refused = library::compile(&files, &["a.c".into()], "a", false).map(drop).expect_err("no C");
         assert!(refused.to_string().contains("a.c:1") && refused.to_string().contains("CC"), "{refused}");
     }
 }

@@ -11,7 +11,7 @@ use super::slave::{EVENT_NAME, cycle_time};
 use super::{Cell, Content, EPK, Layout, MAX_CTO, MAX_DTO, PARAMETERS, SIZE, VERSION};
 
 /// What the blocks of XCP consist of, in the metalanguage.
-const METALANGUAGE: &str = include_str!("xcp.aml");
+pub(crate) const METALANGUAGE: &str = include_str!("xcp.aml");
 /// The commands that a slave may have or not, as far as it has them.
 const COMMANDS: &str = "GET_COMM_MODE_INFO GET_ID SET_MTA UPLOAD SHORT_UPLOAD BUILD_CHECKSUM DOWNLOAD SHORT_DOWNLOAD \
     SET_CAL_PAGE GET_CAL_PAGE GET_PAG_PROCESSOR_INFO GET_SEGMENT_INFO GET_PAGE_INFO COPY_CAL_PAGE SET_DAQ_PTR WRITE_DAQ \
@@ -43,7 +43,16 @@ pub fn describe(layout: &Layout, doors: Doors) -> String {
     text += "    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 ALIGNMENT_WORD 1 ALIGNMENT_LONG 1 \
              ALIGNMENT_FLOAT32_IEEE 1 ALIGNMENT_FLOAT64_IEEE 1 /end MOD_COMMON\n";
     text += &memory(layout);
-    text += &protocol(layout, doors);
+    let slave = Slave {
+        commands: COMMANDS,
+        max_cto: MAX_CTO,
+        max_dto: MAX_DTO,
+        max_entry: MAX_CTO,
+        event: EVENT_NAME,
+        cycle: cycle_time(layout.rate),
+        pages: true,
+    };
+    text += &protocol(&slave, doors);
     text += "    /begin RECORD_LAYOUT number FNC_VALUES 1 FLOAT64_IEEE ROW_DIR DIRECT /end RECORD_LAYOUT\n";
     let mut conversions = Conversions::default();
     let mut objects = String::new();
@@ -112,25 +121,42 @@ fn memory(layout: &Layout) -> String {
     )
 }
 
-fn protocol(layout: &Layout, doors: Doors) -> String {
+/// What a slave can, and how it says it.
+pub(crate) struct Slave<'a> {
+    pub(crate) commands: &'a str,
+    pub(crate) max_cto: usize,
+    pub(crate) max_dto: usize,
+    /// Largest entry of a packet [bytes].
+    pub(crate) max_entry: usize,
+    pub(crate) event: &'a str,
+    /// The time between two events: a number of units, 10⁻⁹ s × 10^unit.
+    pub(crate) cycle: (u8, u8),
+    /// Whether parameters have pages.
+    pub(crate) pages: bool,
+}
+
+pub(crate) fn protocol(slave: &Slave, doors: Doors) -> String {
     let [major, minor] = VERSION;
-    let (time, unit) = cycle_time(layout.rate);
+    let Slave { max_cto, max_dto, max_entry, event, cycle: (time, unit), .. } = slave;
     // A command that takes longer than T1 says so by an event.
     let mut text = format!(
         "    /begin IF_DATA XCP\n      /begin PROTOCOL_LAYER 0x{major:02x}{minor:02x} 2000 2000 2000 2000 2000 2000 2000 \
-         {MAX_CTO} {MAX_DTO} BYTE_ORDER_MSB_LAST ADDRESS_GRANULARITY_BYTE\n"
+         {max_cto} {max_dto} BYTE_ORDER_MSB_LAST ADDRESS_GRANULARITY_BYTE\n"
     );
-    for command in COMMANDS.split_whitespace() {
+    for command in slave.commands.split_whitespace() {
         text += &format!("        OPTIONAL_CMD {command}\n");
     }
     text += &format!(
         "        OPTIONAL_LEVEL1_CMD GET_VERSION\n      /end PROTOCOL_LAYER\n      \
          /begin DAQ DYNAMIC 0 1 0 OPTIMISATION_TYPE_DEFAULT ADDRESS_EXTENSION_FREE \
-         IDENTIFICATION_FIELD_TYPE_RELATIVE_BYTE GRANULARITY_ODT_ENTRY_SIZE_DAQ_DLONG {MAX_CTO} OVERLOAD_INDICATION_PID \
+         IDENTIFICATION_FIELD_TYPE_RELATIVE_BYTE GRANULARITY_ODT_ENTRY_SIZE_DAQ_DLONG {max_entry} OVERLOAD_INDICATION_PID \
          PRESCALER_SUPPORTED\n        /begin TIMESTAMP_SUPPORTED 1 SIZE_DWORD UNIT_1US /end TIMESTAMP_SUPPORTED\n        \
-         /begin EVENT \"{EVENT_NAME}\" \"{EVENT_NAME}\" 0 DAQ 255 {time} {unit} 0 CONSISTENCY DAQ /end EVENT\n      \
-         /end DAQ\n      /begin PAG 1 /end PAG\n"
+         /begin EVENT \"{event}\" \"{event}\" 0 DAQ 255 {time} {unit} 0 CONSISTENCY DAQ /end EVENT\n      \
+         /end DAQ\n"
     );
+    if slave.pages {
+        text += "      /begin PAG 1 /end PAG\n";
+    }
     for (transport, address) in [("TCP", doors.tcp), ("UDP", doors.udp)] {
         let Some(address) = address else { continue };
         // Where it listens everywhere, it is reached from here at least.

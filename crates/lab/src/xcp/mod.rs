@@ -26,6 +26,7 @@ pub use layout::{Cell, Content, EPK, Layout, MEASUREMENTS, PARAMETERS, Parameter
 pub use live::LiveBench;
 pub use sampler::Sampler;
 pub use slave::Slave;
+pub(crate) use slave::cycle_time;
 
 use crate::capture::Tap;
 use crate::{Error, Preset};

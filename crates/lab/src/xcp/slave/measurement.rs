@@ -13,7 +13,7 @@ pub(in crate::xcp) const EVENT_NAME: &str = "cycle";
 const RING: usize = 4 << 20;
 
 /// The time between two cycles as a number of units, 10⁻⁹ s × 10^unit.
-pub(in crate::xcp) fn cycle_time(rate: f64) -> (u8, u8) {
+pub(crate) fn cycle_time(rate: f64) -> (u8, u8) {
     let units = (0..10u8).map(|unit| (1e9 / rate / 10f64.powi(i32::from(unit)), unit));
     let fitting: Vec<(f64, u8)> = units.filter(|(count, _)| (0.5..255.5).contains(count)).collect();
     // The finest one that fits; rounded where no unit has it whole.

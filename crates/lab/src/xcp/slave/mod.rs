@@ -4,7 +4,8 @@ mod calibration;
 mod measurement;
 mod session;
 
-pub(super) use measurement::{EVENT_NAME, cycle_time};
+pub(super) use measurement::EVENT_NAME;
+pub(crate) use measurement::cycle_time;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
