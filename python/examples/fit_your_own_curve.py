@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 
 import stickslip
 
-curves = stickslip.read_curves("data/direct_drive_joint/friction_curve.csv", group="joint")
+curves = stickslip.read_curves("../../data/direct_drive_joint/friction_curve.csv", group="joint")
 list(curves)
 
 # %%

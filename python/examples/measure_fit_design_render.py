@@ -2,8 +2,7 @@
 # # Measure, fit, design, render
 #
 # A positioning axis on the virtual bench: its friction is measured and fitted, another one is designed, the load motor
-# renders the difference, and the friction is measured again. Open this file as a notebook (Jupytext, VS Code, Spyder), or
-# run it.
+# renders the difference, and the friction is measured again.
 
 # %%
 import matplotlib.pyplot as plt

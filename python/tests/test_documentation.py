@@ -3,6 +3,7 @@
 import ast
 import doctest
 import inspect
+import json
 import os
 import pathlib
 import re
@@ -64,10 +65,39 @@ def test_the_code_of_the_guide_runs(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("example", sorted((ROOT / "python/examples").glob("*.py")), ids=lambda path: path.stem)
-def test_an_example_runs(example, monkeypatch):
-    monkeypatch.chdir(ROOT)
+def test_an_example_runs(example, monkeypatch, tmp_path):
+    # From its own folder, as a notebook is.
+    (tmp_path / "data").symlink_to(ROOT / "data")
+    folder = tmp_path / "python/examples"
+    folder.mkdir(parents=True)
+    monkeypatch.chdir(folder)
     runpy.run_path(str(example), run_name="example")
     plt.close("all")
+
+
+def notebook(script):
+    """The Jupyter notebook of a script whose cells begin with `# %%`."""
+    cells = []
+    for cell in re.split(r"^# %%", script, flags=re.MULTILINE)[1:]:
+        kind, text = cell.split("\n", 1)
+        prose = kind.strip() == "[markdown]"
+        text = re.sub(r"^# ?", "", text.strip(), flags=re.MULTILINE) if prose else text.strip()
+        code = {} if prose else {"execution_count": None, "outputs": []}
+        cells.append({"cell_type": "markdown" if prose else "code", "metadata": {}, "source": text.splitlines(keepends=True), **code})
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    whole = {"cells": cells, "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 4}
+    return json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+
+
+@pytest.mark.parametrize("example", sorted((ROOT / "python/examples").glob("*.py")), ids=lambda path: path.stem)
+def test_a_notebook_has_the_cells_of_its_script(example):
+    path, expected = example.with_suffix(".ipynb"), notebook(example.read_text())
+    if os.environ.get("UPDATE_EXPECT"):
+        path.write_text(expected)
+    assert path.read_text() == expected, "UPDATE_EXPECT=1 writes it anew"
+    # What runs as a script runs cell by cell: a cell is a piece of code by itself.
+    for cell in json.loads(expected)["cells"]:
+        assert cell["cell_type"] == "markdown" or ast.parse("".join(cell["source"])).body
 
 
 def signatures(text):

@@ -113,7 +113,7 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
 /// Homes a machine drawn at random, with steps short enough to be that of its equations, and calibrates it.
 pub(crate) fn experiment(name: &str, seed: u64) -> Result<(Preset<f64>, Calibration), Error> {
     let mut preset = machine(name, seed)?;
-    preset.bench.plant_step = 2.5e-6;
+    preset.bench.plant_step = 1e-5;
     let mut bench = VirtualBench::new(&preset, seed)?;
     home(&mut bench, &Watch::silent())?;
     let calibration = calibrate(&CalibrationPlan::default(), &mut bench, &Watch::silent())?;
