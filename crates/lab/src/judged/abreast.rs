@@ -102,37 +102,58 @@ impl Judged {
     pub fn beside(&self, other: &Judged) -> bool {
         let schedule = |it: &Judged| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
         schedule(self) == schedule(other)
-            && configuration(self.bench) == configuration(other.bench)
-            && configuration(self.state) == configuration(other.state)
+            && contents(self.bench).configuration == contents(other.bench).configuration
+            && contents(self.state).configuration == contents(other.state).configuration
     }
 }
 
 /// One struct of many: number by number, one a lane.
 fn gather<P: Fields<f64>, const N: usize>(lane: impl Fn(usize) -> P) -> P::With<Lanes<f64, N>> {
-    let spread = |lane: P| lane.map(&mut Lanes::of);
-    (1..N).fold(spread(lane(0)), |all, index| {
-        all.merge(&spread(lane(index)), &mut |all, one: Lanes<f64, N>| all.with_lane(index, one.lane(index)))
-    })
+    let mut all = lane(0).map(&mut Lanes::of);
+    for index in 1..N {
+        let numbers = contents(lane(index)).numbers;
+        all.contents(&mut Put { numbers: numbers.into_iter(), lane: index });
+    }
+    all
 }
 
-/// Choices and fixed counts in the order of declaration: what lanes share.
-struct Configuration(Vec<usize>);
+/// Numbers into one lane, in the order of declaration.
+struct Put {
+    numbers: std::vec::IntoIter<f64>,
+    lane: usize,
+}
 
-impl Walk<f64> for Configuration {
-    fn number(&mut self, _: &'static Field, _: &mut f64) {}
+impl<const N: usize> Walk<Lanes<f64, N>> for Put {
+    fn number(&mut self, _: &'static Field, value: &mut Lanes<f64, N>) {
+        value.0[self.lane] = self.numbers.next().expect("a struct has as many numbers over any kind");
+    }
+}
+
+/// What is in a struct, in the order of declaration.
+#[derive(Default)]
+struct Contents {
+    numbers: Vec<f64>,
+    /// Choices and fixed counts: what lanes share.
+    configuration: Vec<usize>,
+}
+
+impl Walk<f64> for Contents {
+    fn number(&mut self, _: &'static Field, value: &mut f64) {
+        self.numbers.push(*value);
+    }
 
     fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
-        self.0.push(current);
+        self.configuration.push(current);
         current
     }
 
     fn fixed(&mut self, count: &mut usize) {
-        self.0.push(*count);
+        self.configuration.push(*count);
     }
 }
 
-fn configuration(mut of: impl Fields<f64>) -> Vec<usize> {
-    let mut found = Configuration(Vec::new());
+fn contents(mut of: impl Fields<f64>) -> Contents {
+    let mut found = Contents::default();
     of.contents(&mut found);
-    found.0
+    found
 }
