@@ -9,7 +9,7 @@ use stickslip_core::drive::TwoMass;
 use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::{Bristle, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, Stribeck};
 use stickslip_core::ideal::IdealAxis;
-use stickslip_core::scalar::Scalar;
+use stickslip_core::scalar::{Lanes, Scalar};
 
 use super::peers::Case;
 
@@ -53,6 +53,7 @@ impl<T: Scalar> Bristle<T> for Constant<T> {
 
 impl SweptFriction for Constant<f64> {
     type Over<T: Scalar> = Constant<T>;
+    type Singles = Lanes<f32, 64>;
 
     fn over<T: Scalar>(&self) -> Constant<T> {
         self.map(&mut T::of)

@@ -4,7 +4,7 @@ use stickslip_core::block::Block;
 use stickslip_core::control::{Cascade, ControllerInput, ControllerOutput, Pid};
 use stickslip_core::fields::{Field, Fields, Walk};
 use stickslip_core::friction::{Bristle, Dahl, ElastoPlastic, LuGre};
-use stickslip_core::scalar::Scalar;
+use stickslip_core::scalar::{Lanes, Scalar};
 
 use super::number::Number;
 
@@ -12,6 +12,9 @@ use super::number::Number;
 pub trait SweptFriction: Copy + Sync {
     /// The same over another kind of number.
     type Over<T: Scalar>: Bristle<T> + Fields<T>;
+    /// As many `f32` side by side as are fastest: of a friction of few operations four vectors of the widest registers, of
+    /// one of many two, since their choices do not stay in registers.
+    type Singles: Number;
 
     /// Its numbers as another kind.
     fn over<T: Scalar>(&self) -> Self::Over<T>;
@@ -28,9 +31,10 @@ pub trait SweptLaw: Copy + Sync {
 }
 
 macro_rules! swept {
-    ($trait:ident: $($kind:ident),*) => {
+    ($trait:ident: $($kind:ident $(by $lanes:literal)?),*) => {
         $(impl $trait for $kind<f64> {
             type Over<T: Scalar> = $kind<T>;
+            $(type Singles = Lanes<f32, $lanes>;)?
 
             fn over<T: Scalar>(&self) -> $kind<T> {
                 self.map(&mut T::of)
@@ -39,7 +43,7 @@ macro_rules! swept {
     };
 }
 
-swept!(SweptFriction: Dahl, LuGre, ElastoPlastic);
+swept!(SweptFriction: Dahl by 64, LuGre by 64, ElastoPlastic by 32);
 swept!(SweptLaw: Cascade, Pid);
 
 /// The numbers of a struct in the order of declaration.

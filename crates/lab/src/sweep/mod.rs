@@ -61,6 +61,7 @@ use std::sync::Mutex;
 pub use kind::{SweptFriction, SweptLaw};
 pub use ladder::{RUNGS, Rung};
 use ladder::{apart, estimate};
+pub use number::Number;
 use run::{Samples, Team};
 use stickslip_core::ideal::IdealAxis;
 use stickslip_core::scalar::Lanes;
@@ -130,11 +131,11 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
 ) -> Result<Vec<Result<R, Error>>, Error> {
     plan.check()?;
     let mut found: Vec<Option<Result<R, Error>>> = variants.iter().map(|_| None).collect();
-    let pool = Pool::default();
+    let pool = Pool::<B::Singles>::default();
     let mut open: Vec<Open> =
         sorted(variants).into_iter().map(|index| Open { index, coarser: None, error: 0.0 }).collect();
     for step in 1..RUNGS.len() {
-        let size = if open.len() <= FEW { 1 } else { WIDTH };
+        let size = if open.len() <= FEW { 1 } else { plan.abreast::<B>() };
         let teams: Vec<&[Open]> = open.chunks(size).collect();
         let done = parallel::map(&teams, plan.threads, |team| {
             Ok(match (size, plan.arithmetic) {
@@ -144,7 +145,7 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
                     climb::<Lanes<f64, WIDTH>, B, C, R>(variants, plan, step, team, &pool.wide_doubles, &measure)
                 }
                 (_, Arithmetic::Single) => {
-                    climb::<Lanes<f32, WIDTH>, B, C, R>(variants, plan, step, team, &pool.wide_singles, &measure)
+                    climb::<B::Singles, B, C, R>(variants, plan, step, team, &pool.wide_singles, &measure)
                 }
             })
         })?;
@@ -179,17 +180,24 @@ enum Climbed<R> {
     Open(Vec<f64>, f64),
 }
 
-/// Memory for the samples of a team, taken up again by the next one.
-#[derive(Default)]
-struct Pool {
+/// Memory for the samples of a team, taken up again by the next one; `W` are single numbers side by side.
+struct Pool<W> {
     doubles: Mutex<Vec<Samples<f64>>>,
     singles: Mutex<Vec<Samples<f32>>>,
     wide_doubles: Mutex<Vec<Samples<Lanes<f64, WIDTH>>>>,
-    wide_singles: Mutex<Vec<Samples<Lanes<f32, WIDTH>>>>,
+    wide_singles: Mutex<Vec<Samples<W>>>,
+}
+
+/// Empty.
+impl<W> Default for Pool<W> {
+    fn default() -> Self {
+        let (doubles, singles) = (Mutex::default(), Mutex::default());
+        Pool { doubles, singles, wide_doubles: Mutex::default(), wide_singles: Mutex::default() }
+    }
 }
 
 /// Runs variants on a rung, at the begin of the ladder on the one below too, and compares.
-fn climb<T: number::Number, B: SweptFriction, C: SweptLaw, R>(
+fn climb<T: Number, B: SweptFriction, C: SweptLaw, R>(
     variants: &[Variant<B, C>],
     plan: &Plan,
     step: usize,
@@ -224,11 +232,11 @@ fn climb<T: number::Number, B: SweptFriction, C: SweptLaw, R>(
     team.iter().zip(courses).enumerate().map(outcome).collect()
 }
 
-fn taken<T: number::Number>(pool: &Mutex<Vec<Samples<T>>>) -> Samples<T> {
+fn taken<T: Number>(pool: &Mutex<Vec<Samples<T>>>) -> Samples<T> {
     pool.lock().expect("nobody panics with the lock").pop().unwrap_or_default()
 }
 
-fn put_back<T: number::Number>(pool: &Mutex<Vec<Samples<T>>>, samples: Samples<T>) {
+fn put_back<T: Number>(pool: &Mutex<Vec<Samples<T>>>, samples: Samples<T>) {
     pool.lock().expect("nobody panics with the lock").push(samples);
 }
 
@@ -245,15 +253,15 @@ pub fn on_rung<B: SweptFriction, C: SweptLaw, R: Send>(
 ) -> Result<Vec<R>, Error> {
     plan.check()?;
     let order = sorted(variants);
-    let pool = Pool::default();
-    let size = if order.len() <= FEW { 1 } else { WIDTH };
+    let pool = Pool::<B::Singles>::default();
+    let size = if order.len() <= FEW { 1 } else { plan.abreast::<B>() };
     let teams: Vec<&[usize]> = order.chunks(size).collect();
     let done = parallel::map(&teams, plan.threads, |team| {
         Ok(match (size, plan.arithmetic) {
             (1, Arithmetic::Double) => stand::<f64, B, C>(variants, plan, rung, team, &pool.doubles),
             (1, Arithmetic::Single) => stand::<f32, B, C>(variants, plan, rung, team, &pool.singles),
             (_, Arithmetic::Double) => stand::<Lanes<f64, WIDTH>, B, C>(variants, plan, rung, team, &pool.wide_doubles),
-            (_, Arithmetic::Single) => stand::<Lanes<f32, WIDTH>, B, C>(variants, plan, rung, team, &pool.wide_singles),
+            (_, Arithmetic::Single) => stand::<B::Singles, B, C>(variants, plan, rung, team, &pool.wide_singles),
         }
         .iter()
         .map(&measure)
@@ -267,7 +275,7 @@ pub fn on_rung<B: SweptFriction, C: SweptLaw, R: Send>(
 }
 
 /// Runs variants on a rung.
-fn stand<T: number::Number, B: SweptFriction, C: SweptLaw>(
+fn stand<T: Number, B: SweptFriction, C: SweptLaw>(
     variants: &[Variant<B, C>],
     plan: &Plan,
     rung: Rung,
@@ -304,6 +312,14 @@ fn sorted<B: SweptFriction, C: SweptLaw>(variants: &[Variant<B, C>]) -> Vec<usiz
 }
 
 impl Plan {
+    /// How many variants run side by side.
+    fn abreast<B: SweptFriction>(&self) -> usize {
+        match self.arithmetic {
+            Arithmetic::Double => WIDTH,
+            Arithmetic::Single => B::Singles::LANES,
+        }
+    }
+
     fn check(&self) -> Result<(), Error> {
         let within = |name, value: f64, unit, minimum, maximum, remedy| {
             if (minimum..=maximum).contains(&value) {

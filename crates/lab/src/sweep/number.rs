@@ -2,8 +2,8 @@
 
 use stickslip_core::scalar::{LaneMask, Lanes, Mask, Scalar};
 
-/// A number for each variant of a team.
-pub(super) trait Number: Scalar {
+/// A number for each variant that runs beside others.
+pub trait Number: Scalar + Send {
     /// How many.
     const LANES: usize;
     /// The number of one of them.
