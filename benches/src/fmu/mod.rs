@@ -25,7 +25,7 @@ pub(crate) fn run(rounds: usize) -> Result<[f64; 2], Box<dyn Error>> {
     let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let made = generate("plant", &preset, Precision::Double, None)?;
     let step = made.step;
-    let fmu = fmu(&Project { files: made.files, program: made.program }, "plant", step, Version::Three);
+    let fmu = fmu(&Project { files: made.files, program: made.program }, "plant", step, Version::Three, None);
     let folder = std::env::temp_dir().join(format!("stickslip-fmu-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("sources"))?;
     let sources = fmu.files.iter().filter(|(name, _)| name.starts_with("sources/"));
