@@ -7,6 +7,7 @@
 mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
+mod dask;
 mod fmu;
 mod lanes;
 mod tick;
@@ -51,6 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
     let side_by_side = "study_lanes/scalar";
     let imported = "fmu_plant/native";
+    let spread = "study_dask/threads";
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
     let names: Vec<_> = demos
@@ -59,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(ticks)
         .chain(w4::NAMES)
         .chain(whole)
-        .chain([side_by_side, imported])
+        .chain([side_by_side, imported, spread])
         .chain(controllers::NAMES)
         .chain(w2::NAMES)
         .chain(wake_ups)
@@ -123,6 +125,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Nanoseconds a tick.
         let [ours, peer] = fmu::run(ROUNDS)?;
         println!("{imported} {ours:.1} {peer:.1} {:.2}", peer / ours);
+    }
+    if wanted(spread) {
+        // Seconds.
+        match dask::run() {
+            Ok([ours, peer]) => println!("{spread} {ours:.1} {peer:.1} {:.3}", peer / ours),
+            Err(reason) => println!("{spread} skipped: {reason}"),
+        }
     }
     if controllers::NAMES.into_iter().any(&wanted) {
         for (name, ours, asked) in controllers::run(ROUNDS)? {
