@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use object::{Object as _, ObjectSymbol as _, SymbolKind};
+use stickslip_codegen::record::Program;
 use stickslip_codegen::tree::Tree;
 use stickslip_core::fields::{Field, Kind};
 
@@ -62,8 +63,21 @@ pub fn code_description(
     variables: &Variables,
 ) -> Result<CodeDescription, Error> {
     let made = generate(block, preset, precision, prefix)?;
+    describe(&made.program, &made.prefix, precision, variables)
+}
+
+/// Describes the code of a program that is called `prefix`.
+///
+/// # Errors
+/// [`Error::Program`].
+pub(super) fn describe(
+    program: &Program,
+    prefix: &str,
+    precision: Precision,
+    variables: &Variables,
+) -> Result<CodeDescription, Error> {
     let (size, kind, _) = numbers(precision);
-    let top = made.program.steps.last().expect("a program has at least the block itself");
+    let top = program.steps.last().expect("a program has at least the block itself");
     let symbols = variables.program.map(Symbols::read).transpose()?;
     let mut next = BASE;
     let mut placed = Vec::new();
@@ -71,7 +85,7 @@ pub fn code_description(
         STRUCTS.into_iter().zip([&top.parameters, &top.state, &top.input, &top.output]).zip(&variables.names)
     {
         let bytes = size * tree.numbers() as u64;
-        let symbol = given.clone().unwrap_or_else(|| format!("{}_{group}", made.prefix));
+        let symbol = given.clone().unwrap_or_else(|| format!("{prefix}_{group}"));
         let address = match &symbols {
             _ if bytes == 0 => continue,
             Some(symbols) => symbols.address(&symbol, bytes, group)?,
@@ -83,7 +97,7 @@ pub fn code_description(
     let order = if symbols.is_some_and(|it| !it.little) { "MSB_FIRST" } else { "MSB_LAST" };
     let Objects { text: objects, counts } =
         objects(&placed, precision, |placed, offset| format!("SYMBOL_LINK {} {offset}", quoted(&placed.symbol)));
-    let (prefix, version) = (&made.prefix, env!("CARGO_PKG_VERSION"));
+    let version = env!("CARGO_PKG_VERSION");
     let text = format!(
         "ASAP2_VERSION 1 61\n/begin PROJECT {prefix} \"Code written by stickslip\"\n  \
          /begin MODULE {prefix} {help}\n    \

@@ -25,7 +25,7 @@ pub use a2l::{CodeDescription, STRUCTS, Variables, code_description};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
 pub use fmu::{Fmu, Version, fmu};
-pub use module::{Module, module};
+pub use module::{Module, module, module_of};
 
 /// The software of the bench among [`blocks`].
 const SOFTWARE: &str = "tick";

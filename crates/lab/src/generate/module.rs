@@ -2,11 +2,15 @@
 //! `stickslip load` takes.
 
 use stickslip_codegen::c::{self, Project};
-use stickslip_codegen::module;
-use stickslip_codegen::record::Program;
+use stickslip_codegen::module::{self, record_law};
+use stickslip_codegen::record::{Program, Recorded};
+use stickslip_core::block::Block;
+use stickslip_core::control::{ControllerInput, ControllerOutput};
+use stickslip_core::fields::Fields;
 
+use super::a2l::{CodeDescription, Variables, describe};
 use super::fmu::{Fmu, Version, fmu_of};
-use super::{Generated, library};
+use super::{Generated, Precision, library};
 use crate::Error;
 
 /// What a library for `stickslip load` has to have.
@@ -48,7 +52,38 @@ pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> 
     Ok(Module { name: name.into(), step, project, files })
 }
 
+/// Writes a controller in Rust, a block over any kind of number that has the inputs of those of the bench, with the values
+/// of its parameters.
+///
+/// ```no_run
+/// use stickslip::generate::module_of;
+/// use stickslip_core::control::Cascade;
+///
+/// let module = module_of(&Cascade::<f64>::default(), "cascade", 1e-3)?;
+/// std::fs::write("cascade.so", module.library()?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`module()`].
+pub fn module_of<C>(controller: &C, name: &str, step: f64) -> Result<Module, Error>
+where
+    C: Fields<f64>,
+    C::With<Recorded<f64>>:
+        Block<Recorded<f64>, Input = ControllerInput<Recorded<f64>>, Output = ControllerOutput<Recorded<f64>>>,
+{
+    module(record_law(controller), name, step)
+}
+
 impl Module {
+    /// Describes its code for calibration tools, as [`code_description`](super::code_description) does that of a block.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn description(&self, variables: &Variables) -> Result<CodeDescription, Error> {
+        describe(&self.project.program, &self.name, Precision::Double, variables)
+    }
+
     /// The whole project: what `stickslip generate c` makes of a block. Its diagram takes by far the longest where there
     /// are many operations, and can be left out.
     pub fn generated(&self, diagram: bool) -> Generated {

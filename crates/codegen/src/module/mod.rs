@@ -3,30 +3,32 @@
 //!
 //! All that changes lies in the instance that `stickslip_begin` makes: any number of them run side by side.
 
+mod law;
+
 use std::fmt::Write as _;
 
-use crate::c::{identifier_path, literal, plain, string};
-use crate::record::{Declared, Program, Signature};
+pub use law::{LawSample, record_law};
 
-/// Name, unit and meaning of what a controller reads in a sample; all but the last are members of `stickslip_sample`.
-const INPUTS: [(&str, &str, &str); 7] = [
-    ("time", "s", "Time since the begin of the controller."),
-    ("reference_position", "rad", "Wanted angle of the screw."),
-    ("reference_velocity", "rad/s", "Its first derivative."),
-    ("reference_acceleration", "rad/s^2", "Its second derivative."),
-    ("measured_angle", "rad", "Angle of the screw by the encoder, unwrapped."),
-    ("measured_velocity", "rad/s", "Velocity of the motor by the tacho."),
-    (LIMIT, "N m", "Largest torque of the drive."),
-];
+use crate::c::{identifier_path, literal, plain, string};
+use stickslip_core::fields::Field;
+
+use crate::record::{Declared, Program, Signature};
+use crate::tree::Tree;
+
 /// What a controller is told once.
 const LIMIT: &str = "torque_limit";
 /// What a controller gives.
 const TORQUE: &str = "torque";
 
+/// What a controller reads: all but the last are members of `stickslip_sample`.
+fn sample() -> Vec<(String, &'static Field)> {
+    Tree::of(&LawSample::<f64>::default()).leaves()
+}
+
 /// The signature of a controller with these parameters and this state.
 pub fn signature(name: &str, help: &str, parameters: Vec<Declared>, state: Vec<Declared>) -> Signature {
     let number = |(name, unit, help): (&str, &str, &str)| {
-        let minimum = if [INPUTS[0].0, LIMIT].contains(&name) { 0.0 } else { f64::NEG_INFINITY };
+        let minimum = if ["time", LIMIT].contains(&name) { 0.0 } else { f64::NEG_INFINITY };
         let maximum = f64::INFINITY;
         Declared { name: name.into(), unit: unit.into(), help: help.into(), minimum, maximum, value: 0.0 }
     };
@@ -35,7 +37,7 @@ pub fn signature(name: &str, help: &str, parameters: Vec<Declared>, state: Vec<D
         help: help.into(),
         parameters,
         state,
-        input: INPUTS.map(number).into(),
+        input: sample().iter().map(|(name, field)| number((name, field.unit, field.help))).collect(),
         output: vec![number((TORQUE, "N m", "Torque of the drive."))],
     }
 }
@@ -55,7 +57,8 @@ pub fn source(program: &Program, name: &str) -> String {
     if tuned {
         put(format_args!("static const stickslip_parameter PARAMETERS[] = {{\n"));
         for ((path, field), value) in parameters.iter().zip(&program.parameters) {
-            let texts = [path, field.unit, &plain(field.help).join(" ")].map(string).join(", ");
+            // The name of a parameter in a library has no dots.
+            let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
             // What has no bound must be finite.
             let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value].map(literal::<f64>);
             put(format_args!("    {{{texts}, {}}},\n", bounds.join(", ")));
@@ -107,7 +110,7 @@ pub fn source(program: &Program, name: &str) -> String {
          stickslip_instance *instance = controller;\n    {name}_input in;\n    {name}_output out;\n    \
          {name}_status status;\n"
     ));
-    for (member, ..) in INPUTS {
+    for (member, _) in sample() {
         let value = if member == LIMIT { "instance->" } else { "sample->" };
         put(format_args!("    in.{member} = {value}{member};\n"));
     }

@@ -1,0 +1,123 @@
+//! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, in the loop, in sweeps.
+
+#[path = "../examples/own_controller.rs"]
+mod own_controller;
+
+use own_controller::SlidingMode;
+use stickslip::foreign::{Foreign, ModuleSample, load::load};
+use stickslip::generate::{Variables, Version, module_of};
+use stickslip::{Preset, Watch, parameters};
+use stickslip_core::block::Block as _;
+use stickslip_core::control::ControllerInput;
+
+/// Its library, opened here.
+fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> Foreign {
+    let module = module_of(controller, "sliding_mode", 1e-3).expect("a name that C takes");
+    let path = folder.join("sliding_mode.so");
+    std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
+    Foreign::trusted(&path).expect("a library of five functions")
+}
+
+#[test]
+fn its_library_has_its_table_and_computes_its_bits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let controller = SlidingMode::<f64> { slope: 30.0, ..SlidingMode::default() };
+    let mut library = opened(&controller, folder.path());
+    let described = library.description().clone();
+    assert_eq!(described.name, "sliding_mode");
+    let [slope, .., limit] = &described.parameters[..] else { panic!("{described:?}") };
+    assert_eq!((slope.name.as_str(), slope.unit.as_str(), slope.initial), ("slope", "1/s", 30.0));
+    assert_eq!((slope.minimum, slope.maximum), (0.1, 1e3));
+    assert!(
+        slope.help.starts_with("Slope of the line") && limit.name == "torque_limit" && described.parameters.len() == 6
+    );
+    library.begin(1e-3, 1.4).expect("it begins");
+    let mut state = Default::default();
+    for k in 0..2000 {
+        let t = 1e-3 * f64::from(k);
+        let [position, angle] = [0.3 * (7.0 * t).sin(), 0.29 * (7.0 * t - 0.05).sin()];
+        let input = ControllerInput {
+            reference_position: position,
+            reference_velocity: 2.1 * (7.0 * t).cos(),
+            reference_acceleration: -14.7 * (7.0 * t).sin(),
+            measured_angle: angle,
+            measured_velocity: 2.0 * (7.0 * t - 0.05).cos(),
+            ..ControllerInput::default()
+        };
+        let sample = ModuleSample {
+            time: t,
+            reference_position: input.reference_position,
+            reference_velocity: input.reference_velocity,
+            reference_acceleration: input.reference_acceleration,
+            measured_angle: input.measured_angle,
+            measured_velocity: input.measured_velocity,
+        };
+        let own = controller.step(&mut state, input, 1e-3).torque;
+        assert_eq!(library.step(&sample).expect("a torque").to_bits(), own.to_bits(), "{k}");
+    }
+    assert!(state.integral != 0.0);
+}
+
+#[test]
+fn it_is_in_the_loop_of_a_bench_as_fmu_and_for_calibration_tools() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let preset: Preset<f64> =
+        parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+    let library = opened(&SlidingMode::default(), folder.path());
+    let loaded = load(&preset, library, 4.0, 1, None, &Watch::silent()).expect("it runs");
+    assert_eq!(loaded.fault, None);
+    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a name that C takes");
+    let described = module.description(&Variables::default()).expect("no program is asked");
+    assert!(described.parameters == 6 && described.text.contains("parameters.slope"));
+    assert!(module.fmu(Version::Three).expect("a C compiler").variables >= 6 + 7 + 1 + 1);
+    assert!(module.generated(false).files.iter().any(|(name, _)| name == "sliding_mode_selftest.c"));
+}
+
+mod swept {
+    use stickslip::sweep::{Arithmetic, Plan, SweptLaw, Variant, sweep};
+    use stickslip_core::drive::TwoMass;
+    use stickslip_core::fields::Fields as _;
+    use stickslip_core::friction::{ElastoPlastic, LuGre};
+    use stickslip_core::ideal::IdealAxis;
+    use stickslip_core::scalar::Scalar;
+
+    use super::SlidingMode;
+
+    impl SweptLaw for SlidingMode<f64> {
+        type Over<T: Scalar> = SlidingMode<T>;
+
+        fn over<T: Scalar>(&self) -> SlidingMode<T> {
+            self.map(&mut T::of)
+        }
+    }
+
+    #[test]
+    fn a_thousand_of_it_run_side_by_side() {
+        let axis = |breakaway: f64| {
+            let mut lugre = LuGre { bristle_stiffness: 3000.0, ..LuGre::default() };
+            lugre.sliding.breakaway_torque = breakaway;
+            let bristle = ElastoPlastic { lugre, ..ElastoPlastic::default() };
+            let load_viscous = lugre.sliding.viscous_friction;
+            IdealAxis { mechanics: TwoMass::default(), motor_viscous: 0.0, load_viscous, bristle }
+        };
+        let plan = Plan {
+            sample_time: 1e-3,
+            reference: (0..1000).map(|k| 0.2 * (6.0e-3 * f64::from(k)).sin()).collect(),
+            tolerance: 1e-3,
+            arithmetic: Arithmetic::Double,
+            threads: 1,
+        };
+        let missed = |law: SlidingMode<f64>| {
+            let variants = [0.2, 0.25, 0.3].map(|breakaway| Variant { axis: axis(breakaway), law });
+            let found = sweep(&variants, &plan, |course| {
+                let deviations = course.angle.iter().zip(&plan.reference).map(|(angle, wanted)| (angle - wanted).abs());
+                deviations.fold(0.0, f64::max)
+            });
+            found.expect("a plan that can be run").into_iter().map(|it| it.expect("resolved")).fold(0.0, f64::max)
+        };
+        // Without its switched torque friction wins; with it the axis follows better.
+        let (weak, strong) =
+            (missed(SlidingMode { amplitude: 0.0, ..SlidingMode::default() }), missed(SlidingMode::default()));
+        assert!(strong < 0.5 * weak, "{strong} rad, without {weak} rad");
+    }
+}
