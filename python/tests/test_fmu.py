@@ -276,6 +276,13 @@ def test_derivatives_are_the_slopes_of_a_step(importers, block, version):
     np.testing.assert_allclose(together, sum(seed * slopes[name] for seed, name in zip(seeds, inputs)), rtol=1e-9, atol=1e-12)
     by_state = instance.fmu.getDirectionalDerivative([of.references[states[0]]], [of.references[states[0]]], [1.0])
     assert np.isfinite(by_state).all()
+    if version == 3:
+        weights, knowns = random.normal(size=len(unknowns)), [of.references[name] for name in inputs]
+        adjoint = instance.fmu.getAdjointDerivative(unknowns, knowns, list(weights), len(knowns))
+        np.testing.assert_allclose(adjoint, [weights @ slopes[name] for name in inputs], rtol=1e-9, atol=1e-12)
+        several = [unknowns[0]] * (len(unknowns) + 1)
+        instance.refused("and the model computes", instance.fmu.getAdjointDerivative, several, knowns, [1.0] * len(several), len(knowns))
+        instance.refused("Each unknown has one seed", instance.fmu.getAdjointDerivative, unknowns, knowns, list(weights), 1)
     parameter = of.references[of.names("parameters")[0]]
     instance.refused("follows from nothing", instance.fmu.getDirectionalDerivative, [parameter], [unknowns[0]], [1.0])
     output = of.references[outputs[0]]

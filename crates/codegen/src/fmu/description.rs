@@ -65,6 +65,7 @@ pub(super) fn model(
         (can("canGetAndSetFMUstate", "canGetAndSetFMUState"), text("true")),
         (can("canSerializeFMUstate", "canSerializeFMUState"), text("true")),
         (can("providesDirectionalDerivative", "providesDirectionalDerivatives"), text("true")),
+        ("providesAdjointDerivatives", either("", "true")),
         ("canNotUseMemoryManagementFunctions", either("true", "")),
         ("fixedInternalStepSize", if is_two { String::new() } else { number(step) }),
     ]);

@@ -344,6 +344,38 @@ FMU_EXPORT fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3Val
                   fmu_derivative(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
 }
 
+/* The other way round: what a weighted sum of numbers after one step, each `of` by its `seed`, depends on. One derivative
+ * for each that it is derived `by`. */
+static int fmu_adjoint(fmu_instance *instance, const uint32_t *of, size_t n_of, const uint32_t *by, size_t n_by,
+                       const double *seed, double *sensitivity) {
+    double column[FMU_STATES + FMU_OUTPUTS + 1U];
+    size_t j, k;
+    if (n_of > FMU_STATES + FMU_OUTPUTS) {
+        return fmu_refuse(instance, "%lu numbers are derived, and the model computes %lu.", (unsigned long)n_of,
+                          (unsigned long)(FMU_STATES + FMU_OUTPUTS));
+    }
+    for (j = 0; j < n_by; j++) {
+        const double one = 1.0;
+        double sum = 0.0;
+        if (!fmu_derivative(instance, of, n_of, &by[j], 1U, &one, column)) {
+            return 0;
+        }
+        for (k = 0; k < n_of; k++) {
+            sum += column[k] * seed[k];
+        }
+        sensitivity[j] = sum;
+    }
+    return 1;
+}
+
+FMU_EXPORT fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference of[], size_t n_of,
+                                               const fmi3ValueReference by[], size_t n_by, const fmi3Float64 seed[],
+                                               size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity) {
+    return ANSWER(((n_of == n_seed && n_by == n_sensitivity) ||
+                   fmu_refuse(INSTANCE, "Each unknown has one seed and each known one sensitivity.")) &&
+                  fmu_adjoint(INSTANCE, of, n_of, by, n_by, seed, sensitivity));
+}
+
 /* What is of other kinds of FMU, or of models with clocks, events, structural parameters or derivatives. */
 #define NOT_OFFERED(Name, arguments, used)                                                                             \
     FMU_EXPORT fmi3Status fmi3##Name arguments {                                                                       \
@@ -363,10 +395,6 @@ NOT_OFFERED(GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference
 NOT_OFFERED(GetVariableDependencies,
             (fmi3Instance c, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t d[], fmi3DependencyKind k[], size_t n),
             ((void)r, (void)a, (void)b, (void)d, (void)k, (void)n))
-NOT_OFFERED(GetAdjointDerivative,
-            (fmi3Instance c, const fmi3ValueReference a[], size_t n, const fmi3ValueReference b[], size_t m, const fmi3Float64 s[],
-             size_t k, fmi3Float64 v[], size_t l),
-            ((void)a, (void)n, (void)b, (void)m, (void)s, (void)k, (void)v, (void)l))
 NOT_OFFERED(GetIntervalDecimal,
             (fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 v[], fmi3IntervalQualifier q[]),
             ((void)r, (void)n, (void)v, (void)q))
