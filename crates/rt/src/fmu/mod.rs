@@ -18,6 +18,8 @@ use functions::{Callbacks, Functions, Identity, Instance, Three, Two};
 use libloading::Library;
 use log::Log;
 
+/// `fmi2Warning` and `fmi3Warning`: a step was taken.
+const WARNING: c_int = 1;
 /// `fmi2Discard` and `fmi3Discard`: a step was not taken.
 const DISCARD: c_int = 2;
 /// `fmi2Fatal` and `fmi3Fatal`: no function may be called any more.
@@ -221,7 +223,8 @@ impl Fmu {
         };
         self.took(status)?;
         if terminate != 0 || early != 0 {
-            self.log.add(DISCARD, "The FMU asks for the end of the simulation, or ends a step early.");
+            // What it says of it itself is graver.
+            self.log.add(WARNING, "The FMU asks for the end of the simulation, or ends a step early.");
             return Err(DISCARD);
         }
         Ok(())
@@ -240,7 +243,7 @@ impl Fmu {
     /// What a status means for what may be called from now on.
     fn took(&mut self, status: c_int) -> Result<(), i32> {
         match status {
-            0 | 1 => return Ok(()),
+            0 | WARNING => return Ok(()),
             DISCARD => {}
             FATAL => self.phase = Phase::Fatal,
             _ => self.phase = Phase::Failed,
