@@ -1,4 +1,4 @@
-//! The example of a controller in C, as its head says that it is compiled and loaded.
+//! The example of a controller in C, as its head says that it is compiled and loaded, and an FMU of the program itself.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -39,4 +39,30 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     assert!(text(&gone.stderr).contains("p_pi.so: cannot read it"), "{}", text(&gone.stderr));
     let outside = stickslip(&["load", "p_pi.c", "--trust"]);
     assert!(text(&outside.stderr).contains("cc -shared -fPIC"), "{}", text(&outside.stderr));
+}
+
+#[test]
+fn an_fmu_that_the_program_wrote_is_loaded_and_replayed_without_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    let stickslip = |words: &[&str]| run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
+    assert!(stickslip(&["generate", "fmu", "position_controller", "--out", "fmu"]).status.success());
+    let file = "fmu/position_controller-fmi3.fmu";
+    let mapped = "measured_velocity=input.measured_velocity";
+    let words = ["load", file, "--map", mapped, "--set", "input.integrates=0", "--duration", "1", "--out", "there"];
+    let loaded = stickslip(&words);
+    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{said}{told}");
+    for part in ["FMU 3.0 by stickslip ", "torque is output.torque [N.m]", "input.integrates = 0", "A call took "] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
+    assert!(summary.contains("input.measured_angle") && summary.contains("FMU 3.0"), "{summary}");
+    std::fs::remove_dir_all(folder.join("fmu")).expect("it is there");
+    let replayed = stickslip(&["replay", "there"]);
+    assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
+    std::fs::write(folder.join("no.fmu"), "text").expect("the folder takes files");
+    let refused = stickslip(&["load", "no.fmu"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(text(&refused.stderr).contains("no.fmu: it is no FMU"), "{}", text(&refused.stderr));
 }

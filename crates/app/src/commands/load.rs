@@ -1,4 +1,4 @@
-//! `stickslip load`: a controller of one's own, as a shared library, in the loop of the virtual bench.
+//! `stickslip load`: a controller of one's own, as a shared library or an FMU, in the loop of the virtual bench.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,9 @@ use crate::source::{self, Setting};
 /// Which controller, and on which bench.
 #[derive(Args)]
 pub(crate) struct LoadCommand {
-    /// The controller: a shared library with the functions of stickslip_module.h, or a function in Python (law.py), which
-    /// the Python package then makes a library of; the variable PYTHON says which Python has it.
+    /// The controller: a shared library with the functions of stickslip_module.h, an FMU for co-simulation (FMI 2.0 or 3.0),
+    /// or a function in Python (law.py), which the Python package then makes a library of; the variable PYTHON says which
+    /// Python has it.
     #[arg(value_name = "FILE", required_unless_present = "header")]
     file: Option<PathBuf>,
     /// Write stickslip_module.h into this folder, and nothing else.
@@ -26,6 +27,11 @@ pub(crate) struct LoadCommand {
     /// Run it in this process, faster; a crash of it then ends the program. Without it: in a process of its own.
     #[arg(long)]
     trust: bool,
+    /// Which variable of an FMU is a signal, where its name does not say so; may be given several times. Signals are
+    /// reference_position, reference_velocity, reference_acceleration, measured_angle, measured_velocity, torque, and, if
+    /// it wants them, time and torque_limit.
+    #[arg(long, value_name = "SIGNAL=VARIABLE")]
+    map: Vec<Setting>,
     /// Value of a parameter of the controller; may be given several times.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
@@ -55,7 +61,8 @@ impl LoadCommand {
         let preset = source::preset(&self.preset, [])?;
         std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
         let file = library(&self.file.unwrap_or_default(), &self.out)?;
-        let mut foreign = if self.trust { Foreign::trusted(&file)? } else { apart(&file)? };
+        let map = pairs(self.map);
+        let mut foreign = if self.trust { Foreign::trusted_as(&file, &map)? } else { apart(&file, &map)? };
         for setting in &self.set {
             let value = setting.value.parse().map_err(|_| stickslip::Error::Answer {
                 question: setting.path.clone(),
@@ -106,14 +113,19 @@ fn library(file: &Path, folder: &Path) -> Result<PathBuf, stickslip::Error> {
     Ok(made)
 }
 
+/// Signals and variables.
+fn pairs(map: Vec<Setting>) -> Vec<(String, String)> {
+    map.into_iter().map(|Setting { path, value }| (path, value)).collect()
+}
+
 #[cfg(unix)]
-fn apart(file: &Path) -> Result<Foreign, stickslip::Error> {
+fn apart(file: &Path, map: &[(String, String)]) -> Result<Foreign, stickslip::Error> {
     use stickslip::foreign::process::Host;
-    Foreign::apart(file, &Host::find())
+    Foreign::apart(file, &Host::find().mapping(map))
 }
 
 #[cfg(not(unix))]
-fn apart(file: &Path) -> Result<Foreign, stickslip::Error> {
+fn apart(file: &Path, _: &[(String, String)]) -> Result<Foreign, stickslip::Error> {
     let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
     Err(stickslip::Error::Foreign { path: file.into(), problem })
 }
@@ -123,16 +135,19 @@ fn apart(file: &Path) -> Result<Foreign, stickslip::Error> {
 pub(crate) struct HostCommand {
     /// The library.
     file: PathBuf,
+    /// Which variable of an FMU is a signal.
+    #[arg(long, value_name = "SIGNAL=VARIABLE")]
+    map: Vec<Setting>,
 }
 
 impl HostCommand {
     #[cfg(unix)]
     pub(crate) fn run(self) -> Result<(), Failure> {
-        Ok(stickslip::foreign::process::host(&self.file)?)
+        Ok(stickslip::foreign::process::host(&self.file, &pairs(self.map))?)
     }
 
     #[cfg(not(unix))]
     pub(crate) fn run(self) -> Result<(), Failure> {
-        apart(&self.file).map(drop).map_err(Failure::from)
+        apart(&self.file, &pairs(self.map)).map(drop).map_err(Failure::from)
     }
 }

@@ -87,8 +87,9 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip fidelity --quick\n\
                             Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
-    /// Your own position controller, a shared library in C, on the virtual bench, beside the preset's.
-    #[command(after_help = "Example: stickslip load --header .")]
+    /// Your own position controller, a shared library in C or an FMU, on the virtual bench, beside the preset's.
+    #[command(after_help = "Example: stickslip load --header .\n\
+                            Example: stickslip load Servo.fmu --map measured_angle=Encoder.phi --set PI.k=0.2")]
     Load(load::LoadCommand),
     /// The process that a loaded controller runs in.
     #[command(hide = true, after_help = "Example: stickslip load my_controller.so")]

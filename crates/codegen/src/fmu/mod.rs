@@ -151,7 +151,7 @@ fn variables(project: &Project, top: &Step) -> Vec<Variable> {
         let leaves = tree.leaves().into_iter().enumerate();
         let variable = |(k, (path, field)): (usize, (String, &'static Field))| {
             let path = identifier_path(&path);
-            let start = starts.map_or_else(|| 0.0_f64.clamp(field.minimum, field.maximum), |starts| starts[k]);
+            let start = starts.map_or_else(|| field.default.clamp(field.minimum, field.maximum), |starts| starts[k]);
             Variable { role, name: format!("{}.{}", role.names().1, indexed(&path)), path, field, start }
         };
         leaves.map(variable).collect::<Vec<_>>()

@@ -1,40 +1,89 @@
-//! A library in this process: what it says of itself is checked, and each call is timed and watched.
+//! A library or an FMU in this process: what it says of itself is checked, and each call is timed and watched.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use stickslip_core::supervise::ControllerFault;
 use stickslip_rt::{FloatingPoint, Module, ModuleParameter, ModuleSample};
 
+use super::fmu::{Controller, is_fmu};
 use super::{Answer, Caller, Description};
 use crate::Error;
 
-/// An open library.
-pub(super) struct Library {
+/// What was opened.
+pub(super) enum Library {
+    /// A library with the five functions.
+    Module(OpenModule),
+    /// An FMU.
+    Fmu(Box<Controller>),
+}
+
+/// An open library with the five functions.
+pub(super) struct OpenModule {
     module: Module,
     description: Description,
 }
 
 impl Library {
-    /// Opens it.
-    pub(super) fn open(path: &Path) -> Result<Self, Error> {
-        let refused = |problem: String| Error::Foreign { path: path.into(), problem };
-        let module = Module::open(path).map_err(|error| refused(error.to_string()));
+    /// Opens it, whatever it is; `map` and `messages` are for an FMU: which of its variables are which signals, and the
+    /// file that its messages go to besides.
+    pub(super) fn open(path: &Path, map: &[(String, String)], messages: Option<PathBuf>) -> Result<Self, Error> {
+        let opened = if is_fmu(path) {
+            Controller::open(path, map, messages).map(|fmu| Library::Fmu(Box::new(fmu)))
+        } else if map.is_empty() {
+            OpenModule::open(path).map(Library::Module)
+        } else {
+            Err("it is no FMU, whose variables could be mapped. Leave --map out".into())
+        };
         // A library that was linked with fast mathematics has changed it by being opened.
         FloatingPoint::mend();
-        let module = module?;
-        let description = Description { name: module.name().to_owned(), parameters: module.parameters().to_vec() };
-        check(&description).map_err(refused)?;
-        Ok(Library { module, description })
+        opened.map_err(|problem| Error::Foreign { path: path.into(), problem })
     }
 
     pub(super) fn description(&self) -> &Description {
-        &self.description
+        match self {
+            Library::Module(module) => &module.description,
+            Library::Fmu(fmu) => fmu.description(),
+        }
+    }
+
+    fn caller(&mut self) -> &mut dyn Caller {
+        match self {
+            Library::Module(module) => module,
+            Library::Fmu(fmu) => fmu.as_mut(),
+        }
     }
 }
 
 impl Caller for Library {
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
+        self.caller().begin(sample_time, torque_limit, values)
+    }
+
+    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
+        self.caller().step(sample)
+    }
+
+    fn said(&self) -> Option<String> {
+        match self {
+            Library::Module(module) => module.said(),
+            Library::Fmu(fmu) => fmu.said(),
+        }
+    }
+}
+
+impl OpenModule {
+    fn open(path: &Path) -> Result<Self, String> {
+        let module = Module::open(path).map_err(|error| error.to_string())?;
+        let (name, parameters) = (module.name().to_owned(), module.parameters().to_vec());
+        let description = Description { name, parameters, kind: "C library".into(), ..Description::default() };
+        check(&description)?;
+        Ok(OpenModule { module, description })
+    }
+}
+
+impl Caller for OpenModule {
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
         let begun = self.module.begin(sample_time, torque_limit, values);
         if !FloatingPoint::mend() {

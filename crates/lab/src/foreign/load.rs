@@ -5,7 +5,7 @@ use std::path::Path;
 
 use stickslip_core::control::reference::Generator;
 
-use super::{BUDGET, Foreign};
+use super::{BUDGET, Description, Foreign, Signal};
 use crate::bench::{Bench as _, Change, Command, Frame, Request, VirtualBench};
 use crate::benchmark::Manoeuvre;
 use crate::experiment::home;
@@ -91,6 +91,10 @@ pub fn load(
     };
     // The bench lives on, whatever became of the controller.
     let foreign = bench.take_back(&preset.bench)?.expect("it was brought");
+    let fault = fault.map(|reason| match foreign.said() {
+        Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
+        None => reason,
+    });
     if fault.is_some() {
         bench.change(Change::Request(Request::Acknowledge))?;
         home(&mut bench, watch)?;
@@ -149,9 +153,21 @@ impl Loaded {
     pub fn remarks(&self) -> Vec<String> {
         let description = self.foreign.description();
         let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.foreign.hash())];
+        let is_fmu = !description.signals.is_empty();
+        remarks.extend(is_fmu.then(|| self.connected()));
+        remarks.extend(description.notes.iter().cloned());
+        let mut kept = 0;
         for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+            // A model has many parameters; what was set is what counts.
+            if is_fmu && parameter.initial.to_bits() == value.to_bits() {
+                kept += 1;
+                continue;
+            }
             let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
             remarks.push(format!("{} = {value}{unit}: {}", parameter.name, parameter.help));
+        }
+        if kept > 0 {
+            remarks.push(format!("{kept} parameters and inputs have the values of the FMU."));
         }
         let (calls, late) = self.foreign.durations();
         let micro = |time: u64| format!("{:.2} µs", 1e-3 * time as f64);
@@ -163,8 +179,29 @@ impl Loaded {
             calls.count,
             micro(BUDGET)
         ));
-        remarks.extend(self.fault.as_ref().map(|fault| format!("The bench stopped: {fault}")));
+        match &self.fault {
+            Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
+            None => remarks.extend(self.foreign.said().map(|said| format!("It said: {}.", said.trim_end_matches('.')))),
+        }
         remarks
+    }
+
+    /// What an FMU is, and how it is connected.
+    fn connected(&self) -> String {
+        let Description { kind, tool, step, signals, .. } = self.foreign.description();
+        let tool = tool.as_ref().map_or(String::new(), |tool| format!(" by {tool}"));
+        let one = |signal: &Signal| {
+            let unit = if signal.unit.is_empty() { String::new() } else { format!(" [{}]", signal.unit) };
+            format!("{} is {}{unit}", signal.name, signal.variable)
+        };
+        let signals: Vec<String> = signals.iter().map(one).collect();
+        let period = self.preset.bench.control_period();
+        // A sample is a whole number of its steps, up to rounding.
+        let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
+        let steps = step
+            .filter(apart)
+            .map_or(String::new(), |step| format!(" It is made for steps of {step} s, and a sample has {period} s."));
+        format!("{kind}{tool}: {}.{steps}", signals.join(", "))
     }
 
     /// Deviations of both.
@@ -207,9 +244,19 @@ impl Loaded {
         summary.row([
             ("kind", "controller".into()),
             ("name", description.name.clone().into()),
+            ("form", description.kind.clone().into()),
+            ("tool", description.tool.clone().into()),
             ("sha256", self.foreign.hash().into()),
             ("fault", self.fault.clone().into()),
         ]);
+        for Signal { name, variable, unit } in &description.signals {
+            summary.row([
+                ("kind", "signal".into()),
+                ("name", name.clone().into()),
+                ("variable", variable.clone().into()),
+                ("unit", unit.clone().into()),
+            ]);
+        }
         for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
             summary.row([
                 ("kind", "parameter".into()),

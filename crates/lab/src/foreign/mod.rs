@@ -1,9 +1,10 @@
 //! A position controller that somebody else wrote, in the loop of the bench.
 //!
-//! It is a shared library with the five functions of `stickslip_module.h`. Unless it is trusted it runs in a process of its
-//! own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a part of the command, in force
+//! It is a shared library with the five functions of `stickslip_module.h`, or an FMU for co-simulation. Unless it is trusted
+//! it runs in a process of its own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a part of the command, in force
 //! a sample later as that of any controller, so that a record of the run replays without the library.
 
+mod fmu;
 mod guest;
 mod library;
 pub mod load;
@@ -12,6 +13,8 @@ pub mod process;
 #[cfg(all(test, unix))]
 mod tests;
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 use std::time::Duration;
 
@@ -22,12 +25,16 @@ use stickslip_core::supervise::ControllerFault;
 use stickslip_rt::{Durations, Quantiles};
 pub use stickslip_rt::{ModuleParameter, ModuleSample};
 
+use crate::parameters::schema::nearest;
 use crate::{Error, output};
 
 /// A call may take so long; longer ones are counted [ns].
 pub const BUDGET: u64 = 10_000;
 /// Without an answer for so long a controller hangs.
 pub const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Names that a message lists at most.
+const LISTED: usize = 20;
 
 /// The header that a controller in C is written against.
 pub const HEADER: &str = include_str!("stickslip_module.h");
@@ -39,6 +46,27 @@ pub struct Description {
     pub name: String,
     /// Its parameters.
     pub parameters: Vec<ModuleParameter>,
+    /// What it is: `C library`, `FMU 2.0`.
+    pub kind: String,
+    /// The tool that wrote it, if it says so.
+    pub tool: Option<String>,
+    /// Time step that it takes by itself, if it says so [s].
+    pub step: Option<f64>,
+    /// Its variables that are signals of the bench; none of a C library, whose signals are those of the header.
+    pub signals: Vec<Signal>,
+    /// What else a reader should know, in sentences.
+    pub notes: Vec<String>,
+}
+
+/// A signal of the bench that is a variable of an FMU.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Signal {
+    /// As in `stickslip_module.h`.
+    pub name: String,
+    /// What the FMU calls it.
+    pub variable: String,
+    /// Its unit there; empty where none is stated, which is taken for the SI's.
+    pub unit: String,
 }
 
 /// What came of a sample.
@@ -57,6 +85,11 @@ pub(crate) trait Caller: Send {
 
     /// One sample.
     fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault>;
+
+    /// The gravest message that it left since its begin, if it can leave any.
+    fn said(&self) -> Option<String> {
+        None
+    }
 }
 
 /// A controller that was loaded.
@@ -70,13 +103,21 @@ pub struct Foreign {
 }
 
 impl Foreign {
-    /// Opens a library in this process: whatever it does, it does to this process.
+    /// Opens a library or an FMU in this process: whatever it does, it does to this process.
     ///
     /// # Errors
     /// [`Error::Foreign`] for a file that is no controller; [`Error::File`].
     pub fn trusted(path: &Path) -> Result<Self, Error> {
+        Self::trusted_as(path, &[])
+    }
+
+    /// The same with variables of an FMU that are other signals than their names say: signal, variable.
+    ///
+    /// # Errors
+    /// As [`Foreign::trusted`].
+    pub fn trusted_as(path: &Path, map: &[(String, String)]) -> Result<Self, Error> {
         let hash = hash(path)?;
-        let library = Library::open(path)?;
+        let library = Library::open(path, map, None)?;
         Ok(Self::new(library.description().clone(), hash, Box::new(library)))
     }
 
@@ -107,11 +148,13 @@ impl Foreign {
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let parameters = &self.description.parameters;
         let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
-            let known: Vec<_> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
-            let remedy =
-                format!("The controller has: {}.", if known.is_empty() { "none".into() } else { known.join(", ") });
+            let remedy = known(name, parameters);
             return Err(Error::Unknown { what: "parameter", name: name.into(), remedy });
         };
+        if !value.is_finite() {
+            let (question, answer) = (name.into(), value.to_string());
+            return Err(Error::Answer { question, answer, remedy: "Give a finite number.".into() });
+        }
         let ModuleParameter { unit, minimum, maximum, .. } = &parameters[index];
         if !(*minimum..=*maximum).contains(&value) {
             let (name, unit) = (name.into(), unit.clone());
@@ -119,6 +162,11 @@ impl Foreign {
         }
         self.values[index] = value;
         Ok(())
+    }
+
+    /// The gravest message that it left since its begin, if it left any.
+    pub fn said(&self) -> Option<String> {
+        self.caller.said()
     }
 
     /// How long its calls took [ns], and how many took longer than [`BUDGET`].
@@ -146,10 +194,29 @@ impl Foreign {
     }
 }
 
+/// What there is instead of a parameter of this name.
+fn known(name: &str, parameters: &[ModuleParameter]) -> String {
+    let names = || parameters.iter().map(|parameter| parameter.name.as_str());
+    let did = nearest(name, names()).map_or(String::new(), |nearest| format!("Did you mean {nearest}? "));
+    let mut all = names().take(LISTED).collect::<Vec<_>>().join(", ");
+    if parameters.len() > LISTED {
+        all += &format!(" and {} more", parameters.len() - LISTED);
+    }
+    format!("{did}The controller has: {}.", if all.is_empty() { "none" } else { &all })
+}
+
 /// SHA-256 of a file.
 fn hash(path: &Path) -> Result<String, Error> {
-    let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-    Ok(Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect())
+    let refused = |source| Error::file(path, "read", source);
+    let mut file = File::open(path).map_err(refused)?;
+    let (mut digest, mut piece) = (Sha256::new(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut piece).map_err(refused)? {
+            0 => break,
+            count => digest.update(&piece[..count]),
+        }
+    }
+    Ok(digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// Writes the header into a folder.

@@ -15,9 +15,11 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use stickslip_core::supervise::ControllerFault;
 use stickslip_rt::{MOST_PARAMETERS, ModuleParameter, ModuleSample};
+use tempfile::TempDir;
 
+use super::fmu::is_fmu;
 use super::library::Library;
-use super::{Answer, Caller, Description, Foreign, PATIENCE, hash};
+use super::{Answer, Caller, Description, Foreign, PATIENCE, Signal, hash};
 use crate::Error;
 
 /// Kinds of requests.
@@ -29,6 +31,10 @@ const FAILED: f64 = 1.0;
 const MODE: f64 = 2.0;
 /// What a host says of itself at most [bytes].
 const LONGEST: usize = 1 << 22;
+/// An FMU may take so long to be unpacked and opened.
+const OPENING: Duration = Duration::from_secs(60);
+/// Its messages, in the folder of the process.
+const MESSAGES: &str = "said";
 
 /// How the host is called; the file comes behind it.
 #[derive(Clone, Debug)]
@@ -45,6 +51,14 @@ impl Host {
         let own = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|stem| stem == "stickslip"));
         let named = || std::env::var_os("STICKSLIP").map(PathBuf::from);
         Host { program: own.or_else(named).unwrap_or_else(|| "stickslip".into()), arguments: vec!["host".into()] }
+    }
+
+    /// The same for an FMU of which these variables are other signals than their names say: signal, variable.
+    #[must_use]
+    pub fn mapping(mut self, map: &[(String, String)]) -> Self {
+        let words = map.iter().flat_map(|(signal, variable)| ["--map".into(), format!("{signal}={variable}").into()]);
+        self.arguments.extend(words);
+        self
     }
 }
 
@@ -73,26 +87,33 @@ struct Process {
     child: Child,
     socket: UnixStream,
     patience: Duration,
+    /// What it leaves here goes with it, however it ends.
+    folder: TempDir,
 }
 
 impl Process {
     fn start(path: &Path, host: &Host, patience: Duration) -> Result<(Self, Description), Error> {
         let not_started = |source| Error::file(&host.program, "start a process of", source);
         let (socket, theirs) = UnixStream::pair().map_err(not_started)?;
-        socket.set_read_timeout(Some(patience)).map_err(not_started)?;
+        let folder = tempfile::tempdir().map_err(not_started)?;
+        let opening = if is_fmu(path) { patience.max(OPENING) } else { patience };
+        socket.set_read_timeout(Some(opening)).map_err(not_started)?;
         // What the library prints goes where messages go: results stay results.
         let child = Command::new(&host.program)
             .args(&host.arguments)
             .arg(path)
+            .env("TMPDIR", folder.path())
             .stdin(OwnedFd::from(theirs))
             .stdout(Stdio::from(io::stderr()))
             .spawn()
             .map_err(not_started)?;
-        let mut process = Process { child, socket, patience };
+        let mut process = Process { child, socket, patience: opening, folder };
         let said = process.listen();
         let refused = |problem: String| Error::Foreign { path: path.into(), problem };
         let said = said.map_err(|error| refused(format!("while it was opened {}", process.why(&error))))?;
         let description = described(&said).map_err(refused)?;
+        process.patience = patience;
+        process.socket.set_read_timeout(Some(patience)).map_err(not_started)?;
         Ok((process, description))
     }
 
@@ -147,6 +168,11 @@ impl Caller for Process {
         let [position, velocity, acceleration] = references;
         self.ask(&[STEP, time, position, velocity, acceleration, sample.measured_angle, sample.measured_velocity])
     }
+
+    fn said(&self) -> Option<String> {
+        let said = std::fs::read_to_string(self.folder.path().join(MESSAGES)).ok()?;
+        (!said.is_empty()).then_some(said)
+    }
 }
 
 impl Drop for Process {
@@ -156,14 +182,16 @@ impl Drop for Process {
     }
 }
 
-/// The other side: opens the library, says what it is, and answers until nobody asks any more. What `stickslip host` does.
+/// The other side: opens the library, or the FMU with these variables as signals, says what it is, and answers until
+/// nobody asks any more. What `stickslip host` does.
 ///
 /// # Errors
 /// [`Error::File`] where nobody is there to ask.
-pub fn host(path: &Path) -> Result<(), Error> {
+pub fn host(path: &Path, map: &[(String, String)]) -> Result<(), Error> {
     let lost = |source| Error::file(Path::new("standard input"), "talk through", source);
     let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned().map_err(lost)?);
-    let opened = Library::open(path);
+    // The folder that whoever asks has made for this process.
+    let opened = Library::open(path, map, Some(std::env::temp_dir().join(MESSAGES)));
     let said = match &opened {
         Ok(library) => told(library.description()),
         Err(Error::Foreign { problem, .. }) => json!({ "problem": problem }),
@@ -231,7 +259,16 @@ fn read(socket: &mut UnixStream, numbers: &mut [f64]) -> io::Result<()> {
 /// A description for the other side.
 fn told(description: &Description) -> Value {
     let parameter = |p: &ModuleParameter| json!([p.name, p.unit, p.help, p.minimum, p.maximum, p.initial]);
-    json!({ "name": description.name, "parameters": description.parameters.iter().map(parameter).collect::<Vec<_>>() })
+    let signal = |signal: &Signal| json!([signal.name, signal.variable, signal.unit]);
+    json!({
+        "name": description.name,
+        "parameters": description.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "kind": description.kind,
+        "tool": description.tool,
+        "step": description.step,
+        "signals": description.signals.iter().map(signal).collect::<Vec<_>>(),
+        "notes": description.notes,
+    })
 }
 
 /// A description from the other side, or its problem.
@@ -250,6 +287,15 @@ fn described(said: &[u8]) -> Result<Description, String> {
         maximum: number(&p[4]),
         initial: number(&p[5]),
     };
-    let parameters = said["parameters"].as_array().map_or(Vec::new(), |all| all.iter().map(parameter).collect());
-    Ok(Description { name: text(&said["name"]), parameters })
+    let signal = |s: &Value| Signal { name: text(&s[0]), variable: text(&s[1]), unit: text(&s[2]) };
+    let all = |what: &str| said[what].as_array().map_or(&[][..], Vec::as_slice);
+    Ok(Description {
+        name: text(&said["name"]),
+        parameters: all("parameters").iter().map(parameter).collect(),
+        kind: text(&said["kind"]),
+        tool: said["tool"].as_str().map(String::from),
+        step: said["step"].as_f64(),
+        signals: all("signals").iter().map(signal).collect(),
+        notes: all("notes").iter().map(text).collect(),
+    })
 }

@@ -15,15 +15,17 @@ use crate::parameters::presets::find;
 use crate::run::{Record, replay};
 use crate::{Preset, Watch};
 
-/// Named in the environment of a process of a test that is to be a host.
+/// Named in the environment of a process of a test that is to be a host, and the one mapping that it takes.
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
+const MAPPED: &str = "STICKSLIP_TEST_MAP";
 
 /// This very program, as a host: it runs [`hosts`] alone.
-fn here() -> Host {
+pub(super) fn here() -> Host {
     let program = std::env::current_exe().expect("a program has a path");
     let test = "foreign::tests::hosts";
-    let arguments =
-        ["-c".into(), format!("{HOSTED}=\"$1\" exec '{}' --exact {test} --nocapture", program.display()).into()];
+    let call = format!("exec '{}' --exact {test} --nocapture", program.display());
+    let script = format!("for last; do :; done; {HOSTED}=\"$last\" {MAPPED}=\"$2\" {call}");
+    let arguments = ["-c".into(), script.into()];
     Host { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
 }
 
@@ -31,7 +33,9 @@ fn here() -> Host {
 #[test]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
-        host(Path::new(&file)).expect("somebody asks");
+        let map = std::env::var(MAPPED).unwrap_or_default();
+        let map: Vec<_> = map.split_once('=').map(|(signal, name)| (signal.into(), name.into())).into_iter().collect();
+        host(Path::new(&file), &map).expect("somebody asks");
         std::process::exit(0);
     }
 }
@@ -51,7 +55,7 @@ fn faulty(folder: &Path, fault: usize) -> PathBuf {
     compiled(folder, "src/foreign/tests/faults.c", &[&format!("-DFAULT={fault}")])
 }
 
-fn preset() -> Preset<f64> {
+pub(super) fn preset() -> Preset<f64> {
     find("clm-bench").expect("it is built in").read().expect("it is right")
 }
 
