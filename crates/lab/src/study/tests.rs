@@ -621,10 +621,7 @@ fn a_study_chooses_its_steps_and_what_it_says_of_the_error_is_true() {
             for (value, exact) in row.measures.iter().zip(&exact.measures) {
                 let (value, exact) = (value.unwrap(), exact.unwrap());
                 // What is of higher order comes on top; a count that comes a sample sooner or later is 5e-4 of a measure.
-                assert!(
-                    (value - exact).abs() <= (error + 5e-4) * exact,
-                    "{value}, truly {exact}, stated {error}"
-                );
+                assert!((value - exact).abs() <= (error + 5e-4) * exact, "{value}, truly {exact}, stated {error}");
             }
         }
         rows.iter().map(|row| row.step.unwrap()).sum::<f64>()
