@@ -7,6 +7,8 @@
 mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
+#[cfg(unix)]
+mod exchange;
 mod fmu;
 mod lanes;
 mod tick;
@@ -44,6 +46,10 @@ fn wake_up(rate: f64, name: &str) -> String {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    #[cfg(unix)]
+    if exchange::answers()? {
+        return Ok(());
+    }
     let wanted = std::env::args().nth(1);
     let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
@@ -51,6 +57,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let whole = ["tick_10khz/5us", "tick_10khz/worst", "change_4khz/one_cycle"];
     let side_by_side = "study_lanes/scalar";
     let imported = "fmu_plant/native";
+    #[cfg(unix)]
+    let exchanges = exchange::NAMES;
+    #[cfg(not(unix))]
+    let exchanges: [&str; 0] = [];
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
     let names: Vec<_> = demos
@@ -60,6 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(w4::NAMES)
         .chain(whole)
         .chain([side_by_side, imported])
+        .chain(exchanges)
         .chain(controllers::NAMES)
         .chain(w2::NAMES)
         .chain(wake_ups)
@@ -123,6 +134,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         // Nanoseconds a tick.
         let [ours, peer] = fmu::run(ROUNDS)?;
         println!("{imported} {ours:.1} {peer:.1} {:.2}", peer / ours);
+    }
+    #[cfg(unix)]
+    if exchanges.into_iter().any(&wanted) {
+        // Nanoseconds.
+        for (name, [ours, peer]) in exchanges.into_iter().zip(exchange::run(ROUNDS)?) {
+            println!("{name} {ours:.0} {peer:.0} {:.2}", peer / ours);
+        }
     }
     if controllers::NAMES.into_iter().any(&wanted) {
         for (name, ours, asked) in controllers::run(ROUNDS)? {

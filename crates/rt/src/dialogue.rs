@@ -23,6 +23,8 @@ pub const ANSWER: usize = 6;
 
 /// So long whoever waits spins before it sleeps: longer than most answers take.
 const SPIN: Duration = Duration::from_micros(50);
+/// Where spinning does not help, so often it is tried again.
+const AGAIN: u32 = 64;
 /// Words of a cache line.
 const LINE: usize = 8;
 /// Where whoever answers, and whoever asks, says that it sleeps; each has a line of its own.
@@ -50,18 +52,19 @@ fn spin() -> Duration {
     if thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1) { SPIN } else { Duration::ZERO }
 }
 
-/// Looks until something is there, for so long at most; it may give up early where it is woken.
+/// Looks until something is there, for so long at most, spinning first: with whether it slept. It may give up early where
+/// it is woken.
 fn until<T>(
     segment: &Segment,
     [sleeps, word]: [usize; 2],
     spin: Duration,
     within: Duration,
     mut look: impl FnMut() -> Option<T>,
-) -> Option<T> {
+) -> Option<(T, bool)> {
     let begin = Instant::now();
     loop {
         if let Some(found) = look() {
-            return Some(found);
+            return Some((found, false));
         }
         if begin.elapsed() >= spin.min(within) {
             break;
@@ -79,15 +82,17 @@ fn until<T>(
         look()
     });
     sleeps.store(0, Ordering::Relaxed);
-    found
+    found.map(|found| (found, true))
 }
 
-/// Wakes the other side where it says that it sleeps.
-fn wake(segment: &Segment, [sleeps, word]: [usize; 2]) {
+/// Wakes the other side where it says that it sleeps: whether it did.
+fn wake(segment: &Segment, [sleeps, word]: [usize; 2]) -> bool {
     fence(Ordering::SeqCst);
-    if segment.words()[sleeps].load(Ordering::Relaxed) != 0 {
+    let slept = segment.words()[sleeps].load(Ordering::Relaxed) != 0;
+    if slept {
         segment.wake(word);
     }
+    slept
 }
 
 /// The side that asks.
@@ -99,6 +104,8 @@ pub struct Asker {
     number: u64,
     /// It has no answer yet.
     open: bool,
+    /// The other side had to be woken for it.
+    woken: bool,
 }
 
 impl Asker {
@@ -108,7 +115,7 @@ impl Asker {
     /// What the system refuses.
     pub fn new(question: usize) -> io::Result<(Self, File)> {
         let (segment, file) = Segment::anonymous(words(question))?;
-        Ok((Asker { segment: Arc::new(segment), spin: spin(), number: 0, open: false }, file))
+        Ok((Asker { segment: Arc::new(segment), spin: spin(), number: 0, open: false, woken: false }, file))
     }
 
     /// Asks, and does not wait; false where the last question has no answer yet.
@@ -118,7 +125,7 @@ impl Asker {
         }
         (self.number, self.open) = (self.number.wrapping_add(1), true);
         slot::put(questions(&self.segment), self.number, words);
-        wake(&self.segment, [ANSWERER_SLEEPS, QUESTIONS]);
+        self.woken = wake(&self.segment, [ANSWERER_SLEEPS, QUESTIONS]);
         true
     }
 
@@ -140,8 +147,8 @@ impl Asker {
 
     /// Waits for it for so long at most, or until somebody rings the alarm.
     pub fn wait(&mut self, within: Duration) -> Option<[u64; ANSWER]> {
-        let (segment, spin) = (self.segment.clone(), self.spin);
-        until(&segment, [ASKER_SLEEPS, ANSWERS], spin, within, || self.answer())
+        let (segment, spin) = (self.segment.clone(), if self.woken { Duration::ZERO } else { self.spin });
+        until(&segment, [ASKER_SLEEPS, ANSWERS], spin, within, || self.answer()).map(|(answer, _)| answer)
     }
 
     /// What wakes it while it waits.
@@ -169,6 +176,10 @@ pub struct Answerer {
     /// Of the last question that was taken.
     number: u64,
     taken: Vec<u64>,
+    /// The other side had to be woken for the last answer; spinning helped the last time; questions so far.
+    woken: bool,
+    helped: bool,
+    count: u32,
 }
 
 impl Answerer {
@@ -178,14 +189,28 @@ impl Answerer {
     /// A file that is shorter; what the system refuses.
     pub fn open(file: &File, question: usize) -> io::Result<Self> {
         let segment = Segment::map(file, words(question))?;
-        Ok(Answerer { segment, spin: spin(), number: 0, taken: vec![0; question] })
+        Ok(Answerer {
+            segment,
+            spin: spin(),
+            number: 0,
+            taken: vec![0; question],
+            woken: false,
+            helped: true,
+            count: 0,
+        })
     }
 
     /// The next question, for which it waits for so long at most; it may give up early.
     pub fn question(&mut self, within: Duration) -> Option<&[u64]> {
         let (segment, last) = (&self.segment, self.number);
         let asked = || Some(slot::number(questions(segment))).filter(|number| *number != last);
-        self.number = until(segment, [ANSWERER_SLEEPS, QUESTIONS], self.spin, within, asked)?;
+        let spins = (self.helped && !self.woken) || self.count.is_multiple_of(AGAIN);
+        let spin = if spins { self.spin } else { Duration::ZERO };
+        let (number, slept) = until(segment, [ANSWERER_SLEEPS, QUESTIONS], spin, within, asked)?;
+        if spins {
+            self.helped = !slept;
+        }
+        (self.number, self.count) = (number, self.count.wrapping_add(1));
         let count = slot::take(questions(&self.segment), &mut self.taken);
         Some(&self.taken[..count])
     }
@@ -193,7 +218,7 @@ impl Answerer {
     /// Answers it.
     pub fn answer(&mut self, words: [u64; ANSWER]) {
         slot::put(answers(&self.segment), self.number, words);
-        wake(&self.segment, [ASKER_SLEEPS, ANSWERS]);
+        self.woken = wake(&self.segment, [ASKER_SLEEPS, ANSWERS]);
     }
 }
 

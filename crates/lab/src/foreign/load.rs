@@ -49,16 +49,18 @@ pub struct Loaded {
     pub fault: Option<String>,
     /// How the clock was kept.
     pub clocked: Option<Clocked>,
-    /// By the clock: how long it had for a torque [s], and how many were not there in time.
-    lateness: Option<(f64, u64)>,
+    lateness: Option<Lateness>,
 }
+
+/// By the clock: how long a controller had for a torque [s], and how many were not there in time.
+type Lateness = (f64, u64);
 
 /// A bench that takes a controller along.
 trait Takes: Bench {
     fn bring(&mut self, foreign: Foreign) -> Result<(), Error>;
 
     /// Without it again; by the clock with how long it had, and how often it was late.
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<(f64, u64)>)>, Error>;
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error>;
 
     /// The fault that ended something, unless it was none of the bench.
     fn fault(&mut self, error: Error) -> Result<String, Error>;
@@ -69,7 +71,7 @@ impl Takes for VirtualBench {
         self.bring(foreign)
     }
 
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<(f64, u64)>)>, Error> {
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
         Ok(self.take_back(settings)?.map(|foreign| (foreign, None)))
     }
 
@@ -86,7 +88,7 @@ impl Takes for ClockedBench {
         self.bring(foreign)
     }
 
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<(f64, u64)>)>, Error> {
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
         let guest = self.take_back(settings)?;
         Ok(guest.map(|guest| {
             let lateness = guest.lateness();

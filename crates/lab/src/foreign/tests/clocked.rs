@@ -34,8 +34,8 @@ fn faulty(folder: &Path, fault: usize) -> PathBuf {
 /// Moves the axis by somebody's controller until it is at rest by a fault, which is not that of a busy machine unless it is
 /// wanted: what was said of it, and all cycles.
 fn fallen(bench: &mut ClockedBench, foreign: Foreign, stream: &mut crate::bench::tap::Stream) -> (String, Vec<Frame>) {
-    bench.bring(foreign).unwrap();
-    let angle = bench.step(Order::default()).unwrap().angle;
+    bench.bring(foreign).expect("it begins");
+    let angle = bench.step(Order::default()).expect("nothing is wrong yet").angle;
     while stream.sample().is_some() {}
     let mut traveller = Traveller::new(angle, 200.0, 1e-3);
     let ended = (0..4000).find_map(|_| {
@@ -43,7 +43,7 @@ fn fallen(bench: &mut ClockedBench, foreign: Foreign, stream: &mut crate::bench:
         bench.hand_over(order).err()
     });
     assert!(matches!(ended, Some(Error::BenchFault { .. })), "{ended:?}");
-    let fault = bench.named_fault().unwrap().expect("supervision has stopped it");
+    let fault = bench.named_fault().expect("the loop runs").expect("supervision has stopped it");
     let frames = std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect();
     (fault.to_string(), frames)
 }
