@@ -8,6 +8,8 @@ mod controllers;
 #[path = "../../crates/lab/examples/soak/crowd.rs"]
 mod crowd;
 mod dask;
+#[cfg(unix)]
+mod exchange;
 mod fmu;
 mod lanes;
 mod tick;
@@ -45,6 +47,10 @@ fn wake_up(rate: f64, name: &str) -> String {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    #[cfg(unix)]
+    if exchange::answers()? {
+        return Ok(());
+    }
     let wanted = std::env::args().nth(1);
     let wanted = |name: &str| wanted.as_ref().is_none_or(|part| name.contains(part.as_str()));
     let demos = [("demo_1khz/real_time", 1000.0), ("demo_4khz/real_time", 4000.0), ("demo_10khz/real_time", 10_000.0)];
@@ -53,6 +59,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let side_by_side = "study_lanes/scalar";
     let imported = "fmu_plant/native";
     let spread = "study_dask/threads";
+    #[cfg(unix)]
+    let exchanges = exchange::NAMES;
+    #[cfg(not(unix))]
+    let exchanges: [&str; 0] = [];
     let wake_ups: Vec<String> = w5::RATES.iter().flat_map(|rate| WAKE_UP.map(|name| wake_up(*rate, name))).collect();
     let wake_ups = wake_ups.iter().map(String::as_str);
     let names: Vec<_> = demos
@@ -62,6 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .chain(w4::NAMES)
         .chain(whole)
         .chain([side_by_side, imported, spread])
+        .chain(exchanges)
         .chain(controllers::NAMES)
         .chain(w2::NAMES)
         .chain(wake_ups)
@@ -131,6 +142,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         match dask::run() {
             Ok([ours, peer]) => println!("{spread} {ours:.1} {peer:.1} {:.3}", peer / ours),
             Err(reason) => println!("{spread} skipped: {reason}"),
+        }
+    }
+    #[cfg(unix)]
+    if exchanges.into_iter().any(&wanted) {
+        // Nanoseconds.
+        for (name, [ours, peer]) in exchanges.into_iter().zip(exchange::run(ROUNDS)?) {
+            println!("{name} {ours:.0} {peer:.0} {:.2}", peer / ours);
         }
     }
     if controllers::NAMES.into_iter().any(&wanted) {

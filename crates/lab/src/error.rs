@@ -617,6 +617,19 @@ pub enum Error {
         /// Largest value.
         maximum: f64,
     },
+    /// Samples that leave a controller which was brought along no time.
+    #[error(
+        "the position controller runs in every tick of {tick_rate} Hz, and by the clock the torque of one in a process of \
+         its own is taken a tick before it comes into force. Let a sample have two ticks or more (bench.control_divider), \
+         or trust it (--trust)."
+    )]
+    ForeignRate {
+        /// Ticks a second [Hz].
+        tick_rate: f64,
+    },
+    /// A controller that was brought along does not begin.
+    #[error("{0}")]
+    Brought(stickslip_core::supervise::ControllerFault),
     /// A fault on purpose that there is not.
     #[error("no fault \"{fault}\". {remedy}")]
     Injection {

@@ -40,10 +40,14 @@
 mod cause;
 mod clock;
 mod cycle;
+#[cfg(unix)]
+mod dialogue;
 pub mod doctor;
 mod executive;
 mod floating_point;
 mod fmu;
+#[cfg(unix)]
+mod handover;
 mod histograms;
 mod module;
 pub mod pages;
@@ -52,6 +56,8 @@ mod running;
 mod segment;
 mod serial;
 mod setup;
+#[cfg(unix)]
+mod slot;
 mod sync;
 mod system;
 mod timing;
@@ -60,9 +66,13 @@ mod watcher;
 pub use cause::{Cause, Evidence, Overrun};
 pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, SimulatedClock};
 pub use cycle::{Block, Cycle, Lap, MAX_BLOCKS, Next};
+#[cfg(unix)]
+pub use dialogue::{ANSWER, Alarm, Answerer, Asker};
 pub use executive::{Ending, Executive, OverrunPolicy, Plan, PlanError, Summary};
 pub use floating_point::FloatingPoint;
 pub use fmu::{FmiVersion, Fmu, FmuError, FmuLibrary};
+#[cfg(unix)]
+pub use handover::{hand_over, take_over};
 pub use histograms::{Durations, Histograms, Quantiles};
 pub use module::{MODULE_ABI, MOST_PARAMETERS, Module, ModuleError, ModuleParameter, ModuleSample};
 pub use rate::Rate;

@@ -8,6 +8,8 @@
 use std::fs::File;
 use std::io::{Error, ErrorKind};
 use std::sync::atomic::AtomicU64;
+#[cfg(unix)]
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use memmap2::MmapRaw;
@@ -34,6 +36,20 @@ impl Segment {
         Ok(Segment { map: MmapRaw::map_raw(file)?, words })
     }
 
+    /// Memory without a name, all 0, whose file another process can be given. Where the system knows how, nobody can
+    /// shorten it.
+    ///
+    /// # Errors
+    /// What the system refuses.
+    #[cfg(unix)]
+    pub fn anonymous(words: usize) -> Result<(Self, File), Error> {
+        let file = unnamed((words * size_of::<AtomicU64>()) as u64)?;
+        let segment = Segment::map(&file, words)?;
+        // Its pages are there before anybody is in a hurry.
+        segment.words().iter().for_each(|word| word.store(0, Ordering::Relaxed));
+        Ok((segment, file))
+    }
+
     /// The words, in the order of the file.
     pub fn words(&self) -> &[AtomicU64] {
         // SAFETY: the mapping begins at a page, has so many words (checked when it was made) and lives as long as `self`;
@@ -54,10 +70,47 @@ impl Segment {
     }
 }
 
+/// A file in memory whose length stays.
+#[cfg(target_os = "linux")]
+fn unnamed(length: u64) -> Result<File, Error> {
+    use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
+    let file = File::from(memfd_create("stickslip", MemfdFlags::CLOEXEC | MemfdFlags::ALLOW_SEALING)?);
+    file.set_len(length)?;
+    fcntl_add_seals(&file, SealFlags::SHRINK | SealFlags::GROW | SealFlags::SEAL)?;
+    Ok(file)
+}
+
+/// A file whose name is gone. Whoever is given it could shorten it.
+#[cfg(all(unix, not(target_os = "linux")))]
+fn unnamed(length: u64) -> Result<File, Error> {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    use std::sync::atomic::AtomicUsize;
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let name = format!("stickslip-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+    let path = std::env::temp_dir().join(name);
+    let file = File::options().read(true).write(true).create_new(true).mode(0o600).open(&path)?;
+    std::fs::remove_file(path)?;
+    file.set_len(length)?;
+    Ok(file)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::sync::atomic::Ordering;
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn memory_without_a_name_is_shared_by_its_file_and_cannot_be_shortened() {
+        let (one, file) = Segment::anonymous(8).expect("memory");
+        let other = Segment::map(&file, 8).expect("a mapping");
+        one.words()[7].store(3, Ordering::Release);
+        assert_eq!(other.words()[7].load(Ordering::Acquire), 3);
+        for length in [0, 32, 1 << 20] {
+            file.set_len(length).expect_err("it is sealed");
+        }
+        assert_eq!(one.words()[7].load(Ordering::Acquire), 3);
+    }
 
     #[test]
     fn two_mappings_of_a_file_are_one_memory() {

@@ -1,4 +1,5 @@
-//! `stickslip load`: a controller of one's own, as a shared library or an FMU, in the loop of the virtual bench.
+//! `stickslip load`: a controller of one's own, as a shared library or an FMU, in the loop of the virtual bench, simulated or
+//! by the clock.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -6,8 +7,9 @@ use std::process::Command;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::bench::Wishes;
 use stickslip::foreign::Foreign;
-use stickslip::foreign::load::load;
+use stickslip::foreign::load::{load, load_by_the_clock};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -32,6 +34,10 @@ pub(crate) struct LoadCommand {
     /// it wants them, time and torque_limit.
     #[arg(long, value_name = "SIGNAL=VARIABLE")]
     map: Vec<Setting>,
+    /// Run by the clock, as a bench of steel does, instead of as fast as it goes: a torque that is not there when its
+    /// sample ends is a fault. It takes as long as the manoeuvres do, once for each controller.
+    #[arg(long, visible_alias = "clock")]
+    real_time: bool,
     /// Value of a parameter of the controller; may be given several times.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
@@ -71,10 +77,18 @@ impl LoadCommand {
             })?;
             foreign.set(&setting.path, value)?;
         }
-        let loaded = load(&preset, foreign, self.duration, self.seed, Some(&self.out.join("run.mf4")), watch)?;
+        let (run, duration, seed) = (self.out.join("run.mf4"), self.duration, self.seed);
+        let loaded = if self.real_time {
+            load_by_the_clock(&preset, foreign, duration, seed, Some(&run), Wishes::default(), watch)?
+        } else {
+            load(&preset, foreign, duration, seed, Some(&run), watch)?
+        };
         let summary = loaded.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for line in loaded.table().lines() {
+                writeln!(out, "{line}")?;
+            }
+            for line in loaded.clocked.iter().flat_map(|clocked| clocked.table().lines()) {
                 writeln!(out, "{line}")?;
             }
             for remark in loaded.remarks() {

@@ -245,6 +245,33 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
 }
 
 #[test]
+fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
+    let mut software = running(0.0);
+    let late = ControllerFault::Late { time: 7.5e-4 };
+    let crashed = ControllerFault::Crashed { signal: 11 };
+    let told = |software: &Software| software.safety().state().fault();
+    software.change(&Change::ControllerFailed(late)).unwrap();
+    assert_eq!(told(&software), Some(Fault::Controller(late)));
+    software.change(&Change::ControllerFailed(crashed)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(Fault::Controller(crashed))));
+    software.change(&Change::ControllerFailed(ControllerFault::Ended { code: 1 })).unwrap();
+    assert_eq!(told(&software), Some(Fault::Controller(crashed)));
+    let said = std::format!("{}", Fault::Controller(late));
+    assert!(said.contains("was not there 0.750 ms after its sample began"), "{said}");
+    // At rest as well; a fault of the machine is never taken for it.
+    let mut software = running(0.0);
+    software.change(&Change::ControllerFailed(late)).unwrap();
+    let _ = (0..10_000).map(|_| software.step(Measurement::default(), None)).last();
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Controller(late)));
+    software.change(&Change::ControllerFailed(crashed)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Controller(crashed)));
+    let mut software = running(0.0);
+    software.change(&Change::MachineFailed(MachineFault::Anew)).unwrap();
+    software.change(&Change::ControllerFailed(crashed)).unwrap();
+    assert_eq!(told(&software), Some(Fault::Machine(MachineFault::Anew)));
+}
+
+#[test]
 fn a_fault_that_is_being_braked_for_is_told_though_the_machine_goes_meanwhile() {
     let mut software = running(0.0);
     software.step(Measurement::default(), Some(moving(0.0, 0.0)));

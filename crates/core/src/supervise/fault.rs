@@ -141,6 +141,11 @@ pub enum ControllerFault {
         /// How long [s].
         time: f64,
     },
+    /// By the clock: its torque was not there when its sample ended. Why, may be known later.
+    Late {
+        /// How long it had [s].
+        time: f64,
+    },
     /// Its torque is no finite number.
     NotANumber,
     /// It says that it failed.
@@ -314,6 +319,12 @@ impl fmt::Display for ControllerFault {
                 f,
                 "the controller has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
                  step; load it again."
+            ),
+            ControllerFault::Late { time } => write!(
+                f,
+                "the controller's torque was not there {:.3} ms after its sample began, when it was due. Look for what \
+                 takes so long in its step, and for other programs that take the processor.",
+                1e3 * time
             ),
             ControllerFault::NotANumber => write!(
                 f,

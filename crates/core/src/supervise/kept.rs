@@ -20,7 +20,7 @@ const NAMES: [&str; 11] = [
     "load",
 ];
 /// Kinds of faults.
-const FAULTS: usize = 28;
+const FAULTS: usize = 29;
 /// States, a stop by a fault for itself.
 const STATES: usize = 7;
 
@@ -148,6 +148,7 @@ fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
         Fault::Controller(ControllerFault::NotANumber) => (25, [0.0; 3], ""),
         Fault::Controller(ControllerFault::Failed { code }) => (26, [f64::from(code), 0.0, 0.0], ""),
         Fault::Controller(ControllerFault::FloatingPoint) => (27, [0.0; 3], ""),
+        Fault::Controller(ControllerFault::Late { time }) => (28, [time, 0.0, 0.0], ""),
     }
 }
 
@@ -181,7 +182,8 @@ fn fault(kind: usize, [a, b, c]: [f64; 3], name: &'static str) -> Fault {
         24 => Fault::Controller(ControllerFault::Silent { time: a }),
         25 => Fault::Controller(ControllerFault::NotANumber),
         26 => Fault::Controller(ControllerFault::Failed { code: a as i32 }),
-        _ => Fault::Controller(ControllerFault::FloatingPoint),
+        27 => Fault::Controller(ControllerFault::FloatingPoint),
+        _ => Fault::Controller(ControllerFault::Late { time: a }),
     }
 }
 

@@ -252,10 +252,17 @@ impl Safety {
         }
     }
 
-    /// The controller that was brought along is gone: the brake stops the screw. An earlier fault stays.
+    /// The controller that was brought along is gone: the brake stops the screw. An earlier fault stays, unless this is
+    /// why the controller was late.
     pub fn controller_failed(&mut self, fault: ControllerFault) {
-        if self.state.fault().is_none() {
-            self.fault(Fault::Controller(fault));
+        match &mut self.state {
+            SafetyState::Stopping(Some(Fault::Controller(known))) | SafetyState::Fault(Fault::Controller(known))
+                if matches!(known, ControllerFault::Late { .. }) =>
+            {
+                *known = fault;
+            }
+            state if state.fault().is_none() => self.fault(Fault::Controller(fault)),
+            _ => {}
         }
     }
 

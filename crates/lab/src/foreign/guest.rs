@@ -1,10 +1,13 @@
 //! A controller that was brought along, on a bench: what it computes in a sample comes into force when that ends.
+//!
+//! In the simulation the bench waits for it. By the clock nobody waits: it is asked when a sample begins, and what is not
+//! there when the sample ends is late.
 
 use stickslip_core::control::{AxisControl, AxisControlInput};
 use stickslip_core::cycle::Sample;
 use stickslip_core::supervise::ControllerFault;
 
-use super::{Foreign, ModuleSample};
+use super::{Course, Foreign, ModuleSample};
 use crate::preset::{CompensationChoice, ControllerChoice, ControllerMatrices, FilterChoice, Model, Settings};
 use crate::{Error, design};
 use stickslip_core::control::compensation::Hold;
@@ -25,6 +28,12 @@ pub struct Guest {
     computed: f64,
     commanded: f64,
     failed: Option<ControllerFault>,
+    /// By the clock: it has to begin, and has not been asked to.
+    due: bool,
+    /// How long it has for a torque [s].
+    allowed: f64,
+    /// Samples whose torque was not there.
+    late: u64,
 }
 
 impl Guest {
@@ -41,8 +50,38 @@ impl Guest {
         settings.filter = FilterChoice::Nothing;
         settings.hold = Hold::Nothing;
         let stands_in = design::axis_control(model, settings)?;
-        let (samples, failed) = (None, None);
-        Ok(Guest { foreign, stands_in, period, torque_limit, samples, computed: 0.0, commanded: 0.0, failed })
+        Ok(Guest {
+            foreign,
+            stands_in,
+            period,
+            torque_limit,
+            samples: None,
+            computed: 0.0,
+            commanded: 0.0,
+            failed: None,
+            due: false,
+            // The tick in which a sample ends begins a tick before that.
+            allowed: period - settings.tick_time(),
+            late: 0,
+        })
+    }
+
+    /// The same by the clock: it has begun.
+    ///
+    /// # Errors
+    /// As [`Guest::new`]; [`Error::ForeignRate`] where its samples leave it no time; [`Error::Brought`] where it does not
+    /// begin.
+    pub(crate) fn by_the_clock(
+        foreign: Foreign,
+        model: &Model<f64>,
+        settings: &mut Settings<f64>,
+    ) -> Result<Self, Error> {
+        if settings.divider() < 2 && !foreign.answers_at_once() {
+            return Err(Error::ForeignRate { tick_rate: settings.tick_rate });
+        }
+        let mut guest = Self::new(foreign, model, settings)?;
+        guest.foreign.begin(guest.period, guest.torque_limit).map_err(Error::Brought)?;
+        Ok(guest)
     }
 
     /// What the bench has in its place.
@@ -58,6 +97,11 @@ impl Guest {
     /// What it failed of.
     pub fn failed(&self) -> Option<ControllerFault> {
         self.failed
+    }
+
+    /// How long it has for a torque by the clock [s], and how many were not there in time.
+    pub fn lateness(&self) -> (f64, u64) {
+        (self.allowed, self.late)
     }
 
     /// Gives the controller back.
@@ -88,6 +132,74 @@ impl Guest {
         Ok(self.commanded)
     }
 
+    /// Its torque in this tick by the clock [N m]: no wait, no allocation, a system call only where it has to be woken.
+    ///
+    /// # Errors
+    /// As [`torque`](Self::torque); [`ControllerFault::Late`].
+    pub(crate) fn torque_by_the_clock(
+        &mut self,
+        sample: &Sample,
+        control: &AxisControl<f64>,
+    ) -> Result<f64, ControllerFault> {
+        if self.failed.is_some() || !sample.controls || *control != self.stands_in {
+            self.due |= self.samples.take().is_some();
+            self.commanded = 0.0;
+            // Whatever was awaited comes too late to count.
+            let course = self.foreign.look();
+            if let (true, Ok(Course::Nothing), None) = (self.due, course, self.failed) {
+                self.foreign.ask_to_begin(self.period, self.torque_limit);
+                self.due = false;
+            }
+            let controls = sample.controls && *control == self.stands_in;
+            return self.failed.filter(|_| controls).map_or(Ok(0.0), Err);
+        }
+        let torque = self.in_time(sample);
+        self.failed = torque.err();
+        self.late += u64::from(matches!(self.failed, Some(ControllerFault::Late { .. })));
+        torque
+    }
+
+    fn in_time(&mut self, sample: &Sample) -> Result<f64, ControllerFault> {
+        if sample.begins {
+            // What is still awaited is that of a sample whose end was missed, or a begin.
+            let course = self.take()?;
+            if course == Course::Open && self.samples.is_some() {
+                return Err(ControllerFault::Late { time: self.allowed });
+            }
+            if self.due && course != Course::Open {
+                self.foreign.ask_to_begin(self.period, self.torque_limit);
+                self.due = false;
+            } else if course != Course::Open {
+                let samples = self.samples.unwrap_or(0);
+                self.samples = Some(samples + 1);
+                self.foreign.ask(&self.read(samples, &sample.input));
+            }
+        }
+        if sample.ends && self.take()? == Course::Open {
+            return Err(ControllerFault::Late { time: self.allowed });
+        }
+        Ok(self.commanded)
+    }
+
+    /// What has become of what was asked for; a torque is in force.
+    fn take(&mut self) -> Result<Course, ControllerFault> {
+        let course = self.foreign.look()?;
+        if let Course::Torque(torque) = course {
+            self.commanded = torque;
+        }
+        Ok(course)
+    }
+
+    /// By the clock: why it was late, where that has become known since.
+    pub(crate) fn reason(&mut self) -> Option<ControllerFault> {
+        if !matches!(self.failed, Some(ControllerFault::Late { .. })) {
+            return None;
+        }
+        let why = self.foreign.ended()?;
+        self.failed = Some(why);
+        Some(why)
+    }
+
     fn compute(&mut self, input: &AxisControlInput<f64>) -> Result<f64, ControllerFault> {
         let samples = match self.samples {
             Some(samples) => samples,
@@ -97,14 +209,19 @@ impl Guest {
             }
         };
         self.samples = Some(samples + 1);
+        self.foreign.step(&self.read(samples, input))
+    }
+
+    /// What it reads in a sample.
+    fn read(&self, samples: u64, input: &AxisControlInput<f64>) -> ModuleSample {
         let AxisControlInput { reference, measured_angle, measured_velocity } = *input;
-        self.foreign.step(&ModuleSample {
+        ModuleSample {
             time: samples as f64 * self.period,
             reference_position: reference.position,
             reference_velocity: reference.velocity,
             reference_acceleration: reference.acceleration,
             measured_angle,
             measured_velocity,
-        })
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! A controller that was brought along on the virtual bench: standard manoeuvres, beside the preset's own controller.
+//! A controller that was brought along on the virtual bench, simulated or by the clock: standard manoeuvres, beside the
+//! preset's own controller.
 
 use std::fs;
 use std::path::Path;
@@ -6,10 +7,12 @@ use std::path::Path;
 use stickslip_core::control::reference::Generator;
 
 use super::{BUDGET, Description, Foreign, Signal};
-use crate::bench::{Bench as _, Change, Command, Frame, Request, VirtualBench};
+use crate::bench::tap::Tap;
+use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Frame, Request, VirtualBench, Wishes};
 use crate::benchmark::Manoeuvre;
 use crate::experiment::home;
 use crate::figure::{Axis, Figure, Role, Series};
+use crate::preset::Settings;
 use crate::quantity::Estimate;
 use crate::report::{Cell, Provenance, Report, Table};
 use crate::run::{About, Recorder};
@@ -44,6 +47,62 @@ pub struct Loaded {
     own: Vec<Followed>,
     /// What ended it before its time.
     pub fault: Option<String>,
+    /// How the clock was kept.
+    pub clocked: Option<Clocked>,
+    lateness: Option<Lateness>,
+}
+
+/// By the clock: how long a controller had for a torque [s], and how many were not there in time.
+type Lateness = (f64, u64);
+
+/// A bench that takes a controller along.
+trait Takes: Bench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error>;
+
+    /// Without it again; by the clock with how long it had, and how often it was late.
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error>;
+
+    /// The fault that ended something, unless it was none of the bench.
+    fn fault(&mut self, error: Error) -> Result<String, Error>;
+}
+
+impl Takes for VirtualBench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        self.bring(foreign)
+    }
+
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
+        Ok(self.take_back(settings)?.map(|foreign| (foreign, None)))
+    }
+
+    fn fault(&mut self, error: Error) -> Result<String, Error> {
+        match error {
+            Error::BenchFault { reason, .. } => Ok(reason),
+            error => Err(error),
+        }
+    }
+}
+
+impl Takes for ClockedBench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        self.bring(foreign)
+    }
+
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
+        let guest = self.take_back(settings)?;
+        Ok(guest.map(|guest| {
+            let lateness = guest.lateness();
+            (guest.into_foreign(), Some(lateness))
+        }))
+    }
+
+    fn fault(&mut self, error: Error) -> Result<String, Error> {
+        // An experiment may also fall behind, or the loop end.
+        match self.named_fault() {
+            Ok(Some(fault)) => Ok(fault.to_string()),
+            _ => Err(error),
+        }
+    }
 }
 
 /// Runs a controller through the manoeuvres that fit into a duration [s], the first in any case, and then the preset's own
@@ -59,19 +118,54 @@ pub fn load(
     record: Option<&Path>,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
+    let (recorder, tap) = recorded(preset, seed, record)?.unzip();
     let mut bench = VirtualBench::new(preset, seed)?;
-    let recorder = match record {
-        Some(path) => {
-            if path.exists() {
-                fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
-            }
-            let about = About { command: "stickslip load".into(), preset: *preset, seed: Some(seed) };
-            let (recorder, tap) = Recorder::start(path, &about)?;
-            bench.tap(tap);
-            Some(recorder)
-        }
-        None => None,
-    };
+    tap.into_iter().for_each(|tap| bench.tap(tap));
+    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    drop(bench);
+    recorder.map(Recorder::finish).transpose()?;
+    Ok(loaded)
+}
+
+/// The same by the clock: what is not computed when its sample ends is late, and ends it.
+///
+/// # Errors
+/// As [`load`]; [`Error::ForeignRate`]; [`Error::RealTime`]; [`Error::BenchFault`] where the clock could not be kept.
+pub fn load_by_the_clock(
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    record: Option<&Path>,
+    wishes: Wishes,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
+    let (recorder, tap) = recorded(preset, seed, record)?.unzip();
+    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
+    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    let clocked = bench.stop();
+    recorder.map(Recorder::finish).transpose()?;
+    Ok(Loaded { clocked, ..loaded })
+}
+
+/// Who records the run, where a file is named.
+fn recorded(preset: &Preset<f64>, seed: u64, record: Option<&Path>) -> Result<Option<(Recorder, Tap)>, Error> {
+    let Some(path) = record else { return Ok(None) };
+    if path.exists() {
+        fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
+    }
+    let about = About { command: "stickslip load".into(), preset: *preset, seed: Some(seed) };
+    Recorder::start(path, &about).map(Some)
+}
+
+fn run(
+    bench: &mut impl Takes,
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
     let mut wanted = Vec::new();
     let mut total = 0.0;
     for manoeuvre in MANOEUVRES {
@@ -80,53 +174,49 @@ pub fn load(
             wanted.push(manoeuvre);
         }
     }
-    home(&mut bench, watch)?;
+    home(bench, watch)?;
     bench.come_to_rest()?;
     bench.bring(foreign)?;
     let mut brought = Vec::new();
-    let ended = follow(&wanted, preset, &mut bench, &mut brought, watch);
-    let fault = match ended {
-        Err(Error::BenchFault { reason, .. }) => Some(reason),
+    let fault = match follow(&wanted, preset, bench, &mut brought, watch) {
+        Err(error @ Error::BenchFault { .. }) => Some(bench.fault(error)?),
         ended => ended.map(|()| None)?,
     };
     // The bench lives on, whatever became of the controller.
-    let foreign = bench.take_back(&preset.bench)?.expect("it was brought");
+    let (foreign, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
     let fault = fault.map(|reason| match foreign.said() {
         Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
         None => reason,
     });
     if fault.is_some() {
         bench.change(Change::Request(Request::Acknowledge))?;
-        home(&mut bench, watch)?;
+        home(bench, watch)?;
         bench.come_to_rest()?;
     }
     let mut own = Vec::new();
-    follow(&wanted, preset, &mut bench, &mut own, watch)?;
-    drop(bench);
-    if let Some(recorder) = recorder {
-        recorder.finish()?;
-    }
-    Ok(Loaded { preset: *preset, seed, foreign, brought, own, fault })
+    follow(&wanted, preset, bench, &mut own, watch)?;
+    Ok(Loaded { preset: *preset, seed, foreign, brought, own, fault, clocked: None, lateness })
 }
 
 fn follow(
     wanted: &[Manoeuvre],
     preset: &Preset<f64>,
-    bench: &mut VirtualBench,
+    bench: &mut impl Bench,
     followed: &mut Vec<Followed>,
     watch: &Watch,
 ) -> Result<(), Error> {
     let (rate, divider) = (preset.bench.tick_rate, preset.bench.divider());
     for (number, manoeuvre) in wanted.iter().enumerate() {
         // One tick without torque tells where the screw is.
-        let begin = bench.step(Command::default())?;
-        let home = begin.angle;
+        let home = bench.step(Command::default())?.angle;
         let (reference, duration) = manoeuvre.reference(preset, 0.5);
         let mut setpoints = Generator::new(reference, rate).with_origin(home);
         let mut course = Vec::new();
+        let mut begin = None;
         let mut see = |frame: &Frame| {
+            let before = *begin.get_or_insert(frame.cycle - 1);
             if frame.cycle.is_multiple_of(divider) {
-                let time = (frame.cycle - begin.cycle) as f64 / rate;
+                let time = (frame.cycle - before) as f64 / rate;
                 course.push((time, frame.command.setpoint.position - frame.angle));
             }
         };
@@ -139,6 +229,7 @@ fn follow(
             let command = Command { setpoint: setpoints.next(), control: true, ..Command::default() };
             bench.hand_over(command)?.iter().for_each(&mut see);
         }
+        bench.drain(&mut see)?;
         bench.come_to_rest()?;
         let square: f64 = course.iter().map(|(_, deviation)| deviation * deviation).sum();
         let peak = course.iter().fold(0.0f64, |most, (_, deviation)| most.max(deviation.abs()));
@@ -179,6 +270,18 @@ impl Loaded {
             calls.count,
             micro(BUDGET)
         ));
+        if let Some((allowed, late)) = self.lateness {
+            let responses = self.foreign.responses();
+            let there = [(responses.p50, "median"), (responses.p99, "99 %"), (responses.max, "largest")];
+            let there = there.map(|(time, which)| format!("{} ({which})", micro(time))).join(", ");
+            let when =
+                if responses.count > 0 { format!("was there after {there}") } else { "is computed at once".into() };
+            remarks.push(format!(
+                "By the clock its torque {when}, of the {} that it has from the begin of its sample; {late} came too late.",
+                micro((1e9 * allowed) as u64)
+            ));
+        }
+        remarks.extend(self.clocked.iter().flat_map(Clocked::warnings));
         match &self.fault {
             Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
             None => remarks.extend(self.foreign.said().map(|said| format!("It said: {}.", said.trim_end_matches('.')))),
@@ -239,6 +342,14 @@ impl Loaded {
             summary.result(&format!("call.{name}"), 1e-9 * time as f64, "s");
         }
         summary.result("call.count", calls.count as f64, "1").result("call.over_budget", late as f64, "1");
+        if let Some((allowed, late)) = self.lateness {
+            let responses = self.foreign.responses();
+            for (name, time) in [("p50", responses.p50), ("p99", responses.p99), ("largest", responses.max)] {
+                summary.result(&format!("response.{name}"), 1e-9 * time as f64, "s");
+            }
+            summary.result("response.allowed", allowed, "s").result("response.late", late as f64, "1");
+        }
+        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
         summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
         let description = self.foreign.description();
         summary.row([
@@ -273,6 +384,7 @@ impl Loaded {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
         let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
         let report = report.summary(self.remarks().join(" ")).table(self.table());
+        let report = self.clocked.iter().fold(report, |report, clocked| report.table(clocked.table()));
         self.figures().into_iter().fold(report, |report, (_, figure)| {
             report.figure(
                 figure,

@@ -6,12 +6,18 @@
 
 mod fmu;
 mod guest;
+#[cfg(unix)]
+mod host;
 mod library;
 pub mod load;
+#[cfg(unix)]
+mod minder;
 #[cfg(unix)]
 pub mod process;
 #[cfg(all(test, unix))]
 mod tests;
+#[cfg(unix)]
+mod wire;
 
 use std::fs::File;
 use std::io::Read as _;
@@ -78,6 +84,15 @@ pub(crate) struct Answer {
     pub(crate) time: u64,
 }
 
+/// What a controller is asked for by the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Question<'a> {
+    /// To begin anew, at rest: time from sample to sample [s], largest torque of the drive [N m], values of its parameters.
+    Begin(f64, f64, &'a [f64]),
+    /// One sample.
+    Step(&'a ModuleSample),
+}
+
 /// Whoever calls the functions: here, or in another process.
 pub(crate) trait Caller: Send {
     /// Begins anew, at rest.
@@ -90,6 +105,56 @@ pub(crate) trait Caller: Send {
     fn said(&self) -> Option<String> {
         None
     }
+
+    /// By the clock: asks, and does not wait. The answer where it is known at once, as that of a function called here.
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+        Some(match question {
+            Question::Begin(sample_time, torque_limit, values) => {
+                self.begin(sample_time, torque_limit, values).map(|()| Answer { torque: 0.0, time: 0 })
+            }
+            Question::Step(sample) => self.step(sample),
+        })
+    }
+
+    /// The answer to what was asked last, where it has come since.
+    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+        None
+    }
+
+    /// Whether all is computed within the call.
+    fn answers_at_once(&self) -> bool {
+        true
+    }
+
+    /// Why no answer will come, where that is known.
+    fn ended(&self) -> Option<ControllerFault> {
+        None
+    }
+
+    /// From the last question until its answer was there [ns], where that is known.
+    fn response(&self) -> Option<u64> {
+        None
+    }
+}
+
+/// What is awaited by the clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Awaited {
+    Begin,
+    Torque,
+}
+
+/// What has become of what was asked for by the clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Course {
+    /// Nothing is awaited.
+    Nothing,
+    /// No answer yet.
+    Open,
+    /// It has begun.
+    Begun,
+    /// Its torque [N m], a finite number.
+    Torque(f64),
 }
 
 /// A controller that was loaded.
@@ -100,6 +165,9 @@ pub struct Foreign {
     caller: Box<dyn Caller>,
     durations: Durations,
     late: u64,
+    /// By the clock: what was asked for and not taken, and its answer where it was known at once.
+    awaited: Option<(Awaited, Option<Result<Answer, ControllerFault>>)>,
+    responses: Durations,
 }
 
 impl Foreign {
@@ -121,9 +189,10 @@ impl Foreign {
         Ok(Self::new(library.description().clone(), hash, Box::new(library)))
     }
 
-    fn new(description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
+    pub(crate) fn new(description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
         let values = description.parameters.iter().map(|parameter| parameter.initial).collect();
-        Foreign { description, values, hash, caller, durations: Durations::default(), late: 0 }
+        let (durations, responses) = (Durations::default(), Durations::default());
+        Foreign { description, values, hash, caller, durations, late: 0, awaited: None, responses }
     }
 
     /// What it says of itself.
@@ -187,10 +256,62 @@ impl Foreign {
     /// # Errors
     /// What went wrong.
     pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ControllerFault> {
-        let Answer { torque, time } = self.caller.step(sample)?;
+        let answer = self.caller.step(sample)?;
+        self.judged(answer)
+    }
+
+    /// A torque, counted.
+    fn judged(&mut self, Answer { torque, time }: Answer) -> Result<f64, ControllerFault> {
         self.durations.add(time);
         self.late += u64::from(time > BUDGET);
         if torque.is_finite() { Ok(torque) } else { Err(ControllerFault::NotANumber) }
+    }
+
+    /// By the clock: whether its torque is there when its sample has been asked for.
+    pub fn answers_at_once(&self) -> bool {
+        self.caller.answers_at_once()
+    }
+
+    /// By the clock: asks it to begin anew, and does not wait; nothing may be awaited.
+    pub(crate) fn ask_to_begin(&mut self, sample_time: f64, torque_limit: f64) {
+        let answer = self.caller.ask(Question::Begin(sample_time, torque_limit, &self.values));
+        self.awaited = Some((Awaited::Begin, answer));
+    }
+
+    /// By the clock: asks for the torque of a sample, and does not wait; nothing may be awaited.
+    pub(crate) fn ask(&mut self, sample: &ModuleSample) {
+        let answer = self.caller.ask(Question::Step(sample));
+        self.awaited = Some((Awaited::Torque, answer));
+    }
+
+    /// By the clock: takes the answer to what was asked for, where it is there.
+    ///
+    /// # Errors
+    /// What went wrong.
+    pub(crate) fn look(&mut self) -> Result<Course, ControllerFault> {
+        let Some((awaited, answer)) = &mut self.awaited else { return Ok(Course::Nothing) };
+        let Some(answer) = answer.take().or_else(|| self.caller.look()) else { return Ok(Course::Open) };
+        let awaited = *awaited;
+        self.awaited = None;
+        match awaited {
+            Awaited::Begin => answer.map(|_| Course::Begun),
+            Awaited::Torque => {
+                let torque = self.judged(answer?)?;
+                self.caller.response().into_iter().for_each(|time| self.responses.add(time));
+                Ok(Course::Torque(torque))
+            }
+        }
+    }
+
+    /// Why no answer will come any more, where that is known.
+    pub(crate) fn ended(&self) -> Option<ControllerFault> {
+        self.caller.ended()
+    }
+
+    /// By the clock: from a question until its answer was there [ns]; empty where it answers at once, and where the system
+    /// does not tell.
+    pub fn responses(&self) -> Quantiles {
+        self.responses.quantiles()
     }
 }
 

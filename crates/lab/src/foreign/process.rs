@@ -1,40 +1,36 @@
-//! A library in a process of its own: the program itself, called anew, with a socket between the two as its standard input.
+//! A library in a process of its own: the program itself, called anew.
 //!
-//! First the host says what the library is, or why it is none; then each request has one answer. All are numbers in the
-//! order of bytes of the machine, since both ends are the same program.
+//! A socket between the two, its standard input, carries what is said once: the memory that both share, what the library
+//! is or why it is none. Each sample then is a question and an answer in that memory ([`stickslip_rt::Asker`]). Where it
+//! lies anybody's code can write: what is read from it is a value and nothing more. The end of the socket tells the other
+//! side that nobody asks any more; a thread ([`minder`](super::minder)) tells this side why no answer comes.
 
 use std::ffi::OsString;
-use std::io::{self, Read, Write};
-use std::os::fd::{AsFd as _, OwnedFd};
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use serde_json::{Value, json};
 use stickslip_core::supervise::ControllerFault;
-use stickslip_rt::{MOST_PARAMETERS, ModuleParameter, ModuleSample};
+use stickslip_rt::{ANSWER, Asker, ModuleSample, hand_over};
 use tempfile::TempDir;
 
 use super::fmu::is_fmu;
-use super::library::Library;
-use super::{Answer, Caller, Description, Foreign, PATIENCE, Signal, hash};
+pub use super::host::host;
+use super::minder::Minder;
+use super::wire::{self, LONGEST, QUESTION};
+use super::{Answer, Caller, Description, Foreign, PATIENCE, Question, hash};
 use crate::Error;
 
-/// Kinds of requests.
-const BEGIN: f64 = 1.0;
-const STEP: f64 = 2.0;
-/// How an answer begins.
-const DONE: f64 = 0.0;
-const FAILED: f64 = 1.0;
-const MODE: f64 = 2.0;
-/// What a host says of itself at most [bytes].
-const LONGEST: usize = 1 << 22;
+/// From look to look at what has become of a process that does not answer.
+const LOOK: Duration = Duration::from_millis(5);
 /// An FMU may take so long to be unpacked and opened.
 const OPENING: Duration = Duration::from_secs(60);
 /// Its messages, in the folder of the process.
-const MESSAGES: &str = "said";
+pub(super) const MESSAGES: &str = "said";
 
 /// How the host is called; the file comes behind it.
 #[derive(Clone, Debug)]
@@ -84,9 +80,12 @@ impl Foreign {
 
 /// The process, as the bench sees it.
 struct Process {
-    child: Child,
-    socket: UnixStream,
-    patience: Duration,
+    asker: Asker,
+    minder: Minder,
+    /// From the last question until its answer was there, as the other side says [ns].
+    response: u64,
+    /// The other side ends with it.
+    _socket: UnixStream,
     /// What it leaves here goes with it, however it ends.
     folder: TempDir,
 }
@@ -97,6 +96,8 @@ impl Process {
         let (socket, theirs) = UnixStream::pair().map_err(not_started)?;
         let folder = tempfile::tempdir().map_err(not_started)?;
         let opening = if is_fmu(path) { patience.max(OPENING) } else { patience };
+        let (asker, memory) = Asker::new(QUESTION).map_err(not_started)?;
+        // A process that it starts in its turn could hold the other end open.
         socket.set_read_timeout(Some(opening)).map_err(not_started)?;
         // What the library prints goes where messages go: results stay results.
         let child = Command::new(&host.program)
@@ -107,195 +108,96 @@ impl Process {
             .stdout(Stdio::from(io::stderr()))
             .spawn()
             .map_err(not_started)?;
-        let mut process = Process { child, socket, patience: opening, folder };
-        let said = process.listen();
+        let minder = Minder::start(child, asker.alarm(), opening).map_err(not_started)?;
+        minder.asked();
+        let said = listen(&socket, &memory);
         let refused = |problem: String| Error::Foreign { path: path.into(), problem };
-        let said = said.map_err(|error| refused(format!("while it was opened {}", process.why(&error))))?;
-        let description = described(&said).map_err(refused)?;
-        process.patience = patience;
-        process.socket.set_read_timeout(Some(patience)).map_err(not_started)?;
-        Ok((process, description))
+        let said = said.map_err(|_| refused(format!("while it was opened {}", minder.why())))?;
+        minder.answered();
+        minder.be_patient_for(patience);
+        let description = wire::described(&said).map_err(refused)?;
+        Ok((Process { asker, minder, response: 0, _socket: socket, folder }, description))
     }
 
-    /// What the host says first.
-    fn listen(&mut self) -> io::Result<Vec<u8>> {
-        let mut length = [0; 8];
-        self.socket.read_exact(&mut length)?;
-        let mut said = vec![0; usize::from_ne_bytes(length).min(LONGEST)];
-        self.socket.read_exact(&mut said)?;
-        Ok(said)
+    /// Asks; false where the last question has no answer yet.
+    fn put(&mut self, question: Question<'_>) -> bool {
+        if self.asker.is_open() {
+            return false;
+        }
+        let asked = self.minder.asked();
+        match question {
+            Question::Begin(time, limit, values) => self.asker.ask(wire::begin(asked, time, limit, values)),
+            Question::Step(sample) => self.asker.ask(wire::step(asked, sample)),
+        }
+    }
+
+    /// An answer that has come.
+    fn taken(&mut self, words: [u64; ANSWER]) -> Result<Answer, ControllerFault> {
+        self.minder.answered();
+        self.response = wire::response(words);
+        wire::answer(words)
     }
 
     /// Asks and waits.
-    fn ask(&mut self, request: &[f64]) -> Result<Answer, ControllerFault> {
-        let mut answer = [0.0; 3];
-        let asked = self.socket.write_all(&bytes(request)).and_then(|()| read(&mut self.socket, &mut answer));
-        asked.map_err(|error| self.why(&error))?;
-        match answer {
-            [DONE, torque, time] => Ok(Answer { torque, time: time as u64 }),
-            [MODE, ..] => Err(ControllerFault::FloatingPoint),
-            [_, code, _] => Err(ControllerFault::Failed { code: code as i32 }),
+    fn asked(&mut self, question: Question<'_>) -> Result<Answer, ControllerFault> {
+        if !self.put(question) {
+            return Err(self.minder.why());
         }
-    }
-
-    /// Why nothing comes.
-    fn why(&mut self, error: &io::Error) -> ControllerFault {
-        if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) {
-            // Whatever it does, it does it no more.
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-            return ControllerFault::Silent { time: self.patience.as_secs_f64() };
-        }
-        match self.child.wait() {
-            Ok(status) => match status.signal() {
-                Some(signal) => ControllerFault::Crashed { signal },
-                None => ControllerFault::Ended { code: status.code().unwrap_or(-1) },
-            },
-            Err(_) => ControllerFault::Ended { code: -1 },
+        loop {
+            if let Some(answer) = self.asker.wait(LOOK) {
+                return self.taken(answer);
+            }
+            if let Some(fault) = self.minder.ended() {
+                return Err(fault);
+            }
         }
     }
 }
 
+/// Gives the memory to the host; what it says first.
+fn listen(mut socket: &UnixStream, memory: &File) -> io::Result<Vec<u8>> {
+    hand_over(socket, memory)?;
+    let mut length = [0; 8];
+    socket.read_exact(&mut length)?;
+    let mut said = vec![0; usize::from_ne_bytes(length).min(LONGEST)];
+    socket.read_exact(&mut said)?;
+    Ok(said)
+}
+
 impl Caller for Process {
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
-        let head = [BEGIN, sample_time, torque_limit, values.len() as f64];
-        self.ask(&[&head, values].concat()).map(drop)
+        self.asked(Question::Begin(sample_time, torque_limit, values)).map(drop)
     }
 
     fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
-        let ModuleSample { time, reference_position, reference_velocity, reference_acceleration, .. } = *sample;
-        let references = [reference_position, reference_velocity, reference_acceleration];
-        let [position, velocity, acceleration] = references;
-        self.ask(&[STEP, time, position, velocity, acceleration, sample.measured_angle, sample.measured_velocity])
+        self.asked(Question::Step(sample))
+    }
+
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+        // Refused, it has no answer when it is due.
+        let _ = self.put(question);
+        None
+    }
+
+    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+        self.asker.answer().map(|words| self.taken(words))
+    }
+
+    fn answers_at_once(&self) -> bool {
+        false
+    }
+
+    fn ended(&self) -> Option<ControllerFault> {
+        self.minder.ended()
+    }
+
+    fn response(&self) -> Option<u64> {
+        // Elsewhere each process has a clock of its own.
+        cfg!(target_os = "linux").then_some(self.response)
     }
 
     fn said(&self) -> Option<String> {
         let said = std::fs::read_to_string(self.folder.path().join(MESSAGES)).ok()?;
         (!said.is_empty()).then_some(said)
     }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// The other side: opens the library, or the FMU with these variables as signals, says what it is, and answers until
-/// nobody asks any more. What `stickslip host` does.
-///
-/// # Errors
-/// [`Error::File`] where nobody is there to ask.
-pub fn host(path: &Path, map: &[(String, String)]) -> Result<(), Error> {
-    let lost = |source| Error::file(Path::new("standard input"), "talk through", source);
-    let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned().map_err(lost)?);
-    // The folder that whoever asks has made for this process.
-    let opened = Library::open(path, map, Some(std::env::temp_dir().join(MESSAGES)));
-    let said = match &opened {
-        Ok(library) => told(library.description()),
-        Err(Error::Foreign { problem, .. }) => json!({ "problem": problem }),
-        Err(error) => json!({ "problem": error.to_string() }),
-    };
-    let said = said.to_string().into_bytes();
-    socket.write_all(&said.len().to_ne_bytes()).and_then(|()| socket.write_all(&said)).map_err(lost)?;
-    let Ok(mut library) = opened else { return Ok(()) };
-    // The other end closes its socket when it has ended.
-    while let Ok(answer) = answered(&mut socket, &mut library) {
-        if socket.write_all(&bytes(&answer)).is_err() {
-            break;
-        }
-    }
-    Ok(())
-}
-
-/// Takes a request and does it.
-fn answered(socket: &mut UnixStream, library: &mut Library) -> io::Result<[f64; 3]> {
-    let mut kind = [0.0];
-    read(socket, &mut kind)?;
-    let done = if kind == [BEGIN] {
-        let mut head = [0.0; 3];
-        read(socket, &mut head)?;
-        let [sample_time, torque_limit, count] = head;
-        let mut values = vec![0.0; (count as usize).min(MOST_PARAMETERS)];
-        read(socket, &mut values)?;
-        library.begin(sample_time, torque_limit, &values).map(|()| Answer { torque: 0.0, time: 0 })
-    } else {
-        let mut numbers = [0.0; 6];
-        read(socket, &mut numbers)?;
-        let [time, reference_position, reference_velocity, reference_acceleration, measured_angle, measured_velocity] =
-            numbers;
-        let references = (reference_position, reference_velocity, reference_acceleration);
-        let (reference_position, reference_velocity, reference_acceleration) = references;
-        library.step(&ModuleSample {
-            time,
-            reference_position,
-            reference_velocity,
-            reference_acceleration,
-            measured_angle,
-            measured_velocity,
-        })
-    };
-    Ok(match done {
-        Ok(Answer { torque, time }) => [DONE, torque, time as f64],
-        Err(ControllerFault::Failed { code }) => [FAILED, f64::from(code), 0.0],
-        Err(_) => [MODE, 0.0, 0.0],
-    })
-}
-
-fn bytes(numbers: &[f64]) -> Vec<u8> {
-    numbers.iter().flat_map(|number| number.to_ne_bytes()).collect()
-}
-
-fn read(socket: &mut UnixStream, numbers: &mut [f64]) -> io::Result<()> {
-    let mut bytes = vec![0; 8 * numbers.len()];
-    socket.read_exact(&mut bytes)?;
-    for (number, eight) in numbers.iter_mut().zip(bytes.chunks_exact(8)) {
-        *number = f64::from_ne_bytes(eight.try_into().expect("eight bytes"));
-    }
-    Ok(())
-}
-
-/// A description for the other side.
-fn told(description: &Description) -> Value {
-    let parameter = |p: &ModuleParameter| json!([p.name, p.unit, p.help, p.minimum, p.maximum, p.initial]);
-    let signal = |signal: &Signal| json!([signal.name, signal.variable, signal.unit]);
-    json!({
-        "name": description.name,
-        "parameters": description.parameters.iter().map(parameter).collect::<Vec<_>>(),
-        "kind": description.kind,
-        "tool": description.tool,
-        "step": description.step,
-        "signals": description.signals.iter().map(signal).collect::<Vec<_>>(),
-        "notes": description.notes,
-    })
-}
-
-/// A description from the other side, or its problem.
-fn described(said: &[u8]) -> Result<Description, String> {
-    let said: Value = serde_json::from_slice(said).map_err(|error| format!("its process says nonsense ({error})"))?;
-    if let Some(problem) = said["problem"].as_str() {
-        return Err(problem.to_owned());
-    }
-    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    let parameter = |p: &Value| ModuleParameter {
-        name: text(&p[0]),
-        unit: text(&p[1]),
-        help: text(&p[2]),
-        minimum: number(&p[3]),
-        maximum: number(&p[4]),
-        initial: number(&p[5]),
-    };
-    let signal = |s: &Value| Signal { name: text(&s[0]), variable: text(&s[1]), unit: text(&s[2]) };
-    let all = |what: &str| said[what].as_array().map_or(&[][..], Vec::as_slice);
-    Ok(Description {
-        name: text(&said["name"]),
-        parameters: all("parameters").iter().map(parameter).collect(),
-        kind: text(&said["kind"]),
-        tool: said["tool"].as_str().map(String::from),
-        step: said["step"].as_f64(),
-        signals: all("signals").iter().map(signal).collect(),
-        notes: all("notes").iter().map(text).collect(),
-    })
 }

@@ -44,6 +44,7 @@ pub(super) fn line(what: &What) -> String {
             ControllerFault::NotANumber => "controller_not_a_number".into(),
             ControllerFault::Failed { code } => format!("controller_failed {code}"),
             ControllerFault::FloatingPoint => "controller_floating_point".into(),
+            ControllerFault::Late { time } => format!("controller_late {time}"),
         },
         What::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
@@ -89,6 +90,7 @@ pub(super) fn parse(line: &str) -> Option<What> {
         ("controller_not_a_number", []) => Change::ControllerFailed(ControllerFault::NotANumber),
         ("controller_failed", [code]) => Change::ControllerFailed(ControllerFault::Failed { code: *code as i32 }),
         ("controller_floating_point", []) => Change::ControllerFailed(ControllerFault::FloatingPoint),
+        ("controller_late", [time]) => Change::ControllerFailed(ControllerFault::Late { time: *time }),
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
         _ => return None,
     };
@@ -121,6 +123,7 @@ mod tests {
             Change::ControllerFailed(ControllerFault::NotANumber),
             Change::ControllerFailed(ControllerFault::Failed { code: 7 }),
             Change::ControllerFailed(ControllerFault::FloatingPoint),
+            Change::ControllerFailed(ControllerFault::Late { time: 7.5e-4 }),
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));

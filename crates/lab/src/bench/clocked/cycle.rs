@@ -5,7 +5,7 @@
 
 use rtrb::{Consumer, Producer};
 use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{MachineFault, Refusal, SafetyState};
+use stickslip_core::supervise::{ControllerFault, Fault, MachineFault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
@@ -14,6 +14,7 @@ use crate::bench::Injection;
 use crate::bench::io::{Arrival, Io};
 use crate::bench::remote::LinkFault;
 use crate::bench::tap::Samples;
+use crate::foreign::Guest;
 
 /// What an experiment sends, carried out in its order.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +27,9 @@ pub(super) enum Entry {
     Preload(f64),
     /// A fault on purpose.
     Fault(Injection),
+    /// The next of the controllers that are brought along controls the position where it stands in; nobody does where
+    /// there is none.
+    Guest,
     /// No command follows for a while: the set-point may come to rest.
     Pause,
     /// Commands that follow are of an experiment that knows that the last one fell behind.
@@ -41,10 +45,12 @@ pub(super) enum Reply {
     Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
     /// What the bench may do, and the screw's zero: behind an urgent change, and where it changed while nobody commanded.
     State { safety: SafetyState, zero: Option<f64> },
-    /// The linings were pressed on, or a fault was injected, before this cycle.
+    /// The linings were pressed on, a fault was injected, or somebody else controls, before this cycle.
     Done(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
+    /// The controller that was brought along has failed of this, from this cycle on.
+    Brought { cycle: u64, fault: ControllerFault },
     /// The machine behind a link is gone, from this cycle on: the bench lives.
     Failed { cycle: u64, fault: MachineFault },
     /// The machine is no more: the bench ends.
@@ -78,6 +84,10 @@ pub(super) struct BenchCycle<M> {
     pub(super) urgent: Consumer<Change>,
     pub(super) answers: Producer<Answer>,
     pub(super) flow: Flow,
+    /// Who controls the position instead, who comes next, and who goes: what it has is freed elsewhere.
+    pub(super) guest: Option<Box<Guest>>,
+    pub(super) guests: Consumer<Box<Guest>>,
+    pub(super) gone: Producer<Box<Guest>>,
     /// Who records or watches.
     pub(super) samples: Option<Samples>,
     /// Who asks for its state.
@@ -129,6 +139,12 @@ impl<M: Io> BenchCycle<M> {
                     let _ = self.machine.inject(injection);
                     self.reply(Reply::Done(self.software.cycle()));
                 }
+                Entry::Guest => {
+                    let gone = std::mem::replace(&mut self.guest, self.guests.pop().ok());
+                    // There is room: one comes only when the one before has been taken.
+                    gone.into_iter().for_each(|gone| drop(self.gone.push(gone)));
+                    self.reply(Reply::Done(self.software.cycle()));
+                }
                 Entry::Pause if self.flow == Flow::Behind => {}
                 Entry::Pause | Entry::Resume => self.flow = Flow::Paused,
             }
@@ -171,6 +187,21 @@ impl<M: Io> BenchCycle<M> {
         true
     }
 
+    /// Torque of the guest in this tick [N m]; where it fails, supervision brakes.
+    fn brought(&mut self, command: Option<&Command>) -> f64 {
+        let Some(guest) = &mut self.guest else { return 0.0 };
+        let sample = self.software.sample(&self.readings, command);
+        let torque = guest.torque_by_the_clock(&sample, &self.software.parameters().tick.control);
+        let late =
+            matches!(self.software.safety().state().fault(), Some(Fault::Controller(ControllerFault::Late { .. })));
+        if let Some(fault) = torque.err().or_else(|| late.then(|| guest.reason()).flatten()) {
+            // It cannot be refused.
+            let _ = self.software.change(&Change::ControllerFailed(fault));
+            self.reply(Reply::Brought { cycle: self.software.cycle(), fault });
+        }
+        torque.unwrap_or(0.0)
+    }
+
     /// Writes what acts in this tick.
     fn write(&mut self) -> Next {
         match self.machine.start(self.software.cycle(), self.software.voltages()) {
@@ -208,7 +239,8 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         let before = self.software.safety().state();
         let next = self.write();
         lap.done(MACHINE);
-        let frame = self.software.step(self.readings, command);
+        let brought = self.brought(command.as_ref());
+        let frame = self.software.step_with(self.readings, command, brought);
         self.machine.disturb(&mut self.software);
         lap.done(SOFTWARE);
         match command {

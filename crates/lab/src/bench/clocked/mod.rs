@@ -14,7 +14,7 @@ mod urgent;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
 pub(crate) use kept::overrun_sentence;
@@ -24,7 +24,7 @@ pub use keyframe::{Keyframe, Keyframes};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::{Fault, Refusal, SafetyState};
+use stickslip_core::supervise::{ControllerFault, Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, Wishes};
 pub use urgent::Urgent;
@@ -35,6 +35,7 @@ use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
+use crate::foreign::{Foreign, Guest};
 use crate::preset::{Model, Settings};
 use crate::{Error, Preset, design};
 
@@ -45,6 +46,8 @@ const PATIENCE: u32 = 1000;
 const STEEL_PATIENCE: u32 = 10;
 /// Changes that may wait for their tick.
 const CHANGES: usize = 32;
+/// How long it is waited for the reason why a controller was late.
+const WHY: Duration = Duration::from_millis(100);
 /// From look to look at a bench that has nothing to say.
 const LOOK: Duration = Duration::from_millis(1);
 /// From look to look of who collects the timings.
@@ -58,6 +61,9 @@ pub struct ClockedBench {
     preload: f64,
     entries: Producer<Entry>,
     changes: Producer<Change>,
+    /// Controllers that are brought along, and those that come back.
+    guests: Producer<Box<Guest>>,
+    gone: Consumer<Box<Guest>>,
     replies: Consumer<Reply>,
     /// Not sent yet: a stream begins with a whole lead.
     staged: Vec<Entry>,
@@ -66,7 +72,7 @@ pub struct ClockedBench {
     streaming: bool,
     /// Commands whose frame has not come, and what was changed and not answered.
     commands_under_way: usize,
-    changes_under_way: VecDeque<What>,
+    changes_under_way: VecDeque<Option<What>>,
     /// Who records or watches.
     told: Option<mpsc::Sender<Changed>>,
     /// Came, and not fetched yet.
@@ -124,6 +130,8 @@ impl ClockedBench {
         let most = 2 * lead + 2 * CHANGES;
         let (entries, entries_out) = RingBuffer::new(most);
         let (changes, changes_out) = RingBuffer::new(CHANGES);
+        let (guests, guests_out) = RingBuffer::new(1);
+        let (gone_in, gone) = RingBuffer::new(2);
         // Each entry has one reply at most, and one more tells of a fault or of starving.
         let (replies_in, replies) = RingBuffer::new(2 * most);
         let (preload, traffic) = (machine.preload(), machine.traffic());
@@ -144,6 +152,9 @@ impl ClockedBench {
             urgent: urgent_out,
             answers,
             flow: Flow::Paused,
+            guest: None,
+            guests: guests_out,
+            gone: gone_in,
             samples,
             asked,
         };
@@ -171,6 +182,8 @@ impl ClockedBench {
             preload,
             entries,
             changes,
+            guests,
+            gone,
             replies,
             staged: Vec::new(),
             lead,
@@ -208,13 +221,73 @@ impl ClockedBench {
         self.keyframes.take()
     }
 
+    /// Lets somebody else control the position from now on: what the preset has for it (controller, filter, compensation
+    /// and holding) is out of force. One that was there before goes.
+    ///
+    /// # Errors
+    /// What the design of the bench refuses; [`Error::ForeignRate`], [`Error::Brought`]; [`Error::BenchFault`] where the
+    /// loop has ended.
+    pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        let mut settings = self.settings;
+        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, &mut settings)?);
+        self.settings = settings;
+        let mut parameters = self.parameters;
+        parameters.tick.control = guest.stands_in();
+        parameters.tick.control_period = self.settings.control_period();
+        self.send(Some(guest))?;
+        self.change(Change::Parameters(parameters))
+    }
+
+    /// Takes it away again: these settings are in force, with the controller that they have.
+    ///
+    /// # Errors
+    /// What the design of the bench refuses; [`Error::BenchFault`] where the loop has ended.
+    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Guest>, Error> {
+        let control = design::axis_control(&self.model, settings)?;
+        let mut parameters = self.parameters;
+        (parameters.tick.control, parameters.tick.control_period) = (control, settings.control_period());
+        self.settings = *settings;
+        self.change(Change::Parameters(parameters))?;
+        self.send(None)
+    }
+
+    /// Puts a controller in the place of the one that was brought along before, or nobody: who was there before.
+    fn send(&mut self, guest: Option<Box<Guest>>) -> Result<Option<Guest>, Error> {
+        // The place is free: who is sent is taken below.
+        guest.into_iter().for_each(|guest| drop(self.guests.push(guest)));
+        self.give(Entry::Guest)?;
+        self.changes_under_way.push_back(None);
+        self.pause()?;
+        while !self.changes_under_way.is_empty() {
+            self.wait()?;
+        }
+        Ok(self.gone.pop().ok().map(|gone| *gone))
+    }
+
+    /// What is wrong; where a controller was late, why, as far as that is known soon.
+    ///
+    /// # Errors
+    /// [`Error::BenchFault`] once the loop has ended.
+    pub fn named_fault(&mut self) -> Result<Option<Fault>, Error> {
+        let begin = Instant::now();
+        loop {
+            self.refresh()?;
+            let fault = self.safety.fault();
+            let late = matches!(fault, Some(Fault::Controller(ControllerFault::Late { .. })));
+            if !late || begin.elapsed() > WHY {
+                return Ok(fault);
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
     /// Injects a fault behind the commands that were handed over, where the machine is [`Faulty`](super::Faulty); else
     /// nothing happens.
     ///
     /// # Errors
     /// [`Error::BenchFault`] where the loop has ended.
     pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
-        self.changes_under_way.push_back(What::Fault(injection));
+        self.changes_under_way.push_back(Some(What::Fault(injection)));
         self.give(Entry::Fault(injection))
     }
 
@@ -330,6 +403,9 @@ impl ClockedBench {
                     (self.safety, self.zero) = (SafetyState::Fault(first), None);
                     self.tell(cycle, What::Software(Change::MachineFailed(fault), None));
                 }
+                Reply::Brought { cycle, fault } => {
+                    self.tell(cycle, What::Software(Change::ControllerFailed(fault), None));
+                }
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
         }
@@ -338,7 +414,8 @@ impl ClockedBench {
 
     /// What was changed longest ago has come into force with this cycle.
     fn answered(&mut self, cycle: u64) {
-        if let Some(mut what) = self.changes_under_way.pop_front() {
+        // Who controls is in no record: his torque is.
+        if let Some(Some(mut what)) = self.changes_under_way.pop_front() {
             if let What::Software(_, refused) = &mut what {
                 *refused = self.refused;
             }
@@ -449,7 +526,7 @@ impl Bench for ClockedBench {
             self.wait()?;
         }
         self.changes.push(change).expect("there is room");
-        self.changes_under_way.push_back(What::Software(change, None));
+        self.changes_under_way.push_back(Some(What::Software(change, None)));
         if let Change::Parameters(parameters) = change {
             self.parameters = parameters;
         }
@@ -480,7 +557,7 @@ impl Bench for ClockedBench {
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         check_preload(preload)?;
-        self.changes_under_way.push_back(What::Preload(preload));
+        self.changes_under_way.push_back(Some(What::Preload(preload)));
         self.give(Entry::Preload(preload))?;
         self.preload = preload;
         Ok(())

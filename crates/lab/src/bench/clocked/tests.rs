@@ -7,6 +7,7 @@ use crate::Watch;
 use crate::bench::remote::{LinkFault, PlantServer};
 use crate::bench::{Arrival, VirtualBench, Voltages};
 use crate::experiment::{FrictionPlan, home, measure_friction};
+use crate::foreign::{Answer, Caller, Description, ModuleSample, Question};
 use crate::parameters::presets;
 
 fn preset() -> Preset<f64> {
@@ -218,9 +219,178 @@ impl Io for Absent {
     }
 }
 
+/// A controller whose torques tell its samples: it answers at once or, asked by the clock, when somebody looks.
+struct Counts {
+    samples: u32,
+    later: bool,
+    /// From this sample on it does not answer, until somebody has asked so often why.
+    silent_from: u32,
+    asked: std::cell::Cell<u32>,
+    waiting: Option<Result<Answer, ControllerFault>>,
+}
+
+impl Counts {
+    fn foreign(later: bool, silent_from: u32) -> Foreign {
+        let counts = Counts { samples: 0, later, silent_from, asked: 0.into(), waiting: None };
+        Foreign::new(Description::default(), String::new(), Box::new(counts))
+    }
+}
+
+impl Caller for Counts {
+    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ControllerFault> {
+        self.samples = 0;
+        Ok(())
+    }
+
+    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
+        self.samples += 1;
+        let deviation = sample.reference_position - sample.measured_angle;
+        Ok(Answer { torque: 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time, time: 7 })
+    }
+
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+        let answer = match question {
+            Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer { torque: 0.0, time: 0 }),
+            Question::Step(sample) => self.step(sample),
+        };
+        if !self.later {
+            return Some(answer);
+        }
+        self.waiting = Some(answer).filter(|_| self.samples < self.silent_from);
+        None
+    }
+
+    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+        self.waiting.take()
+    }
+
+    fn answers_at_once(&self) -> bool {
+        !self.later
+    }
+
+    fn ended(&self) -> Option<ControllerFault> {
+        self.asked.set(self.asked.get() + 1);
+        (self.asked.get() > 5).then_some(ControllerFault::Crashed { signal: 11 })
+    }
+}
+
+/// Commands with a gap in the control, for a bench that homes.
+fn guiding(rate: f64) -> impl Iterator<Item = Command> {
+    (0..400).map(move |k| {
+        let time = f64::from(k) / rate;
+        let setpoint = Setpoint { position: 0.3 * (20.0 * time).sin(), ..Setpoint::default() };
+        Command { setpoint, control: !(101..109).contains(&k), ..Command::default() }
+    })
+}
+
+fn guided(divider: f64) -> Preset<f64> {
+    let mut preset = preset();
+    preset.bench.control_divider = divider;
+    preset
+}
+
+/// What each cycle saw and computed by the clock with a controller that was brought along, and what was told of it.
+fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64, ControllerFault)>) {
+    let Preset { model, mut bench, .. } = *preset;
+    let (machine, readings) = InProcess::new(preset, 7).unwrap();
+    let guest = Guest::by_the_clock(foreign, &model, &mut bench).unwrap();
+    let mut parameters = design::parameters(&model, &preset.bench).unwrap();
+    let software = Software::new(parameters, bench.tick_time());
+    (parameters.tick.control, parameters.tick.control_period) = (guest.stands_in(), bench.control_period());
+    let (mut entries_in, entries) = RingBuffer::new(500);
+    let (mut changes_in, changes) = RingBuffer::new(2);
+    let (mut guests_in, guests) = RingBuffer::new(1);
+    let (replies_in, mut replies) = RingBuffer::new(1000);
+    let (tap, mut stream) = crate::bench::tap::tap(1000);
+    let (_urgent, urgent, answers) = urgent(None);
+    let (gone, _gone) = RingBuffer::new(1);
+    changes_in.push(Change::Request(Request::Home)).unwrap();
+    changes_in.push(Change::Parameters(parameters)).unwrap();
+    assert!(guests_in.push(Box::new(guest)).is_ok());
+    let entries_of_all = [Entry::Change, Entry::Guest, Entry::Change].into_iter();
+    for entry in entries_of_all.chain(guiding(bench.tick_rate).map(Entry::Command)).chain([Entry::Pause]) {
+        entries_in.push(entry).unwrap();
+    }
+    let cycle = BenchCycle {
+        software,
+        machine,
+        readings,
+        ahead: Some(readings),
+        silent: 0,
+        entries,
+        changes,
+        replies: replies_in,
+        urgent,
+        answers,
+        flow: Flow::Paused,
+        guest: None,
+        guests,
+        gone,
+        samples: Some(tap.samples),
+        asked: keyframe::keyframes().1,
+    };
+    let plan = Plan { warm_up: 0, cycles: Some(400), ..Plan::new(Duration::from_millis(1)) };
+    let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
+    executive.run(&stickslip_rt::SimulatedClock::default());
+    let told = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
+        Reply::Brought { cycle, fault } => Some((cycle, fault)),
+        _ => None,
+    });
+    let told = told.collect();
+    (std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect(), told)
+}
+
+#[test]
+fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
+    for (divider, later) in [(1.0, false), (4.0, false), (2.0, true), (4.0, true), (7.0, true)] {
+        let preset = guided(divider);
+        let (clocked, told) = by_the_clock(&preset, Counts::foreign(later, u32::MAX));
+        assert_eq!(told, []);
+        let mut bench = VirtualBench::new(&preset, 7).unwrap();
+        bench.change(Change::Request(Request::Home)).unwrap();
+        bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+        let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
+        assert!(simulated.iter().any(|frame| frame.command.added_torque > 0.02), "it controls");
+        for (now, then) in clocked.iter().zip(&simulated) {
+            assert_eq!(now, then, "{divider} {later}");
+        }
+        assert_eq!(clocked.len(), simulated.len());
+    }
+}
+
+#[test]
+fn a_torque_that_is_not_there_when_its_sample_ends_is_a_fault_whose_reason_is_told_later() {
+    let preset = guided(4.0);
+    let (frames, told) = by_the_clock(&preset, Counts::foreign(true, 20));
+    // Its twentieth sample begins in cycle 76 and ends with cycle 79.
+    let crashed = ControllerFault::Crashed { signal: 11 };
+    assert!(told.len() == 2 && told[0].0 == 79 && told[1] == (85, crashed), "{told:?}");
+    let ControllerFault::Late { time } = told[0].1 else { panic!("{told:?}") };
+    assert!((time - 3e-3).abs() < 1e-12, "{time}");
+    assert!(frames[78].safety.allows_torque() && frames[78].command.added_torque != 0.0);
+    let stopped = |frame: &Frame| frame.safety.fault();
+    assert_eq!(stopped(&frames[79]), Some(Fault::Controller(told[0].1)));
+    assert_eq!(stopped(&frames[84]), Some(Fault::Controller(told[0].1)));
+    assert!(frames[85..].iter().all(|frame| stopped(frame) == Some(Fault::Controller(crashed))));
+    assert!(frames[79..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
+    assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
+}
+
+#[test]
+fn samples_that_leave_a_controller_in_another_process_no_time_are_refused() {
+    let mut bench = ClockedBench::virtual_machine(&guided(1.0), 1, Wishes::PLAIN, None).unwrap();
+    let refused = bench.bring(Counts::foreign(true, u32::MAX)).unwrap_err().to_string();
+    assert!(refused.contains("in every tick of 1000 Hz") && refused.contains("--trust"), "{refused}");
+    bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+    assert!(bench.take_back(&guided(1.0).bench).unwrap().is_some());
+    assert!(bench.take_back(&guided(1.0).bench).unwrap().is_none());
+}
+
 /// Homing's begin, some changes, and an idle time behind, tick after tick without a clock: what each cycle saw and
 /// computed.
 fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) -> Vec<Frame> {
+    let (_guests, guests) = RingBuffer::new(1);
+    let (gone, _gone) = RingBuffer::new(1);
     const TICKS: usize = 600;
     let preset = preset();
     let (mut entries_in, entries) = RingBuffer::new(2 * TICKS);
@@ -258,6 +428,9 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
         urgent,
         answers,
         flow,
+        guest: None,
+        guests,
+        gone,
         samples,
         asked: keyframe::keyframes().1,
     };

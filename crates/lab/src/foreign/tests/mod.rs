@@ -1,5 +1,7 @@
 //! Controllers in C, compiled here: a good one, and one for each fault.
 
+mod clocked;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -104,6 +106,24 @@ fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
         assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "{fault}: it lives on");
     }
     assert!(FloatingPoint::standard().was_standard());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = faulty(folder.path(), 7);
+    for sample in [0.0, 1.0, 300.0] {
+        let mut foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+        foreign.set("sample", sample).unwrap();
+        foreign.begin(1e-3, 1.0).unwrap();
+        // Any number, or any fault: what it is, its own words decide.
+        let torques = (0..400).map_while(|_| foreign.step(&ModuleSample::default()).ok());
+        assert!(torques.inspect(|torque| assert!(torque.is_finite())).count() as f64 >= sample);
+    }
+    let foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+    let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+    assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "it lives on");
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
     let controller = design::software(&preset.model, &preset.bench).unwrap().control.controller;
     let folder = tempfile::tempdir().unwrap();
     for version in [Version::Two, Version::Three] {
-        let made = fmu("position_controller", &preset, version, None).unwrap();
+        let made = fmu("position_controller", &preset, version, None, None).unwrap();
         let path = folder.path().join(&made.file);
         fs::write(&path, &made.bytes).unwrap();
         let mut foreign = Foreign::trusted(&path).unwrap();

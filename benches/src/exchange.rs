@@ -1,0 +1,134 @@
+//! A sample for a controller in another process and its torque back: through shared memory, as a loaded controller is
+//! asked, beside a socket pair. Back to back, where both sides are awake, and once a millisecond, where the other sleeps.
+//!
+//! The other side is this program, called anew.
+
+use std::error::Error;
+use std::io::{Read as _, Write as _};
+use std::os::fd::{AsFd as _, OwnedFd};
+use std::os::unix::net::UnixStream;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use stickslip_rt::{Answerer, Asker, Clock as _, MonotonicClock, hand_over, take_over};
+
+/// Named in the environment of the other side: how it is asked.
+const ASKED: &str = "STICKSLIP_BENCH_ASKED";
+/// Words of a sample, and bytes of a torque with its time, as they went through the socket.
+const SAMPLE: usize = 8;
+const TORQUE: usize = 24;
+/// Exchanges of a round, back to back and paced.
+const BACK_TO_BACK: u32 = 20_000;
+const PACED: u64 = 200;
+/// From one to the next, paced.
+const PERIOD: Duration = Duration::from_millis(1);
+/// Longer than any answer takes.
+const LONG: Duration = Duration::from_secs(10);
+
+/// What is measured.
+pub(crate) const NAMES: [&str; 2] = ["exchange_awake/socket_pair", "exchange_paced/socket_pair"];
+
+/// The other side, where this process is to be it.
+pub(crate) fn answers() -> Result<bool, Box<dyn Error>> {
+    let Some(how) = std::env::var_os(ASKED) else { return Ok(false) };
+    let mut socket = UnixStream::from(std::io::stdin().as_fd().try_clone_to_owned()?);
+    if how == "memory" {
+        let mut answerer = Answerer::open(&take_over(&socket)?, SAMPLE)?;
+        loop {
+            let Some(sample) = answerer.question(LONG) else { continue };
+            let torque = sample[1];
+            answerer.answer([0, torque, 0, 0, 0, 0]);
+        }
+    }
+    let (mut sample, mut torque) = ([0; 8 * SAMPLE], [0; TORQUE]);
+    while socket.read_exact(&mut sample).is_ok() {
+        torque[8..16].copy_from_slice(&sample[8..16]);
+        socket.write_all(&torque)?;
+    }
+    Ok(true)
+}
+
+/// The other side, as somebody has it.
+struct Other {
+    child: Child,
+    socket: UnixStream,
+}
+
+impl Other {
+    fn start(how: &str) -> Result<Self, Box<dyn Error>> {
+        let (socket, theirs) = UnixStream::pair()?;
+        let mut command = Command::new(std::env::current_exe()?);
+        let child = command.env(ASKED, how).stdin(OwnedFd::from(theirs)).spawn()?;
+        Ok(Other { child, socket })
+    }
+}
+
+impl Drop for Other {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Nanoseconds an exchange, ours and the peer's, median of the rounds: back to back and paced.
+pub(crate) fn run(rounds: usize) -> Result<[[f64; 2]; 2], Box<dyn Error>> {
+    let (mut asker, memory) = Asker::new(SAMPLE)?;
+    let ours = Other::start("memory")?;
+    hand_over(&ours.socket, &memory)?;
+    let mut peer = Other::start("socket")?;
+    let mut through_memory = |value: u64| -> Result<u64, Box<dyn Error>> {
+        asker.ask([2, value, 3, 4, 5, 6, 7, 8]);
+        loop {
+            if let Some([_, torque, ..]) = asker.wait(LONG) {
+                return Ok(torque);
+            }
+        }
+    };
+    let mut through_socket = |value: u64| -> Result<u64, Box<dyn Error>> {
+        let mut sample = [0; 8 * SAMPLE];
+        sample[8..16].copy_from_slice(&value.to_ne_bytes());
+        peer.socket.write_all(&sample)?;
+        let mut torque = [0; TORQUE];
+        peer.socket.read_exact(&mut torque)?;
+        Ok(u64::from_ne_bytes(torque[8..16].try_into()?))
+    };
+    let mut all: [[Vec<f64>; 2]; 2] = Default::default();
+    for _ in 0..rounds {
+        all[0][0].push(back_to_back(&mut through_memory)?);
+        all[0][1].push(back_to_back(&mut through_socket)?);
+        all[1][0].push(paced(&mut through_memory)?);
+        all[1][1].push(paced(&mut through_socket)?);
+    }
+    Ok(all.map(|pair| pair.map(median)))
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+type Exchange<'a> = &'a mut dyn FnMut(u64) -> Result<u64, Box<dyn Error>>;
+
+fn checked(exchange: Exchange<'_>, value: u64) -> Result<(), Box<dyn Error>> {
+    if exchange(value)? == value { Ok(()) } else { Err("an answer to another question".into()) }
+}
+
+fn back_to_back(exchange: Exchange<'_>) -> Result<f64, Box<dyn Error>> {
+    let begin = Instant::now();
+    for value in 0..BACK_TO_BACK {
+        checked(exchange, value.into())?;
+    }
+    Ok(begin.elapsed().as_secs_f64() * 1e9 / f64::from(BACK_TO_BACK))
+}
+
+fn paced(exchange: Exchange<'_>) -> Result<f64, Box<dyn Error>> {
+    let clock = MonotonicClock::default();
+    let start = clock.now();
+    let mut times = Vec::new();
+    for k in 1..=PACED {
+        let begin = clock.wait_until(start + k * PERIOD.as_nanos() as u64);
+        checked(exchange, k)?;
+        times.push((clock.now() - begin) as f64);
+    }
+    Ok(median(times))
+}
