@@ -31,7 +31,20 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     }
     let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
     assert!(summary.contains("controller.sine_0.5hz.rms") && summary.contains("call.over_budget"), "{summary}");
+    // By the clock it may be late on a busy machine, which is said as well.
+    let by_the_clock = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
+    let (said, told) = (text(&by_the_clock.stdout), text(&by_the_clock.stderr));
+    assert!(by_the_clock.status.success() || told.contains("was not there 0.750 ms after"), "{said}{told}");
+    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the begin"] {
+        assert!(said.contains(part), "{part}: {said}{told}");
+    }
+    let summary = std::fs::read_to_string(folder.join("clocked/summary.json")).expect("it wrote one");
+    for name in ["response.p99", "response.late", "own.sine_0.5hz.rms", "timing.lateness.p99"] {
+        assert!(summary.contains(name), "{name}: {summary}");
+    }
     std::fs::remove_file(folder.join("p_pi.so")).expect("it is there");
+    let replayed = stickslip(&["replay", "clocked"]);
+    assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
     let replayed = stickslip(&["replay", "there"]);
     assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
     let gone = stickslip(&words);

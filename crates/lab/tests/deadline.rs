@@ -14,7 +14,7 @@ use stickslip::bench::remote::{Address, Counts, LinkFault, Paced, PlantServer};
 use stickslip::bench::{Arrival, Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes, tap};
 use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
-use stickslip::{Error, Preset, Watch, design, parameters};
+use stickslip::{ControllerChoice, Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::kept::Keep;
 use stickslip_core::tick::Measurement;
@@ -27,6 +27,8 @@ struct Watched<M> {
     machine: M,
     ticks: u64,
     allocates: bool,
+    /// Whether calls count now, where it is not for the first ticks.
+    now: Option<Arc<AtomicBool>>,
 }
 
 impl<M: Io> Io for Watched<M> {
@@ -36,7 +38,8 @@ impl<M: Io> Io for Watched<M> {
 
     fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
         self.ticks += 1;
-        WATCHED.set(WATCHED_TICKS.contains(&self.ticks));
+        let now = self.now.as_ref().map(|now| now.load(Ordering::Relaxed));
+        WATCHED.set(now.unwrap_or(WATCHED_TICKS.contains(&self.ticks)));
         if self.allocates && self.ticks == 100 {
             drop(std::hint::black_box(Box::new(1.0)));
         }
@@ -76,7 +79,7 @@ fn counted(allocates: bool) -> Result<u64, Error> {
     let _alone = alone();
     let mut preset = preset()?;
     let (machine, readings) = InProcess::new(&preset, 1)?;
-    let machine = Watched { machine, ticks: 0, allocates };
+    let machine = Watched { machine, ticks: 0, allocates, now: None };
     // Somebody records, with too little room: both paths of a tap are gone.
     let (tap, stream) = tap::tap(200);
     let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
@@ -128,7 +131,7 @@ fn calls_over(address: &Address) -> Result<u64, Error> {
     let fault = |fault: LinkFault| Error::BenchFault { cycle: 0, reason: fault.to_string() };
     let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).map_err(fault)?;
     let traffic = machine.traffic().expect("a link has some");
-    let machine = Watched { machine, ticks: 0, allocates: false };
+    let machine = Watched { machine, ticks: 0, allocates: false, now: None };
     let bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None)?;
     let until = |enough: &dyn Fn(Counts) -> bool| {
         while !enough(traffic.counts()) {
@@ -142,6 +145,88 @@ fn calls_over(address: &Address) -> Result<u64, Error> {
     until(&|counts| counts.answered + counts.missing > WATCHED_TICKS.end);
     bench.stop();
     Ok(CALLS.load(Ordering::Relaxed))
+}
+
+/// Named in the environment of a process of a test that is to be the host of a controller.
+#[cfg(unix)]
+const HOSTED: &str = "STICKSLIP_TEST_HOST";
+
+/// Of a process of another test this is all that runs.
+#[test]
+#[cfg(unix)]
+fn hosts() {
+    if let Some(file) = std::env::var_os(HOSTED) {
+        stickslip::foreign::process::host(std::path::Path::new(&file)).expect("somebody asks");
+        std::process::exit(0);
+    }
+}
+
+/// The same where somebody else's controller in C follows a sine, here or in a process of its own.
+#[cfg(unix)]
+fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
+    use stickslip::foreign::{Foreign, process::Host};
+    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let library = folder.path().join("p_pi.so");
+    let mut compiler = std::process::Command::new("cc");
+    compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("src/foreign")).arg("-o").arg(&library);
+    assert!(compiler.arg(here.join("../../examples/controller/p_pi.c")).status().is_ok_and(|status| status.success()));
+    let _alone = alone();
+    let mut preset = preset()?;
+    preset.bench.control_divider = if trusted { 1.0 } else { 2.0 };
+    // As soft as samples of 2 ms admit.
+    let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("it is a cascade") };
+    (cascade.position_gain, cascade.velocity_gain, cascade.integral_gain) = (8.0, 0.04, 0.4);
+    preset.bench.safety.following_error = 10.0;
+    let mut foreign = if trusted {
+        Foreign::trusted(&library)?
+    } else {
+        let program = std::env::current_exe().expect("a program has a path");
+        let call = format!("{HOSTED}=\"$1\" exec '{}' --exact hosts --nocapture", program.display());
+        Foreign::apart(
+            &library,
+            &Host { program: "sh".into(), arguments: ["-c".into(), call.into(), "host".into()].into() },
+        )?
+    };
+    for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {
+        foreign.set(name, value)?;
+    }
+    let (machine, readings) = InProcess::new(&preset, 1)?;
+    let now = Arc::new(AtomicBool::new(false));
+    let machine = Watched { machine, ticks: 0, allocates: false, now: Some(now.clone()) };
+    let (tap, mut stream) = tap::tap(1 << 14);
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
+    home(&mut bench, &Watch::silent())?;
+    bench.bring(foreign)?;
+    while stream.sample().is_some() {}
+    now.store(true, Ordering::Relaxed);
+    let follow = |bench: &mut ClockedBench| -> Result<(), Error> {
+        // Off and on again as well: it begins anew.
+        for tick in 0..600 {
+            let setpoint = Setpoint { position: 0.2 * (5e-3 * f64::from(tick)).sin(), ..Setpoint::default() };
+            bench.hand_over(Command { setpoint, control: tick % 200 != 0, ..Command::default() })?;
+        }
+        bench.drain(&mut |_| {})
+    };
+    // On a busy machine it may be late: the way of a fault allocates nothing either.
+    let followed = follow(&mut bench);
+    assert!(matches!(followed, Ok(()) | Err(Error::BenchFault { .. })), "{followed:?}");
+    let torques = std::iter::from_fn(|| stream.sample()).filter(|sample| sample.frame.command.added_torque != 0.0);
+    assert!(torques.count() > 0, "it controls");
+    let gone = bench.take_back(&preset.bench)?;
+    now.store(false, Ordering::Relaxed);
+    // A tick at least in which nobody watches any more.
+    thread::sleep(Duration::from_millis(200));
+    bench.stop();
+    drop(gone);
+    Ok(CALLS.load(Ordering::Relaxed))
+}
+
+#[test]
+#[cfg(unix)]
+fn a_controller_that_was_brought_along_has_the_loop_allocate_and_free_nothing() {
+    assert_eq!(calls_of_a_guest(true).unwrap(), 0);
+    assert_eq!(calls_of_a_guest(false).unwrap(), 0);
 }
 
 #[test]
