@@ -14,7 +14,7 @@ use stickslip::bench::remote::{Address, Counts, LinkFault, Paced, PlantServer};
 use stickslip::bench::{Arrival, Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes, tap};
 use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
-use stickslip::{ControllerChoice, Error, Preset, Watch, design, parameters};
+use stickslip::{Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::kept::Keep;
 use stickslip_core::tick::Measurement;
@@ -164,6 +164,7 @@ fn hosts() {
 /// The same where somebody else's controller in C follows a sine, here or in a process of its own.
 #[cfg(unix)]
 fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
+    use stickslip::ControllerChoice;
     use stickslip::foreign::{Foreign, process::Host};
     let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -14,7 +14,7 @@ use crate::Error;
 /// What was opened.
 pub(super) enum Library {
     /// A library with the five functions.
-    Module(OpenModule),
+    Module(Box<OpenModule>),
     /// An FMU.
     Fmu(Box<Controller>),
 }
@@ -32,7 +32,7 @@ impl Library {
         let opened = if is_fmu(path) {
             Controller::open(path, map, messages).map(|fmu| Library::Fmu(Box::new(fmu)))
         } else if map.is_empty() {
-            OpenModule::open(path).map(Library::Module)
+            OpenModule::open(path).map(|module| Library::Module(Box::new(module)))
         } else {
             Err("it is no FMU, whose variables could be mapped. Leave --map out".into())
         };
@@ -50,7 +50,7 @@ impl Library {
 
     fn caller(&mut self) -> &mut dyn Caller {
         match self {
-            Library::Module(module) => module,
+            Library::Module(module) => module.as_mut(),
             Library::Fmu(fmu) => fmu.as_mut(),
         }
     }

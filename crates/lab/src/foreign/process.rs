@@ -3,7 +3,7 @@
 //! A socket between the two, its standard input, carries what is said once: the memory that both share, what the library
 //! is or why it is none. Each sample then is a question and an answer in that memory ([`stickslip_rt::Asker`]). Where it
 //! lies anybody's code can write: what is read from it is a value and nothing more. The end of the socket tells the other
-//! side that nobody asks any more; a thread ([`minder`](super::minder)) tells this side why no answer comes.
+//! side that nobody asks any more; a thread (`minder.rs`) tells this side why no answer comes.
 
 use std::ffi::OsString;
 use std::fs::File;

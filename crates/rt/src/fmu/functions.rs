@@ -30,6 +30,11 @@ pub(super) struct Callbacks {
     pub(super) environment: *const c_void,
 }
 
+// SAFETY: nobody writes to it; its environment is a log, which takes messages from any thread.
+unsafe impl Send for Callbacks {}
+// SAFETY: as before.
+unsafe impl Sync for Callbacks {}
+
 /// A table of functions, each with its name in the library.
 macro_rules! functions {
     ($(#[$about:meta])* $Table:ident { $($field:ident: $symbol:literal, fn($($argument:ty),*) $(-> $result:ty)?;)+ }) => {

@@ -106,8 +106,7 @@ pub(super) fn mapped(model: &Model, map: &[(String, String)]) -> Result<Mapped, 
         let Some(variable) = found(known, model, map)? else { continue };
         let (factor, offset) = conversion(known, variable, model)?;
         match known.value {
-            Some(value) if references.contains(&variable.reference) => {
-                let _ = value;
+            Some(_) if references.contains(&variable.reference) => {
                 return Err(format!(
                     "{} would be two signals, {} one of them. Map each to its own",
                     variable.name, known.name
@@ -183,9 +182,10 @@ fn conversion(known: &Known, variable: &Variable, model: &Model) -> Result<(f64,
     })
 }
 
-/// Names of variables of a causality, the first ones.
-pub(super) fn names(model: &Model, causality: &str) -> String {
-    listed(model.variables.iter().filter(|it| it.causality == causality).map(|it| it.name.clone()))
+/// Names of the numbers of a causality, the first ones.
+fn names(model: &Model, causality: &str) -> String {
+    let numbers = model.variables.iter().filter(|it| it.causality == causality && it.number());
+    listed(numbers.map(|it| it.name.clone()))
 }
 
 /// The first of many, and how many there are besides.

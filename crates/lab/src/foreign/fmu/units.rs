@@ -47,7 +47,7 @@ impl Quantity {
 
     /// Factor and offset of a unit that is called so and has this definition, if it is one of this quantity.
     pub(super) fn convert(self, name: &str, defined: Option<Unit>) -> Option<(f64, f64)> {
-        let Some(Unit { exponents, factor, offset }) = defined.or_else(|| known(name)) else { return None };
+        let Unit { exponents, factor, offset } = defined.or_else(|| known(name))?;
         let (wanted, radians) = self.exponents();
         let mut without = wanted;
         without[7] = 0;

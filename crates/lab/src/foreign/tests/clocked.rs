@@ -167,8 +167,8 @@ fn a_controller_that_keeps_up_is_followed() {
         let ((calls, _), responses) = (guest.foreign().durations(), guest.foreign().responses());
         match ended {
             Ok(()) => {
-                // All but those of the first sample, of four ticks.
-                assert!(torques >= 150 && calls.count >= 40 && guest.lateness().1 == 0, "{torques} {calls:?}");
+                // All but what the first sample and the last one lack: where they begin, the clock says.
+                assert!(torques >= 150 && calls.count >= 38 && guest.lateness().1 == 0, "{torques} {calls:?}");
                 assert!(responses.count == calls.count && responses.p50 > calls.p50, "{calls:?} {responses:?}");
                 return;
             }
