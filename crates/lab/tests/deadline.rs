@@ -156,7 +156,7 @@ const HOSTED: &str = "STICKSLIP_TEST_HOST";
 #[cfg(unix)]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
-        stickslip::foreign::process::host(std::path::Path::new(&file)).expect("somebody asks");
+        stickslip::foreign::process::host(std::path::Path::new(&file), &[]).expect("somebody asks");
         std::process::exit(0);
     }
 }
