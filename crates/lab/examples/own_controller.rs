@@ -27,10 +27,10 @@ pub(crate) struct SlidingMode<T> {
     #[field(symbol = "λ", unit = "1/s", range = 0.1..=1e3, default = 25.0)]
     pub(crate) slope: T,
     /// Amplitude of the switched torque: above what friction may do.
-    #[field(symbol = "K", unit = "N m", range = 0.0..=100.0, default = 0.45)]
+    #[field(symbol = "K", unit = "N m", range = 0.0..=100.0, default = 0.8)]
     pub(crate) amplitude: T,
     /// Distance from the line at which half of it acts: less is stiffer, and noisier.
-    #[field(symbol = "ε", unit = "rad/s", range = 1e-3..=100.0, default = 2.0)]
+    #[field(symbol = "ε", unit = "rad/s", range = 1e-3..=100.0, default = 3.0)]
     pub(crate) layer: T,
     /// Torque per distance from the line and time.
     #[field(symbol = "K_i", unit = "N m/rad", range = 0.0..=1e3, default = 2.0)]

@@ -41,7 +41,8 @@ enum Target {
     /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
                             Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis\n\
-                            Example: stickslip generate fmu plant --xcp 5556 --out fmu")]
+                            Example: stickslip generate fmu plant --xcp 5556 --out fmu\n\
+                            Example: stickslip generate fmu position_controller --out fmu")]
     Fmu(FmuCommand),
 }
 

@@ -89,7 +89,7 @@ pub(crate) enum Command {
     Fidelity(fidelity::Fidelity),
     /// Your own position controller, a shared library in C or an FMU, on the virtual bench, beside the preset's.
     #[command(after_help = "Example: stickslip load --header .\n\
-                            Example: stickslip load Servo.fmu --map measured_angle=Encoder.phi --set PI.k=0.2")]
+                            Example: stickslip load fmu/position_controller-fmi3.fmu --map torque=output.torque --duration 2")]
     Load(load::LoadCommand),
     /// The process that a loaded controller runs in.
     #[command(hide = true, after_help = "Example: stickslip load my_controller.so")]
