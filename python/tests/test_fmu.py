@@ -309,8 +309,8 @@ def test_no_memory_is_kept(importers, version):
     kept = of.instance()
     bytes_each = len(kept.saved())
     kept.free()
-    # An instance or a state that stayed would show three times over; the interpreter itself takes a megabyte or two.
-    assert (size() - before) * 1024 < 0.4 * 4000 * bytes_each, (size() - before, bytes_each)
+    # An instance or a state that stayed would show by all of its bytes; the interpreter itself takes some megabytes.
+    assert (size() - before) * 1024 < 0.7 * 4000 * bytes_each, (size() - before, bytes_each)
 
 
 def test_sources_are_inside(made):
