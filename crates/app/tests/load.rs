@@ -29,6 +29,10 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     for part in ["P-PI cascade, SHA-256 ", "position_gain = 50 1/s", "sine_0.5hz", "A call took ", "of 5"] {
         assert!(said.contains(part), "{part}: {said}");
     }
+    // The record says which file gave its torques.
+    let hash = said.split("SHA-256 ").nth(1).and_then(|rest| rest.get(..64)).expect("64 digits");
+    let record = std::fs::read(folder.join("there/run.mf4")).expect("it wrote one");
+    assert!(String::from_utf8_lossy(&record).contains(&format!("stickslip load (P-PI cascade, SHA-256 {hash})")));
     let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
     assert!(summary.contains("controller.sine_0.5hz.rms") && summary.contains("call.over_budget"), "{summary}");
     // By the clock it may be late on a busy machine, which is said as well.

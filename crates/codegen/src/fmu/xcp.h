@@ -2,7 +2,8 @@
  *
  * The service runs in a thread of its own. Commands and steps exclude each other; a step waits for no longer than a
  * command, and for no socket. After each step the numbers that a master measures go into a ring, which the thread sends;
- * rows that find no room there are counted and marked as an overload. On Windows there is no service. */
+ * rows that find no room there are left out, and the next one says so by the mark of an overload. On Windows there is no
+ * service. */
 #ifndef FMU_XCP_H
 #define FMU_XCP_H
 

@@ -53,8 +53,6 @@ typedef struct {
     /* List, packet and entry that is written next. */
     int placed;
     uint32_t place[3];
-    /* Rows that found no room. */
-    uint64_t lost;
     /* Bytes that have gone into the ring and out of it, and that wait for the socket. */
     uint32_t head, tail, pending;
     uint8_t out[XCP_OUT];
@@ -143,7 +141,6 @@ static void xcp_sample_list(xcp_slave *slave, const fmu_memory *memory, uint32_t
     uint32_t packet, entry, k;
     if (xcp_waiting(slave) + xcp_row(slave, list) > XCP_RING) {
         list->overload = 1U;
-        slave->lost++;
         return;
     }
     for (packet = 0; packet < list->packets; packet++) {

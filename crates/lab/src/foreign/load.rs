@@ -118,7 +118,7 @@ pub fn load(
     record: Option<&Path>,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, seed, record)?.unzip();
+    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
     let mut bench = VirtualBench::new(preset, seed)?;
     tap.into_iter().for_each(|tap| bench.tap(tap));
     let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
@@ -140,7 +140,7 @@ pub fn load_by_the_clock(
     wishes: Wishes,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, seed, record)?.unzip();
+    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
     let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
     let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
     let clocked = bench.stop();
@@ -149,12 +149,19 @@ pub fn load_by_the_clock(
 }
 
 /// Who records the run, where a file is named.
-fn recorded(preset: &Preset<f64>, seed: u64, record: Option<&Path>) -> Result<Option<(Recorder, Tap)>, Error> {
+fn recorded(
+    preset: &Preset<f64>,
+    foreign: &Foreign,
+    seed: u64,
+    record: Option<&Path>,
+) -> Result<Option<(Recorder, Tap)>, Error> {
     let Some(path) = record else { return Ok(None) };
     if path.exists() {
         fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
     }
-    let about = About { command: "stickslip load".into(), preset: *preset, seed: Some(seed) };
+    // The torques replay without the file; which one gave them is told by this.
+    let command = format!("stickslip load ({}, SHA-256 {})", foreign.description().name, foreign.hash());
+    let about = About { command, preset: *preset, seed: Some(seed) };
     Recorder::start(path, &about).map(Some)
 }
 
