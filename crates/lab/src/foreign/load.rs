@@ -390,15 +390,27 @@ impl Loaded {
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
         let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
-        let report = report.summary(self.remarks().join(" ")).table(self.table());
-        let report = self.clocked.iter().fold(report, |report, clocked| report.table(clocked.table()));
-        self.figures().into_iter().fold(report, |report, (_, figure)| {
+        let report = report.summary(self.lead()).table(self.table());
+        let report = self.figures().into_iter().fold(report, |report, (_, figure)| {
             report.figure(
                 figure,
-                "Deviation of the measured angle from the set-point, with the loaded controller and with the preset's."
-                    .to_owned(),
+                "Deviation of the measured angle from the set-point, with the loaded controller and with the preset's.",
             )
+        });
+        let report = report.heading("What was loaded, and how it ran").list(self.remarks());
+        self.clocked.iter().fold(report, |report, clocked| {
+            report.table(clocked.table().caption("How the clock was kept, all cycles."))
         })
+    }
+
+    /// What came of it, in a sentence or two.
+    fn lead(&self) -> String {
+        let stopped = self.fault.iter().map(|fault| format!("The bench stopped: {fault}"));
+        let compared = self.brought.iter().zip(&self.own).map(|(brought, own)| {
+            let [brought_rms, own_rms] = [brought, own].map(|it| Estimate::new(it.deviation[0], "rad").to_string());
+            format!("{}: {brought_rms} RMS, with the preset's controller {own_rms}.", brought.manoeuvre)
+        });
+        stopped.chain(compared).collect::<Vec<_>>().join(" ")
     }
 
     fn figures(&self) -> Vec<(String, Figure)> {
