@@ -7,7 +7,7 @@ import { join } from 'node:path'
 const AT_ONCE = 2
 const alone = ['at-rest', 'newcomer', 'experiment']
 // The longest first.
-const waiting = ['scope', 'help', 'design', 'controller', 'implementation', 'runs', 'narrow', 'simulation', 'controllers']
+const waiting = ['scope', 'help', 'design', 'controller', 'implementation', 'runs', 'narrow', 'simulation', 'controllers', 'loaded']
 const failed = []
 
 /** Runs a story; what it says is told in one piece, once it has ended. */

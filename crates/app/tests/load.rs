@@ -12,16 +12,60 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// The example in a folder, as its head says that it is compiled.
+fn compile(folder: &Path, options: &[&str]) {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/controller/p_pi.c");
+    std::fs::copy(example, folder.join("p_pi.c")).expect("the folder takes files");
+    assert!(run(env!("CARGO_BIN_EXE_stickslip"), &["load", "--header", "."], folder).status.success());
+    let words = [&["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "p_pi.c"], options].concat();
+    let compiled = run("cc", &words, folder);
+    assert!(compiled.status.success(), "{}", text(&compiled.stderr));
+}
+
+#[test]
+fn the_example_is_ranked_among_the_controllers_of_the_house() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    compile(folder, &[]);
+    let all =
+        "benchmark --quick --controller pid --controller ./p_pi.so --friction nominal --manoeuvre sine_2hz --out out";
+    let words: Vec<&str> = all.split(' ').collect();
+    let ranked = || {
+        let ranked = run(env!("CARGO_BIN_EXE_stickslip"), &words, folder);
+        assert!(ranked.status.success(), "{}{}", text(&ranked.stdout), text(&ranked.stderr));
+        text(&ranked.stdout)
+    };
+    let said = ranked();
+    assert!(said.contains("./p_pi.so") && !said.contains("would have stopped") && !said.contains("failed"), "{said}");
+    let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
+    let cell =
+        cells().map(|it| it.expect("a file").path()).find(|path| path.to_string_lossy().contains("p_pi")).expect("its");
+    let before = std::fs::read_to_string(&cell).expect("text");
+    assert_eq!(ranked(), said, "from what is kept");
+
+    // Another file of this name is another controller: one that fails is named, and the others are ranked.
+    compile(folder, &["-Dstickslip_step=elsewhere"]);
+    let missing = text(&run(env!("CARGO_BIN_EXE_stickslip"), &words, folder).stderr);
+    assert!(missing.contains("p_pi.so") && missing.contains("no function stickslip_step"), "{missing}");
+    let source = std::fs::read_to_string(folder.join("p_pi.c")).expect("text");
+    let fails = source.replace(
+        "    return 0;\n}\n\nvoid stickslip_end",
+        "    return sample->time > 1.0 ? 7 : 0;\n}\n\nvoid stickslip_end",
+    );
+    assert_ne!(fails, source);
+    std::fs::write(folder.join("fails.c"), fails).expect("the folder takes files");
+    assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "fails.c"], folder).status.success());
+    let said = ranked();
+    assert!(said.contains("./p_pi.so failed, at first of this: ") && said.contains("(code 7)"), "{said}");
+    assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "what was kept is of another file");
+}
+
 #[test]
 fn the_example_is_compiled_loaded_and_replayed_without_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     let stickslip = |words: &[&str]| run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/controller/p_pi.c");
-    std::fs::copy(example, folder.join("p_pi.c")).expect("the folder takes files");
-    assert!(stickslip(&["load", "--header", "."]).status.success());
-    let compiled = run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "p_pi.c"], folder);
-    assert!(compiled.status.success(), "{}", text(&compiled.stderr));
+    compile(folder, &[]);
     let words = ["load", "p_pi.so", "--set", "position_gain=50", "--duration", "1", "--out", "there"];
     let loaded = stickslip(&words);
     let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));

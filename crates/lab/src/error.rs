@@ -617,6 +617,17 @@ pub enum Error {
         /// Largest value.
         maximum: f64,
     },
+    /// Values that a controller which was brought along does not take.
+    #[error(
+        "{name} refuses these values of its parameters (it answers {code}): it goes on with those before. Choose others; \
+         which it takes, its author knows."
+    )]
+    ForeignRefuses {
+        /// The controller.
+        name: String,
+        /// What its function returned.
+        code: i32,
+    },
     /// Samples that leave a controller which was brought along no time.
     #[error(
         "the position controller runs in every tick of {tick_rate} Hz, and by the clock the torque of one in a process of \

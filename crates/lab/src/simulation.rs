@@ -124,7 +124,7 @@ pub fn simulate<E: From<Error>>(
     let in_samples = |time: f64| (time / settings.control_period()).round() as u64 * divider;
     let (rest, cycles) = (in_samples(rest), in_samples(rest) + in_samples(duration));
     let mut columns: Vec<Vec<f64>> = SIGNALS.iter().map(|_| Vec::with_capacity((cycles / divider) as usize)).collect();
-    let mut torque = Torque { computed: 0.0, commanded: 0.0 };
+    let mut brought = Brought::default();
     let mut stopped = None;
     for cycle in 0..cycles {
         let time = cycle as f64 * dt;
@@ -138,13 +138,8 @@ pub fn simulate<E: From<Error>>(
         match &mut controller {
             None => order.control = 1.0,
             Some(controller) => {
-                if cycle.is_multiple_of(divider) {
-                    torque.computed = controller(&sample(&tick, &bench, time, order.reference))?;
-                }
-                if cycle % divider == divider - 1 {
-                    torque.commanded = torque.computed;
-                }
-                order.added_torque = torque.commanded;
+                let read = || controller(&sample(&tick, &bench, time, order.reference));
+                order.added_torque = brought.torque(cycle, divider, read)?;
             }
         }
         let truth = bench.truth().plant.machine;
@@ -164,15 +159,34 @@ pub fn simulate<E: From<Error>>(
 }
 
 /// Torque of a controller that was brought along [N m].
-struct Torque {
+#[derive(Debug, Default)]
+pub(crate) struct Brought {
     /// Waits for its sample to end.
     computed: f64,
     /// In force.
     commanded: f64,
 }
 
+impl Brought {
+    /// Its torque in a tick, of so many in a sample: what it computes where one begins is in force when that ends.
+    pub(crate) fn torque<E>(
+        &mut self,
+        cycle: u64,
+        divider: u64,
+        compute: impl FnOnce() -> Result<f64, E>,
+    ) -> Result<f64, E> {
+        if cycle.is_multiple_of(divider) {
+            self.computed = compute()?;
+        }
+        if cycle % divider == divider - 1 {
+            self.commanded = self.computed;
+        }
+        Ok(self.commanded)
+    }
+}
+
 /// What a controller reads at the begin of a tick: what the one in the tick would.
-fn sample(tick: &Tick<f64>, bench: &Judged, time: f64, reference: Setpoint<f64>) -> Sample {
+pub(crate) fn sample(tick: &Tick<f64>, bench: &Judged, time: f64, reference: Setpoint<f64>) -> Sample {
     let read = &bench.truth().measurement;
     let reading = EncoderReading { count: read.count, index: read.index, latch: read.latch };
     // The tick will decode the same readings from the same state.

@@ -54,6 +54,8 @@ pub struct ModuleParameter {
     pub maximum: f64,
     /// Value unless another is given.
     pub initial: f64,
+    /// Whether it is taken when a controller begins, and not later.
+    pub fixed: bool,
 }
 
 /// What a controller reads in a sample, in the order of the header.
@@ -237,7 +239,8 @@ unsafe fn described(raw: *const RawDescription) -> Result<(String, Vec<ModulePar
             let [name, unit, help] =
                 [(name, "a parameter's name"), (unit, "a parameter's unit"), (help, "a parameter's help")]
                     .map(|(pointer, what)| text(pointer, what));
-            known.push(ModuleParameter { name: name?, unit: unit?, help: help?, minimum, maximum, initial });
+            let (name, unit, help) = (name?, unit?, help?);
+            known.push(ModuleParameter { name, unit, help, minimum, maximum, initial, fixed: false });
         }
         Ok((text(name, "name")?, known))
     }

@@ -101,6 +101,9 @@ enum Order {
     /// List the signals that can be captured.
     #[command(after_help = "Example: stickslip bench signals")]
     Signals,
+    /// Open the file of `serve --controller` again, as it is now: it begins at rest, with the values of before.
+    #[command(after_help = "Example: stickslip bench open-controller")]
+    OpenController,
     /// Be the operator, whoever is now.
     #[command(after_help = "Example: stickslip bench operate")]
     Operate,
@@ -179,6 +182,7 @@ impl BenchCommand {
                 }
                 Ok(writeln!(out, "{}", line(&client.status()?))?)
             }
+            Order::OpenController => tell(&client, &Call::OpenController {}, out),
             Order::Operate => tell(&client, &Call::Operate {}, out),
         }
     }

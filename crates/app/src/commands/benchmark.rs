@@ -52,8 +52,9 @@ pub(crate) struct Benchmark {
 
 fn controller_help() -> String {
     format!(
-        "A controller: {}; or a parameter file (*.toml), whose controller, filter, compensation and hold run as they are \
-         stated. The first is the reference of the others",
+        "A controller: {}; a parameter file (*.toml), whose controller, filter, compensation and hold run as they are \
+         stated; or one of your own, as `stickslip load` takes one: a shared library, an FMU or a function in Python. The \
+         first is the reference of the others",
         entrants()
     )
 }
@@ -63,7 +64,8 @@ impl Benchmark {
         let preset = source::preset(&self.preset, self.set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
         let all = HOUSE.map(String::from);
         let names: &[String] = if self.controller.is_empty() { &all } else { &self.controller };
-        let entrants = names.iter().map(|name| Entrant::find(name)).collect::<Result<Vec<_>, _>>()?;
+        let entrants =
+            names.iter().map(|name| Entrant::open(name, &self.out.join("made"))).collect::<Result<Vec<_>, _>>()?;
         let mut plan = Plan::new(self.preset.clone(), preset, entrants);
         if self.quick {
             plan = plan.quick();

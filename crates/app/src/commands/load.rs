@@ -2,14 +2,13 @@
 //! by the clock.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::PathBuf;
 
 use clap::Args;
-use stickslip::Watch;
 use stickslip::bench::Wishes;
-use stickslip::foreign::Foreign;
+use stickslip::foreign::ControllerFile;
 use stickslip::foreign::load::{load, load_by_the_clock};
+use stickslip::{Error, Watch};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -26,14 +25,8 @@ pub(crate) struct LoadCommand {
     /// Write stickslip_module.h into this folder, and nothing else.
     #[arg(long, value_name = "DIR", conflicts_with = "file")]
     header: Option<PathBuf>,
-    /// Run it in this process, faster; a crash of it then ends the program. Without it: in a process of its own.
-    #[arg(long)]
-    trust: bool,
-    /// Which variable of an FMU is a signal, where its name does not say so; may be given several times. Signals are
-    /// reference_position, reference_velocity, reference_acceleration, measured_angle, measured_velocity, torque, and, if
-    /// it wants them, time and torque_limit.
-    #[arg(long, value_name = "SIGNAL=VARIABLE")]
-    map: Vec<Setting>,
+    #[command(flatten)]
+    how: HowLoaded,
     /// Run by the clock, as a bench of steel does, instead of as fast as it goes: a torque that is not there when its
     /// sample ends is a fault. It takes as long as the manoeuvres do, once for each controller.
     #[arg(long, visible_alias = "clock")]
@@ -57,6 +50,33 @@ pub(crate) struct LoadCommand {
     pub(crate) shown: Shown,
 }
 
+/// How a controller of one's own is opened.
+#[derive(Args)]
+pub(super) struct HowLoaded {
+    /// Run the controller in this process, faster; a crash of it then ends the program. Without it: in a process of its
+    /// own.
+    #[arg(long)]
+    trust: bool,
+    /// Which variable of an FMU is a signal, where its name does not say so; may be given several times. Signals are
+    /// reference_position, reference_velocity, reference_acceleration, measured_angle, measured_velocity, torque, and, if
+    /// it wants them, time and torque_limit.
+    #[arg(long, value_name = "SIGNAL=VARIABLE")]
+    map: Vec<Setting>,
+}
+
+impl HowLoaded {
+    /// The controller of a file with these values of its parameters.
+    pub(super) fn of(self, path: PathBuf, values: &[Setting]) -> Result<ControllerFile, Error> {
+        let number = |Setting { path, value }: &Setting| {
+            let (question, answer) = (path.clone(), value.clone());
+            let refused = |_| Error::Answer { question, answer, remedy: "Give a number.".into() };
+            value.parse().map(|value| (path.clone(), value)).map_err(refused)
+        };
+        let values = values.iter().map(number).collect::<Result<_, _>>()?;
+        Ok(ControllerFile { path, map: pairs(self.map), trust: self.trust, values })
+    }
+}
+
 impl LoadCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         if let Some(folder) = &self.header {
@@ -65,18 +85,9 @@ impl LoadCommand {
             return Ok(writeln!(out, "Compile yours by: cc -O2 -shared -fPIC -o my_controller.so my_controller.c")?);
         }
         let preset = source::preset(&self.preset, [])?;
-        std::fs::create_dir_all(&self.out).map_err(|error| stickslip::Error::file(&self.out, "create", error))?;
-        let file = library(&self.file.unwrap_or_default(), &self.out)?;
-        let map = pairs(self.map);
-        let mut foreign = if self.trust { Foreign::trusted_as(&file, &map)? } else { apart(&file, &map)? };
-        for setting in &self.set {
-            let value = setting.value.parse().map_err(|_| stickslip::Error::Answer {
-                question: setting.path.clone(),
-                answer: setting.value.clone(),
-                remedy: "Give a number.".into(),
-            })?;
-            foreign.set(&setting.path, value)?;
-        }
+        std::fs::create_dir_all(&self.out).map_err(|error| Error::file(&self.out, "create", error))?;
+        let controller = self.how.of(self.file.unwrap_or_default(), &self.set)?;
+        let foreign = controller.open(&self.out, &mut |line| eprintln!("{line}"))?;
         let (run, duration, seed) = (self.out.join("run.mf4"), self.duration, self.seed);
         let loaded = if self.real_time {
             load_by_the_clock(&preset, foreign, duration, seed, Some(&run), Wishes::default(), watch)?
@@ -103,45 +114,9 @@ impl LoadCommand {
     }
 }
 
-/// The library of a controller: of a function in Python one that is made of it, in a folder, while stderr says how long
-/// each step took.
-fn library(file: &Path, folder: &Path) -> Result<PathBuf, stickslip::Error> {
-    if file.extension().is_none_or(|ending| ending != "py") {
-        return Ok(file.into());
-    }
-    let refused = |problem| stickslip::Error::Foreign { path: file.into(), problem };
-    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
-    let made = folder.join("controller.so");
-    let output =
-        Command::new(&python).args(["-m", "stickslip.target"]).arg(file).arg("--out").arg(&made).output().map_err(
-            |error| refused(format!("{python} cannot be started ({error}). Install Python, or say PYTHON=…")),
-        )?;
-    let [said, told] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-    if !output.status.success() {
-        let reason = told.lines().last().unwrap_or("it says nothing").trim().trim_end_matches('.');
-        let remedy = if reason.contains("No module named") { ". Install the package: pip install ." } else { "" };
-        return Err(refused(format!("{reason}{remedy}")));
-    }
-    // The last line says how to do what is done next.
-    said.lines().take_while(|line| !line.starts_with("To run it")).for_each(|line| eprintln!("{line}"));
-    Ok(made)
-}
-
 /// Signals and variables.
 fn pairs(map: Vec<Setting>) -> Vec<(String, String)> {
     map.into_iter().map(|Setting { path, value }| (path, value)).collect()
-}
-
-#[cfg(unix)]
-fn apart(file: &Path, map: &[(String, String)]) -> Result<Foreign, stickslip::Error> {
-    use stickslip::foreign::process::Host;
-    Foreign::apart(file, &Host::find().mapping(map))
-}
-
-#[cfg(not(unix))]
-fn apart(file: &Path, _: &[(String, String)]) -> Result<Foreign, stickslip::Error> {
-    let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
-    Err(stickslip::Error::Foreign { path: file.into(), problem })
 }
 
 /// The process of a controller.
@@ -162,6 +137,8 @@ impl HostCommand {
 
     #[cfg(not(unix))]
     pub(crate) fn run(self) -> Result<(), Failure> {
-        apart(&self.file, &pairs(self.map)).map(drop).map_err(Failure::from)
+        let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
+        let _ = self.map;
+        Err(Error::Foreign { path: self.file, problem }.into())
     }
 }

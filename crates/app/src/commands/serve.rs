@@ -12,6 +12,7 @@ use stickslip::bench::remote::Address;
 use stickslip::bench::{Cpu, keep_off};
 use stickslip::live::{Live, Start};
 
+use super::load::HowLoaded;
 use super::xcp::XcpDoors;
 use crate::failure::Failure;
 use crate::serve::{Client, Patience, Place, Server};
@@ -38,6 +39,16 @@ pub(crate) struct ServeCommand {
     /// of it.
     #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
     io: Option<Address>,
+    /// A controller of one's own in the loop beside the preset's, as `stickslip load` takes one: a shared library, an FMU,
+    /// or a function in Python. It controls first; its numbers are parameters (loaded.NAME) like all others, and
+    /// position_controller says who controls.
+    #[arg(long, value_name = "FILE")]
+    controller: Option<PathBuf>,
+    /// Value of a parameter of the controller; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", requires = "controller")]
+    controller_set: Vec<Setting>,
+    #[command(flatten)]
+    how: HowLoaded,
     /// Seed of the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -73,9 +84,10 @@ impl ServeCommand {
                 place.address
             )));
         }
+        let controller = self.controller.map(|file| self.how.of(file, &self.controller_set)).transpose()?;
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
-        let mut start = Start { seed: self.seed, io: self.io, record, operator_time, ..new };
+        let mut start = Start { seed: self.seed, io: self.io, controller, record, operator_time, ..new };
         if let Some(cpu) = self.cpu {
             // Each thread that is started from here on inherits it.
             keep_off(cpu).map_err(|error| {

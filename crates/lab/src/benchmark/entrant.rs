@@ -7,8 +7,11 @@ use std::path::Path;
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
+use stickslip_core::supervise::ControllerFault;
 
-use super::PROGRAM;
+use super::loaded::Loaded;
+use super::run::{Course, run};
+use super::{Manoeuvre, PROGRAM};
 use crate::design::{cascade_as_pid, tune};
 use crate::parameters::{self, presets};
 use crate::preset::{
@@ -34,6 +37,8 @@ enum Source {
     House(Box<House>),
     /// That of a parameter file, as it is stated there.
     File(Box<Preset<f64>>),
+    /// A library, an FMU, a function in Python.
+    Loaded(Loaded),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +60,9 @@ enum Base {
     MotorSide,
     Predictive,
 }
+
+/// Endings of controllers of one's own.
+const OWN: [&str; 5] = ["so", "dll", "dylib", "fmu", "py"];
 
 const BASES: [(&str, Base); 7] = [
     ("pid", Base::Pid),
@@ -155,10 +163,51 @@ impl Entrant {
         Ok(Entrant { name: name.into(), source: Source::House(Box::new(house)) })
     }
 
+    /// The same, or a controller of one's own: a shared library, an FMU, a function in Python (*.py), of which a library is
+    /// made in the folder.
+    ///
+    /// # Errors
+    /// As [`Entrant::find`] and [`ControllerFile::open`](crate::foreign::ControllerFile::open).
+    pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
+        let path = Path::new(name);
+        let is_file = path.extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
+        if !is_file {
+            return Entrant::find(name);
+        }
+        // Each in a folder of its own.
+        let own: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        Ok(Entrant { name: name.into(), source: Source::Loaded(Loaded::open(path, &folder.join(own))?) })
+    }
+
+    /// Runs it in a manoeuvre, `preset` being [what it is on](Self::on); `None` where it did not come to its end.
+    pub(super) fn run(
+        &self,
+        preset: &Preset<f64>,
+        manoeuvre: Manoeuvre,
+        seed: u64,
+        chance: f64,
+        watch: &Watch,
+    ) -> Result<Option<Course>, Error> {
+        match &self.source {
+            Source::Loaded(loaded) => loaded.run(preset, manoeuvre, seed, chance, watch),
+            Source::House(_) | Source::File(_) => run(preset, manoeuvre, seed, chance, watch),
+        }
+    }
+
+    /// What its results follow from besides parameters.
+    pub(super) fn follows_from(&self) -> &str {
+        if let Source::Loaded(loaded) = &self.source { loaded.hash() } else { "" }
+    }
+
+    /// What it failed of first, where it is one of a file of its own.
+    pub(super) fn fault(&self) -> Option<ControllerFault> {
+        if let Source::Loaded(loaded) = &self.source { loaded.fault() } else { None }
+    }
+
     /// The parameters that it is stated by, if it comes from a file.
     pub(crate) fn stated(&self) -> Option<&Preset<f64>> {
         match &self.source {
-            Source::House(_) => None,
+            Source::House(_) | Source::Loaded(_) => None,
             Source::File(preset) => Some(preset),
         }
     }
@@ -172,7 +221,7 @@ impl Entrant {
     pub(crate) fn tuned_as(&self) -> Option<&'static str> {
         match &self.source {
             Source::House(house) => BASES.iter().find(|(_, base)| *base == house.base).map(|(name, _)| *name),
-            Source::File(_) => None,
+            Source::File(_) | Source::Loaded(_) => None,
         }
     }
 
@@ -180,7 +229,7 @@ impl Entrant {
     pub(crate) fn start(&self, preset: &Preset<f64>) -> Option<ControllerChoice<f64>> {
         match &self.source {
             Source::House(house) => Some(start(house.base, preset)),
-            Source::File(_) => None,
+            Source::File(_) | Source::Loaded(_) => None,
         }
     }
 
@@ -226,6 +275,8 @@ impl Entrant {
                 bench.filter = stated.bench.filter;
                 bench.hold = stated.bench.hold;
             }
+            // Nothing of the bench is in force.
+            Source::Loaded(_) => {}
         }
         preset.bench.shaper = ShaperChoice::Nothing;
         preset

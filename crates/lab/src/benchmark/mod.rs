@@ -11,6 +11,7 @@
 
 mod entrant;
 mod friction;
+mod loaded;
 mod manoeuvre;
 mod rank;
 mod report;

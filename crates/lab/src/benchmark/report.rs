@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use super::run::run;
 use super::{CellResult, Entrant, Manoeuvre, Outcome, Ranked, VARIATIONS, rank};
 use crate::figure::{Axis, Figure, Role, Series};
 use crate::preset::ControllerChoice;
@@ -204,7 +203,8 @@ impl Outcome {
             for (index, name) in names.into_iter().enumerate() {
                 let Some(entrant) = self.plan.entrants.iter().find(|entrant| entrant.name == *name) else { continue };
                 let preset = entrant.on(&friction.on(&self.plan.preset), self.controller(entrant));
-                let Some(course) = run(&preset, Manoeuvre::Reversal, 1, 0.5, &Watch::silent())? else { continue };
+                let course = entrant.run(&preset, Manoeuvre::Reversal, 1, 0.5, &Watch::silent())?;
+                let Some(course) = course else { continue };
                 let points =
                     course.deviation.iter().enumerate().map(|(k, e)| (k as f64 * course.period - REVERSAL, 1e3 * e));
                 let near = points.filter(|(time, _)| (AROUND[0]..AROUND[1]).contains(time));
@@ -263,6 +263,9 @@ impl Outcome {
             .collect();
         if !failed.is_empty() {
             remarks.push(format!("Runs that a bench would have stopped: {}.", failed.join("; ")));
+        }
+        for entrant in &self.plan.entrants {
+            remarks.extend(entrant.fault().map(|fault| format!("{} failed, at first of this: {fault}", entrant.name)));
         }
         if !self.complete {
             remarks

@@ -2,12 +2,13 @@
 
 use stickslip_core::control::reference::{Generator, Setpoint};
 use stickslip_core::scalar::Lanes;
-use stickslip_core::tick::Order;
+use stickslip_core::tick::{Order, Tick};
 
 use super::Manoeuvre;
 use crate::design::software;
 use crate::judged::{ABREAST, Abreast, Judged};
 use crate::preset::Preset;
+use crate::simulation::{Brought, Sample, sample};
 use crate::{Error, Watch};
 
 /// Time at rest before it begins [s].
@@ -37,7 +38,27 @@ pub(crate) fn run(
     watch: &Watch,
 ) -> Result<Option<Course>, Error> {
     let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
-    Ok(follow(bench, &mut [run], watch)?.pop().flatten())
+    Ok(follow(bench, &mut [run], None, watch)?.pop().flatten())
+}
+
+/// The same with somebody else's torque in place of that of the bench: what he reads in a sample to a torque [N m], or
+/// none, with which the run has failed.
+pub(crate) fn run_with(
+    preset: &Preset<f64>,
+    manoeuvre: Manoeuvre,
+    seed: u64,
+    chance: f64,
+    controller: &mut dyn FnMut(&Sample) -> Option<f64>,
+    watch: &Watch,
+) -> Result<Option<Course>, Error> {
+    let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
+    let (tick, divider, dt) = (run.tick, preset.bench.divider(), preset.bench.tick_time());
+    let mut brought = Brought::default();
+    let mut torque = |bench: &Judged, cycle: u64, reference: Setpoint<f64>| {
+        let read = || controller(&sample(&tick, bench, cycle as f64 * dt, reference)).ok_or(());
+        brought.torque(cycle, divider, read).ok()
+    };
+    Ok(follow(bench, &mut [run], Some(&mut torque), watch)?.pop().flatten())
 }
 
 /// Runs it on several machines; each gets the very numbers of [`run`]. What a machine refuses is its own result.
@@ -78,11 +99,11 @@ pub(crate) fn run_abreast(
         waiting = others;
         let wide = if benches.len() < WORTH_LANES { None } else { Judged::<Lanes<f64, ABREAST>>::of(&benches) };
         let courses = match wide {
-            Some(bench) => follow(bench, &mut runs, watch)?,
+            Some(bench) => follow(bench, &mut runs, None, watch)?,
             None => {
                 let mut each = Vec::new();
                 for (bench, run) in benches.into_iter().zip(&mut runs) {
-                    each.append(&mut follow(bench, std::slice::from_mut(run), watch)?);
+                    each.append(&mut follow(bench, std::slice::from_mut(run), None, watch)?);
                 }
                 each
             }
@@ -102,6 +123,7 @@ pub(crate) fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance:
 /// What a machine is to follow, and within what.
 struct Run<'a> {
     preset: &'a Preset<f64>,
+    tick: Tick<f64>,
     setpoints: Generator<'static>,
     /// Ticks at rest, and ticks in all.
     rest: u64,
@@ -119,7 +141,7 @@ impl<'a> Run<'a> {
         let setpoints = Generator::new(reference, settings.tick_rate);
         let in_samples = |time: f64| ((time / settings.control_period()).round() as u64) * divider;
         let rest = in_samples(REST);
-        Ok((bench, Run { preset, setpoints, rest, cycles: rest + in_samples(duration) }))
+        Ok((bench, Run { preset, tick, setpoints, rest, cycles: rest + in_samples(duration) }))
     }
 
     fn begins_sample(&self, cycle: u64) -> bool {
@@ -133,11 +155,19 @@ impl<'a> Run<'a> {
     }
 }
 
+/// Torque of somebody else in a tick [N m]; without one every run has failed.
+type Torque<'a, T> = &'a mut dyn FnMut(&Judged<T>, u64, Setpoint<T>) -> Option<T>;
+
 /// Lets each lane follow its set-points to the end, or to where it leaves its limits.
-fn follow<T: Abreast>(mut bench: Judged<T>, runs: &mut [Run<'_>], watch: &Watch) -> Result<Vec<Option<Course>>, Error> {
+fn follow<T: Abreast>(
+    mut bench: Judged<T>,
+    runs: &mut [Run<'_>],
+    mut torque: Option<Torque<'_, T>>,
+    watch: &Watch,
+) -> Result<Vec<Option<Course>>, Error> {
     let begun = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
     let mut courses: Vec<Option<Course>> = runs.iter().map(begun).collect();
-    let mut order = Order { control: T::of(1.0), ..Order::default() };
+    let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
     for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
         if cycle % 8192 == 0 {
             watch.check()?;
@@ -167,11 +197,17 @@ fn follow<T: Abreast>(mut bench: Judged<T>, runs: &mut [Run<'_>], watch: &Watch)
         if !any {
             break;
         }
+        if let Some(torque) = &mut torque {
+            match torque(&bench, cycle, order.reference) {
+                Some(torque) => order.added_torque = torque,
+                None => return Ok(vec![None; courses.len()]),
+            }
+        }
         bench.tick(order);
-        let torque = bench.truth().tick.commanded_torque;
+        let commanded = bench.truth().tick.commanded_torque;
         for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
-                course.torque.push(torque.lane(lane));
+                course.torque.push(commanded.lane(lane));
             }
         }
     }

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use super::run::run;
 use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VARIATIONS, Variation};
 use crate::parallel::map;
 use crate::preset::{ControllerChoice, Preset};
@@ -191,7 +190,8 @@ fn result(
     // Who holds by the believed breakaway torque holds by a belief that may be off.
     let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
     let runs = plan.runs(cell);
-    let follows_from = format!("{PROGRAM}\n{runs:?}\n{}", parameters::write_commented(&preset));
+    let follows_from =
+        format!("{PROGRAM}\n{runs:?}\n{}{}", entrant.follows_from(), parameters::write_commented(&preset));
     let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
     let stage = format!("{}, {} friction, {}", entrant.name, cell.friction.name, cell.variation.name);
     if let Some(kept) = read_result(&path, &follows_from) {
@@ -199,7 +199,7 @@ fn result(
         return Ok(kept);
     }
     let values = map(&runs, plan.threads, |&(manoeuvre, seed, chance)| {
-        let course = run(&preset, manoeuvre, seed, chance, watch)?;
+        let course = entrant.run(&preset, manoeuvre, seed, chance, watch)?;
         watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64)?;
         let finite = |value: f64| value.is_finite().then_some(value);
         let judged = course.map(|course| manoeuvre.judge(&course, &preset, chance).into_iter().map(finite).collect());

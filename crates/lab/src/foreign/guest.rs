@@ -36,6 +36,19 @@ pub struct Guest {
     late: u64,
 }
 
+/// Settings with nothing in the place of a controller that is brought along.
+pub(crate) fn without_controller(settings: &Settings<f64>) -> Settings<f64> {
+    let sampling_time = settings.control_period();
+    let nothing = ControllerMatrices { sampling_time, torque_limit: NO_TORQUE, ..ControllerMatrices::default() };
+    Settings {
+        controller: ControllerChoice::Linear(nothing),
+        compensation: CompensationChoice::Nothing,
+        filter: FilterChoice::Nothing,
+        hold: Hold::Nothing,
+        ..*settings
+    }
+}
+
 impl Guest {
     /// For a bench of these settings, which become those with nothing in its place.
     ///
@@ -43,12 +56,7 @@ impl Guest {
     /// What the design of the bench refuses.
     pub(crate) fn new(foreign: Foreign, model: &Model<f64>, settings: &mut Settings<f64>) -> Result<Self, Error> {
         let (period, torque_limit) = (settings.control_period(), settings.controller.torque_limit());
-        let nothing =
-            ControllerMatrices { sampling_time: period, torque_limit: NO_TORQUE, ..ControllerMatrices::default() };
-        settings.controller = ControllerChoice::Linear(nothing);
-        settings.compensation = CompensationChoice::Nothing;
-        settings.filter = FilterChoice::Nothing;
-        settings.hold = Hold::Nothing;
+        *settings = without_controller(settings);
         let stands_in = design::axis_control(model, settings)?;
         Ok(Guest {
             foreign,
@@ -116,6 +124,7 @@ impl Guest {
     pub(crate) fn torque(&mut self, sample: &Sample, control: &AxisControl<f64>) -> Result<f64, ControllerFault> {
         if !sample.controls || *control != self.stands_in {
             (self.samples, self.computed, self.commanded) = (None, 0.0, 0.0);
+            self.foreign.take_for_begin();
             return Ok(0.0);
         }
         if let Some(fault) = self.failed {
@@ -123,7 +132,7 @@ impl Guest {
         }
         if sample.begins {
             let computed = self.compute(&sample.input);
-            self.failed = computed.err();
+            self.fail(computed.err());
             self.computed = computed?;
         }
         if sample.ends {
@@ -146,6 +155,7 @@ impl Guest {
             self.commanded = 0.0;
             // Whatever was awaited comes too late to count.
             let course = self.foreign.look();
+            self.due |= self.foreign.take_for_begin();
             if let (true, Ok(Course::Nothing), None) = (self.due, course, self.failed) {
                 self.foreign.ask_to_begin(self.period, self.torque_limit);
                 self.due = false;
@@ -154,9 +164,14 @@ impl Guest {
             return self.failed.filter(|_| controls).map_or(Ok(0.0), Err);
         }
         let torque = self.in_time(sample);
-        self.failed = torque.err();
+        self.fail(torque.err());
         self.late += u64::from(matches!(self.failed, Some(ControllerFault::Late { .. })));
         torque
+    }
+
+    fn fail(&mut self, fault: Option<ControllerFault>) {
+        self.failed = fault;
+        fault.iter().for_each(|_| self.foreign.fail());
     }
 
     fn in_time(&mut self, sample: &Sample) -> Result<f64, ControllerFault> {

@@ -61,8 +61,8 @@ impl Caller for Library {
         self.caller().begin(sample_time, torque_limit, values)
     }
 
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
-        self.caller().step(sample)
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+        self.caller().step(sample, values)
     }
 
     fn said(&self) -> Option<String> {
@@ -92,14 +92,15 @@ impl Caller for OpenModule {
         if begun { Ok(()) } else { Err(ControllerFault::Failed { code: -1 }) }
     }
 
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+        let refused = values.map_or(0, |values| self.module.set(values));
         let begin = Instant::now();
         let torque = self.module.step(sample);
         let time = begin.elapsed().as_nanos() as u64;
         if !FloatingPoint::mend() {
             return Err(ControllerFault::FloatingPoint);
         }
-        torque.map(|torque| Answer { torque, time }).map_err(|code| ControllerFault::Failed { code })
+        torque.map(|torque| Answer { torque, time, refused }).map_err(|code| ControllerFault::Failed { code })
     }
 }
 

@@ -4,6 +4,8 @@
 //! it runs in a process of its own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a part of the command, in force
 //! a sample later as that of any controller, so that a record of the run replays without the library.
 
+mod console;
+mod file;
 mod fmu;
 mod guest;
 #[cfg(unix)]
@@ -24,7 +26,11 @@ use std::io::Read as _;
 use std::path::Path;
 use std::time::Duration;
 
+pub(crate) use console::Console;
+use console::{Line, Took, console};
+pub use file::ControllerFile;
 pub use guest::Guest;
+pub(crate) use guest::without_controller;
 use library::Library;
 use sha2::{Digest as _, Sha256};
 use stickslip_core::supervise::ControllerFault;
@@ -76,12 +82,14 @@ pub struct Signal {
 }
 
 /// What came of a sample.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Answer {
     /// Torque of the drive [N m].
     pub(crate) torque: f64,
     /// How long the call took [ns].
     pub(crate) time: u64,
+    /// What it says to other values of its parameters: 0 takes them.
+    pub(crate) refused: i32,
 }
 
 /// What a controller is asked for by the clock.
@@ -89,8 +97,8 @@ pub(crate) struct Answer {
 pub(crate) enum Question<'a> {
     /// To begin anew, at rest: time from sample to sample [s], largest torque of the drive [N m], values of its parameters.
     Begin(f64, f64, &'a [f64]),
-    /// One sample.
-    Step(&'a ModuleSample),
+    /// One sample, with other values of its parameters before it where there are some.
+    Step(&'a ModuleSample, Option<&'a [f64]>),
 }
 
 /// Whoever calls the functions: here, or in another process.
@@ -98,8 +106,9 @@ pub(crate) trait Caller: Send {
     /// Begins anew, at rest.
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault>;
 
-    /// One sample.
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault>;
+    /// One sample, with other values of its parameters before it where there are some: the last ones stay where it
+    /// refuses them.
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault>;
 
     /// The gravest message that it left since its begin, if it can leave any.
     fn said(&self) -> Option<String> {
@@ -110,9 +119,9 @@ pub(crate) trait Caller: Send {
     fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
         Some(match question {
             Question::Begin(sample_time, torque_limit, values) => {
-                self.begin(sample_time, torque_limit, values).map(|()| Answer { torque: 0.0, time: 0 })
+                self.begin(sample_time, torque_limit, values).map(|()| Answer::default())
             }
-            Question::Step(sample) => self.step(sample),
+            Question::Step(sample, values) => self.step(sample, values),
         })
     }
 
@@ -161,6 +170,10 @@ pub(crate) enum Course {
 pub struct Foreign {
     description: Description,
     values: Vec<f64>,
+    /// Other values that it has not taken yet.
+    wished: Vec<f64>,
+    wishes: bool,
+    line: Option<Line>,
     hash: String,
     caller: Box<dyn Caller>,
     durations: Durations,
@@ -190,9 +203,21 @@ impl Foreign {
     }
 
     pub(crate) fn new(description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
-        let values = description.parameters.iter().map(|parameter| parameter.initial).collect();
+        let values: Vec<f64> = description.parameters.iter().map(|parameter| parameter.initial).collect();
         let (durations, responses) = (Durations::default(), Durations::default());
-        Foreign { description, values, hash, caller, durations, late: 0, awaited: None, responses }
+        Foreign {
+            description,
+            wished: values.clone(),
+            values,
+            wishes: false,
+            line: None,
+            hash,
+            caller,
+            durations,
+            late: 0,
+            awaited: None,
+            responses,
+        }
     }
 
     /// What it says of itself.
@@ -256,15 +281,65 @@ impl Foreign {
     /// # Errors
     /// What went wrong.
     pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ControllerFault> {
-        let answer = self.caller.step(sample)?;
-        self.judged(answer)
+        self.hear();
+        let answer = self.caller.step(sample, self.wishes.then_some(&self.wished[..]))?;
+        self.judged(answer, None)
     }
 
-    /// A torque, counted.
-    fn judged(&mut self, Answer { torque, time }: Answer) -> Result<f64, ControllerFault> {
+    /// A torque, counted, with what was said to other values.
+    fn judged(&mut self, answer: Answer, response: Option<u64>) -> Result<f64, ControllerFault> {
+        let Answer { torque, time, refused } = answer;
+        if std::mem::take(&mut self.wishes) {
+            self.settle(refused);
+        }
         self.durations.add(time);
         self.late += u64::from(time > BUDGET);
+        response.into_iter().for_each(|time| self.responses.add(time));
+        self.line.iter_mut().for_each(|line| line.took(Took { call: time, response }));
         if torque.is_finite() { Ok(torque) } else { Err(ControllerFault::NotANumber) }
+    }
+
+    /// The way for whoever operates it while it is in the loop.
+    pub(crate) fn console(&mut self) -> Console {
+        let (console, line) = console(&self.values);
+        self.line = Some(line);
+        console
+    }
+
+    /// The value of a parameter, with which it begins: one that it admits.
+    pub(crate) fn begin_with(&mut self, index: usize, value: f64) {
+        self.values[index] = value;
+    }
+
+    /// It does not control any more until it is opened again.
+    pub(crate) fn fail(&self) {
+        self.line.iter().for_each(Line::fail);
+    }
+
+    /// Takes other values that have come for its next sample.
+    fn hear(&mut self) {
+        if let Some(values) = self.line.as_mut().and_then(Line::values) {
+            self.wished.copy_from_slice(values);
+            self.wishes = true;
+        }
+    }
+
+    /// It has said this to other values.
+    fn settle(&mut self, code: i32) {
+        if code == 0 {
+            self.values.copy_from_slice(&self.wished);
+        }
+        self.line.iter().for_each(|line| line.say(code));
+    }
+
+    /// Takes other values that have come with which it begins; whether there were any.
+    pub(crate) fn take_for_begin(&mut self) -> bool {
+        self.hear();
+        let wished = std::mem::take(&mut self.wishes);
+        if wished {
+            self.settle(0);
+        }
+        wished
     }
 
     /// By the clock: whether its torque is there when its sample has been asked for.
@@ -280,7 +355,8 @@ impl Foreign {
 
     /// By the clock: asks for the torque of a sample, and does not wait; nothing may be awaited.
     pub(crate) fn ask(&mut self, sample: &ModuleSample) {
-        let answer = self.caller.ask(Question::Step(sample));
+        self.hear();
+        let answer = self.caller.ask(Question::Step(sample, self.wishes.then_some(&self.wished[..])));
         self.awaited = Some((Awaited::Torque, answer));
     }
 
@@ -296,9 +372,8 @@ impl Foreign {
         match awaited {
             Awaited::Begin => answer.map(|_| Course::Begun),
             Awaited::Torque => {
-                let torque = self.judged(answer?)?;
-                self.caller.response().into_iter().for_each(|time| self.responses.add(time));
-                Ok(Course::Torque(torque))
+                let response = self.caller.response();
+                self.judged(answer?, response).map(Course::Torque)
             }
         }
     }

@@ -127,7 +127,7 @@ impl Process {
         let asked = self.minder.asked();
         match question {
             Question::Begin(time, limit, values) => self.asker.ask(wire::begin(asked, time, limit, values)),
-            Question::Step(sample) => self.asker.ask(wire::step(asked, sample)),
+            Question::Step(sample, values) => self.asker.ask(wire::step(asked, sample, values)),
         }
     }
 
@@ -169,8 +169,8 @@ impl Caller for Process {
         self.asked(Question::Begin(sample_time, torque_limit, values)).map(drop)
     }
 
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
-        self.asked(Question::Step(sample))
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+        self.asked(Question::Step(sample, values))
     }
 
     fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {

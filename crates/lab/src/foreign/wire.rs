@@ -10,12 +10,14 @@ use super::minder::now;
 use super::{Answer, Caller as _, Description, Signal};
 
 /// Of what stands here.
-const VERSION: u64 = 3;
+const VERSION: u64 = 4;
 /// What a host says of itself at most [bytes].
 pub(super) const LONGEST: usize = 1 << 22;
 /// Words of the longest question.
-pub(super) const QUESTION: usize = HEAD + MOST_PARAMETERS;
+pub(super) const QUESTION: usize = SAMPLE + MOST_PARAMETERS;
+/// Words of a question before the values of the parameters.
 const HEAD: usize = 4;
+const SAMPLE: usize = 8;
 
 /// Kinds of questions.
 const BEGIN: u64 = 1;
@@ -31,8 +33,8 @@ pub(super) fn begin(asked: u64, sample_time: f64, torque_limit: f64, values: &[f
     head.into_iter().chain(values.iter().map(|value| value.to_bits()))
 }
 
-/// One sample; asked at this time [ns].
-pub(super) fn step(asked: u64, sample: &ModuleSample) -> impl Iterator<Item = u64> {
+/// One sample, with other values of its parameters where there are some; asked at this time [ns].
+pub(super) fn step(asked: u64, sample: &ModuleSample, values: Option<&[f64]>) -> impl Iterator<Item = u64> {
     let ModuleSample { time, reference_position, reference_velocity, reference_acceleration, .. } = *sample;
     let numbers = [
         time,
@@ -42,41 +44,44 @@ pub(super) fn step(asked: u64, sample: &ModuleSample) -> impl Iterator<Item = u6
         sample.measured_angle,
         sample.measured_velocity,
     ];
-    [STEP, asked].into_iter().chain(numbers.map(f64::to_bits))
+    let values = values.unwrap_or_default().iter().map(|value| value.to_bits());
+    [STEP, asked].into_iter().chain(numbers.map(f64::to_bits)).chain(values)
 }
 
 /// Does what a question asks for.
 pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER] {
     let number = |index: usize| f64::from_bits(question.get(index).copied().unwrap_or_default());
+    let behind = |head: usize| question.iter().skip(head).map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>();
     let done = match question.first() {
-        Some(&BEGIN) => {
-            let values: Vec<f64> = question.iter().skip(HEAD).map(|bits| f64::from_bits(*bits)).collect();
-            library.begin(number(2), number(3), &values).map(|()| Answer { torque: 0.0, time: 0 })
+        Some(&BEGIN) => library.begin(number(2), number(3), &behind(HEAD)).map(|()| Answer::default()),
+        Some(&STEP) => {
+            let sample = ModuleSample {
+                time: number(2),
+                reference_position: number(3),
+                reference_velocity: number(4),
+                reference_acceleration: number(5),
+                measured_angle: number(6),
+                measured_velocity: number(7),
+            };
+            library.step(&sample, Some(&behind(SAMPLE)[..]).filter(|values| !values.is_empty()))
         }
-        Some(&STEP) => library.step(&ModuleSample {
-            time: number(2),
-            reference_position: number(3),
-            reference_velocity: number(4),
-            reference_acceleration: number(5),
-            measured_angle: number(6),
-            measured_velocity: number(7),
-        }),
         // Something has written over it.
         _ => Err(ControllerFault::Failed { code: -1 }),
     };
-    let (kind, word, time) = match done {
-        Ok(Answer { torque, time }) => (DONE, torque.to_bits(), time),
-        Err(ControllerFault::Failed { code }) => (FAILED, u64::from(code.cast_unsigned()), 0),
-        Err(_) => (MODE, 0, 0),
+    let code = |code: i32| u64::from(code.cast_unsigned());
+    let (kind, word, time, refused) = match done {
+        Ok(Answer { torque, time, refused }) => (DONE, torque.to_bits(), time, code(refused)),
+        Err(ControllerFault::Failed { code: failed }) => (FAILED, code(failed), 0, 0),
+        Err(_) => (MODE, 0, 0, 0),
     };
     let asked = question.get(1).copied().unwrap_or_default();
-    [kind, word, time, now().saturating_sub(asked), 0, 0]
+    [kind, word, time, now().saturating_sub(asked), refused, 0]
 }
 
 /// What an answer says, whoever has written it.
-pub(super) fn answer([kind, word, time, ..]: [u64; ANSWER]) -> Result<Answer, ControllerFault> {
+pub(super) fn answer([kind, word, time, _, refused, _]: [u64; ANSWER]) -> Result<Answer, ControllerFault> {
     match kind {
-        DONE => Ok(Answer { torque: f64::from_bits(word), time }),
+        DONE => Ok(Answer { torque: f64::from_bits(word), time, refused: refused as i32 }),
         MODE => Err(ControllerFault::FloatingPoint),
         _ => Err(ControllerFault::Failed { code: word as i32 }),
     }
@@ -89,7 +94,7 @@ pub(super) fn response([_, _, _, time, ..]: [u64; ANSWER]) -> u64 {
 
 /// A description for the other side, or what is wrong.
 pub(super) fn told(description: Result<&Description, String>) -> Vec<u8> {
-    let parameter = |p: &ModuleParameter| json!([p.name, p.unit, p.help, p.minimum, p.maximum, p.initial]);
+    let parameter = |p: &ModuleParameter| json!([p.name, p.unit, p.help, p.minimum, p.maximum, p.initial, p.fixed]);
     let signal = |signal: &Signal| json!([signal.name, signal.variable, signal.unit]);
     let said = match description {
         Ok(it) => json!({
@@ -125,6 +130,7 @@ pub(super) fn described(said: &[u8]) -> Result<Description, String> {
         minimum: number(&p[3]),
         maximum: number(&p[4]),
         initial: number(&p[5]),
+        fixed: p[6].as_bool().unwrap_or_default(),
     };
     let signal = |s: &Value| Signal { name: text(&s[0]), variable: text(&s[1]), unit: text(&s[2]) };
     let all = |what: &str| said[what].as_array().map_or(&[][..], Vec::as_slice);
@@ -145,8 +151,8 @@ mod tests {
 
     #[test]
     fn any_bits_are_an_answer_or_a_fault() {
-        let done = answer([DONE, 0.25f64.to_bits(), 17, 0, 0, 0]);
-        assert_eq!(done, Ok(Answer { torque: 0.25, time: 17 }));
+        let done = answer([DONE, 0.25f64.to_bits(), 17, 0, u64::from((-2i32).cast_unsigned()), 0]);
+        assert_eq!(done, Ok(Answer { torque: 0.25, time: 17, refused: -2 }));
         assert_eq!(answer([MODE; ANSWER]), Err(ControllerFault::FloatingPoint));
         assert_eq!(
             answer([FAILED, u64::from((-3i32).cast_unsigned()), 0, 0, 0, 0]),

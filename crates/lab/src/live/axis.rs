@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, SystemTime};
 
 use stickslip_core::control::reference::{Generator, Reference, Shaped};
@@ -17,6 +17,7 @@ use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
 use crate::catalogue::Made;
 use crate::experiment::home;
 use crate::figure::Series;
+use crate::foreign::Foreign;
 use crate::preset::{Model, Settings};
 use crate::workflow::correct::render_corrected;
 use crate::workflow::measure::{Plan, measure_homed};
@@ -37,6 +38,8 @@ pub(super) enum Job {
     Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
     /// Press the linings on.
     Preload(f64),
+    /// A controller takes the place of the loaded one, for these settings.
+    Seat { foreign: Box<Foreign>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
     /// Break something.
     Inject(Injection),
     /// Follow a reference.
@@ -141,12 +144,19 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         };
+        shared.count_calls();
         match job {
             Some(Job::End) => break,
             Some(Job::Adopt(adopted)) => bench.adopt(&adopted.0, &adopted.1, &adopted.2),
             Some(Job::Preload(preload)) => {
                 let pressed = bench.set_preload(preload);
                 shared.ended("preload", pressed.map(|()| None));
+            }
+            Some(Job::Seat { foreign, settings, seated }) => {
+                let done = bench.seat(*foreign, &settings);
+                shared.doing(None);
+                // Whoever asked waits for it.
+                let _ = seated.send(done);
             }
             // The loop has ended: who waits for the fault hears that.
             Some(Job::Inject(injection)) => drop(bench.inject(injection)),

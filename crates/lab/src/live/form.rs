@@ -106,7 +106,12 @@ impl Item {
 
     /// All values of a set, in the order of declaration.
     pub(super) fn all<P: Fields<f64>>(parameters: &P) -> Vec<Item> {
-        parameters::flatten(parameters).into_iter().map(Item::of).collect()
+        Item::list(parameters::flatten(parameters))
+    }
+
+    /// Values that were listed.
+    pub(super) fn list(entries: Vec<Entry>) -> Vec<Item> {
+        entries.into_iter().map(Item::of).collect()
     }
 }
 

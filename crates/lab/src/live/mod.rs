@@ -13,6 +13,7 @@ mod curve;
 mod form;
 mod implementation;
 mod listener;
+mod loaded;
 mod losses;
 mod machine;
 mod marks;
@@ -60,9 +61,10 @@ use crate::bench::tap::tap;
 use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Keyframes, Urgent, refusals};
 use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
+use crate::foreign::ControllerFile;
 use crate::parameters::presets::Source;
 use crate::run::{About, RunWriter};
-use crate::tuning::{Sets, Tuning};
+use crate::tuning::{Loaded, Sets, Tuning};
 use crate::{Error, Watch};
 
 /// How long whoever watches may sleep before cycles are lost [s].
@@ -81,6 +83,8 @@ pub struct Start {
     pub wishes: Wishes,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
+    /// A controller that is in the loop beside the preset's, and controls first.
+    pub controller: Option<ControllerFile>,
     /// File that the run is recorded into; it must not be there yet.
     pub record: Option<PathBuf>,
     /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
@@ -91,7 +95,7 @@ impl Start {
     /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
     pub fn new(source: Source, project: &Path) -> Self {
         let (wishes, project) = (Wishes::default(), project.to_owned());
-        Start { source, io: None, seed: 1, wishes, project, record: None, operator_time: None }
+        Start { source, io: None, seed: 1, wishes, project, controller: None, record: None, operator_time: None }
     }
 }
 
@@ -111,6 +115,8 @@ struct Shared {
     project: PathBuf,
     sets: Sets,
     tuning: Mutex<Tuning>,
+    /// The loaded controller.
+    controller: Mutex<Option<loaded::Controller>>,
     /// Held by who changes parameters: two who change at once do so one after the other.
     changing: Mutex<()>,
     urgent: Mutex<Urgent>,
@@ -173,17 +179,22 @@ impl Live {
     /// # Errors
     /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
     pub fn start(start: Start) -> Result<Self, Error> {
-        let Start { source, seed, io, wishes, project, record, operator_time } = start;
+        let Start { source, seed, io, wishes, project, controller, record, operator_time } = start;
         let operator_time = operator_time.map(checked_time).transpose()?;
         let file = source.file.clone();
-        let tuning = Tuning::new(source)?;
+        let mut tuning = Tuning::new(source)?;
         let preset = *tuning.preset();
+        let controller =
+            controller.map(|file| loaded::Controller::open(file, project.join("controller"))).transpose()?;
+        let (controller, foreign) = controller.unzip();
         let writer = match &record {
             Some(path) if path.exists() => {
                 return Err(Error::file(path, "record into", std::io::ErrorKind::AlreadyExists.into()));
             }
             Some(path) => {
-                let about = About { command: "stickslip serve".into(), preset, seed: io.is_none().then_some(seed) };
+                let by = controller.as_ref().map_or(String::new(), |controller| format!(" ({})", controller.words()));
+                let about =
+                    About { command: format!("stickslip serve{by}"), preset, seed: io.is_none().then_some(seed) };
                 Some(RunWriter::create(path, &about)?)
             }
             None => None,
@@ -200,6 +211,10 @@ impl Live {
                 ClockedBench::over(&preset, machine, readings, wishes, Some(tap))?
             }
         };
+        if let Some(foreign) = foreign {
+            tuning.bring(Loaded::new(&foreign, preset.bench.control_period()));
+            bench.seat(foreign, &preset.bench)?;
+        }
         let keyframes = Mutex::new(bench.keyframes().expect("nobody else has taken it"));
         let catalogue = runs::catalogue(&project);
         let not_entered = Arc::new(Mutex::new(None));
@@ -211,6 +226,7 @@ impl Live {
             sets: Sets::new(&project.join("sets")),
             project,
             tuning: Mutex::new(tuning),
+            controller: Mutex::new(controller),
             changing: Mutex::default(),
             urgent,
             operator: Mutex::default(),
@@ -371,7 +387,7 @@ impl Live {
                 let differences = Changed::all(&lock(&self.shared.tuning).differences());
                 Ok(Answer::Differences { differences })
             }
-            Call::Items {} => Ok(Answer::Items { items: Item::all(lock(&self.shared.tuning).preset()) }),
+            Call::Items {} => Ok(Answer::Items { items: Item::list(lock(&self.shared.tuning).entries()) }),
             Call::Preview { values } => {
                 let tuning = lock(&self.shared.tuning).clone();
                 let changes: Vec<_> = values.into_iter().collect();
@@ -428,6 +444,7 @@ impl Live {
             Call::Tune(draft) => self.begin_tuning(client, &draft),
             Call::Tuned {} => Ok(self.tuned()),
             Call::EndTuning {} => self.end_tuning(client),
+            Call::OpenController {} => self.open_controller(),
             Call::Signals {} => Ok(signals::all()),
             Call::Capture { signals, trigger, before, after, decimation } => {
                 let rate = lock(&self.shared.tuning).preset().bench.tick_rate;

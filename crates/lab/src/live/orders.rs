@@ -24,7 +24,7 @@ impl Live {
         Ok(Answer::Done {})
     }
 
-    fn send(&self, job: Job) -> Result<Answer, Error> {
+    pub(super) fn send(&self, job: Job) -> Result<Answer, Error> {
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map(|()| Answer::Done {}).map_err(gone)
     }
@@ -114,10 +114,10 @@ impl Live {
     /// Puts a proposal in force: the first cycle with it.
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
         let parameters = proposal.parameters(Correction::Nothing)?;
+        proposal.loaded.as_ref().map_or(Ok(()), |values| self.tell_controller(values))?;
         let cycle = lock(&self.shared.urgent).change(Change::Parameters(parameters))?;
-        let Preset { model, bench, .. } = *proposal.preset();
         // An axis that has ended needs none.
-        let _ = self.jobs.send(Job::Adopt(Box::new((model, bench, parameters))));
+        let _ = self.jobs.send(Job::Adopt(Box::new((proposal.preset().model, proposal.settings(), parameters))));
         Ok(cycle)
     }
 }

@@ -149,7 +149,8 @@ fn open(shared: &Shared, file: &Path) -> Result<(RunWriter, u64), Error> {
     // Parameters that enter meanwhile would be in force and not in the preset, or the other way round.
     let _one = lock(&shared.changing);
     let preset = *lock(&shared.tuning).preset();
-    let about = About { command: "stickslip bench record".into(), preset, seed: shared.seed };
+    let by = shared.loaded_words().map_or(String::new(), |words| format!(" ({words})"));
+    let about = About { command: format!("stickslip bench record{by}"), preset, seed: shared.seed };
     let keyframe = lock(&shared.keyframes).take()?;
     let writer = RunWriter::create_from(file, &about, &keyframe)?;
     Ok((writer, keyframe.cycle))

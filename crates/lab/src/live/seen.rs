@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::protocol::XcpStatus;
 use super::{Live, lock};
 use crate::capture::{Batch, Sink, Tap};
+use crate::parameters::Entry;
 use crate::{Error, Preset};
 
 impl Live {
@@ -29,9 +30,14 @@ impl Live {
         *lock(&self.shared.tuning).preset()
     }
 
-    /// The parameters that the run began with.
-    pub fn reference(&self) -> Preset<f64> {
-        *lock(&self.shared.tuning).reference()
+    /// All values in force, those of a loaded controller behind those of the preset.
+    pub fn entries(&self) -> Vec<Entry> {
+        lock(&self.shared.tuning).entries()
+    }
+
+    /// All values that the run began with.
+    pub fn reference(&self) -> Vec<Entry> {
+        lock(&self.shared.tuning).reference_entries()
     }
 
     /// Gives every row from now on to a sink; it must be quick, captures and records wait for it.

@@ -58,8 +58,12 @@ pub struct Difference {
 
 /// What differs, in the order of the first, then what only the second has. Numbers are compared by their bits.
 pub fn diff<P: Fields<f64>>(before: &P, after: &P) -> Vec<Difference> {
-    let before = flatten(before);
-    let mut others: BTreeMap<_, _> = flatten(after).into_iter().map(|entry| (entry.path.clone(), entry)).collect();
+    differences(flatten(before), flatten(after))
+}
+
+/// The same of values that were listed.
+pub(crate) fn differences(before: Vec<Entry>, after: Vec<Entry>) -> Vec<Difference> {
+    let mut others: BTreeMap<_, _> = after.into_iter().map(|entry| (entry.path.clone(), entry)).collect();
     let mut order: Vec<_> = others.keys().cloned().collect();
     let mut out = Vec::new();
     for entry in before {

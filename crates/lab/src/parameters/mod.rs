@@ -18,8 +18,8 @@ mod tests;
 mod write;
 
 pub(crate) use change::{change, check};
-pub(crate) use entry::within;
 pub use entry::{Difference, Entry, Value, diff, flatten};
+pub(crate) use entry::{differences, within};
 pub use problem::{Fault, ParameterProblems, Problem};
 pub use read::read;
 pub use schema::{Description, describe};

@@ -4,18 +4,23 @@
 //! back. A [`Proposal`] is what a change would make of it: values in their ranges, the laws between them, the observers
 //! designed anew, the rendering law with its margin. It changes nothing; [`Tuning::entered`] says that the bench took it.
 
+mod loaded;
 mod sets;
 #[cfg(test)]
 mod tests;
 
+use loaded::Chosen;
+pub use loaded::Loaded;
+pub(crate) use loaded::is_of_it;
 pub use sets::Sets;
 
 use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
 
 use crate::design::{self, Margin, Passage, Region};
+use crate::foreign::without_controller;
 use crate::parameters::presets::Source;
-use crate::parameters::{self, Difference};
+use crate::parameters::{self, Difference, Entry};
 use crate::preset::{Model, Settings};
 use crate::workflow::design::fastest;
 use crate::{ControllerChoice, Error, Preset};
@@ -43,6 +48,8 @@ pub struct Tuning {
     /// Every set that was in force, and which of them is.
     history: Vec<Set>,
     now: usize,
+    /// A controller that was loaded beside the preset's.
+    loaded: Option<Loaded>,
 }
 
 /// A set in force.
@@ -51,6 +58,8 @@ struct Set {
     source: Source,
     preset: Preset<f64>,
     law: Law<f64>,
+    /// Of the loaded controller, where there is one.
+    chosen: Option<Chosen>,
 }
 
 /// What a change would make of the set in force.
@@ -60,6 +69,8 @@ pub struct Proposal {
     pub differences: Vec<Difference>,
     /// How far the rendering law is from chatter, where it becomes another.
     pub margin: Option<Margin>,
+    /// The numbers of the loaded controller, where they become others.
+    pub(crate) loaded: Option<Vec<f64>>,
     set: Set,
     /// Where it stands in the history; none: behind all.
     place: Option<usize>,
@@ -73,8 +84,39 @@ impl Tuning {
     pub fn new(source: Source) -> Result<Self, Error> {
         let preset: Preset<f64> = source.read()?;
         let law = design::rendering_law(&preset.model, &preset.bench)?;
-        let set = Set { source, preset, law };
-        Ok(Tuning { reference: set.clone(), history: vec![set], now: 0 })
+        let set = Set { source, preset, law, chosen: None };
+        Ok(Tuning { reference: set.clone(), history: vec![set], now: 0, loaded: None })
+    }
+
+    /// A controller was loaded, which controls unless that of the preset was chosen before. One that was loaded before
+    /// goes: its numbers stay as far as this one has such.
+    pub fn bring(&mut self, loaded: Loaded) {
+        for set in self.history.iter_mut().chain([&mut self.reference]) {
+            set.chosen = Some(set.chosen.as_ref().map_or_else(|| loaded.begun(), |chosen| loaded.taken_over(chosen)));
+        }
+        self.loaded = Some(loaded);
+    }
+
+    /// All values in force, those of a loaded controller behind those of the preset.
+    pub fn entries(&self) -> Vec<Entry> {
+        self.entries_of(self.in_force())
+    }
+
+    /// All values that the run began with.
+    pub fn reference_entries(&self) -> Vec<Entry> {
+        self.entries_of(&self.reference)
+    }
+
+    /// The numbers of the loaded controller in force, in their order; none where there is none.
+    pub(crate) fn loaded_values(&self) -> Vec<f64> {
+        let values = |(loaded, chosen): (&Loaded, &Chosen)| loaded.values(chosen);
+        self.loaded.as_ref().zip(self.in_force().chosen.as_ref()).map_or(Vec::new(), values)
+    }
+
+    fn entries_of(&self, set: &Set) -> Vec<Entry> {
+        let mut entries = parameters::flatten(&set.preset);
+        entries.extend(self.loaded.iter().zip(&set.chosen).flat_map(|(loaded, chosen)| loaded.entries(chosen)));
+        entries
     }
 
     /// The set in force.
@@ -121,9 +163,26 @@ impl Tuning {
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
     pub fn preset_with(&self, changes: &[(String, String)]) -> Result<Preset<f64>, Error> {
+        Ok(self.source_with(changes)?.read()?)
+    }
+
+    /// The file in force with these values, but for those of a loaded controller.
+    fn source_with(&self, changes: &[(String, String)]) -> Result<Source, Error> {
         let Source { file, text } = &self.in_force().source;
-        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
-        Ok(parameters::read::<Preset<f64>>(&text, file)?)
+        let ours: Vec<_> = changes.iter().filter(|(path, _)| !self.is_loaded(path)).cloned().collect();
+        let text = parameters::set_all::<Preset<f64>>(text, file, &ours)?;
+        Ok(Source { file: file.clone(), text })
+    }
+
+    /// What is chosen of a loaded controller, with these values.
+    fn chosen_with(&self, changes: &[(String, String)]) -> Result<Option<Chosen>, Error> {
+        let Some((loaded, chosen)) = self.loaded.as_ref().zip(self.in_force().chosen.as_ref()) else { return Ok(None) };
+        let its = changes.iter().filter(|(path, _)| is_of_it(path));
+        loaded.with(chosen, its.map(|(path, value)| (path.as_str(), value.as_str()))).map(Some)
+    }
+
+    fn is_loaded(&self, path: &str) -> bool {
+        self.loaded.is_some() && is_of_it(path)
     }
 
     /// What would be another with these values.
@@ -131,12 +190,13 @@ impl Tuning {
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
     pub fn preview(&self, changes: &[(String, String)]) -> Result<Vec<Difference>, Error> {
-        Ok(parameters::diff(self.preset(), &self.preset_with(changes)?))
+        let (preset, chosen) = (self.preset_with(changes)?, self.chosen_with(changes)?);
+        Ok(parameters::differences(self.entries(), self.entries_of(&Set { preset, chosen, ..self.in_force().clone() })))
     }
 
     /// What is not as in the reference.
     pub fn differences(&self) -> Vec<Difference> {
-        parameters::diff(&self.reference.preset, self.preset())
+        parameters::differences(self.reference_entries(), self.entries())
     }
 
     /// Whether there is something to undo, and something to redo.
@@ -151,9 +211,7 @@ impl Tuning {
     /// [`Error::NotRenderable`], [`Error::Chatters`] where the set in force can be rendered and this one could not; what
     /// the design functions refuse.
     pub fn set(&self, changes: &[(String, String)]) -> Result<Proposal, Error> {
-        let Source { file, text } = &self.in_force().source;
-        let text = parameters::set_all::<Preset<f64>>(text, file, changes)?;
-        self.propose(Source { file: file.clone(), text }, None)
+        self.propose(self.source_with(changes)?, self.chosen_with(changes)?, None)
     }
 
     /// A whole set: of a file, or saved under a name.
@@ -161,7 +219,7 @@ impl Tuning {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn load(&self, source: Source) -> Result<Proposal, Error> {
-        self.propose(source, None)
+        self.propose(source, self.in_force().chosen.clone(), None)
     }
 
     /// The reference again.
@@ -169,7 +227,7 @@ impl Tuning {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn reset(&self) -> Result<Proposal, Error> {
-        self.propose(self.reference.source.clone(), None)
+        self.propose(self.reference.source.clone(), self.reference.chosen.clone(), None)
     }
 
     /// The set before the last change.
@@ -178,7 +236,8 @@ impl Tuning {
     /// [`Error::NothingToUndo`]; as [`set`](Self::set).
     pub fn undo(&self) -> Result<Proposal, Error> {
         let place = self.now.checked_sub(1).ok_or(Error::NothingToUndo { what: "undo" })?;
-        self.propose(self.history[place].source.clone(), Some(place))
+        let Set { source, chosen, .. } = self.history[place].clone();
+        self.propose(source, chosen, Some(place))
     }
 
     /// The set before the last undo.
@@ -188,7 +247,7 @@ impl Tuning {
     pub fn redo(&self) -> Result<Proposal, Error> {
         let place = self.now + 1;
         let set = self.history.get(place).ok_or(Error::NothingToUndo { what: "redo" })?;
-        self.propose(set.source.clone(), Some(place))
+        self.propose(set.source.clone(), set.chosen.clone(), Some(place))
     }
 
     /// The bench took a proposal.
@@ -210,15 +269,22 @@ impl Tuning {
         &self.history[self.now]
     }
 
-    fn propose(&self, source: Source, place: Option<usize>) -> Result<Proposal, Error> {
+    fn propose(&self, source: Source, chosen: Option<Chosen>, place: Option<usize>) -> Result<Proposal, Error> {
         let preset: Preset<f64> = source.read()?;
-        let differences = parameters::diff(self.preset(), &preset);
+        let before = self.in_force();
+        let mut set = Set { source, preset, law: before.law, chosen };
+        let differences = parameters::differences(self.entries(), self.entries_of(&set));
         for difference in &differences {
             if let Some(remedy) = fixed(&difference.path) {
                 return Err(Error::NotWhileRunning { path: difference.path.clone(), remedy });
             }
         }
-        let before = self.in_force();
+        let mut loaded = None;
+        if let (Some(controller), Some(was), Some(becomes)) = (&self.loaded, &before.chosen, &set.chosen) {
+            controller.fixed(was, becomes, preset.bench.control_period())?;
+            let values = controller.values(becomes);
+            loaded = (values != controller.values(was)).then_some(values);
+        }
         let (law, margin) = if of_law(&preset) == of_law(&before.preset) {
             (before.law, None)
         } else {
@@ -230,7 +296,8 @@ impl Tuning {
                 Err(refusal) => return Err(refusal),
             }
         };
-        Ok(Proposal { differences, margin, set: Set { source, preset, law }, place })
+        set.law = law;
+        Ok(Proposal { differences, margin, loaded, set, place })
     }
 }
 
@@ -254,15 +321,21 @@ impl Proposal {
         &self.set.preset
     }
 
+    /// The settings of the bench: without a controller of their own where the loaded one controls.
+    pub fn settings(&self) -> Settings<f64> {
+        let bench = self.set.preset.bench;
+        if self.set.chosen.as_ref().is_some_and(|chosen| chosen.controls) { without_controller(&bench) } else { bench }
+    }
+
     /// What the software would compute with; what is added to the law stays.
     ///
     /// # Errors
     /// What the design of observer and current control refuses.
     pub fn parameters(&self, correction: Correction<f64>) -> Result<Parameters<f64>, Error> {
-        let Preset { model, bench, .. } = &self.set.preset;
-        let mut parameters = design::parameters(model, bench)?;
+        let (model, settings) = (&self.set.preset.model, self.settings());
+        let mut parameters = design::parameters(model, &settings)?;
         parameters.tick.law = self.set.law;
-        parameters.tick.current = design::load_current_control(&self.set.law, model, bench)?;
+        parameters.tick.current = design::load_current_control(&self.set.law, model, &settings)?;
         parameters.tick.correction = correction;
         Ok(parameters)
     }

@@ -84,8 +84,11 @@ pub fn describe(layout: &Layout, doors: Doors) -> String {
     text + &conversions.text + &objects + &groups(layout) + "  /end MODULE\n/end PROJECT\n"
 }
 
-/// The name of a value: elements of a list in brackets, since parts of a name do not begin with a digit.
+/// The name of a value: elements of a list in brackets, since parts of a name do not begin with a digit; what no name may
+/// have is `_`.
 pub fn name(path: &str) -> String {
+    let allowed = |letter: char| letter.is_ascii_alphanumeric() || "._".contains(letter);
+    let path = path.replace(|letter: char| !allowed(letter), "_");
     let part = |part: &str| {
         if part.starts_with(|c: char| c.is_ascii_digit()) { format!("[{part}]") } else { format!(".{part}") }
     };
@@ -222,12 +225,12 @@ impl Conversions {
 
 /// Measurements and parameters by the group that they stand in.
 fn groups(layout: &Layout) -> String {
-    let mut groups: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for parameter in &layout.parameters {
         let path = parameter.cell.path.as_str();
         // `bench.controller` of `bench.controller.pid.gain`, `bench` of `bench.fade_velocity`.
         let ends = path.match_indices('.').map(|(end, _)| end).take(2).last();
-        groups.entry(&path[..ends.unwrap_or(path.len())]).or_default().push(name(path));
+        groups.entry(name(&path[..ends.unwrap_or(path.len())])).or_default().push(name(path));
     }
     let subgroups: Vec<String> = groups.keys().map(|group| format!("parameters.{group}")).collect();
     let mut text = format!(

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::{Bench, Change, Sampler};
+use crate::Error;
 use crate::capture::Tap;
 use crate::live::Live;
 use crate::live::protocol::Call;
-use crate::{Error, Preset};
+use crate::parameters::Entry;
 
 /// A live bench as one of its clients sees it.
 #[derive(Clone)]
@@ -35,11 +36,11 @@ impl Bench for LiveBench {
         self.live.newest()
     }
 
-    fn in_force(&self) -> Preset<f64> {
-        self.live.in_force()
+    fn in_force(&self) -> Vec<Entry> {
+        self.live.entries()
     }
 
-    fn reference(&self) -> Preset<f64> {
+    fn reference(&self) -> Vec<Entry> {
         self.live.reference()
     }
 

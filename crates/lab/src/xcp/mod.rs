@@ -28,8 +28,9 @@ pub use sampler::Sampler;
 pub use slave::Slave;
 pub(crate) use slave::cycle_time;
 
+use crate::Error;
 use crate::capture::Tap;
-use crate::{Error, Preset};
+use crate::parameters::Entry;
 
 /// Largest command and its response [bytes].
 pub const MAX_CTO: usize = 248;
@@ -47,9 +48,9 @@ pub trait Bench {
     /// The newest cycle: its number and its signals.
     fn newest(&self) -> (u64, Vec<f64>);
     /// The parameters in force.
-    fn in_force(&self) -> Preset<f64>;
+    fn in_force(&self) -> Vec<Entry>;
     /// The parameters that the run began with.
-    fn reference(&self) -> Preset<f64>;
+    fn reference(&self) -> Vec<Entry>;
     /// From the next cycle on, rows go to this sampler.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Values, pages, refusals.
 
-use stickslip::parameters::presets;
+use stickslip::parameters::{flatten, presets};
 use stickslip::xcp::{Change, EPK, MEASUREMENTS, PARAMETERS};
 
 use super::desk::Master;
@@ -173,8 +173,8 @@ fn a_checksum_is_that_of_the_bytes_that_are_uploaded() {
     // The pointer has moved to the end, where there is nothing.
     assert_eq!(master.refused(&[0xf5, 1]), 0x24);
     // The working page holds what is in force, to the bit.
-    let preset = presets::find("clm-bench").unwrap().read().unwrap();
-    let values = master.layout.values(&preset).into_iter().flat_map(f64::to_le_bytes);
+    let preset: stickslip::Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    let values = master.layout.values(&flatten(&preset)).into_iter().flat_map(f64::to_le_bytes);
     assert!(values.eq(bytes));
 }
 

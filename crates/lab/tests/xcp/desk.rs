@@ -4,14 +4,14 @@ use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
+use stickslip::Error;
 use stickslip::capture::{Stream, Tap};
-use stickslip::parameters::presets;
+use stickslip::parameters::{Entry, presets};
 use stickslip::run::channels;
 use stickslip::tuning::Tuning;
 use stickslip::xcp::a2l::{Doors, describe};
 use stickslip::xcp::frame::{self, Next};
 use stickslip::xcp::{Bench, Change, Layout, MAX_DTO, Sampler, Slave};
-use stickslip::{Error, Preset};
 
 /// Ticks in a second [Hz].
 pub const RATE: f64 = 4000.0;
@@ -70,12 +70,12 @@ impl Bench for Desk {
         (cycle, (0..channels().len()).map(|signal| Desk::value(signal, cycle)).collect())
     }
 
-    fn in_force(&self) -> Preset<f64> {
-        *self.tuning.borrow().preset()
+    fn in_force(&self) -> Vec<Entry> {
+        self.tuning.borrow().entries()
     }
 
-    fn reference(&self) -> Preset<f64> {
-        *self.tuning.borrow().reference()
+    fn reference(&self) -> Vec<Entry> {
+        self.tuning.borrow().reference_entries()
     }
 
     fn attach(&self, sampler: Sampler) -> Result<Tap<Sampler>, Error> {

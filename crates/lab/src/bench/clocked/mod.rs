@@ -22,6 +22,7 @@ pub use kept::{Clocked, refusals};
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use stickslip_core::control::AxisControl;
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{ControllerFault, Fault, Refusal, SafetyState};
@@ -35,7 +36,7 @@ use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
-use crate::foreign::{Foreign, Guest};
+use crate::foreign::{Foreign, Guest, without_controller};
 use crate::preset::{Model, Settings};
 use crate::{Error, Preset, design};
 
@@ -228,14 +229,29 @@ impl ClockedBench {
     /// What the design of the bench refuses; [`Error::ForeignRate`], [`Error::Brought`]; [`Error::BenchFault`] where the
     /// loop has ended.
     pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        let mut settings = self.settings;
-        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, &mut settings)?);
-        self.settings = settings;
+        let settings = self.settings;
+        let stands_in = self.seated(foreign, &settings)?;
+        self.settings = without_controller(&settings);
         let mut parameters = self.parameters;
-        parameters.tick.control = guest.stands_in();
+        parameters.tick.control = stands_in;
         parameters.tick.control_period = self.settings.control_period();
-        self.send(Some(guest))?;
         self.change(Change::Parameters(parameters))
+    }
+
+    /// Lets somebody else control the position of a bench of these settings whenever nothing stands in its place there, as
+    /// [`without_controller`] says it. One that was there before goes.
+    ///
+    /// # Errors
+    /// As [`bring`](Self::bring).
+    pub(crate) fn seat(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<(), Error> {
+        self.seated(foreign, settings).map(drop)
+    }
+
+    fn seated(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<AxisControl<f64>, Error> {
+        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, &mut settings.clone())?);
+        let stands_in = guest.stands_in();
+        self.send(Some(guest))?;
+        Ok(stands_in)
     }
 
     /// Takes it away again: these settings are in force, with the controller that they have.

@@ -242,16 +242,17 @@ impl Caller for Counts {
         Ok(())
     }
 
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ControllerFault> {
         self.samples += 1;
         let deviation = sample.reference_position - sample.measured_angle;
-        Ok(Answer { torque: 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time, time: 7 })
+        let torque = 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time;
+        Ok(Answer { torque, time: 7, refused: 0 })
     }
 
     fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
         let answer = match question {
-            Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer { torque: 0.0, time: 0 }),
-            Question::Step(sample) => self.step(sample),
+            Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer::default()),
+            Question::Step(sample, values) => self.step(sample, values),
         };
         if !self.later {
             return Some(answer);

@@ -26,8 +26,10 @@ pub(super) struct Controller {
     fmu: Fmu,
     description: Description,
     mapped: Mapped,
-    /// Value references of the parameters.
+    /// Value references of the parameters, the values that they have, and those that become others.
     parameters: Vec<u32>,
+    values: Vec<f64>,
+    changed: (Vec<u32>, Vec<f64>),
     /// Of the inputs in this sample, in their units.
     inputs: Vec<f64>,
     period: f64,
@@ -74,7 +76,9 @@ impl Controller {
             return Err(format!("it makes no instance of itself. {}", said.trim_end_matches('.')));
         }
         let description = described(&model, &mapped, &settable);
-        let parameters = settable.iter().map(|variable| variable.reference).collect();
+        let parameters: Vec<u32> = settable.iter().map(|variable| variable.reference).collect();
+        let values = vec![f64::NAN; parameters.len()];
+        let changed = (Vec::with_capacity(parameters.len()), Vec::with_capacity(parameters.len()));
         let inputs = Vec::with_capacity(mapped.inputs.len());
         let (period, torque_limit, samples) = (0.0, 0.0, 0);
         Ok(Controller {
@@ -82,6 +86,8 @@ impl Controller {
             description,
             mapped,
             parameters,
+            values,
+            changed,
             inputs,
             period,
             torque_limit,
@@ -99,6 +105,7 @@ impl Controller {
         if !std::mem::take(&mut self.fresh) && !self.fmu.instantiate() {
             return Err(-1);
         }
+        self.values.copy_from_slice(values);
         // What has its start value is not touched: not every tool likes to be told what it knows.
         let changed = self.description.parameters.iter().zip(&self.parameters).zip(values);
         let changed = changed.filter(|((parameter, _), value)| parameter.initial.to_bits() != value.to_bits());
@@ -107,8 +114,24 @@ impl Controller {
         self.fmu.initialize(&references, &values)
     }
 
-    fn compute(&mut self, sample: &ModuleSample) -> Result<Answer, i32> {
-        let Mapped { references, inputs, torque: (torque, factor, offset), .. } = &self.mapped;
+    /// Other values between two steps, of what can be told then.
+    fn tell(&mut self, values: &[f64]) -> Result<(), i32> {
+        let (references, numbers) = &mut self.changed;
+        references.clear();
+        numbers.clear();
+        let known = self.description.parameters.iter().zip(&self.parameters).zip(self.values.iter_mut().zip(values));
+        for ((parameter, reference), (known, value)) in known {
+            if !parameter.fixed && known.to_bits() != value.to_bits() {
+                *known = *value;
+                references.push(*reference);
+                numbers.push(*value);
+            }
+        }
+        if references.is_empty() { Ok(()) } else { self.fmu.set(references, numbers) }
+    }
+
+    fn compute(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, i32> {
+        let Mapped { references, inputs, .. } = &self.mapped;
         self.inputs.clear();
         self.inputs.extend(inputs.iter().map(|input| input.value(sample, self.torque_limit)));
         if self.samples == 0 {
@@ -116,6 +139,8 @@ impl Controller {
             self.fmu.set(references, &self.inputs)?;
             self.fmu.start()?;
         }
+        values.map_or(Ok(()), |values| self.tell(values))?;
+        let Mapped { references, torque: (torque, factor, offset), .. } = &self.mapped;
         let mut computed = [f64::NAN];
         let begin = Instant::now();
         self.fmu.set(references, &self.inputs)?;
@@ -123,7 +148,7 @@ impl Controller {
         self.fmu.get(&[*torque], &mut computed)?;
         let time = begin.elapsed().as_nanos() as u64;
         self.samples += 1;
-        Ok(Answer { torque: factor * computed[0] + offset, time })
+        Ok(Answer { torque: factor * computed[0] + offset, time, refused: 0 })
     }
 }
 
@@ -134,8 +159,8 @@ impl Caller for Controller {
         watched(done)
     }
 
-    fn step(&mut self, sample: &ModuleSample) -> Result<Answer, ControllerFault> {
-        let answer = self.compute(sample);
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+        let answer = self.compute(sample, values);
         watched(answer)
     }
 
@@ -209,6 +234,7 @@ fn described(model: &Model, mapped: &Mapped, settable: &[&Variable]) -> Descript
         minimum: variable.minimum.unwrap_or(f64::MIN),
         maximum: variable.maximum.unwrap_or(f64::MAX),
         initial: variable.start.unwrap_or_default(),
+        fixed: variable.causality == "parameter" && variable.variability == "fixed",
     };
     let mut notes = Vec::new();
     let silent: Vec<&str> =

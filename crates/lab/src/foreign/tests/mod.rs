@@ -64,6 +64,35 @@ pub(super) fn preset() -> Preset<f64> {
 const EXAMPLE: &str = "../../examples/controller/p_pi.c";
 
 #[test]
+fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = compiled(folder.path(), "src/foreign/tests/tuned.c", &[]);
+    let sample = ModuleSample { reference_position: 1.0, ..ModuleSample::default() };
+    for mut foreign in [Foreign::trusted(&library).unwrap(), Foreign::apart(&library, &here()).unwrap()] {
+        let mut console = foreign.console();
+        foreign.begin(1e-3, 1.0).unwrap();
+        assert_eq!(foreign.step(&sample), Ok(1.0));
+        let taken = console.put(&[2.0, 0.0, 0.25]);
+        assert_eq!((foreign.step(&sample), console.verdict(taken)), (Ok(2.25), Some(0)));
+        let refused = console.put(&[6.0, 0.0, 0.5]);
+        assert_eq!(
+            (foreign.step(&sample), console.verdict(refused)),
+            (Ok(2.25), Some(-2)),
+            "it goes on with the last ones"
+        );
+        assert_eq!((foreign.step(&sample), foreign.values()), (Ok(2.25), &[2.0, 0.0, 0.25][..]));
+        // Out of force they wait for its begin.
+        let waits = console.put(&[3.0, 0.0, 0.0]);
+        assert!(foreign.take_for_begin() && !foreign.take_for_begin());
+        assert_eq!(console.verdict(waits), Some(0));
+        foreign.begin(1e-3, 1.0).unwrap();
+        assert_eq!(foreign.step(&sample), Ok(3.0));
+        console.count();
+        assert_eq!(console.durations().0.count, 5);
+    }
+}
+
+#[test]
 fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
@@ -155,6 +184,41 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
 }
 
 #[test]
+fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = [
+        "its functions are of version 2, version 1 is known",
+        "stickslip_describe returns NULL",
+        "parameters is NULL or too many",
+        "name is NULL",
+        "a parameter's name is NULL",
+        "a parameter's unit is NULL",
+        "a parameter's help is NULL",
+        "the range of gain is NaN … 1",
+        "the range of gain is 1 … 0",
+        "gain begins with 1.5, outside 0 … 1",
+        "a parameter is called \"The Gain\"",
+        "two parameters are called gain",
+        "parameters is NULL or too many",
+        "it has no name",
+        "gain begins with NaN, outside 0 … 1",
+        "the range of gain is 0 … inf",
+    ];
+    for (case, said) in said.into_iter().enumerate() {
+        // A file of its own: the system takes one name for one library.
+        let folder = folder.path().join(case.to_string());
+        std::fs::create_dir(&folder).unwrap();
+        let library = compiled(&folder, "src/foreign/tests/described.c", &[&format!("-DCASE={case}")]);
+        let refused = Foreign::trusted(&library).err().expect("it is wrong").to_string();
+        assert!(refused.contains(said) && refused.contains("controller.so: "), "{case}: {refused}");
+    }
+    // What is right, and refuses to begin.
+    let library = compiled(folder.path(), "src/foreign/tests/described.c", &["-DCASE=99"]);
+    let begun = Foreign::trusted(&library).unwrap().begin(1e-3, 1.0);
+    assert_eq!(begun, Err(ControllerFault::Failed { code: -1 }));
+}
+
+#[test]
 fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
     /// Torques that tell their samples, far below breakaway.
     struct Counts(f64);
@@ -163,9 +227,9 @@ fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
             self.0 = 0.0;
             Ok(())
         }
-        fn step(&mut self, _: &ModuleSample) -> Result<Answer, ControllerFault> {
+        fn step(&mut self, _: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ControllerFault> {
             self.0 += 1e-3;
-            Ok(Answer { torque: self.0, time: 0 })
+            Ok(Answer { torque: self.0, ..Answer::default() })
         }
     }
     for divider in [1, 4, 7] {

@@ -19,8 +19,8 @@ impl Live {
     /// [`Error::Unknown`] for a name that is none of them; what the design of the software refuses.
     pub fn implementation_file(&self, name: &str) -> Result<Vec<u8>, Error> {
         if name == DESCRIPTION {
-            let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
-            return Ok(a2l::describe(&Layout::new(rate), self.doors()).into_bytes());
+            let layout = Layout::with(self.in_force().bench.tick_rate, &self.entries());
+            return Ok(a2l::describe(&layout, self.doors()).into_bytes());
         }
         let generated = self.generated()?;
         let archive = format!("{}.zip", generated.prefix);

@@ -72,6 +72,8 @@ pub enum Call {
     Redo {},
     /// The parameters that the run began with.
     Reset {},
+    /// The file of the loaded controller again, as it is now: it begins at rest, with the values of before.
+    OpenController {},
     /// Save the parameters in force under a name.
     Save {
         /// Letters, digits, `-` and `_`.

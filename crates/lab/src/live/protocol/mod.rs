@@ -8,7 +8,7 @@ mod status;
 pub use answer::{Answer, Captured, Changed, Laid, Point, Signal};
 pub use call::{Call, Quantity};
 pub use chatter::ToChatter;
-pub use status::{ClockStatus, Doing, Ended, Mark, MarkKind, Recorded, Status, XcpStatus};
+pub use status::{ClockStatus, Doing, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
 
 pub use super::again::ReplayProgress;
 pub use super::at_rest::MeasuredAtRest;

@@ -45,6 +45,9 @@ pub struct Status {
     /// Who asks the operator for his place.
     #[serde(default)]
     pub asks: Option<String>,
+    /// The controller that was loaded from a file, where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub controller: Option<LoadedStatus>,
     /// How the clock is kept.
     pub clock: ClockStatus,
     /// What happened on the link to the machine, where there is one.
@@ -117,6 +120,31 @@ pub struct XcpStatus {
     pub measuring: bool,
     /// Rows that its measurements have lost since the start.
     pub lost: u64,
+}
+
+/// A controller that was loaded from a file. Times in seconds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LoadedStatus {
+    /// What it calls itself.
+    pub name: String,
+    /// What it is: `C library`, `FMU 2.0`.
+    pub kind: String,
+    /// Its file.
+    pub file: String,
+    /// SHA-256 of what was opened, in hexadecimal digits.
+    pub hash: String,
+    /// Whether it has failed: it does not control until it is opened again.
+    pub failed: bool,
+    /// How often it was called.
+    pub calls: u64,
+    /// How long a call took: median, 99th and 99.9th percentile, longest.
+    pub call: [f64; 4],
+    /// From its question until its answer was there, likewise, where it runs in a process of its own.
+    pub response: Option<[f64; 4]>,
+    /// How long a call may take.
+    pub budget: f64,
+    /// How many took longer.
+    pub over_budget: u64,
 }
 
 /// What runs.

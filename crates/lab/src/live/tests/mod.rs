@@ -1,4 +1,6 @@
 mod controller;
+#[cfg(unix)]
+mod loaded;
 mod measured;
 mod recorded;
 mod trouble;

@@ -50,7 +50,7 @@ impl Xcp {
             udp: udp.as_ref().map(std::net::UdpSocket::local_addr).transpose()?,
             tcp: tcp.as_ref().map(TcpListener::local_addr).transpose()?,
         };
-        let layout = Arc::new(Layout::new(live.in_force().bench.tick_rate));
+        let layout = Arc::new(Layout::with(live.in_force().bench.tick_rate, &live.entries()));
         let description: Arc<str> = a2l::describe(&layout, doors).into();
         let stop = Arc::<AtomicBool>::default();
         let mut threads = Vec::new();

@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use stickslip_core::fields::{Field, Variant};
 
-use crate::Preset;
-use crate::parameters::{self, Value, number};
+use crate::parameters::{Entry, Value, number};
 
 /// Where the measurements begin; the first is the number of the cycle.
 pub const MEASUREMENTS: u32 = 0x1000_0000;
@@ -83,8 +82,14 @@ pub struct Layout {
 impl Layout {
     /// Of a bench with so many ticks a second [Hz]. All presets have the same.
     pub fn new(rate: f64) -> Self {
-        let mut layout =
-            Layout { measurements: tables::measurements(), parameters: tables::parameters(), rate, epk: String::new() };
+        Self::with(rate, &[])
+    }
+
+    /// The same with what a bench has besides its preset: of all values of such a bench, those that no preset has come
+    /// last.
+    pub fn with(rate: f64, entries: &[Entry]) -> Self {
+        let parameters = tables::parameters(entries);
+        let mut layout = Layout { measurements: tables::measurements(), parameters, rate, epk: String::new() };
         layout.epk = layout.hash();
         layout
     }
@@ -104,8 +109,7 @@ impl Layout {
     }
 
     /// The values of the parameters in a set, in the order of their addresses.
-    pub fn values(&self, preset: &Preset<f64>) -> Vec<f64> {
-        let entries = parameters::flatten(preset);
+    pub fn values(&self, entries: &[Entry]) -> Vec<f64> {
         let known: HashMap<&str, Value> = entries.iter().map(|entry| (entry.path.as_str(), entry.value)).collect();
         let value = |parameter: &Parameter| match (known.get(parameter.cell.path.as_str()), parameter.cell.content) {
             (Some(Value::Number(value)), _) => *value,

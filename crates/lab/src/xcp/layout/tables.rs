@@ -1,11 +1,13 @@
 //! The cells, from the tables of signals and parameters.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use stickslip_core::fields::{Field, Kind, Shape};
 
 use super::{Cell, Content, MEASUREMENTS, PARAMETERS, Parameter, SIZE};
+use crate::parameters::{Entry, Value};
 use crate::run::channels;
+use crate::xcp::a2l::name;
 use crate::{Preset, parameters, tuning};
 
 /// Number `index` of an area.
@@ -46,7 +48,36 @@ pub(super) fn measurements() -> Vec<Cell> {
 }
 
 /// All that any variant has, so that a layout does not depend on what is chosen.
-pub(super) fn parameters() -> Vec<Parameter> {
+pub(super) fn parameters(entries: &[Entry]) -> Vec<Parameter> {
+    let mut all = of_presets();
+    // What a preset may have in another variant, or has and keeps, is no addition.
+    let additions = entries.iter().filter(|entry| tuning::is_of_it(&entry.path));
+    let mut names = BTreeSet::new();
+    // Two that a description cannot tell from each other are one too many.
+    for entry in additions.filter(|entry| names.insert(name(&entry.path))) {
+        let field = entry.field;
+        let (content, maximum) = match entry.value {
+            Value::Number(_) => (content(field), field.maximum.min(f64::MAX)),
+            Value::Variant(_) => (Content::Choice(field.shape.variants()), field.shape.variants().len() as f64 - 1.0),
+        };
+        let is_number = matches!(entry.value, Value::Number(_));
+        let cell = Cell {
+            path: entry.path.clone(),
+            address: address(PARAMETERS, all.len()),
+            symbol: field.symbol,
+            unit: if is_number { field.unit } else { "1" },
+            help: field.help,
+            minimum: if is_number { field.minimum.max(f64::MIN) } else { 0.0 },
+            maximum,
+            content,
+        };
+        let field = is_number.then_some(field);
+        all.push(Parameter { cell, default: entry.field.default, owners: Vec::new(), field, list: None });
+    }
+    all
+}
+
+fn of_presets() -> Vec<Parameter> {
     let rows = parameters::describe::<Preset<f64>>("").expect("everything is known");
     let mut all: Vec<Parameter> = Vec::new();
     let mut places: HashMap<String, usize> = HashMap::new();

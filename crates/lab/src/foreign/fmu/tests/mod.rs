@@ -202,6 +202,30 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
 }
 
 #[test]
+fn what_is_tunable_becomes_another_between_two_steps() {
+    for version in [2, 3] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut foreign = Foreign::trusted_as(&servo(folder.path(), version, 0), &map(&MAP)).unwrap();
+        assert!(foreign.description().parameters.iter().all(|parameter| !parameter.fixed));
+        let mut console = foreign.console();
+        foreign.begin(1e-3, 1.0).unwrap();
+        let sample = ModuleSample { reference_position: 1f64.to_radians(), ..ModuleSample::default() };
+        // A degree of deviation, by the gain and the bias [mN m].
+        for (gain, bias) in [(35.0, 0.0), (50.0, 0.0), (50.0, 7.0), (20.0, -1.0)] {
+            let told = console.put(&[gain, bias]);
+            let torque = foreign.step(&sample).unwrap();
+            assert!((torque - 1e-3 * (gain + bias)).abs() < 1e-12, "{torque} N m of {gain} and {bias}");
+            assert_eq!(console.verdict(told), Some(0));
+        }
+    }
+    let fixed = description(2, SIMULATION).replace("\"tunable\"", "\"fixed\"");
+    let model = description::read(&fixed).unwrap();
+    let mapped = mapped(&model, &map(&MAP)).unwrap();
+    let described = described(&model, &mapped, &settable(&model, &mapped));
+    assert_eq!(described.parameters.iter().map(|it| it.fixed).collect::<Vec<_>>(), [true, false], "{described:?}");
+}
+
+#[test]
 fn a_run_with_an_fmu_replays_without_it_and_its_report_says_what_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let path = servo(folder.path(), 2, 9);

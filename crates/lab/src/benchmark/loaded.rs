@@ -1,0 +1,107 @@
+//! A controller of a file among those that are compared.
+
+use std::fmt;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use stickslip_core::supervise::ControllerFault;
+
+use super::Manoeuvre;
+use super::run::{Course, run_with};
+use crate::foreign::{ControllerFile, Foreign, ModuleSample};
+use crate::preset::Preset;
+use crate::simulation::Sample;
+use crate::{Error, Watch};
+
+/// A file that was opened, as often as there are runs at once.
+#[derive(Clone)]
+pub(super) struct Loaded(Arc<Opened>);
+
+struct Opened {
+    file: ControllerFile,
+    hash: String,
+    idle: Mutex<Vec<Foreign>>,
+    /// What it failed of first.
+    fault: Mutex<Option<ControllerFault>>,
+}
+
+impl Loaded {
+    /// Opens it, and makes a library of it in the folder where it is a function in Python.
+    pub(super) fn open(path: &Path, folder: &Path) -> Result<Self, Error> {
+        let given = ControllerFile { path: path.into(), ..ControllerFile::default() };
+        let file = given.made(folder, &mut |_| {})?;
+        let first = file.open(folder, &mut |_| {})?;
+        // What it was made of: a compiler may write other bytes each time.
+        let hash = given.hash()?;
+        Ok(Loaded(Arc::new(Opened { file, hash, idle: Mutex::new(vec![first]), fault: Mutex::default() })))
+    }
+
+    /// SHA-256 of its file.
+    pub(super) fn hash(&self) -> &str {
+        &self.0.hash
+    }
+
+    /// What it failed of first, if it did.
+    pub(super) fn fault(&self) -> Option<ControllerFault> {
+        *lock(&self.0.fault)
+    }
+
+    /// Runs it; `None` where it, or the bench, did not come to the end.
+    pub(super) fn run(
+        &self,
+        preset: &Preset<f64>,
+        manoeuvre: Manoeuvre,
+        seed: u64,
+        chance: f64,
+        watch: &Watch,
+    ) -> Result<Option<Course>, Error> {
+        let Opened { file, idle, fault, .. } = &*self.0;
+        let waits = lock(idle).pop();
+        let mut foreign = match waits {
+            Some(foreign) => foreign,
+            None => file.open(Path::new(""), &mut |_| {})?,
+        };
+        let settings = &preset.bench;
+        let begun = foreign.begin(settings.control_period(), settings.controller.torque_limit());
+        let mut failed = begun.err();
+        let mut course = None;
+        if failed.is_none() {
+            let mut torque = |sample: &Sample| {
+                let Sample { time, reference, measured_angle, measured_velocity } = *sample;
+                let stepped = foreign.step(&ModuleSample {
+                    time,
+                    reference_position: reference.position,
+                    reference_velocity: reference.velocity,
+                    reference_acceleration: reference.acceleration,
+                    measured_angle,
+                    measured_velocity,
+                });
+                failed = stepped.err();
+                stepped.ok()
+            };
+            course = run_with(preset, manoeuvre, seed, chance, &mut torque, watch)?;
+        }
+        match failed {
+            // Whatever it is now, it is not asked again.
+            Some(why) => drop(lock(fault).get_or_insert(why)),
+            None => lock(idle).push(foreign),
+        }
+        Ok(course)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl fmt::Debug for Loaded {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{:?}, SHA-256 {}", self.0.file, self.0.hash)
+    }
+}
+
+impl PartialEq for Loaded {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.0.file, &self.0.hash) == (&other.0.file, &other.0.hash)
+    }
+}

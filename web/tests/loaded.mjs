@@ -1,0 +1,76 @@
+// A controller of one's own on a served bench: its numbers, who controls, opened again.
+
+import assert from 'node:assert/strict'
+import { execFileSync } from 'node:child_process'
+import { mkdtempSync, readFileSync, rmSync, unlinkSync, writeFileSync } from 'node:fs'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { play, state } from './harness.mjs'
+
+const root = join(import.meta.dirname, '../..')
+const folder = mkdtempSync(join(tmpdir(), 'stickslip-loaded-'))
+const library = join(folder, 'p_pi.so')
+const source = readFileSync(join(root, 'examples/controller/p_pi.c'), 'utf8')
+const header = join(root, 'crates/lab/src/foreign')
+
+function compile(text) {
+  const file = join(folder, 'p_pi.c')
+  writeFileSync(file, text)
+  execFileSync('cc', ['-O1', '-shared', '-fPIC', '-I', header, '-o', library, file])
+}
+
+compile(source)
+// Trusted, and soft enough for a slow clock: a busy machine would make another process late.
+const soft = ['position_gain=6', 'velocity_gain=0.03', 'integral_time=0.2']
+const options = ['--controller', library, '--trust', ...soft.flatMap((value) => ['--controller-set', value])]
+
+await play(
+  async (scene) => {
+    const page = await scene.page('Ann')
+    await page.goto(scene.bench.address.href)
+    const tile = page.getByRole('button', { name: 'P-PI cascade' })
+    const panel = page.getByRole('complementary', { name: 'Parameters of P-PI cascade' })
+
+    await scene.step('it controls while the axis is homed', async () => {
+      await tile.waitFor()
+      assert.match(await tile.innerText(), /controls/)
+      await page.getByRole('button', { name: 'Home axis' }).first().click()
+      await page.getByText('Homed', { exact: true }).waitFor()
+      await page.waitForFunction(() => /a call takes/.test(document.body.innerText))
+    })
+
+    await scene.step('its numbers are parameters with unit and range', async () => {
+      await tile.click()
+      const gain = panel.getByLabel('position gain')
+      assert.equal(await gain.inputValue(), '6')
+      await gain.fill('7.5')
+      await gain.press('Enter')
+      await page.getByText(/position gain in force since cycle/).waitFor()
+      await gain.fill('1000')
+      await gain.press('Enter')
+      await panel.getByText('Outside 0 … 500 1/s').waitFor()
+      await scene.seen(page, 'loaded')
+    })
+
+    await scene.step('the controller of the preset takes over, and back', async () => {
+      const who = panel.getByLabel('Position is controlled by')
+      await who.selectOption('preset')
+      await page.waitForFunction(() => /loaded, does not control/.test(document.body.innerText))
+      await who.selectOption('loaded')
+      await page.waitForFunction(() => !/does not control/.test(document.body.innerText))
+      assert.equal(await state(page).innerText(), 'Running')
+    })
+
+    await scene.step('compiled anew it is opened again', async () => {
+      unlinkSync(library)
+      compile(source.replace('"P-PI cascade"', '"P-PI, second"'))
+      await panel.getByRole('button', { name: 'Open again' }).click()
+      await page.getByText('P-PI, second was opened again; it begins at rest').waitFor()
+      await page.getByRole('button', { name: 'P-PI, second' }).waitFor()
+      assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the values of before')
+    })
+  },
+  undefined,
+  options,
+)
+rmSync(folder, { recursive: true })
