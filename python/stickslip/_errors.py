@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
+
 
 class Error(Exception):
     """Any failure of stickslip."""
@@ -44,6 +47,15 @@ class NotComputed(Error, ArithmeticError):
 
 class Cancelled(Error):
     """The work was cancelled."""
+
+
+@contextlib.contextmanager
+def needing(extra: str) -> Iterator[None]:
+    """Imports of what an extra of the package installs."""
+    try:
+        yield
+    except ImportError as error:
+        raise Error(f'{error}. Install what is missing with pip install "stickslip[{extra}]".') from error
 
 
 for _class in (Error, InvalidValue, UnknownName, FileError, BenchFault, NotRecordable, NotComputed, Cancelled):

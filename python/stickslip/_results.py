@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._errors import FileError
+from ._errors import FileError, needing
 from ._signals import Columns, Signals, _axes, _words
 from ._stickslip import Outcome, Preset, fit_points, preset
 
@@ -349,7 +349,8 @@ class Study(Result):
 
         A grid has its axes as dimensions. Of other designs the dimension is `case`, with the axes as coordinates.
         """
-        import xarray
+        with needing("xarray"):
+            import xarray
 
         def units(name: str) -> dict[str, str]:
             return {"units": self.units[name]}

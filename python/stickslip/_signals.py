@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._errors import needing
+
 if TYPE_CHECKING:
     import matplotlib.axes
     import xarray
@@ -53,7 +55,8 @@ class Signals(Mapping[str, "NDArray[np.float64]"]):
         >>> signals.to_xarray().angle.attrs["units"]
         'rad'
         """
-        import xarray
+        with needing("xarray"):
+            import xarray
 
         over = next(iter(self._arrays))
         arrays = {name: (over, values, {"units": self.units[name]}) for name, values in self._arrays.items()}
@@ -78,7 +81,8 @@ def _axes(ax: matplotlib.axes.Axes | None) -> matplotlib.axes.Axes:
     """The axes given, or new ones."""
     if ax is not None:
         return ax
-    import matplotlib.pyplot as plt
+    with needing("plot"):
+        import matplotlib.pyplot as plt
 
     return plt.subplots(layout="constrained")[1]
 

@@ -25,6 +25,16 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not(bench):
     assert np.array_equal(runs[0], runs[1]) and not np.array_equal(runs[0], runs[2])
 
 
+@pytest.mark.parametrize("module, call, extra", [("xarray", "to_xarray", "xarray"), ("matplotlib.pyplot", "plot", "plot")])
+def test_a_package_that_is_missing_is_named_with_the_way_to_install_it(bench, monkeypatch, module, call, extra):
+    import sys
+
+    run = stickslip.simulate(bench, "reversal")
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(stickslip.Error, match=rf'{module}.*pip install "stickslip\[{extra}\]"'):
+        getattr(run, call)()
+
+
 def test_manoeuvres_and_samples_are_followed(bench):
     run = stickslip.simulate(bench, "reversal", 0.5)
     assert run["reference_position"][-1] == pytest.approx(20 * math.sin(math.tau * 0.1 * run["time"][-1]))

@@ -65,10 +65,12 @@ fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut 
     for limit in found.limits() {
         writeln!(out, "  {limit}")?;
     }
-    writeln!(out, "Error on halves of the recording that the fit has not seen:")?;
-    for candidate in &found.candidates {
+    writeln!(out, "Error on halves of the recording that the fit has not seen, and its square above the least:")?;
+    for (index, candidate) in found.candidates.iter().enumerate() {
         let best = if candidate.kind == found.best().kind { "   best" } else { "" };
-        writeln!(out, "  {:44} {} %{best}", candidate.kind.title(), number(100.0 * candidate.held_out, 2))?;
+        let behind = found.behind(index).map_or_else(|| "least".into(), |behind| behind.to_string());
+        let error = number(100.0 * candidate.held_out, 2);
+        writeln!(out, "  {:44} {error} %   {behind}{best}", candidate.kind.title())?;
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Which model predicts what it has not seen: choice by cross-validation, and only beyond doubt.
 
+use super::statistics::student_t95;
+
 /// What cross-validation says of models, the simplest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
@@ -9,6 +11,20 @@ pub struct Choice {
     pub chosen: usize,
     /// Mean over the folds of how much larger a model's error is than that of the best, and its standard error.
     pub behind: Vec<[f64; 2]>,
+    /// The smallest mean error, to which the others are behind.
+    pub least: f64,
+    /// How many folds there were.
+    pub folds: usize,
+}
+
+impl Choice {
+    /// How far a model is behind the best as a share of the smallest mean error, and half the width of the 95 % interval of
+    /// that by Student's t over the folds; at least so wide, as the standard error is a lower bound. `None` for the best.
+    pub fn share_behind(&self, model: usize) -> Option<[f64; 2]> {
+        let [middle, error] = self.behind[model];
+        let critical = student_t95((self.folds - 1) as f64);
+        (model != self.best).then(|| [middle / self.least, critical * error / self.least])
+    }
 }
 
 /// Chooses by errors on folds: a row a model, from the simplest to the richest, a column a fold, which no model has seen
@@ -37,7 +53,7 @@ pub fn choose(errors: &[Vec<f64>]) -> Option<Choice> {
         })
         .collect();
     let chosen = behind.iter().position(|[middle, error]| middle <= error).unwrap_or(best);
-    Some(Choice { best, chosen, behind })
+    Some(Choice { best, chosen, behind, least: all[best], folds })
 }
 
 #[cfg(test)]
@@ -55,6 +71,10 @@ mod tests {
         let found = choose(&[simple.clone(), perhaps]).unwrap();
         assert_eq!((found.best, found.chosen), (1, 0));
         assert!((found.behind[0][0] - 0.1).abs() < 1e-12 && (found.behind[0][1] - 0.3342).abs() < 1e-3);
+        // The best has a mean of 2.4, and 3.182 standard errors of four folds are 95 %.
+        let [share, half_width] = found.share_behind(0).unwrap();
+        assert!((share - 0.1 / 2.4).abs() < 1e-12 && (half_width - 3.182 * 0.3342 / 2.4).abs() < 1e-3);
+        assert_eq!(found.share_behind(1), None);
         // Hard folds are hard for all: the differences count, not the scatter.
         assert_eq!(choose(&[vec![100.1, 1.1], vec![100.0, 1.0]]).unwrap().chosen, 1);
     }

@@ -214,6 +214,12 @@ impl<'a> Loop<'a> {
         Ok(run)
     }
 
+    /// What a simulation misses of the recorded command, without its first `skip` samples.
+    pub(super) fn misses(&self, run: &ClosedLoop<f64>, skip: usize) -> Vec<f64> {
+        let pairs = self.signals.command[run.range.clone()].iter().zip(&run.command).skip(skip);
+        pairs.map(|(measured, predicted)| measured - predicted).collect()
+    }
+
     /// How far a simulation is from the recording, without its first `skip` samples.
     pub fn compare(&self, run: &ClosedLoop<f64>, skip: usize) -> Prediction {
         let (mut error, mut square, mut distance, mut samples) = (0.0, 0.0, 0.0, 0usize);

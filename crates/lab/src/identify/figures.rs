@@ -24,7 +24,7 @@ impl Identification {
             ),
             None => (
                 "The second half of the recording; the model gets the recorded motion alone.",
-                format!("Fitted to the first half alone, the best model misses {} here.", percent(best.held_out)),
+                format!("On unseen halves the best model misses {} of the {}.", percent(best.held_out), self.force().0),
             ),
         };
         let friction = format!(

@@ -3,7 +3,7 @@
 //! Two views of the same recording. The balance of forces is linear and needs no start values; it gives inertia,
 //! Coulomb and viscous friction and the friction curve. Where the controller is known, the closed loop is simulated and
 //! richer models are fitted to the recorded command. Which model is best is decided on samples that its fit has not
-//! seen. Published values of the machine file take no part in any of it.
+//! seen, by [`choose`]. Published values of the machine file take no part in any of it.
 
 mod axis;
 mod curve;
@@ -37,8 +37,9 @@ pub use results::{summary, write};
 pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 pub use validate::{Validation, validate};
 
-use crate::fit::{Side, StribeckFit, StribeckPlan, fit_stribeck};
+use crate::fit::{Choice, Side, StribeckFit, StribeckPlan, choose, fit_stribeck};
 use crate::machine::{Axis, Machine, Signals};
+use crate::quantity::Estimate;
 use crate::recording::Recording;
 use crate::{Error, Watch};
 
@@ -59,8 +60,8 @@ pub struct Identification {
     pub stribeck: [Option<StribeckFit>; 2],
     /// Models of rising richness, each judged on samples that it has not seen.
     pub candidates: Vec<Candidate>,
-    /// The one with the smallest error there.
-    pub best: usize,
+    /// Which of them predicts best there, and which is to be used: a richer one only where it does better beyond chance.
+    pub choice: Choice,
     /// What the best one would have done over the whole recording; none where the controller is unknown.
     pub closed_loop: Option<ClosedLoop<f64>>,
     /// SI unit of the command.
@@ -110,9 +111,9 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
     let around = Loop::of(&signals, &motion, machine);
     let candidates = models::candidates(&motion, around.as_ref(), &recipe, watch)?;
-    let error = |i: &usize| candidates[*i].held_out;
-    let best = (0..candidates.len()).min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0);
-    let simulate = |around: Loop<'_>| around.simulate(&candidates[best].model, 2..samples, watch);
+    let folds: Vec<Vec<f64>> = candidates.iter().map(|candidate| candidate.folds.clone()).collect();
+    let choice = choose(&folds).expect("there are candidates, each judged on the same blocks");
+    let simulate = |around: Loop<'_>| around.simulate(&candidates[choice.chosen].model, 2..samples, watch);
     let closed_loop = around.map(simulate).transpose()?;
     Ok(Identification {
         axis: machine.axis,
@@ -122,7 +123,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         curve,
         stribeck,
         candidates,
-        best,
+        choice,
         closed_loop,
         command_unit: machine.drive.command.si_unit(),
         motion,
@@ -133,7 +134,14 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
 impl Identification {
     /// The model to use.
     pub fn best(&self) -> &Candidate {
-        &self.candidates[self.best]
+        &self.candidates[self.choice.chosen]
+    }
+
+    /// How much greater the squared error of a candidate is than the smallest, in per cent of that and with its 95 %
+    /// interval, on samples that no fit has seen; none for the one with the smallest.
+    pub fn behind(&self, candidate: usize) -> Option<Estimate> {
+        let [share, half_width] = self.choice.share_behind(candidate)?;
+        Some(Estimate::new(100.0 * share, "%").with_half_width(100.0 * half_width))
     }
 
     /// Weight of the lifted mass [N], and what the constant force has besides; only where both are known.

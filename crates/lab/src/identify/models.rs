@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
 use super::axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
-use super::motion::{Motion, force_error};
+use super::motion::{Motion, force_misses, norm};
 use super::refine::{LUGRE, Refined, STRIBECK, refine};
 use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
 use crate::machine::Recipe;
@@ -13,6 +13,10 @@ use crate::{Error, Watch};
 
 /// Name of the stage that takes longest.
 const FIT: &str = "fit models in the closed loop";
+
+/// Contiguous blocks of a half in which models are compared. A block is long against what residuals remember, and eight of
+/// them tell how much chance there is in a difference; more fits would tell little more, and take the time.
+const BLOCKS: usize = 4;
 
 /// How rich a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,10 +72,12 @@ pub struct Candidate {
     pub model: AxisModel<f64>,
     /// Errors of its parameters, for what was fitted in the closed loop.
     pub refined: Option<Refined>,
-    /// Error on samples that the fit has not seen: of the command in the closed loop, ‖u − û‖/‖u‖, mean over both
-    /// halves, each predicted by a fit to the other; or of the force, for the second half by a fit to the first, where
-    /// the controller is unknown.
+    /// Error on samples that the fit has not seen, mean over both halves, each predicted by a fit to the other: of the
+    /// command in the closed loop, ‖u − û‖/‖u‖, or of the force where the controller is unknown.
     pub held_out: f64,
+    /// Mean squares of the same error in contiguous blocks of both halves: the folds by which models are chosen, in the
+    /// squared SI unit of command or force.
+    pub folds: Vec<f64>,
     /// The closed loop over the second half by the fit to the first.
     pub unseen: Option<ClosedLoop<f64>>,
     /// The closed loop over the whole recording.
@@ -89,9 +95,13 @@ pub(super) fn candidates(
     let [first, second] = [recipe.skip..middle, middle..samples];
     let Some(around) = around else {
         let whole = rigid(motion, recipe.skip..samples, recipe)?;
-        let judged = whole.into_iter().zip(rigid(motion, first, recipe)?).map(|((kind, model), (_, by_first))| {
-            let held_out = force_error(&by_first, motion, second.clone(), recipe.decimation)?;
-            Ok(Candidate { kind, model, refined: None, held_out, unseen: None, prediction: None })
+        let by_halves = rigid(motion, first.clone(), recipe)?.into_iter().zip(rigid(motion, second.clone(), recipe)?);
+        let judged = whole.into_iter().zip(by_halves).map(|((kind, model), ((_, by_first), (_, by_second)))| {
+            let force = |model, range: &Range<usize>| force_misses(model, motion, range.clone(), recipe.decimation);
+            let halves = [force(&by_first, &second)?, force(&by_second, &first)?];
+            let held_out = halves.iter().map(|[measured, missed]| 0.5 * norm(missed) / norm(measured)).sum();
+            let folds = halves.iter().flat_map(|[_, missed]| mean_squares(missed)).collect();
+            Ok(Candidate { kind, model, refined: None, held_out, folds, unseen: None, prediction: None })
         });
         return judged.collect();
     };
@@ -109,23 +119,30 @@ pub(super) fn candidates(
     let (by_first, by_second) = (by_first?, by_second?);
     // Of each run the first samples are dropped: they still know the state that the run began with.
     let drop = recipe.skip.saturating_sub(2);
-    let predict = |model: &AxisModel<f64>, range: Range<usize>| -> Result<Prediction, Error> {
-        Ok(around.compare(&around.simulate(model, range.start.max(2)..range.end, watch)?, drop))
-    };
+    let simulate = |model: &AxisModel<f64>, range: Range<usize>| around.simulate(model, range, watch);
     watch.stage("judge the models", 0.0)?;
     let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| {
-        let unseen = around.simulate(&first_fit.1, second.clone(), watch)?;
-        let [one, other] = [around.compare(&unseen, drop), predict(&second_fit.1, 2..middle)?];
+        let [unseen, other] = [simulate(&first_fit.1, second.clone())?, simulate(&second_fit.1, 2..middle)?];
+        let halves = [&unseen, &other];
         Ok(Candidate {
             kind: fit.0,
-            held_out: 0.5 * (one.voltage_error + other.voltage_error),
+            held_out: halves.iter().map(|half| 0.5 * around.compare(half, drop).voltage_error).sum(),
+            folds: halves.iter().flat_map(|half| mean_squares(&around.misses(half, drop))).collect(),
             unseen: Some(unseen),
-            prediction: Some(predict(&fit.1, 2..samples)?),
+            prediction: Some(around.compare(&simulate(&fit.1, 2..samples)?, drop)),
             model: fit.1,
             refined: fit.2,
         })
     });
     judged.collect()
+}
+
+/// Mean squares over the blocks of a half.
+fn mean_squares(missed: &[f64]) -> [f64; BLOCKS] {
+    std::array::from_fn(|k| {
+        let block = &missed[missed.len() * k / BLOCKS..missed.len() * (k + 1) / BLOCKS];
+        block.iter().map(|error| error * error).sum::<f64>() / block.len() as f64
+    })
 }
 
 type Fit = (Kind, AxisModel<f64>, Option<Refined>);

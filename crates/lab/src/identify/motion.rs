@@ -130,14 +130,28 @@ pub fn force_error(
     range: Range<usize>,
     decimation: usize,
 ) -> Result<f64, Error> {
+    let [measured, missed] = force_misses(model, motion, range, decimation)?;
+    Ok(norm(&missed) / norm(&measured))
+}
+
+/// The force over a range, decimated, and what a model misses of it.
+///
+/// # Errors
+/// As [`force_error`].
+pub(super) fn force_misses(
+    model: &AxisModel<f64>,
+    motion: &Motion,
+    range: Range<usize>,
+    decimation: usize,
+) -> Result<[Vec<f64>; 2], Error> {
     let predicted = |velocity: f64, acceleration: f64| {
         [model.inertia * acceleration + model.steady_force(velocity) - motion.offset]
     };
     let rows = Regression::of(motion, range, decimation, predicted)?;
-    let residual: Vec<f64> = rows.measured.iter().zip(&rows.columns[0]).map(|(f, p)| f - p).collect();
-    Ok(norm(&residual) / norm(&rows.measured))
+    let missed = rows.measured.iter().zip(&rows.columns[0]).map(|(f, p)| f - p).collect();
+    Ok([rows.measured, missed])
 }
 
-fn norm(values: &[f64]) -> f64 {
+pub(super) fn norm(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum::<f64>().sqrt()
 }

@@ -5,7 +5,7 @@ use super::parameters::{BEST, ParameterLine, lines, parameter_lines};
 use super::results::unit;
 use super::{Candidate, Identification};
 use crate::Summary;
-use crate::fit::StribeckFit;
+use crate::fit::{Choice, StribeckFit};
 use crate::machine::{Axis, Machine};
 use crate::quantity::{Estimate, tied};
 use crate::recording::Recording;
@@ -70,18 +70,33 @@ pub fn report(
 
 /// Which model is best, by how much, judged on what.
 fn why(found: &Identification) -> String {
-    let best = found.best();
-    let others = found.candidates.iter().filter(|candidate| candidate.kind != best.kind);
-    let second = others.min_by(|a, b| a.held_out.total_cmp(&b.held_out));
-    let ahead = second.map_or_else(String::new, |second| {
-        format!(", before {} with {}", second.kind.title(), percent(second.held_out))
-    });
+    let Choice { best, chosen, behind, folds, .. } = &found.choice;
+    let title = |candidate: usize| found.candidates[candidate].kind.title();
+    let behind_by = |candidate: usize| found.behind(candidate).map_or_else(String::new, |behind| tied(&behind));
+    // Where a simpler one is chosen, the difference to it is the one that counts.
+    let others = (0..found.candidates.len()).filter(|candidate| candidate != best);
+    let second = others.min_by(|a, b| behind[*a][0].total_cmp(&behind[*b][0]));
+    let verdict = match second {
+        _ if chosen != best => format!(
+            "{} is simpler, and its squared error there is greater by {} only, which is no more than the standard error \
+             of the difference: it is the one to use",
+            title(*chosen),
+            behind_by(*chosen)
+        ),
+        Some(second) => format!(
+            "The squared error of the next, {}, is greater by {}, and no simpler model is within the standard error of \
+             its difference",
+            title(second),
+            behind_by(second)
+        ),
+        None => "There is no other to compare with".into(),
+    };
     format!(
-        "Each model was fitted to one half of the recording and judged on the other, which it had not seen: a richer \
-         model that only follows the noise loses there. The smallest error there, {}, has {}{ahead}; it stands in \
-         model.toml.",
-        percent(best.held_out),
-        best.kind.title(),
+        "Each model was fitted to one half of the recording and judged on the other, which it had not seen, in {folds} \
+         blocks of time together: a richer model that only follows the noise loses there. The smallest error there, {}, \
+         has {}. {verdict}; it stands in model.toml.",
+        percent(found.candidates[*best].held_out),
+        title(*best),
     )
 }
 
@@ -168,8 +183,8 @@ fn prediction(found: &Identification, summary: &Summary) -> String {
             tied(&position),
         ),
         _ => format!(
-            "The controller is not known, so no closed loop is simulated: what is judged is how {title}, fitted to the \
-             first half, explains the drive {} of the second.",
+            "The controller is not known, so no closed loop is simulated: what is judged is how {title}, fitted to one \
+             half, explains the drive {} of the other.",
             found.force().0,
         ),
     }
@@ -178,16 +193,17 @@ fn prediction(found: &Identification, summary: &Summary) -> String {
 fn candidates(found: &Identification) -> Table {
     let simulated = found.closed_loop.is_some();
     let head: &[&str] = if simulated {
-        &["model", "parameters", "unseen halves", "whole", "position, rms"]
+        &["model", "parameters", "unseen halves", "its square, above the least", "whole", "position, rms"]
     } else {
-        &["model", "parameters", "unseen half"]
+        &["model", "parameters", "unseen halves", "its square, above the least"]
     };
     let share = |error: f64| Cell::from(Estimate::new(100.0 * error, "%"));
-    let row = |candidate: &Candidate| {
+    let row = |(index, candidate): (usize, &Candidate)| {
         let best = if candidate.kind == found.best().kind { " (best)" } else { "" };
         let name = Cell::Text(format!("{}{best}", candidate.kind.title()));
         let parameters = Cell::Text(candidate.kind.parameters().to_string());
-        let mut cells = vec![name, parameters, share(candidate.held_out)];
+        let behind = found.behind(index).map_or_else(|| Cell::Text("least".into()), Cell::from);
+        let mut cells = vec![name, parameters, share(candidate.held_out), behind];
         if let Some(prediction) = candidate.prediction {
             cells.push(share(prediction.voltage_error));
             cells.push(Estimate::new(prediction.position_rms, unit(found.axis, "position")).into());
@@ -195,16 +211,18 @@ fn candidates(found: &Identification) -> Table {
         cells
     };
     let table = Table::new(head.iter().copied()).caption(format!(
-        "The candidates, from a rigid body to bristles: error of the {}, relative to its own rms.",
+        "The candidates, from a rigid body to bristles: error of the {}, relative to its own rms. By how much its square \
+         is above the least is taken block by block; the intervals, for 95\u{a0}%, are at least so wide, since parts of one \
+         recording are alike.",
         predicted(found)
     ));
-    found.candidates.iter().fold(table, |table, candidate| table.row(row(candidate)))
+    found.candidates.iter().enumerate().fold(table, |table, candidate| table.row(row(candidate)))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::results;
     use super::super::tests::{emps, found};
+    use super::super::{Kind, results};
     use super::*;
 
     fn page(machine: &Machine) -> String {
@@ -250,6 +268,29 @@ mod tests {
     }
 
     #[test]
+    fn a_simpler_model_that_is_not_worse_beyond_chance_is_the_one_to_use_and_the_reason_is_said() {
+        let page = |found: &Identification| {
+            report(found, &emps().0, &emps().1, &results::summary(found), "").html().replace('\u{a0}', " ")
+        };
+        let behind = found().behind(2).unwrap().to_string();
+        let surely = page(found());
+        assert!(
+            surely.contains(&format!(
+                "The squared error of the next, {}, is greater by {behind}",
+                Kind::Stribeck.title()
+            ))
+        );
+        let mut perhaps = found().clone();
+        perhaps.choice.behind[2][1] = perhaps.choice.behind[2][0];
+        perhaps.choice.chosen = 2;
+        let perhaps = page(&perhaps);
+        assert!(
+            perhaps.contains("Stribeck curve, each direction is simpler, and its squared error there is greater by")
+        );
+        assert!(perhaps.contains("Stribeck curve, each direction (best)"));
+    }
+
+    #[test]
     fn names_and_text_of_the_machine_file_are_escaped() {
         let mut machine = emps().0.clone();
         machine.name = "<b>Axis & co</b>".into();
@@ -264,7 +305,8 @@ mod tests {
         let mut open = found().clone();
         open.closed_loop = None;
         open.candidates.truncate(2);
-        open.best = 1;
+        let folds: Vec<_> = open.candidates.iter().map(|candidate| candidate.folds.clone()).collect();
+        open.choice = crate::fit::choose(&folds).unwrap();
         for candidate in &mut open.candidates {
             (candidate.prediction, candidate.unseen) = (None, None);
         }

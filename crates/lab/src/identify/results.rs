@@ -64,12 +64,15 @@ pub fn summary(found: &Identification) -> Summary {
         }
         None => _ = summary.result("prediction.torque_error", best.held_out, "1"),
     }
-    for candidate in &found.candidates {
+    for (index, candidate) in found.candidates.iter().enumerate() {
         let prediction = candidate.prediction;
+        let [behind, half_width] = found.choice.share_behind(index).unwrap_or_default();
         summary.row([
             ("model", candidate.kind.name().into()),
             ("best", (candidate.kind == best.kind).into()),
             ("held_out_error", candidate.held_out.into()),
+            ("behind", behind.into()),
+            ("behind_half_width", half_width.into()),
             ("voltage_error", prediction.map(|p| p.voltage_error).into()),
             ("position_rms", prediction.map(|p| p.position_rms).into()),
         ]);

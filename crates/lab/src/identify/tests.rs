@@ -133,6 +133,10 @@ fn the_closed_loop_is_predicted_and_each_richer_model_does_better_on_what_it_has
     assert!(found.candidates.windows(2).all(|pair| pair[1].held_out < pair[0].held_out));
     let best = found.best();
     let prediction = best.prediction.unwrap();
+    // The next is behind by more than chance: its 95 % interval does not reach 0.
+    let behind = found.behind(2).unwrap();
+    assert!(behind.value > behind.half_width.unwrap(), "{behind}");
+    assert_eq!((found.choice.folds, found.behind(3)), (8, None));
     assert_eq!(best.kind, Kind::Lugre);
     assert!(prediction.voltage_error < 0.025 && prediction.position_rms < 0.82e-6, "{prediction:?}");
     assert!(best.held_out < 0.0255, "{}", best.held_out);
@@ -168,7 +172,7 @@ fn published_values_take_no_part() {
 }
 
 #[test]
-fn without_a_controller_the_force_of_the_second_half_is_the_judge() {
+fn without_a_controller_the_force_of_the_other_half_is_the_judge() {
     let mut machine = emps().0.clone();
     machine.controller = Controller::Unknown;
     let found = silent(&emps().1, &machine).unwrap();
@@ -201,6 +205,8 @@ fn a_recorded_model_is_found_again() {
     assert_close(&refined.parameters, &theirs.parameters, 0.03);
     assert!((refined.parameters[0] / theirs.parameters[0] - 1.0).abs() < 1e-3);
     assert!(again.candidates[2].held_out < 0.005, "{}", again.candidates[2].held_out);
+    // It had no bristles: what a model with bristles gains, if it does, is chance.
+    assert_eq!(again.best().kind, Kind::Stribeck, "{:?}", again.choice);
 }
 
 #[test]
