@@ -12,6 +12,7 @@ mod fmu;
 mod fmu_description;
 mod library;
 mod module;
+mod own;
 
 use std::path::Path;
 
@@ -26,6 +27,7 @@ use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
 pub use fmu::{Fmu, Version, fmu};
 pub use module::{Module, module, module_of};
+pub use own::{Own, own, own_friction};
 
 /// The software of the bench among [`blocks`].
 const SOFTWARE: &str = "tick";

@@ -1,16 +1,17 @@
 //! A controller that was recorded elsewhere, such as a function in Python: its project in C, and the library of it that
 //! `stickslip load` takes.
 
-use stickslip_codegen::c::{self, Project};
+use std::ops::Deref;
+
+use stickslip_codegen::c;
 use stickslip_codegen::module::{self, record_law};
 use stickslip_codegen::record::{Program, Recorded};
 use stickslip_core::block::Block;
 use stickslip_core::control::{ControllerInput, ControllerOutput};
 use stickslip_core::fields::Fields;
 
-use super::a2l::{CodeDescription, Variables, describe};
-use super::fmu::{Fmu, Version, fmu_of};
-use super::{Generated, Precision, library};
+use super::library;
+use super::own::Own;
 use crate::Error;
 
 /// What a library for `stickslip load` has to have.
@@ -19,10 +20,7 @@ const HEADER: &str = include_str!("../foreign/stickslip_module.h");
 /// A controller as C.
 #[derive(Clone, Debug)]
 pub struct Module {
-    name: String,
-    /// Time from sample to sample in self-test and example [s].
-    step: f64,
-    project: Project,
+    code: Own,
     /// Names and texts of what the library is compiled of; the last is the one that is compiled.
     pub files: Vec<(String, String)>,
 }
@@ -49,7 +47,7 @@ pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> 
         ("stickslip_module.h".into(), HEADER.into()),
         (format!("{name}_module.c"), module::source(&project.program, name)),
     ];
-    Ok(Module { name: name.into(), step, project, files })
+    Ok(Module { code: Own { kind: "controller", name: name.into(), step, project }, files })
 }
 
 /// Writes a controller in Rust, a block over any kind of number that has the inputs of those of the bench, with the values
@@ -76,21 +74,6 @@ where
 }
 
 impl Module {
-    /// Describes its code for calibration tools, as [`code_description`](super::code_description) does that of a block.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn description(&self, variables: &Variables) -> Result<CodeDescription, Error> {
-        describe(&self.project.program, &self.name, Precision::Double, variables)
-    }
-
-    /// The whole project: what `stickslip generate c` makes of a block. Its diagram takes by far the longest where there
-    /// are many operations, and can be left out.
-    pub fn generated(&self, diagram: bool) -> Generated {
-        let generated = Generated::new(self.project.clone(), "controller", &self.name, self.step);
-        if diagram { generated.with_diagram() } else { generated }
-    }
-
     /// Compiles the library for this machine by `$CC`, or `cc`: what it consists of.
     ///
     /// # Errors
@@ -99,13 +82,14 @@ impl Module {
         let sources: Vec<String> = self.files.iter().rev().take(1).map(|file| file.0.clone()).collect();
         library::compile(&self.files, &sources, "controller", false)
     }
+}
 
-    /// Makes the FMU of it, as [`fmu()`](super::fmu()) does of a block.
-    ///
-    /// # Errors
-    /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
-    pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
-        fmu_of(&self.project, &self.name, self.step, version, None)
+/// Its project, FMU and description.
+impl Deref for Module {
+    type Target = Own;
+
+    fn deref(&self) -> &Own {
+        &self.code
     }
 }
 

@@ -1,0 +1,79 @@
+//! A friction model in one file of Rust becomes C, FMU and A2L, and is swept.
+
+#[path = "../examples/own_friction.rs"]
+mod own_friction;
+
+use std::process::Command;
+
+use own_friction::HessSoom;
+use stickslip::generate::{Variables, Version, own_friction};
+use stickslip::sweep::{Arithmetic, Plan, Variant, sweep};
+use stickslip_core::control::Pid;
+use stickslip_core::drive::TwoMass;
+use stickslip_core::friction::{Bend, Bristle as _, advance};
+use stickslip_core::ideal::IdealAxis;
+
+#[test]
+fn it_slides_on_its_curve() {
+    let model = HessSoom::<f64>::default();
+    for velocity in [-8.0, -0.5, 1.5, 4.0] {
+        let (mut deflection, mut torque) = (0.0, 0.0);
+        for _ in 0..20_000 {
+            (deflection, torque) = advance(&model, Bend { deflection, probe: deflection, velocity, dt: 50e-6 });
+        }
+        let level = model.sliding(f64::abs(velocity));
+        // A second is a thousand times the bristles' rise at the slowest.
+        assert!((torque - level.copysign(velocity)).abs() < 1e-9, "{torque} at {velocity}, level {level}");
+    }
+    assert_eq!(model.sliding(1.5), 0.24, "half of the drop");
+}
+
+#[test]
+fn its_c_computes_its_bits_and_it_is_an_fmu_and_described() {
+    let code = own_friction(&HessSoom::<f64>::default(), "hess_soom", 50e-6).expect("a name that C takes");
+    let made = code.generated(false);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    made.write(folder.path()).expect("the folder takes files");
+    // The self-test compares stored steps bit by bit.
+    let main = "#include \"hess_soom_selftest.h\"\nint main(void) { return hess_soom_selftest() != 0; }\n";
+    std::fs::write(folder.path().join("main.c"), main).expect("the folder takes files");
+    let mut compiler = Command::new("cc");
+    compiler.args(["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-o", "selftest", "main.c"]);
+    compiler.args(["hess_soom.c", "hess_soom_selftest.c", "-lm"]).current_dir(folder.path());
+    assert!(compiler.status().expect("there is a compiler").success());
+    let compared = Command::new(folder.path().join("selftest")).status().expect("it starts");
+    assert!(compared.success(), "its self-test finds a difference");
+    let described = code.description(&Variables::default()).expect("no program is asked");
+    assert!(described.parameters == 5 && described.text.contains("parameters.drop_velocity"), "{described:?}");
+    assert!(code.fmu(Version::Two).expect("a C compiler").variables >= 5 + 1 + 1);
+}
+
+#[test]
+fn axes_with_it_run_side_by_side() {
+    let plan = Plan {
+        sample_time: 1e-3,
+        reference: (0..600).map(|k| 0.2 * (6.0e-3 * f64::from(k)).sin()).collect(),
+        tolerance: 1e-3,
+        arithmetic: Arithmetic::Double,
+        threads: 1,
+    };
+    let variant = |breakaway_torque: f64| Variant {
+        axis: IdealAxis {
+            mechanics: TwoMass::default(),
+            motor_viscous: 0.0,
+            load_viscous: 1e-4,
+            bristle: HessSoom { breakaway_torque, bristle_stiffness: 3000.0, ..HessSoom::default() },
+        },
+        law: Pid::default(),
+    };
+    let variants: Vec<_> = (0..40).map(|k| variant(0.2 + 0.005 * f64::from(k))).collect();
+    let missed = sweep(&variants, &plan, |course| {
+        let deviations = course.angle.iter().zip(&plan.reference).map(|(angle, wanted)| (angle - wanted).abs());
+        deviations.fold(0.0, f64::max)
+    });
+    let missed: Vec<f64> = missed.expect("a plan").into_iter().map(|it| it.expect("resolved")).collect();
+    assert!(
+        missed.iter().all(|it| *it > 0.0) && missed[39] > missed[0],
+        "more breakaway is followed worse: {missed:?}"
+    );
+}
