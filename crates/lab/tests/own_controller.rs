@@ -4,8 +4,13 @@
 mod own_controller;
 
 use own_controller::SlidingMode;
-use stickslip::foreign::{Foreign, ModuleSample, load::load};
+use stickslip::bench::Wishes;
+use stickslip::foreign::{ControllerFile, Foreign, ModuleSample, load::load};
 use stickslip::generate::{Variables, Version, module_of};
+use stickslip::live::protocol::{Answer, Call};
+use stickslip::live::{Live, Start};
+use stickslip::xcp::Layout;
+use stickslip::xcp::a2l::{Doors, describe};
 use stickslip::{Preset, Watch, parameters};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::ControllerInput;
@@ -71,6 +76,39 @@ fn it_is_in_the_loop_of_a_bench_as_fmu_and_for_calibration_tools() {
     assert!(described.parameters == 6 && described.text.contains("parameters.slope"));
     assert_eq!(module.fmu(Version::Three).expect("a C compiler").variables, 6 + 7 + 1 + 1);
     assert!(module.generated(false).files.iter().any(|(name, _)| name == "sliding_mode_selftest.c"));
+}
+
+#[test]
+fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
+    let project = tempfile::tempdir().expect("a temporary folder");
+    let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a name that C takes");
+    let path = project.path().join("sliding_mode.so");
+    std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
+    let mut source = parameters::presets::find("clm-bench").expect("it is built in");
+    let rate = [("bench.tick_rate", "1000")];
+    source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
+    let controller = Some(ControllerFile { path, trust: true, ..ControllerFile::default() });
+    let start = Start { wishes: Wishes::PLAIN, controller, ..Start::new(source, project.path()) };
+    let live = Live::start(start).expect("it starts");
+    let ask = |call| live.call("ann", call).expect("an answer");
+    let Answer::Items { items } = ask(Call::Items {}) else { panic!("no items") };
+    let item = |path: &str| items.iter().find(|item| item.path == path).expect("it is listed");
+    let who = item("position_controller");
+    assert_eq!((who.choice.as_deref(), who.options.len()), (Some("loaded"), 2));
+    let slope = item("loaded.slope");
+    assert_eq!((slope.value, slope.minimum, slope.maximum, &*slope.unit), (Some(25.0), Some(0.1), Some(1e3), "1/s"));
+    assert!(slope.help.starts_with("Slope of the line"), "{}", slope.help);
+    let Answer::Signals { signals, .. } = ask(Call::Signals {}) else { panic!("no signals") };
+    assert!(signals.iter().any(|signal| signal.name == "added_torque"), "its torque in the scope");
+    let described = describe(&Layout::with(1000.0, &live.entries()), Doors::default());
+    assert!(
+        ["slope", "amplitude", "layer"]
+            .iter()
+            .all(|name| described.contains(&format!("CHARACTERISTIC loaded.{name} ")))
+    );
+    let values = [("loaded.slope".to_owned(), "30".to_owned())].into();
+    assert!(matches!(ask(Call::Set { values }), Answer::Entered { differences, .. } if differences.len() == 1));
+    live.stop();
 }
 
 mod swept {
