@@ -67,6 +67,9 @@ export type Call = {
   call: "reset"
 }
   | {
+  call: "open_controller"
+}
+  | {
   call: "save"
   /** Letters, digits, `-` and `_`. */
   name: string
@@ -1098,6 +1101,29 @@ export type LateCycle = {
   /** Why, in a sentence. */
   sentence: string
 }
+/** A controller that was loaded from a file. Times in seconds. */
+export type LoadedStatus = {
+  /** How long a call may take. */
+  budget: number
+  /** How long a call took: median, 99th and 99.9th percentile, longest. */
+  call: [number, number, number, number]
+  /** How often it was called. */
+  calls: number
+  /** Whether it has failed: it does not control until it is opened again. */
+  failed: boolean
+  /** Its file. */
+  file: string
+  /** SHA-256 of what was opened, in hexadecimal digits. */
+  hash: string
+  /** What it is: `C library`, `FMU 2.0`. */
+  kind: string
+  /** What it calls itself. */
+  name: string
+  /** How many took longer. */
+  over_budget: number
+  /** From its question until its answer was there, likewise, where it runs in a process of its own. */
+  response: [number, number, number, number] | null
+}
 /** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
 export type Loop = {
   /** Way from the begin [rad]. */
@@ -1548,6 +1574,9 @@ export type Status = {
   changed: number
   /** How the clock is kept. */
   clock: ClockStatus
+  /** The controller that was loaded from a file, where there is one. */
+  controller?: LoadedStatus
+    | null
   /** Number of the newest cycle. */
   cycle: number
   /** What runs: nothing, a motion, a measurement. */

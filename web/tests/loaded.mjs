@@ -70,7 +70,7 @@ await play(
       assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the values of before')
     })
   },
-  undefined,
+  ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500', 'bench.safety.following_error=50'],
   options,
 )
 rmSync(folder, { recursive: true })

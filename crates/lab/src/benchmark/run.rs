@@ -204,7 +204,7 @@ fn follow<T: Abreast>(
             }
         }
         bench.tick(order);
-        let commanded = bench.truth().tick.commanded_torque;
+        let commanded = bench.truth().tick.commanded_torque + order.added_torque;
         for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
             if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
                 course.torque.push(commanded.lane(lane));
