@@ -73,28 +73,34 @@ fn why(found: &Identification) -> String {
     let Choice { best, chosen, behind, folds, .. } = &found.choice;
     let title = |candidate: usize| found.candidates[candidate].kind.title();
     let behind_by = |candidate: usize| found.behind(candidate).map_or_else(String::new, |behind| tied(&behind));
+    let perhaps = |candidate: usize| {
+        let holds_zero = |[share, half_width]: [f64; 2]| share <= half_width;
+        let chance = found.choice.share_behind(candidate).is_some_and(holds_zero);
+        if chance { ", which may still be chance since the interval holds 0" } else { "" }
+    };
     // Where a simpler one is chosen, the difference to it is the one that counts.
     let others = (0..found.candidates.len()).filter(|candidate| candidate != best);
     let second = others.min_by(|a, b| behind[*a][0].total_cmp(&behind[*b][0]));
     let verdict = match second {
         _ if chosen != best => format!(
             "{} is simpler, and its squared error there is greater by {} only, which is no more than the standard error \
-             of the difference: it is the one to use",
+             of the difference",
             title(*chosen),
             behind_by(*chosen)
         ),
         Some(second) => format!(
-            "The squared error of the next, {}, is greater by {}, and no simpler model is within the standard error of \
-             its difference",
+            "The squared error of the next, {}, is greater by {}{}; no simpler model is within the standard error of its \
+             difference",
             title(second),
-            behind_by(second)
+            behind_by(second),
+            perhaps(second)
         ),
         None => "There is no other to compare with".into(),
     };
     format!(
         "Each model was fitted to one half of the recording and judged on the other, which it had not seen, in {folds} \
          blocks of time together: a richer model that only follows the noise loses there. The smallest error there, {}, \
-         has {}. {verdict}; it stands in model.toml.",
+         has {}. {verdict}. The one to use stands in model.toml.",
         percent(found.candidates[*best].held_out),
         title(*best),
     )
@@ -280,7 +286,10 @@ mod tests {
                 Kind::Stribeck.title()
             ))
         );
+        assert!(!surely.contains("may still be chance"));
         let mut perhaps = found().clone();
+        perhaps.choice.behind[2][1] = 0.5 * perhaps.choice.behind[2][0];
+        assert!(page(&perhaps).contains("which may still be chance since the interval holds 0"));
         perhaps.choice.behind[2][1] = perhaps.choice.behind[2][0];
         perhaps.choice.chosen = 2;
         let perhaps = page(&perhaps);
