@@ -70,6 +70,7 @@ pub(crate) fn test() -> Result<(), String> {
         run(&mut cargo(&[&packages[..], &["--locked", "--quiet", "--target", WINDOWS_TARGET]].concat()))?;
         Ok(Outcome::Passed)
     });
+    let packages = python::prepare(&target);
     let mut compiled = Vec::new();
     suite.stage("tests compile", seconds(700), |_| {
         compiled = programs::compile(&copy, &mut cargo(&["test", "--workspace", "--locked", "--quiet"]))?;
@@ -88,7 +89,7 @@ pub(crate) fn test() -> Result<(), String> {
     };
     suite.stage("python", seconds(270), |counts| {
         built()?;
-        python::check(&copy, &target, &program, counts)
+        python::check(packages, &copy, &target, &program, counts)
     });
     suite.stage("page", seconds(470), |_| {
         let web = copy.join("web");
