@@ -1,13 +1,26 @@
-// All stories. Each has a program and a browser of its own, and waits for the clock of its axis most of the time: two at a
-// time, but for those whose measurements want a machine that keeps its ticks.
+// All stories. Each has a program and a browser of its own, and waits for the clock of its axis most of the time: three at a
+// time keep two cores busy.
 
 import { spawn } from 'node:child_process'
 import { join } from 'node:path'
 
-const AT_ONCE = 2
-const alone = ['at-rest', 'newcomer', 'experiment']
+const AT_ONCE = 3
 // The longest first.
-const waiting = ['scope', 'help', 'design', 'controller', 'implementation', 'runs', 'narrow', 'simulation', 'controllers', 'loaded']
+const waiting = [
+  'at-rest',
+  'newcomer',
+  'scope',
+  'experiment',
+  'help',
+  'design',
+  'controller',
+  'implementation',
+  'runs',
+  'narrow',
+  'simulation',
+  'controllers',
+  'loaded',
+]
 const failed = []
 
 /** Runs a story; what it says is told in one piece, once it has ended. */
@@ -30,7 +43,6 @@ async function work() {
   for (let story = waiting.shift(); story; story = waiting.shift()) await played(story)
 }
 
-for (const story of alone) await played(story)
 await Promise.all(Array.from({ length: AT_ONCE }, work))
 if (failed.length) {
   console.error(`failed: ${failed.join(', ')}`)

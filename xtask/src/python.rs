@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::thread::JoinHandle;
 
 use crate::suite::{Counts, Outcome};
 use crate::{test, tools, tree};
@@ -22,19 +23,38 @@ const PACKAGES: [&str; 8] = [
 const MODULE: &str = "_stickslip";
 const SOURCES: &str = "python/stickslip";
 
+/// An environment with all that the package is tested with; or why there is none.
+type Prepared = JoinHandle<Result<Outcome, String>>;
+
+/// Makes the environment below `target`, beside other work: most of the time it waits for an index of packages.
+pub(crate) fn prepare(target: &Path) -> Prepared {
+    let environment = environment(target);
+    std::thread::spawn(move || {
+        if !tools::runs("python3", &["-c", "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))"]) {
+            return Ok(Outcome::Skipped("Python 3.10 or newer with venv and pip is missing".into()));
+        }
+        let python = python(&environment);
+        if !python.exists() {
+            test::run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
+        }
+        Ok(install(&python, &PACKAGES).map_or(Outcome::Passed, Outcome::Skipped))
+    })
+}
+
 /// Tests the package in `copy`, compiled into `target`, and compares it with the program that was built beside it.
-pub(crate) fn check(copy: &Path, target: &Path, program: &Path, counts: &mut Counts) -> Result<Outcome, String> {
-    if !tools::runs("python3", &["-c", "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))"]) {
-        return Ok(Outcome::Skipped("Python 3.10 or newer with venv and pip is missing".into()));
+pub(crate) fn check(
+    prepared: Prepared,
+    copy: &Path,
+    target: &Path,
+    program: &Path,
+    counts: &mut Counts,
+) -> Result<Outcome, String> {
+    match prepared.join().expect("nothing panics there") {
+        Ok(Outcome::Passed) => {}
+        other => return other,
     }
-    let environment = target.join("python");
-    let python = environment.join("bin/python");
-    if !python.exists() {
-        test::run(Command::new("python3").args(["-m", "venv"]).arg(&environment))?;
-    }
-    if let Some(reason) = install(&python, &PACKAGES) {
-        return Ok(Outcome::Skipped(reason));
-    }
+    let environment = environment(target);
+    let python = python(&environment);
     let library = library(target);
     let stub = stub(&library)?;
     if std::fs::read_to_string(copy.join(SOURCES).join(stub_name())).is_ok_and(|text| text != stub) {
@@ -62,6 +82,14 @@ pub(crate) fn check(copy: &Path, target: &Path, program: &Path, counts: &mut Cou
 pub(crate) fn bless(root: &Path, target: &Path) -> Result<(), String> {
     let file = root.join(SOURCES).join(stub_name());
     std::fs::write(&file, stub(&library(target))?).map_err(|error| tree::failure("write", &file, &error))
+}
+
+fn environment(target: &Path) -> PathBuf {
+    target.join("python")
+}
+
+fn python(environment: &Path) -> PathBuf {
+    environment.join("bin/python")
 }
 
 /// The compiled part as cargo leaves it beside the tests.

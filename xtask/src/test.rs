@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::suite::{Counts, Outcome, Suite};
 use crate::tools::{BARE_TARGET, WINDOWS_TARGET};
-use crate::{documentation, guide, licences, python, tools, tree};
+use crate::{documentation, guide, licences, programs, python, tools, tree};
 
 /// Runs all stages in a copy of the tracked files. `Err` if one failed.
 pub(crate) fn test() -> Result<(), String> {
@@ -70,9 +70,16 @@ pub(crate) fn test() -> Result<(), String> {
         run(&mut cargo(&[&packages[..], &["--locked", "--quiet", "--target", WINDOWS_TARGET]].concat()))?;
         Ok(Outcome::Passed)
     });
-    suite.stage("tests", seconds(1500), |counts| {
-        run_counting(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--locked", "--quiet"]), counts)?;
+    let packages = python::prepare(&target);
+    let mut compiled = Vec::new();
+    suite.stage("tests compile", seconds(700), |_| {
+        compiled = programs::compile(&copy, &mut cargo(&["test", "--workspace", "--locked", "--quiet"]))?;
         Ok(Outcome::Passed)
+    });
+    suite.stage("tests", seconds(500), |counts| {
+        let programs = programs::run(compiled, &target, counts);
+        let documented = run_counting(&mut cargo(&["test", "--workspace", "--doc", "--locked", "--quiet"]), counts);
+        programs.and(documented).map(|()| Outcome::Passed)
     });
     // The tests have left the program; another build of it would have other features, and take minutes.
     let program = target.join("debug").join(format!("stickslip{}", std::env::consts::EXE_SUFFIX));
@@ -82,7 +89,7 @@ pub(crate) fn test() -> Result<(), String> {
     };
     suite.stage("python", seconds(270), |counts| {
         built()?;
-        python::check(&copy, &target, &program, counts)
+        python::check(packages, &copy, &target, &program, counts)
     });
     suite.stage("page", seconds(470), |_| {
         let web = copy.join("web");

@@ -172,7 +172,7 @@ fn what_generate_writes_for_tools_is_described() {
 #[test]
 fn what_fidelity_writes_is_described() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let small = "fidelity --seeds 1 --law auto --mismatch perfect --mismatch own+10% --rate 4000 --preset prototype \
+    let small = "fidelity --seeds 1 --law paper --mismatch perfect --mismatch own+10% --rate 4000 --preset prototype \
                  --scenario sine_2hz --scenario hunting --quiet --out .";
     let status =
         Command::new(env!("CARGO_BIN_EXE_stickslip")).args(small.split_whitespace()).current_dir(&folder).status();
