@@ -29,7 +29,7 @@ await play(
     const page = await scene.page('Ann')
     await page.goto(scene.bench.address.href)
     const tile = page.getByRole('button', { name: 'P-PI cascade' })
-    const panel = page.getByRole('complementary', { name: 'Parameters of P-PI cascade' })
+    const panel = page.getByRole('complementary', { name: /^Parameters of P-PI/ })
 
     await scene.step('it controls while the axis is homed', async () => {
       await tile.waitFor()
@@ -65,7 +65,7 @@ await play(
       unlinkSync(library)
       compile(source.replace('"P-PI cascade"', '"P-PI, second"'))
       await panel.getByRole('button', { name: 'Open again' }).click()
-      await page.getByText('P-PI, second was opened again; it begins at rest').waitFor()
+      await page.getByText('The controller was opened again; it begins at rest').waitFor()
       await page.getByRole('button', { name: 'P-PI, second' }).waitFor()
       assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the values of before')
     })
