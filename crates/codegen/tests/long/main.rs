@@ -34,12 +34,15 @@ struct Ticks {
     double_other: usize,
     /// In single precision in the other ways.
     single_other: usize,
+    /// Up to how many operations each call may be replaced by what it calls.
+    inlined: usize,
 }
 
-/// Compiling takes half a second in each way: the extremes only.
-const USUAL: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0 };
-/// With the variable `STICKSLIP_LONG` set: everything.
-const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other: MILLION };
+/// Compiling takes half a second in each way: the extremes only. A block of more operations would take several seconds; what
+/// compilers make of calls that they replace shows in the blocks that it consists of.
+const USUAL: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0, inlined: 1_000 };
+/// With the variable `STICKSLIP_LONG` set: everything, but for blocks that would be compiled half a minute.
+const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other: MILLION, inlined: 10_000 };
 
 fn ticks() -> Ticks {
     if std::env::var_os("STICKSLIP_LONG").is_some() { FULL } else { USUAL }
@@ -47,8 +50,6 @@ fn ticks() -> Ticks {
 
 /// A block of so many operations shows in a shorter run what there is to see.
 const MANY: usize = 30_000;
-/// One of so many would be compiled half a minute if each call were replaced by what it calls.
-const SEVERAL: usize = 10_000;
 const CALLS_STAY: [&str; 1] = ["-fno-inline"];
 
 /// Operations of a step, calls included.
@@ -111,8 +112,12 @@ fn first_difference<F: Number, B: Block<F, Input: Default>>(
 }
 
 /// Rust in precision `F` = C, over so many ticks compiled in the extreme ways and in the others.
-fn agree_in<F: Precision + Number, B: Fields<f64>>(block: &B, schedule: &Schedule, extreme: usize, other: usize)
-where
+fn agree_in<F: Precision + Number, B: Fields<f64>>(
+    block: &B,
+    schedule: &Schedule,
+    (extreme, other): (usize, usize),
+    inlined: usize,
+) where
     B::With<F>: Block<F, Input: Default>,
     B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
 {
@@ -121,7 +126,7 @@ where
     let names = [top.output.paths(), top.state.paths()].concat();
     let operations = operations(&program);
     let most = if operations > MANY { SHORT } else { MILLION };
-    let switches = if operations > SEVERAL { &CALLS_STAY[..] } else { &[] };
+    let switches = if operations > inlined { &CALLS_STAY[..] } else { &[] };
     let (extreme, other) = (extreme.min(most), other.min(most));
     let workshop = Workshop::new::<F>(&program, schedule);
     let block = block.map(&mut |v: f64| <F as Scalar>::of(v));
@@ -147,8 +152,8 @@ where
     B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
 {
     let schedule = Schedule::new(&block, dt);
-    agree_in::<f64, B>(&block, &schedule, MILLION, ticks.double_other);
-    agree_in::<f32, B>(&block, &schedule, ticks.single, ticks.single_other);
+    agree_in::<f64, B>(&block, &schedule, (MILLION, ticks.double_other), ticks.inlined);
+    agree_in::<f32, B>(&block, &schedule, (ticks.single, ticks.single_other), ticks.inlined);
 }
 
 /// A test: a block, then parameters for each run.
