@@ -44,7 +44,7 @@ pub(crate) fn test() -> Result<(), String> {
     suite.stage("format", seconds(10), |_| {
         only_with(tools.rustfmt, "rustfmt", || run(&mut cargo(&["fmt", "--all", "--check"])))
     });
-    suite.stage("lints", seconds(150), |_| {
+    suite.stage("lints", seconds(170), |_| {
         let lints = ["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "-D", "warnings"];
         only_with(tools.clippy, "clippy", || run(&mut cargo(&lints)))
     });
@@ -62,7 +62,7 @@ pub(crate) fn test() -> Result<(), String> {
             Ok(Outcome::Skipped(format!("built for this machine only, not for {BARE_TARGET}")))
         }
     });
-    suite.stage("Windows compiles", seconds(70), |_| {
+    suite.stage("Windows compiles", seconds(100), |_| {
         if !tools.windows_target {
             return Ok(Outcome::Skipped(format!("target {WINDOWS_TARGET} is missing")));
         }
@@ -72,7 +72,7 @@ pub(crate) fn test() -> Result<(), String> {
     });
     let packages = python::prepare(&target);
     let mut compiled = Vec::new();
-    suite.stage("tests compile", seconds(650), |_| {
+    suite.stage("tests compile", seconds(750), |_| {
         compiled = programs::compile(&copy, &mut cargo(&["test", "--workspace", "--locked", "--quiet"]))?;
         Ok(Outcome::Passed)
     });
@@ -87,11 +87,11 @@ pub(crate) fn test() -> Result<(), String> {
         true => Ok(()),
         false => run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"])),
     };
-    suite.stage("python", seconds(120), |counts| {
+    suite.stage("python", seconds(150), |counts| {
         built()?;
         python::check(packages, &copy, &target, &program, counts)
     });
-    suite.stage("page", seconds(250), |_| {
+    suite.stage("page", seconds(300), |_| {
         let web = copy.join("web");
         if !tools::works("node") || !tools::works("npm") {
             return Ok(Outcome::Skipped("npm is missing".into()));
@@ -109,7 +109,7 @@ pub(crate) fn test() -> Result<(), String> {
         run(npm(&web).args(["run", "--silent", "browser"]).env("STICKSLIP", &program))?;
         Ok(Outcome::Passed)
     });
-    suite.stage("documentation", seconds(30), |_| {
+    suite.stage("documentation", seconds(40), |_| {
         // Libraries alone: the program and the library of one name would write the same pages.
         let output = cargo(&["doc", "--workspace", "--lib", "--no-deps", "--locked"]).output();
         let output = output.map_err(|error| format!("cannot start cargo doc: {error}"))?;
