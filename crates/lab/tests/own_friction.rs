@@ -45,7 +45,7 @@ fn its_c_computes_its_bits_and_it_is_an_fmu_and_described() {
     assert!(compared.success(), "its self-test finds a difference");
     let described = code.description(&Variables::default()).expect("no program is asked");
     assert!(described.parameters == 5 && described.text.contains("parameters.drop_velocity"), "{described:?}");
-    assert!(code.fmu(Version::Two).expect("a C compiler").variables >= 5 + 1 + 1);
+    assert!(code.fmu(Version::Two).expect("a C compiler").variables > 5);
 }
 
 #[test]

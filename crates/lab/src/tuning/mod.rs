@@ -163,7 +163,7 @@ impl Tuning {
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
     pub fn preset_with(&self, changes: &[(String, String)]) -> Result<Preset<f64>, Error> {
-        Ok(self.source_with(changes)?.read()?)
+        self.source_with(changes)?.read()
     }
 
     /// The file in force with these values, but for those of a loaded controller.
