@@ -617,6 +617,9 @@ pub enum Error {
         /// Largest value.
         maximum: f64,
     },
+    /// There is no controller that was brought along.
+    #[error("no controller was loaded. Start the bench with one: stickslip serve --controller FILE.")]
+    NothingLoaded,
     /// Values that a controller which was brought along does not take.
     #[error(
         "{name} refuses these values of its parameters (it answers {code}): it goes on with those before. Choose others; \

@@ -80,10 +80,7 @@ impl Live {
         let _one = lock(&shared.changing);
         let known =
             lock(&shared.controller).as_ref().map(|controller| (controller.file.clone(), controller.folder.clone()));
-        let Some((file, folder)) = known else {
-            let remedy = "No controller was loaded: start the bench with --controller FILE.".into();
-            return Err(Error::Unknown { what: "loaded controller", name: "any".into(), remedy });
-        };
+        let (file, folder) = known.ok_or(Error::NothingLoaded)?;
         let foreign = file.open_again(&folder, &mut |_| {})?;
         let (controller, mut foreign) = Controller::of(foreign, file, folder);
         let settings = lock(&shared.tuning).preset().bench;

@@ -114,8 +114,14 @@ impl Live {
     /// Puts a proposal in force: the first cycle with it.
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
         let parameters = proposal.parameters(Correction::Nothing)?;
+        let before = lock(&self.shared.tuning).loaded_values();
         proposal.loaded.as_ref().map_or(Ok(()), |values| self.tell_controller(values))?;
-        let cycle = lock(&self.shared.urgent).change(Change::Parameters(parameters))?;
+        let changed = lock(&self.shared.urgent).change(Change::Parameters(parameters));
+        if let (Err(_), Some(_)) = (&changed, &proposal.loaded) {
+            // All of them or none; why the rest did not enter is what counts.
+            let _ = self.tell_controller(&before);
+        }
+        let cycle = changed?;
         // An axis that has ended needs none.
         let _ = self.jobs.send(Job::Adopt(Box::new((proposal.preset().model, proposal.settings(), parameters))));
         Ok(cycle)
