@@ -87,11 +87,11 @@ pub(crate) fn test() -> Result<(), String> {
         true => Ok(()),
         false => run(&mut cargo(&["build", "--package", "stickslip-cli", "--locked", "--quiet"])),
     };
-    suite.stage("python", seconds(150), |counts| {
+    suite.stage("python", seconds(270), |counts| {
         built()?;
         python::check(packages, &copy, &target, &program, counts)
     });
-    suite.stage("page", seconds(300), |_| {
+    suite.stage("page", seconds(400), |_| {
         let web = copy.join("web");
         if !tools::works("node") || !tools::works("npm") {
             return Ok(Outcome::Skipped("npm is missing".into()));
