@@ -76,7 +76,7 @@ pub(crate) fn test() -> Result<(), String> {
         compiled = programs::compile(&copy, &mut cargo(&["test", "--workspace", "--locked", "--quiet"]))?;
         Ok(Outcome::Passed)
     });
-    suite.stage("tests", seconds(700), |counts| {
+    suite.stage("tests", seconds(650), |counts| {
         let programs = programs::run(compiled, &target, counts);
         let documented = run_counting(&mut cargo(&["test", "--workspace", "--doc", "--locked", "--quiet"]), counts);
         programs.and(documented).map(|()| Outcome::Passed)
