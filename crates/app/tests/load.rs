@@ -28,7 +28,7 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     let folder = folder.path();
     compile(folder, &[]);
     let all =
-        "benchmark --quick --controller pid --controller ./p_pi.so --friction nominal --manoeuvre sine_2hz --out out";
+        "benchmark --quick --controller pid --controller ./p_pi.so --friction nominal --manoeuvre sine_0.5hz --out out";
     let words: Vec<&str> = all.split(' ').collect();
     let ranked = || {
         let ranked = run(env!("CARGO_BIN_EXE_stickslip"), &words, folder);
@@ -37,10 +37,18 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     };
     let said = ranked();
     assert!(said.contains("./p_pi.so") && !said.contains("would have stopped") && !said.contains("failed"), "{said}");
+    let alone = run(env!("CARGO_BIN_EXE_stickslip"), &["serve", "--trust"], folder);
+    assert!(!alone.status.success() && text(&alone.stderr).contains("--controller FILE"), "{}", text(&alone.stderr));
     let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
-    let cell =
-        cells().map(|it| it.expect("a file").path()).find(|path| path.to_string_lossy().contains("p_pi")).expect("its");
+    let cell = cells()
+        .map(|it| it.expect("a file").path())
+        .find(|path| path.to_string_lossy().ends_with("__p_pi_so_nominal_as_believed.json"))
+        .expect("its");
     let before = std::fs::read_to_string(&cell).expect("text");
+    // Deviation and torque noise: the torque is its own.
+    let runs = serde_json::from_str::<serde_json::Value>(&before).expect("JSON")["runs"].clone();
+    let measures = runs[0][1].as_array().expect("it came to the end").clone();
+    assert!(measures.len() == 2 && measures.iter().all(|it| it.as_f64().is_some_and(|it| it > 1e-6)), "{measures:?}");
     assert_eq!(ranked(), said, "from what is kept");
 
     // Another file of this name is another controller: one that fails is named, and the others are ranked.

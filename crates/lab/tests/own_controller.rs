@@ -101,6 +101,8 @@ fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
     let Answer::Signals { signals, .. } = ask(Call::Signals {}) else { panic!("no signals") };
     assert!(signals.iter().any(|signal| signal.name == "added_torque"), "its torque in the scope");
     let described = describe(&Layout::with(1000.0, &live.entries()), Doors::default());
+    let (_, messages) = a2lfile::load_from_string(&described, None, true).expect("a reader of others takes it");
+    assert!(messages.is_empty(), "{messages:?}");
     assert!(
         ["slope", "amplitude", "layer"]
             .iter()

@@ -84,6 +84,10 @@ impl ServeCommand {
                 place.address
             )));
         }
+        if self.controller.is_none() && self.how.is_said() {
+            let told = "--trust and --map say how a controller is opened. Name one: --controller FILE.";
+            return Err(Failure::Served(told.into()));
+        }
         let controller = self.controller.map(|file| self.how.of(file, &self.controller_set)).transpose()?;
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
