@@ -15,7 +15,7 @@ const fn rung(passes: usize, sliding: usize, presliding: usize) -> Rung {
     Rung { passes, sliding, presliding }
 }
 
-/// What a sweep climbs. From rung to rung the error falls to a third or less.
+/// What a sweep climbs. From rung to rung the error falls to 0.4 or less, from the first to the second to a third.
 pub const RUNGS: [Rung; 8] = [
     rung(1, 1, 2),
     rung(2, 1, 3),
@@ -49,12 +49,27 @@ pub(super) fn share(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { difference / size }
 }
 
-/// Error of the finer of two rungs by their difference, and by what was estimated `before` on the rung below.
+/// What is left of the error on the second rung, of its difference from the first.
+const LEFT_AT_FIRST: f64 = 0.5;
+/// What is left of it on a rung above, of the difference from the one below.
+const LEFT: f64 = 0.7;
+/// From rung to rung an estimate falls to this part and no further.
+const FALL: f64 = 0.25;
+
+/// Error of the finer of two rungs by their difference, and by what was estimated on the rung below, if it was.
 ///
-/// Of an error that falls to a third, half of the difference is left. That it falls faster is not believed: two rungs may
-/// agree by chance.
-pub(super) fn estimate(difference: f64, before: f64) -> f64 {
-    let (half, third) = (0.5 * difference, before / 3.0);
+/// Of an error that falls to a third, half of the difference is left; of one that falls to 0.4, 0.7 of it. That it falls
+/// much faster is not believed: two rungs may agree by chance.
+pub(super) fn estimate(difference: f64, before: Option<f64>) -> f64 {
+    let (by_difference, least) = match before {
+        None => (LEFT_AT_FIRST * difference, 0.0),
+        Some(before) => (LEFT * difference, FALL * before),
+    };
     // Not `max`: a difference that is no number stays one.
-    if half < third { third } else { half }
+    if by_difference < least { least } else { by_difference }
+}
+
+/// Whether an estimate that falls as fast as it may is still too large so many rungs further up.
+pub(super) fn hopeless(error: f64, rungs: usize, tolerance: f64) -> bool {
+    error * FALL.powi(rungs as i32) > tolerance
 }

@@ -53,20 +53,19 @@ mod kind;
 mod ladder;
 mod number;
 mod run;
+mod spread;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Mutex;
-
 pub use kind::{SweptFriction, SweptLaw};
 pub use ladder::{RUNGS, Rung};
-use ladder::{apart, estimate};
+use ladder::{apart, estimate, hopeless};
 pub use number::Number;
-use run::{Samples, Team};
+use run::Team;
+use spread::{Pool, Work, spread};
 use stickslip_core::ideal::IdealAxis;
-use stickslip_core::scalar::Lanes;
 
-use crate::{Error, parallel};
+use crate::Error;
 
 /// An axis and its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +82,8 @@ pub enum Arithmetic {
     /// `f64`.
     #[default]
     Double,
-    /// `f32`: twice as many variants at once. Its rounding is in the error that a course states.
+    /// `f32`, of a variant that needs many steps `f64` in the end: twice as many variants at once. Its rounding is in the
+    /// error that a course states.
     Single,
 }
 
@@ -115,10 +115,8 @@ pub struct Course {
     pub rung: Rung,
 }
 
-/// Variants side by side: four vectors of the widest registers, so that one computes while another waits.
-const WIDTH: usize = 32;
-/// As many variants run sooner one after the other.
-const FEW: usize = 2;
+/// From this rung on a sweep is in `f64`: few climb so far, and their many steps would round often.
+const DOUBLE: usize = 4;
 
 /// `measure` of each variant's course, in the order of the variants; an error where the finest rungs disagree.
 ///
@@ -131,32 +129,20 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
 ) -> Result<Vec<Result<R, Error>>, Error> {
     plan.check()?;
     let mut found: Vec<Option<Result<R, Error>>> = variants.iter().map(|_| None).collect();
-    let pool = Pool::<B::Singles>::default();
-    let mut open: Vec<Open> =
-        sorted(variants).into_iter().map(|index| Open { index, coarser: None, error: 0.0 }).collect();
+    let mut open: Vec<Open> = sorted(variants).into_iter().map(|index| Open { index, coarser: None }).collect();
     for step in 1..RUNGS.len() {
-        let size = if open.len() <= FEW { 1 } else { plan.abreast::<B>() };
-        let teams: Vec<&[Open]> = open.chunks(size).collect();
-        let done = parallel::map(&teams, plan.threads, |team| {
-            Ok(match (size, plan.arithmetic) {
-                (1, Arithmetic::Double) => climb::<f64, B, C, R>(variants, plan, step, team, &pool.doubles, &measure),
-                (1, Arithmetic::Single) => climb::<f32, B, C, R>(variants, plan, step, team, &pool.singles, &measure),
-                (_, Arithmetic::Double) => {
-                    climb::<Lanes<f64, WIDTH>, B, C, R>(variants, plan, step, team, &pool.wide_doubles, &measure)
-                }
-                (_, Arithmetic::Single) => {
-                    climb::<B::Singles, B, C, R>(variants, plan, step, team, &pool.wide_singles, &measure)
-                }
-            })
-        })?;
+        let arithmetic = if step < DOUBLE { plan.arithmetic } else { Arithmetic::Double };
+        let climb = Climb { variants, plan, step, measure: &measure };
+        let climbed = spread::<B, _, _>(&open, plan.threads, arithmetic, &climb)?;
+        let indices: Vec<usize> = open.iter().map(|open| open.index).collect();
         open = Vec::new();
-        for (index, climbed) in done.into_iter().flatten() {
+        for (index, climbed) in indices.into_iter().zip(climbed) {
             match climbed {
                 Climbed::Done(value) => found[index] = Some(Ok(value)),
-                Climbed::Open(_, error) if step + 1 == RUNGS.len() => {
+                Climbed::Refused(error) => {
                     found[index] = Some(Err(Error::Unresolved { index, error, tolerance: plan.tolerance }));
                 }
-                Climbed::Open(coarser, error) => open.push(Open { index, coarser: Some(coarser), error }),
+                Climbed::Open(angle, error) => open.push(Open { index, coarser: Some((angle, error)) }),
             }
         }
         if open.is_empty() {
@@ -166,78 +152,71 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     Ok(found.into_iter().map(|outcome| outcome.expect("each variant is done or refused on the last rung")).collect())
 }
 
-/// A variant that no two rungs agree on yet, with its angles on the coarser one and the error estimated there.
+/// A variant that no two rungs agree on yet.
 struct Open {
     index: usize,
-    coarser: Option<Vec<f64>>,
-    error: f64,
+    /// Its angles on the rung below and the error estimated there, above the first two.
+    coarser: Option<(Vec<f64>, f64)>,
 }
 
 /// What became of it on the next rung.
 enum Climbed<R> {
     Done(R),
-    /// Its angles there, and the estimate that is too large.
+    /// No rung can have an estimate within the tolerance any more; the one here.
+    Refused(f64),
+    /// Its angles here, and the estimate that is too large.
     Open(Vec<f64>, f64),
 }
 
-/// Memory for the samples of a team, taken up again by the next one; `W` are single numbers side by side.
-struct Pool<W> {
-    doubles: Mutex<Vec<Samples<f64>>>,
-    singles: Mutex<Vec<Samples<f32>>>,
-    wide_doubles: Mutex<Vec<Samples<Lanes<f64, WIDTH>>>>,
-    wide_singles: Mutex<Vec<Samples<W>>>,
-}
-
-/// Empty.
-impl<W> Default for Pool<W> {
-    fn default() -> Self {
-        let (doubles, singles) = (Mutex::default(), Mutex::default());
-        Pool { doubles, singles, wide_doubles: Mutex::default(), wide_singles: Mutex::default() }
-    }
-}
-
 /// Runs variants on a rung, at the begin of the ladder on the one below too, and compares.
-fn climb<T: Number, B: SweptFriction, C: SweptLaw, R>(
-    variants: &[Variant<B, C>],
-    plan: &Plan,
+struct Climb<'a, B, C, M> {
+    variants: &'a [Variant<B, C>],
+    plan: &'a Plan,
     step: usize,
-    team: &[Open],
-    pool: &Mutex<Vec<Samples<T>>>,
-    measure: &impl Fn(&Course) -> R,
-) -> Vec<(usize, Climbed<R>)> {
-    let members: Vec<Variant<B, C>> = team.iter().map(|open| variants[open.index]).collect();
-    let of_team = Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference };
-    let mut fine = taken(pool);
-    of_team.run(RUNGS[step], &mut fine);
-    let mut differences = Vec::new();
-    if step == 1 {
-        let mut coarse = taken(pool);
-        of_team.run(RUNGS[0], &mut coarse);
-        differences = coarse.apart(&fine, team.len());
-        put_back(pool, coarse);
-    }
-    let courses = fine.courses(team.len());
-    put_back(pool, fine);
-    let outcome = |(lane, (open, [angle, deflection])): (usize, (&Open, [Vec<f64>; 2]))| {
-        let difference = open.coarser.as_ref().map_or_else(|| differences[lane], |coarser| apart(coarser, &angle));
-        let error = estimate(difference, open.error);
-        // Not `error > tolerance`: what is no number is not resolved.
-        let climbed = if error <= plan.tolerance {
-            Climbed::Done(measure(&Course { angle, deflection, error, rung: RUNGS[step] }))
-        } else {
-            Climbed::Open(angle, error)
+    measure: &'a M,
+}
+
+impl<B: SweptFriction, C: SweptLaw, R: Send, M: Fn(&Course) -> R + Sync> Work<Open> for Climb<'_, B, C, M> {
+    type Done = Climbed<R>;
+
+    fn run<T: Number>(&self, open: &[Open], pool: &Pool<T>) -> Vec<Climbed<R>> {
+        let members: Vec<Variant<B, C>> = open.iter().map(|open| self.variants[open.index]).collect();
+        let team = Team::new(&members, self.plan);
+        let mut fine = pool.take();
+        team.run(RUNGS[self.step], &mut fine);
+        let mut differences = Vec::new();
+        if self.step == 1 {
+            let mut coarse = pool.take();
+            team.run(RUNGS[0], &mut coarse);
+            differences = coarse.apart(&fine, open.len());
+            pool.put_back(coarse);
+        }
+        let courses = fine.courses(open.len());
+        pool.put_back(fine);
+        let outcome = |(lane, (open, course)): (usize, (&Open, [Vec<f64>; 2]))| {
+            let error = match &open.coarser {
+                None => estimate(differences[lane], None),
+                Some((coarser, before)) => estimate(apart(coarser, &course[0]), Some(*before)),
+            };
+            self.judged(course, error)
         };
-        (open.index, climbed)
-    };
-    team.iter().zip(courses).enumerate().map(outcome).collect()
+        open.iter().zip(courses).enumerate().map(outcome).collect()
+    }
 }
 
-fn taken<T: Number>(pool: &Mutex<Vec<Samples<T>>>) -> Samples<T> {
-    pool.lock().expect("nobody panics with the lock").pop().unwrap_or_default()
-}
-
-fn put_back<T: Number>(pool: &Mutex<Vec<Samples<T>>>, samples: Samples<T>) {
-    pool.lock().expect("nobody panics with the lock").push(samples);
+impl<B, C, R, M: Fn(&Course) -> R> Climb<'_, B, C, M> {
+    fn judged(&self, [angle, deflection]: [Vec<f64>; 2], error: f64) -> Climbed<R> {
+        let (tolerance, above) = (self.plan.tolerance, RUNGS.len() - 1 - self.step);
+        if error <= tolerance {
+            let course = Course { angle, deflection, error, rung: RUNGS[self.step] };
+            Climbed::Done((self.measure)(&course))
+        } else if above == 0 || hopeless(error, above, tolerance) {
+            Climbed::Refused(error)
+        } else {
+            // An error that is no number too: finer steps may give one.
+            Climbed::Open(angle, error)
+        }
+    }
 }
 
 /// `measure` of each variant's course on one rung, in the order of the variants: for who knows which one will do.
@@ -253,42 +232,37 @@ pub fn on_rung<B: SweptFriction, C: SweptLaw, R: Send>(
 ) -> Result<Vec<R>, Error> {
     plan.check()?;
     let order = sorted(variants);
-    let pool = Pool::<B::Singles>::default();
-    let size = if order.len() <= FEW { 1 } else { plan.abreast::<B>() };
-    let teams: Vec<&[usize]> = order.chunks(size).collect();
-    let done = parallel::map(&teams, plan.threads, |team| {
-        Ok(match (size, plan.arithmetic) {
-            (1, Arithmetic::Double) => stand::<f64, B, C>(variants, plan, rung, team, &pool.doubles),
-            (1, Arithmetic::Single) => stand::<f32, B, C>(variants, plan, rung, team, &pool.singles),
-            (_, Arithmetic::Double) => stand::<Lanes<f64, WIDTH>, B, C>(variants, plan, rung, team, &pool.wide_doubles),
-            (_, Arithmetic::Single) => stand::<B::Singles, B, C>(variants, plan, rung, team, &pool.wide_singles),
-        }
-        .iter()
-        .map(&measure)
-        .collect::<Vec<R>>())
-    })?;
+    let stand = Stand { variants, plan, rung, measure: &measure };
+    let done = spread::<B, _, _>(&order, plan.threads, plan.arithmetic, &stand)?;
     let mut found: Vec<Option<R>> = variants.iter().map(|_| None).collect();
-    for (index, value) in order.iter().zip(done.into_iter().flatten()) {
+    for (index, value) in order.iter().zip(done) {
         found[*index] = Some(value);
     }
     Ok(found.into_iter().map(|value| value.expect("each variant is in a team")).collect())
 }
 
-/// Runs variants on a rung.
-fn stand<T: Number, B: SweptFriction, C: SweptLaw>(
-    variants: &[Variant<B, C>],
-    plan: &Plan,
+/// Runs variants on one rung.
+struct Stand<'a, B, C, M> {
+    variants: &'a [Variant<B, C>],
+    plan: &'a Plan,
     rung: Rung,
-    team: &[usize],
-    pool: &Mutex<Vec<Samples<T>>>,
-) -> Vec<Course> {
-    let members: Vec<Variant<B, C>> = team.iter().map(|index| variants[*index]).collect();
-    let mut samples = taken(pool);
-    Team { members: &members, sample_time: plan.sample_time, reference: &plan.reference }.run(rung, &mut samples);
-    let courses = samples.courses(team.len());
-    put_back(pool, samples);
-    let course = |[angle, deflection]: [Vec<f64>; 2]| Course { angle, deflection, error: f64::INFINITY, rung };
-    courses.into_iter().map(course).collect()
+    measure: &'a M,
+}
+
+impl<B: SweptFriction, C: SweptLaw, R: Send, M: Fn(&Course) -> R + Sync> Work<usize> for Stand<'_, B, C, M> {
+    type Done = R;
+
+    fn run<T: Number>(&self, indices: &[usize], pool: &Pool<T>) -> Vec<R> {
+        let members: Vec<Variant<B, C>> = indices.iter().map(|index| self.variants[*index]).collect();
+        let mut samples = pool.take();
+        Team::new(&members, self.plan).run(self.rung, &mut samples);
+        let courses = samples.courses(indices.len());
+        pool.put_back(samples);
+        let measured = |[angle, deflection]: [Vec<f64>; 2]| {
+            (self.measure)(&Course { angle, deflection, error: f64::INFINITY, rung: self.rung })
+        };
+        courses.into_iter().map(measured).collect()
+    }
 }
 
 /// The variants in the order of their numbers, the law's first: who moves alike, sticks at the same time.
@@ -312,14 +286,6 @@ fn sorted<B: SweptFriction, C: SweptLaw>(variants: &[Variant<B, C>]) -> Vec<usiz
 }
 
 impl Plan {
-    /// How many variants run side by side.
-    fn abreast<B: SweptFriction>(&self) -> usize {
-        match self.arithmetic {
-            Arithmetic::Double => WIDTH,
-            Arithmetic::Single => B::Singles::LANES,
-        }
-    }
-
     fn check(&self) -> Result<(), Error> {
         let within = |name, value: f64, unit, minimum, maximum, remedy| {
             if (minimum..=maximum).contains(&value) {

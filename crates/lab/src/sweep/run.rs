@@ -8,17 +8,16 @@ use stickslip_core::friction::Bristle;
 use stickslip_core::ideal::{AxisFlow, AxisState, IdealAxis};
 use stickslip_core::scalar::Scalar;
 
-use super::Variant;
 use super::kind::{SweptFriction, SweptLaw, numbers, put};
 use super::ladder::{FORGETS, Rung, share};
 use super::number::Number;
+use super::{Plan, Variant};
 
 /// Variants that run side by side.
-#[derive(Clone, Copy)]
 pub(super) struct Team<'a, B, C> {
-    pub(super) members: &'a [Variant<B, C>],
-    pub(super) sample_time: f64,
-    pub(super) reference: &'a [f64],
+    members: &'a [Variant<B, C>],
+    sample_time: f64,
+    reference: &'a [f64],
 }
 
 /// Angle and deflection at each sample.
@@ -69,7 +68,11 @@ impl<T: Number> Samples<T> {
     }
 }
 
-impl<B: SweptFriction, C: SweptLaw> Team<'_, B, C> {
+impl<'a, B: SweptFriction, C: SweptLaw> Team<'a, B, C> {
+    pub(super) fn new(members: &'a [Variant<B, C>], plan: &'a Plan) -> Self {
+        Team { members, sample_time: plan.sample_time, reference: &plan.reference }
+    }
+
     /// Runs the team on a rung. Lanes that are left repeat the last member.
     pub(super) fn run<T: Number>(&self, rung: Rung, samples: &mut Samples<T>) {
         let of = |lane: usize| &self.members[lane.min(self.members.len() - 1)];

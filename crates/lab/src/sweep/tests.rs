@@ -141,6 +141,30 @@ fn what_no_rung_resolves_is_refused_and_the_rest_is_not() {
 }
 
 #[test]
+fn it_is_refused_as_soon_as_no_rung_can_bring_its_estimate_within_the_tolerance() {
+    for error in [1.1e-4, 3.9e-4, 4.1e-4, 9.25e-3, 1.0] {
+        for rungs in 1..RUNGS.len() {
+            let least = (0..rungs).fold(error, |error, _| ladder::estimate(0.0, Some(error)));
+            assert_eq!(hopeless(error, rungs, 1e-4), least > 1e-4, "{error} and {rungs} more");
+        }
+    }
+    assert!(!hopeless(f64::NAN, 1, 1e-4), "finer steps may give a number");
+}
+
+#[test]
+fn what_single_precision_does_not_resolve_is_resolved_in_double() {
+    let variants = some(33);
+    let plan = plan(1.0, 1e-5);
+    let single = courses(&variants, &Plan { arithmetic: Arithmetic::Single, ..plan.clone() });
+    let exact = exact(&variants, &plan);
+    let double = |course: &Course| RUNGS[DOUBLE..].contains(&course.rung);
+    assert!(single.iter().any(double) && !single.iter().all(double), "both occur");
+    for (course, exact) in single.iter().zip(&exact).filter(|(course, _)| double(course)) {
+        assert!(apart(&course.angle, exact) <= 1e-5);
+    }
+}
+
+#[test]
 fn on_a_rung_the_bits_are_those_of_the_ladder_and_no_error_is_claimed() {
     let variants = some(5);
     let plan = plan(0.3, 1e-4);
