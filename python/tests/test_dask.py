@@ -157,19 +157,20 @@ def test_a_worker_without_stickslip_is_named(client, tmp_path):
 
 
 def test_memory_is_bounded_by_the_threads_of_the_workers(client, alone, tmp_path, monkeypatch):
-    on_their_way, most = set(), []
+    parts, most = [], 0
     submit = distributed.Client.submit
 
     def counted(self, function, *arguments, **keywords):
+        nonlocal most
         future = submit(self, function, *arguments, **keywords)
-        on_their_way.add(future.key)
-        most.append(len([key for key in on_their_way if "-part-" in key]))
-        future.add_done_callback(lambda done: on_their_way.discard(done.key))
+        if "-part-" in future.key:
+            parts.append(future)
+            most = max(most, sum(not one.done() for one in parts))
         return future
 
     monkeypatch.setattr(distributed.Client, "submit", counted)
     stickslip.study(PLAN, tmp_path, cluster=client)
-    assert max(most) <= 4 and len(most) == 1 + PARTS
+    assert 0 < most <= 4 and len(parts) == PARTS
 
 
 def test_a_scheduler_that_is_gone_is_told_and_what_is_finished_is_kept(client, tmp_path, monkeypatch):

@@ -23,6 +23,7 @@ class Scene {
   project = mkdtempSync(join(tmpdir(), 'stickslip-page-'))
   complaints = []
   barriers = []
+  messages = []
   done = 0
   #expected = 0
 
@@ -46,8 +47,15 @@ class Scene {
 
   async page(name, { width = 1440, height = 900, ...more } = {}) {
     const context = await this.browser.newContext({ viewport: { width, height }, colorScheme: 'light', reducedMotion: 'reduce', ...more })
+    // What the page told, also when it is gone from the picture.
+    await context.addInitScript(() =>
+      new MutationObserver((changes) => {
+        for (const { addedNodes } of changes) for (const node of addedNodes) if (node.closest?.('ol[aria-label=Messages] li')) console.debug(node.innerText)
+      }).observe(document, { childList: true, subtree: true }),
+    )
     await context.addInitScript((name) => localStorage.getItem('stickslip.name') ?? localStorage.setItem('stickslip.name', name), name)
     const page = await context.newPage()
+    page.on('console', (message) => message.type() === 'debug' && this.messages.push(message.text().replace(/\s+/g, ' ')))
     page.on('console', (message) => message.type() === 'error' && !this.#expected && this.complaints.push(message.text()))
     page.on('pageerror', (error) => this.complaints.push(String(error)))
     page.setDefaultTimeout(60_000)
@@ -103,9 +111,10 @@ class Scene {
   async tell() {
     for (const context of this.browser.contexts())
       for (const page of context.pages()) {
-        console.error((await page.locator('header, [role=alert], ol[aria-label=Messages]').allInnerTexts()).join(' | ').replace(/\s+/g, ' '))
+        console.error((await page.locator('header, [role=alert], ol[aria-label=Messages], main').allInnerTexts()).join(' | ').replace(/\s+/g, ' '))
         if (shots) await page.screenshot({ path: join(shots, 'failed.png') })
       }
+    console.error(`messages so far: ${this.messages.join(' | ') || 'none'}`)
     if (this.complaints.length) console.error(this.complaints.join('\n'))
     if (this.barriers.length) console.error([...new Set(this.barriers)].join('\n'))
   }
