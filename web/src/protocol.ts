@@ -67,7 +67,7 @@ export type Call = {
   call: "reset"
 }
   | {
-  call: "open_controller"
+  call: "open_again"
 }
   | {
   call: "save"
@@ -1101,7 +1101,7 @@ export type LateCycle = {
   /** Why, in a sentence. */
   sentence: string
 }
-/** A controller that was loaded from a file. Times in seconds. */
+/** A controller, a friction or a law that was loaded from a file. Times in seconds. */
 export type LoadedStatus = {
   /** How long a call may take. */
   budget: number
@@ -1109,7 +1109,7 @@ export type LoadedStatus = {
   call: [number, number, number, number]
   /** How often it was called. */
   calls: number
-  /** Whether it has failed: it does not control until it is opened again. */
+  /** Whether it has failed: it gives no torque until it is opened again. */
   failed: boolean
   /** Its file. */
   file: string
@@ -1123,6 +1123,10 @@ export type LoadedStatus = {
   over_budget: number
   /** From its question until its answer was there, likewise, where it runs in a process of its own. */
   response: [number, number, number, number] | null
+  /** What it is in the loop: `controller`, `friction`, `law`. */
+  role: string
+  /** The parameter that says whether it is in the loop. */
+  selector: string
 }
 /** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
 export type Loop = {
@@ -1574,9 +1578,6 @@ export type Status = {
   changed: number
   /** How the clock is kept. */
   clock: ClockStatus
-  /** The controller that was loaded from a file, where there is one. */
-  controller?: LoadedStatus
-    | null
   /** Number of the newest cycle. */
   cycle: number
   /** What runs: nothing, a motion, a measurement. */
@@ -1592,6 +1593,9 @@ export type Status = {
     | null
   /** Torque of the load motor, against positive motion [N m]. */
   load_torque: number
+  /** What was loaded from a file, where something was. */
+  loaded?: LoadedStatus
+    | null
   /** How many marks there have been since the start. */
   marks: number
   /** Why the run that ended last is not in the catalogue. */

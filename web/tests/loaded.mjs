@@ -22,7 +22,7 @@ function compile(text) {
 compile(source)
 // Trusted, and soft enough for a slow clock: a busy machine would make another process late.
 const soft = ['position_gain=6', 'velocity_gain=0.03', 'integral_time=0.2']
-const options = ['--controller', library, '--trust', ...soft.flatMap((value) => ['--controller-set', value])]
+const options = ['--controller', library, '--trust', ...soft.flatMap((value) => ['--loaded-set', value])]
 
 await play(
   async (scene) => {
@@ -33,7 +33,7 @@ await play(
 
     await scene.step('it controls while the axis is homed', async () => {
       await tile.waitFor()
-      assert.match(await tile.innerText(), /controls/)
+      assert.match(await tile.innerText(), /the controller in the loop/)
       await page.getByRole('button', { name: 'Home axis' }).first().click()
       await page.getByText('Homed', { exact: true }).waitFor()
       await page.waitForFunction(() => /a call takes/.test(document.body.innerText))
@@ -41,6 +41,7 @@ await play(
 
     await scene.step('its numbers are parameters with unit and range', async () => {
       await tile.click()
+      await panel.getByRole('heading', { name: 'P-PI cascade, a controller' }).waitFor()
       const gain = panel.getByLabel('position gain')
       assert.equal(await gain.inputValue(), '6')
       await gain.fill('7.5')
@@ -55,9 +56,9 @@ await play(
     await scene.step('the controller of the preset takes over, and back', async () => {
       const who = panel.getByLabel('Position is controlled by')
       await who.selectOption('preset')
-      await page.waitForFunction(() => /loaded, does not control/.test(document.body.innerText))
+      await page.waitForFunction(() => /a controller, not in the loop/.test(document.body.innerText))
       await who.selectOption('loaded')
-      await page.waitForFunction(() => !/does not control/.test(document.body.innerText))
+      await page.waitForFunction(() => !/not in the loop/.test(document.body.innerText))
       assert.equal(await state(page).innerText(), 'Running')
     })
 

@@ -1,4 +1,4 @@
-//! The example of a controller in C, as its head says that it is compiled and loaded, and an FMU of the program itself.
+//! The examples in C, as their heads say that they are compiled and loaded, and FMUs of the program itself.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -68,6 +68,57 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "what was kept is of another file");
 }
 
+/// Another example, of a role, loaded for two speeds.
+fn loaded_as(role: &str, source: &str, folder: &Path) -> String {
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(role).join(format!("{source}.c"));
+    std::fs::copy(example, folder.join(format!("{source}.c"))).expect("the folder takes files");
+    assert!(run(env!("CARGO_BIN_EXE_stickslip"), &["load", "--header", "."], folder).status.success());
+    let (library, source) = (format!("{source}.so"), format!("{source}.c"));
+    let compiled = run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", &library, &source, "-lm"], folder);
+    assert!(compiled.status.success(), "{}", text(&compiled.stderr));
+    let law = "bench.law.kind=residual";
+    let words = ["load", &library, "--as", role, "--preset-set", law, "--duration", "1", "--out", role];
+    let loaded = run(env!("CARGO_BIN_EXE_stickslip"), &words, folder);
+    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{said}{told}");
+    let replayed = run(env!("CARGO_BIN_EXE_stickslip"), &["replay", role], folder);
+    assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
+    said
+}
+
+#[test]
+fn the_examples_of_a_friction_and_a_law_are_felt_and_replayed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    let said = loaded_as("friction", "maxwell_slip", folder);
+    for part in
+        ["Maxwell slip, SHA-256 ", "The friction of the file is felt within ", "of the file", "stiffness = 100 N m/rad"]
+    {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let summary = std::fs::read_to_string(folder.join("friction/summary.json")).expect("it wrote one");
+    assert!(summary.contains("rendered.largest") && summary.contains("\"kind\": \"friction\""), "{summary}");
+    let said = loaded_as("law", "difference", folder);
+    for part in ["difference torque, SHA-256 ", "The desired friction is met within ", "Under the preset's law: "] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+
+    let refused = |words: &[&str]| {
+        let refused = run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
+        assert!(!refused.status.success(), "{words:?}");
+        text(&refused.stderr)
+    };
+    let unknown = refused(&["load", "maxwell_slip.so", "--as", "brake"]);
+    assert!(unknown.contains("controller, friction, law"), "{unknown}");
+    let follows =
+        refused(&["load", "maxwell_slip.so", "--as", "friction", "--preset-set", "bench.law.kind=admittance"]);
+    assert!(follows.contains("the admittance law") && follows.contains("bench.law.kind"), "{follows}");
+    let both = refused(&["serve", "--friction", "maxwell_slip.so", "--law", "difference.so"]);
+    assert!(both.contains("--friction and --law: one file at a time") && both.contains("Leave one"), "{both}");
+    let nothing = refused(&["serve", "--loaded-set", "stiffness=1"]);
+    assert!(nothing.contains("--friction FILE"), "{nothing}");
+}
+
 #[test]
 fn the_example_is_compiled_loaded_and_replayed_without_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -84,7 +135,9 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     // The record says which file gave its torques.
     let hash = said.split("SHA-256 ").nth(1).and_then(|rest| rest.get(..64)).expect("64 digits");
     let record = std::fs::read(folder.join("there/run.mf4")).expect("it wrote one");
-    assert!(String::from_utf8_lossy(&record).contains(&format!("stickslip load (P-PI cascade, SHA-256 {hash})")));
+    assert!(
+        String::from_utf8_lossy(&record).contains(&format!("stickslip load (controller P-PI cascade, SHA-256 {hash})"))
+    );
     let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
     assert!(summary.contains("controller.sine_0.5hz.rms") && summary.contains("call.over_budget"), "{summary}");
     // By the clock it may be late on a busy machine, which is said as well.

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use stickslip_core::supervise::{Fault, Role};
+
 use crate::parameters::ParameterProblems;
 
 /// Any failure of the laboratory.
@@ -487,7 +489,7 @@ pub enum Error {
         /// The parameter.
         path: String,
         /// What to do.
-        remedy: &'static str,
+        remedy: String,
     },
     /// There is nothing of this name.
     #[error("there is no {what} {name}. {remedy}")]
@@ -595,7 +597,7 @@ pub enum Error {
         /// What to do.
         remedy: &'static str,
     },
-    /// A file that is no controller.
+    /// A file that is nothing for the loop.
     #[error("{}: {problem}.", path.display())]
     Foreign {
         /// Which file.
@@ -603,7 +605,7 @@ pub enum Error {
         /// What is wrong with it, and what to do.
         problem: String,
     },
-    /// A value that a controller which was brought along does not admit.
+    /// A value that what was brought along does not admit.
     #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. Choose a value within.")]
     ForeignValue {
         /// Its parameter.
@@ -617,16 +619,18 @@ pub enum Error {
         /// Largest value.
         maximum: f64,
     },
-    /// There is no controller that was brought along.
-    #[error("no controller was loaded. Start the bench with one: stickslip serve --controller FILE.")]
+    /// Nothing was brought along.
+    #[error(
+        "no file was loaded. Start the bench with one: stickslip serve --controller FILE, --friction FILE or --law FILE."
+    )]
     NothingLoaded,
-    /// Values that a controller which was brought along does not take.
+    /// Values that what was brought along does not take.
     #[error(
         "{name} refuses these values of its parameters (it answers {code}): it goes on with those before. Choose others; \
          which it takes, its author knows."
     )]
     ForeignRefuses {
-        /// The controller.
+        /// Its name.
         name: String,
         /// What its function returned.
         code: i32,
@@ -641,9 +645,26 @@ pub enum Error {
         /// Ticks a second [Hz].
         tick_rate: f64,
     },
-    /// A controller that was brought along does not begin.
+    /// What was brought along does not begin.
     #[error("{0}")]
-    Brought(stickslip_core::supervise::ControllerFault),
+    Brought(Fault),
+    /// A law that renders the friction of a file away.
+    #[error(
+        "the admittance law makes the load follow one that does not feel the friction of a file. Choose another law beside \
+         it (bench.law.kind = \"residual\")."
+    )]
+    FollowsNoFriction,
+    /// The friction that is rendered is not that of the parameters.
+    #[error(
+        "a {role} of a file renders: what is measured under it is not the desired friction of the parameters. Measure it \
+         by stickslip load FILE --as {role}, or let that of the preset take its place ({selector} = preset)."
+    )]
+    RendersItself {
+        /// What the file is.
+        role: Role,
+        /// The parameter that says whether it acts.
+        selector: &'static str,
+    },
     /// A fault on purpose that there is not.
     #[error("no fault \"{fault}\". {remedy}")]
     Injection {

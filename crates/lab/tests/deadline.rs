@@ -150,22 +150,27 @@ fn calls_over(address: &Address) -> Result<u64, Error> {
 /// Named in the environment of a process of a test that is to be the host of a controller.
 #[cfg(unix)]
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
+/// And its role.
+#[cfg(unix)]
+const AS: &str = "STICKSLIP_TEST_ROLE";
 
 /// Of a process of another test this is all that runs.
 #[test]
 #[cfg(unix)]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
-        stickslip::foreign::process::host(std::path::Path::new(&file), &[]).expect("somebody asks");
+        let role = std::env::var(AS).ok().and_then(|name| stickslip::foreign::Role::find(&name));
+        let role = role.expect("it has a role");
+        stickslip::foreign::process::host(std::path::Path::new(&file), role, &[]).expect("somebody asks");
         std::process::exit(0);
     }
 }
 
-/// The same where somebody else's controller in C follows a sine, here or in a process of its own.
+/// The same where somebody else's file in C is in the loop on the way along a sine, here or in a process of its own.
 #[cfg(unix)]
-fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
+fn calls_of_a_guest(role: stickslip::foreign::Role, trusted: bool) -> Result<u64, Error> {
     use stickslip::ControllerChoice;
-    use stickslip::foreign::{Foreign, process::Host};
+    use stickslip::foreign::{Foreign, Role, process::Host};
     let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let library = folder.path().join("p_pi.so");
@@ -180,12 +185,13 @@ fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
     (cascade.position_gain, cascade.velocity_gain, cascade.integral_gain) = (8.0, 0.04, 0.4);
     preset.bench.safety.following_error = 10.0;
     let mut foreign = if trusted {
-        Foreign::trusted(&library)?
+        Foreign::trusted(&library, role)?
     } else {
         let program = std::env::current_exe().expect("a program has a path");
-        let call = format!("{HOSTED}=\"$1\" exec '{}' --exact hosts --nocapture", program.display());
+        let call = format!("{AS}=\"$2\" {HOSTED}=\"$3\" exec '{}' --exact hosts --nocapture", program.display());
         Foreign::apart(
             &library,
+            role,
             &Host { program: "sh".into(), arguments: ["-c".into(), call.into(), "host".into()].into() },
         )?
     };
@@ -199,21 +205,23 @@ fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
     let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
     home(&mut bench, &Watch::silent())?;
     bench.bring(foreign)?;
+    let render = role != Role::Controller;
     while stream.sample().is_some() {}
     now.store(true, Ordering::Relaxed);
     let follow = |bench: &mut ClockedBench| -> Result<(), Error> {
         // Off and on again as well: it begins anew.
         for tick in 0..600 {
             let setpoint = Setpoint { position: 0.2 * (5e-3 * f64::from(tick)).sin(), ..Setpoint::default() };
-            bench.hand_over(Command { setpoint, control: tick % 200 != 0, ..Command::default() })?;
+            bench.hand_over(Command { setpoint, control: tick % 200 != 0, render, ..Command::default() })?;
         }
         bench.drain(&mut |_| {})
     };
     // On a busy machine it may be late: the way of a fault allocates nothing either.
     let followed = follow(&mut bench);
     assert!(matches!(followed, Ok(()) | Err(Error::BenchFault { .. })), "{followed:?}");
-    let torques = std::iter::from_fn(|| stream.sample()).filter(|sample| sample.frame.command.added_torque != 0.0);
-    assert!(torques.count() > 0, "it controls");
+    let torque = |Command { added_torque, added_load_torque, .. }: Command| added_torque + added_load_torque;
+    let torques = std::iter::from_fn(|| stream.sample()).filter(|sample| torque(sample.frame.command) != 0.0);
+    assert!(torques.count() > 0, "{role}: it is in the loop");
     let gone = bench.take_back(&preset.bench)?;
     now.store(false, Ordering::Relaxed);
     // A tick at least in which nobody watches any more.
@@ -225,9 +233,11 @@ fn calls_of_a_guest(trusted: bool) -> Result<u64, Error> {
 
 #[test]
 #[cfg(unix)]
-fn a_controller_that_was_brought_along_has_the_loop_allocate_and_free_nothing() {
-    assert_eq!(calls_of_a_guest(true).unwrap(), 0);
-    assert_eq!(calls_of_a_guest(false).unwrap(), 0);
+fn what_was_brought_along_has_the_loop_allocate_and_free_nothing() {
+    for role in stickslip::foreign::Role::ALL {
+        assert_eq!(calls_of_a_guest(role, true).unwrap(), 0, "{role}");
+        assert_eq!(calls_of_a_guest(role, false).unwrap(), 0, "{role}");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod own_controller;
 
 use own_controller::SlidingMode;
 use stickslip::bench::Wishes;
-use stickslip::foreign::{ControllerFile, Foreign, ModuleSample, load::load};
+use stickslip::foreign::{Foreign, ForeignFile, ModuleSample, Role, load::load};
 use stickslip::generate::{Variables, Version, module_of};
 use stickslip::live::protocol::{Answer, Call};
 use stickslip::live::{Live, Start};
@@ -20,7 +20,7 @@ fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> Foreign {
     let module = module_of(controller, "sliding_mode", 1e-3).expect("a name that C takes");
     let path = folder.join("sliding_mode.so");
     std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
-    Foreign::trusted(&path).expect("a library of five functions")
+    Foreign::trusted(&path, Role::Controller).expect("a library of five functions")
 }
 
 #[test]
@@ -56,6 +56,7 @@ fn its_library_has_its_table_and_computes_its_bits() {
             reference_acceleration: input.reference_acceleration,
             measured_angle: input.measured_angle,
             measured_velocity: input.measured_velocity,
+            ..ModuleSample::default()
         };
         let own = controller.step(&mut state, input, 1e-3).torque;
         assert_eq!(library.step(&sample).expect("a torque").to_bits(), own.to_bits(), "{k}");
@@ -87,8 +88,8 @@ fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
     let mut source = parameters::presets::find("clm-bench").expect("it is built in");
     let rate = [("bench.tick_rate", "1000")];
     source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
-    let controller = Some(ControllerFile { path, trust: true, ..ControllerFile::default() });
-    let start = Start { wishes: Wishes::PLAIN, controller, ..Start::new(source, project.path()) };
+    let loaded = Some(ForeignFile { path, trust: true, ..ForeignFile::default() });
+    let start = Start { wishes: Wishes::PLAIN, loaded, ..Start::new(source, project.path()) };
     let live = Live::start(start).expect("it starts");
     let ask = |call| live.call("ann", call).expect("an answer");
     let Answer::Items { items } = ask(Call::Items {}) else { panic!("no items") };

@@ -58,7 +58,7 @@ pub struct ModuleParameter {
     pub fixed: bool,
 }
 
-/// What a controller reads in a sample, in the order of the header.
+/// What is read in a sample, in the order of the header.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModuleSample {
@@ -74,6 +74,12 @@ pub struct ModuleSample {
     pub measured_angle: f64,
     /// Of the motor, by the tacho [rad/s].
     pub measured_velocity: f64,
+    /// Of the screw, by the observer of the bench [rad/s]; 0 for a controller, as all that follows.
+    pub estimated_velocity: f64,
+    /// Of the load motor by its current, against positive motion [N m].
+    pub measured_load_torque: f64,
+    /// Asked of the drive in the tick before [N m].
+    pub commanded_torque: f64,
 }
 
 #[repr(C)]

@@ -101,9 +101,10 @@ enum Order {
     /// List the signals that can be captured.
     #[command(after_help = "Example: stickslip bench signals")]
     Signals,
-    /// Open the file of `serve --controller` again, as it is now: it begins at rest, with the values of before.
-    #[command(after_help = "Example: stickslip bench open-controller")]
-    OpenController,
+    /// Open the file of `serve --controller`, `--friction` or `--law` again, as it is now: it begins at rest, with the values
+    /// of before.
+    #[command(after_help = "Example: stickslip bench open-again")]
+    OpenAgain,
     /// Be the operator, whoever is now.
     #[command(after_help = "Example: stickslip bench operate")]
     Operate,
@@ -182,7 +183,7 @@ impl BenchCommand {
                 }
                 Ok(writeln!(out, "{}", line(&client.status()?))?)
             }
-            Order::OpenController => tell(&client, &Call::OpenController {}, out),
+            Order::OpenAgain => tell(&client, &Call::OpenAgain {}, out),
             Order::Operate => tell(&client, &Call::Operate {}, out),
         }
     }

@@ -42,7 +42,8 @@ enum Target {
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
                             Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis\n\
                             Example: stickslip generate fmu plant --xcp 5556 --out fmu\n\
-                            Example: stickslip generate fmu position_controller --out fmu")]
+                            Example: stickslip generate fmu position_controller --out fmu\n\
+                            Example: stickslip generate fmu friction --out fmu")]
     Fmu(FmuCommand),
 }
 

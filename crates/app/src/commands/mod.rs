@@ -87,11 +87,13 @@ pub(crate) enum Command {
     #[command(after_help = "Example: stickslip fidelity --quick\n\
                             Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
-    /// Your own position controller, a shared library in C or an FMU, on the virtual bench, beside the preset's.
+    /// Your own position controller, friction or rendering law, a shared library in C or an FMU, on the virtual bench, beside
+    /// what the preset has in its place.
     #[command(after_help = "Example: stickslip load --header .\n\
-                            Example: stickslip load fmu/position_controller-fmi3.fmu --map torque=output.torque --duration 2")]
+                            Example: stickslip load fmu/position_controller-fmi3.fmu --map torque=output.torque --duration 2\n\
+                            Example: stickslip load fmu/friction-fmi3.fmu --as friction --preset-set bench.law.kind=residual --duration 2 --out stickslip-out/load-friction")]
     Load(load::LoadCommand),
-    /// The process that a loaded controller runs in.
+    /// The process that a loaded file runs in.
     #[command(hide = true, after_help = "Example: stickslip load my_controller.so")]
     Host(load::HostCommand),
     /// Which controller is the best for which friction: controllers, compensations and frictions on the virtual bench, ranked.

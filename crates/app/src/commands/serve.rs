@@ -10,6 +10,7 @@ use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Address;
 use stickslip::bench::{Cpu, keep_off};
+use stickslip::foreign::{ForeignFile, Role};
 use stickslip::live::{Live, Start};
 
 use super::load::HowLoaded;
@@ -44,9 +45,16 @@ pub(crate) struct ServeCommand {
     /// position_controller says who controls.
     #[arg(long, value_name = "FILE")]
     controller: Option<PathBuf>,
-    /// Value of a parameter of the controller; may be given several times.
-    #[arg(long, value_name = "NAME=VALUE", requires = "controller")]
-    controller_set: Vec<Setting>,
+    /// A friction of one's own instead: the load motor gives its torque, beside the preset's law, which makes the load as
+    /// frictionless as it can. rendered_friction says which friction is rendered.
+    #[arg(long, value_name = "FILE")]
+    friction: Option<PathBuf>,
+    /// A rendering law of one's own instead: its torque is all of the load motor's. rendering_law says which law renders.
+    #[arg(long, value_name = "FILE")]
+    law: Option<PathBuf>,
+    /// Value of a parameter of that file; may be given several times.
+    #[arg(long, value_name = "NAME=VALUE", visible_alias = "controller-set")]
+    loaded_set: Vec<Setting>,
     #[command(flatten)]
     how: HowLoaded,
     /// Seed of the noise.
@@ -84,14 +92,10 @@ impl ServeCommand {
                 place.address
             )));
         }
-        if self.controller.is_none() && self.how.is_said() {
-            let told = "--trust and --map say how a controller is opened. Name one: --controller FILE.";
-            return Err(Failure::Served(told.into()));
-        }
-        let controller = self.controller.map(|file| self.how.of(file, &self.controller_set)).transpose()?;
+        let loaded = loaded([self.controller, self.friction, self.law], self.how, &self.loaded_set)?;
         let (record, operator_time) = (self.record.clone(), self.operator_time);
         let new = Start::new(source, &self.project);
-        let mut start = Start { seed: self.seed, io: self.io, controller, record, operator_time, ..new };
+        let mut start = Start { seed: self.seed, io: self.io, loaded, record, operator_time, ..new };
         if let Some(cpu) = self.cpu {
             // Each thread that is started from here on inherits it.
             keep_off(cpu).map_err(|error| {
@@ -151,6 +155,30 @@ impl ServeCommand {
             Ok(())
         })
     }
+}
+
+/// The file that is to be in the loop, of one for each role.
+fn loaded(
+    files: [Option<PathBuf>; Role::ALL.len()],
+    how: HowLoaded,
+    values: &[Setting],
+) -> Result<Option<ForeignFile>, Failure> {
+    let mut named = Role::ALL.into_iter().zip(files).filter_map(|(role, file)| Some((role, file?)));
+    let Some((role, file)) = named.next() else {
+        if how.is_said() || !values.is_empty() {
+            let told = "--trust, --map and --loaded-set say how a file is opened. Name one: --controller FILE, --friction \
+                        FILE or --law FILE.";
+            return Err(Failure::Served(told.into()));
+        }
+        return Ok(None);
+    };
+    if let Some((other, _)) = named.next() {
+        return Err(Failure::Served(format!(
+            "--{role} and --{other}: one file at a time is in the loop. Leave one of them out; what the preset has in its \
+             place is in the loop beside the other."
+        )));
+    }
+    Ok(Some(how.of(file, role, values)?))
 }
 
 /// Where it listens unless it is told: the first that is free.

@@ -144,17 +144,17 @@ fn page(status: &Status) -> String {
         let ticks = format!("{answered} ticks answered, {missing} not; {late} answers late, {doubled} doubled");
         lines.push(("link", format!("{ticks}, {garbled} garbled; begun {begun} times")));
     }
-    if let Some(controller) = &status.controller {
-        let LoadedStatus { name, kind, file, hash, failed, calls, call, budget, over_budget, .. } = controller;
-        let how = if *failed { ", has failed: open it again (stickslip bench open-controller)" } else { "" };
-        lines.push(("controller", format!("{name}, {kind}, {file}, SHA-256 {hash:.12}{how}")));
+    if let Some(loaded) = &status.loaded {
+        let LoadedStatus { role, name, kind, file, hash, failed, calls, call, budget, over_budget, .. } = loaded;
+        let how = if *failed { ", has failed: open it again (stickslip bench open-again)" } else { "" };
+        lines.push((role, format!("{name}, {kind}, {file}, SHA-256 {hash:.12}{how}")));
         if *calls > 0 {
             lines.push((
                 "its calls",
                 format!("{}; {over_budget} of {calls} over {:.0} µs", micros(*call), 1e6 * budget),
             ));
         }
-        lines.extend(controller.response.map(|times| ("its answers", micros(times))));
+        lines.extend(loaded.response.map(|times| ("its answers", micros(times))));
     }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));

@@ -1,4 +1,4 @@
-//! A controller as the shared library that `stickslip load` takes: the five functions of `stickslip_module.h` around the
+//! A controller or a friction as the shared library that `stickslip load` takes: the five functions of `stickslip_module.h` around the
 //! code of [`c::project_of`](crate::c::project_of).
 //!
 //! All that changes lies in the instance that `stickslip_begin` makes: any number of them run side by side.
@@ -15,7 +15,7 @@ use stickslip_core::fields::Field;
 use crate::record::{Declared, Program, Signature};
 use crate::tree::Tree;
 
-/// What a controller is told once.
+/// What a library is told once.
 const LIMIT: &str = "torque_limit";
 /// What a controller gives.
 const TORQUE: &str = "torque";
@@ -42,13 +42,25 @@ pub fn signature(name: &str, help: &str, parameters: Vec<Declared>, state: Vec<D
     }
 }
 
-/// `NAME_module.c` of a program with that [`signature`]. It takes `NAME.c` and `stickslip_module.h` from beside it.
+/// What an input of a program is in a sample of a library; `None` where it is no signal of the bench.
+fn signal(input: &str) -> Option<&str> {
+    match input {
+        // As a friction calls them.
+        "velocity" => Some("sample->estimated_velocity"),
+        "angle" => Some("sample->measured_angle"),
+        LIMIT => Some("instance->torque_limit"),
+        _ => None,
+    }
+}
+
+/// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; whatever else
+/// it takes is 0. It takes `NAME.c` and `stickslip_module.h` from beside it.
 pub fn source(program: &Program, name: &str) -> String {
     let top = program.steps.last().expect("a program has at least the step itself");
     let parameters = top.parameters.leaves();
     let (tuned, state) = (!parameters.is_empty(), top.state.numbers() > 0);
     let mut out = format!(
-        "/* {name} as a controller that stickslip loads, written by stickslip. Change the model, not this file. */\n\
+        "/* {name} as a library that stickslip loads, written by stickslip. Change the model, not this file. */\n\
          #include \"{name}.c\"\n\n#include <stdlib.h>\n\n\
          #if defined(__GNUC__)\n#pragma GCC visibility push(default)\n#endif\n#include \"stickslip_module.h\"\n\
          #if defined(__GNUC__)\n#pragma GCC visibility pop\n#endif\n\n"
@@ -110,9 +122,11 @@ pub fn source(program: &Program, name: &str) -> String {
          stickslip_instance *instance = controller;\n    {name}_input in;\n    {name}_output out;\n    \
          {name}_status status;\n"
     ));
-    for (member, _) in sample() {
-        let value = if member == LIMIT { "instance->" } else { "sample->" };
-        put(format_args!("    in.{member} = {value}{member};\n"));
+    let known = sample();
+    for (path, _) in top.input.leaves() {
+        let of_sample = || known.iter().any(|(name, _)| *name == path).then(|| format!("sample->{path}"));
+        let value = signal(&path).map(str::to_owned).or_else(of_sample).unwrap_or_else(|| "0.0".into());
+        put(format_args!("    in.{} = {value};\n", identifier_path(&path)));
     }
     let arguments = [
         (tuned, "&instance->p"),

@@ -14,10 +14,10 @@ mod tests;
 
 use crate::Fields;
 use crate::block::Block as _;
-use crate::control::AxisControlInput;
 use crate::control::reference::Setpoint;
+use crate::control::{AxisControlInput, VelocityObserverInput};
 use crate::supervise::{
-    Brake, Braking, ControllerFault, HomingFault, MachineFault, Refusal, Request, Safety, SafetyInput, SafetyLimits,
+    Brake, Braking, ForeignFault, HomingFault, MachineFault, Refusal, Request, Role, Safety, SafetyInput, SafetyLimits,
     SafetyState,
 };
 use crate::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
@@ -67,17 +67,34 @@ pub struct Frame {
     pub safety: SafetyState,
 }
 
-/// What the next tick is to a position controller.
+/// What the next tick is to whoever was brought along.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Whether the position is controlled.
     pub controls: bool,
-    /// A sample begins: what is computed from `input` comes into force when it ends.
+    /// Whether the rendering law is on.
+    pub renders: bool,
+    /// A sample of the position controller begins: what is computed from `input` comes into force when it ends.
     pub begins: bool,
     /// A sample ends, which may be the one that has just begun.
     pub ends: bool,
-    /// What is read.
+    /// What a position controller reads.
     pub input: AxisControlInput<f64>,
+    /// Estimated velocity of the screw, as a rendering law reads it [rad/s].
+    pub estimated_velocity: f64,
+    /// Torque of the load motor by its measured current, against positive motion [N m].
+    pub measured_load_torque: f64,
+    /// Torque that was asked of the drive in the tick before [N m].
+    pub commanded_torque: f64,
+}
+
+/// Torques in force of what was brought along.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Brought {
+    /// Of the drive [N m].
+    pub torque: f64,
+    /// Of the load motor, against positive motion [N m].
+    pub load_torque: f64,
 }
 
 /// What is changed between two ticks, in force from the next one on.
@@ -92,8 +109,8 @@ pub enum Change {
     HomingFailed(HomingFault),
     /// The machine behind a link is gone.
     MachineFailed(MachineFault),
-    /// A controller that was brought along is gone.
-    ControllerFailed(ControllerFault),
+    /// What was brought along in this role is gone.
+    ForeignFailed(Role, ForeignFault),
     /// Other parameters, all of them at once.
     Parameters(Parameters<f64>),
 }
@@ -182,34 +199,42 @@ impl Software {
         (self.parameters.tick, self.state, TickInput { measurement: readings, order: self.order(command) })
     }
 
-    /// What the next tick is to a position controller, with these readings and this command.
+    /// What the next tick is to whoever was brought along, with these readings and this command.
     pub fn sample(&self, readings: &Measurement<f64>, command: Option<&Command>) -> Sample {
         let order = command.map_or_else(|| self.order(&self.resting()), |command| self.order(command));
         let Measurement { count, index, latch, tacho_voltage, .. } = *readings;
-        let tick = &self.parameters.tick;
-        // The tick will decode the same readings from the same state.
-        let mut decoder = self.state.decoder;
-        let measured_angle = tick.decoder.step(&mut decoder, EncoderReading { count, index, latch }, 0.0).angle;
-        let measured_velocity = tacho_voltage / tick.scaling.tacho;
+        let Tick { scaling, decoder, observer, current, .. } = &self.parameters.tick;
+        // The tick will decode and observe the same readings from the same state.
+        let mut state = self.state;
+        let reading = EncoderReading { count, index, latch };
+        let measured_angle = decoder.step(&mut state.decoder, reading, self.tick_time).angle;
+        let acceleration = readings.accelerometer_voltage / scaling.accelerometer;
+        let seen = VelocityObserverInput { angle: measured_angle, acceleration };
+        let measured_velocity = tacho_voltage / scaling.tacho;
         Sample {
             controls: order.control > 0.5,
+            renders: order.render > 0.5,
             begins: order.control_due > 0.5,
             ends: order.control_release > 0.5,
             input: AxisControlInput { reference: order.reference, measured_angle, measured_velocity },
+            estimated_velocity: observer.step(&mut state.observer, seen, self.tick_time).velocity,
+            measured_load_torque: readings.current_voltage / scaling.current_sensor * current.torque_constant,
+            commanded_torque: state.law.motor_torque,
         }
     }
 
     /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
-        self.step_with(readings, command, 0.0)
+        self.step_with(readings, command, Brought::default())
     }
 
-    /// The same while somebody else controls the position: with his torque for the drive in force [N m]. It is a part of
-    /// the command in the frame, so that a record has it.
-    pub fn step_with(&mut self, readings: Measurement<f64>, command: Option<Command>, brought: f64) -> Frame {
+    /// The same with the torques of whoever was brought along. They are a part of the command in the frame, so that a
+    /// record has them.
+    pub fn step_with(&mut self, readings: Measurement<f64>, command: Option<Command>, brought: Brought) -> Frame {
         self.listen(command.is_some());
         let mut command = command.unwrap_or_else(|| self.resting());
-        command.added_torque += brought;
+        command.added_torque += brought.torque;
+        command.added_load_torque += brought.load_torque;
         let order = self.order(&command);
         let input = TickInput { measurement: readings, order };
         let mut signals = self.parameters.tick.step(&mut self.state, input, self.tick_time);
@@ -265,7 +290,7 @@ impl Software {
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
             Change::MachineFailed(fault) => self.safety.machine_failed(fault),
-            Change::ControllerFailed(fault) => self.safety.controller_failed(fault),
+            Change::ForeignFailed(role, fault) => self.safety.foreign_failed(role, fault),
             Change::Parameters(parameters) => self.enter(parameters),
         }
         // What is held counts from the screw's zero, which may have been found or forgotten.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::control::{Cascade, PositionController};
-use crate::supervise::Fault;
+use crate::supervise::{Fault, Role};
 
 const DT: f64 = 1e-3;
 
@@ -229,13 +229,19 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
         Measurement { tacho_voltage: 5.0 * software.parameters().tick.scaling.tacho, ..Measurement::default() };
     let sample = software.sample(&turning, Some(&moving(0.0, 0.0)));
     assert!(sample.controls && (sample.input.measured_velocity - 5.0).abs() < 1e-12, "{sample:?}");
-    let frame = software.step_with(turning, Some(moving(0.0, 0.0)), 0.25);
-    assert_eq!(frame.command.added_torque, 0.25, "a record has it");
-    let fault = Fault::Controller(ControllerFault::Crashed { signal: 11 });
-    software.change(&Change::ControllerFailed(ControllerFault::Crashed { signal: 11 })).unwrap();
+    let frame = software.step_with(
+        turning,
+        Some(Command { render: true, ..moving(0.0, 0.0) }),
+        Brought { torque: 0.25, load_torque: 0.125 },
+    );
+    let command = frame.command;
+    assert_eq!((command.added_torque, command.added_load_torque), (0.25, 0.125), "a record has them");
+    assert_eq!(frame.signals.estimated_velocity, sample.estimated_velocity, "what the tick will estimate");
+    let fault = Fault::Foreign(Role::Controller, ForeignFault::Crashed { signal: 11 });
+    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::Crashed { signal: 11 })).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Stopping(Some(fault)), "the sensors are there to brake by");
     // The first fault is what there is to know.
-    software.change(&Change::ControllerFailed(ControllerFault::NotANumber)).unwrap();
+    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::NotANumber)).unwrap();
     let rests = (0..10_000).map(|_| software.step(Measurement::default(), None).safety);
     assert_eq!(rests.last(), Some(SafetyState::Fault(fault)));
     software.change(&Change::Request(Request::Acknowledge)).unwrap();
@@ -247,27 +253,27 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
 #[test]
 fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
     let mut software = running(0.0);
-    let late = ControllerFault::Late { time: 7.5e-4 };
-    let crashed = ControllerFault::Crashed { signal: 11 };
+    let late = ForeignFault::Late { time: 7.5e-4 };
+    let crashed = ForeignFault::Crashed { signal: 11 };
     let told = |software: &Software| software.safety().state().fault();
-    software.change(&Change::ControllerFailed(late)).unwrap();
-    assert_eq!(told(&software), Some(Fault::Controller(late)));
-    software.change(&Change::ControllerFailed(crashed)).unwrap();
-    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(Fault::Controller(crashed))));
-    software.change(&Change::ControllerFailed(ControllerFault::Ended { code: 1 })).unwrap();
-    assert_eq!(told(&software), Some(Fault::Controller(crashed)));
-    let said = std::format!("{}", Fault::Controller(late));
+    software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
+    assert_eq!(told(&software), Some(Fault::Foreign(Role::Controller, late)));
+    software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(Fault::Foreign(Role::Controller, crashed))));
+    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::Ended { code: 1 })).unwrap();
+    assert_eq!(told(&software), Some(Fault::Foreign(Role::Controller, crashed)));
+    let said = std::format!("{}", Fault::Foreign(Role::Controller, late));
     assert!(said.contains("was not there 0.750 ms after its sample began"), "{said}");
     // At rest as well; a fault of the machine is never taken for it.
     let mut software = running(0.0);
-    software.change(&Change::ControllerFailed(late)).unwrap();
+    software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
     let _ = (0..10_000).map(|_| software.step(Measurement::default(), None)).last();
-    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Controller(late)));
-    software.change(&Change::ControllerFailed(crashed)).unwrap();
-    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Controller(crashed)));
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Foreign(Role::Controller, late)));
+    software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Foreign(Role::Controller, crashed)));
     let mut software = running(0.0);
     software.change(&Change::MachineFailed(MachineFault::Anew)).unwrap();
-    software.change(&Change::ControllerFailed(crashed)).unwrap();
+    software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
     assert_eq!(told(&software), Some(Fault::Machine(MachineFault::Anew)));
 }
 

@@ -119,13 +119,51 @@ pub enum Fault {
     Homing(HomingFault),
     /// The machine behind a link is not there any more.
     Machine(MachineFault),
-    /// A controller that was brought along gives no torque any more.
-    Controller(ControllerFault),
+    /// What was brought along for a part of the bench gives no torque any more.
+    Foreign(Role, ForeignFault),
 }
 
-/// What is wrong with a position controller that was brought along.
+/// The part that somebody's own file plays in the loop of the bench.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Role {
+    /// The position controller: its torque is the drive's.
+    #[default]
+    Controller,
+    /// The friction that is rendered: its torque is the load motor's, beside a rendering law that makes the load as
+    /// frictionless as it can.
+    Friction,
+    /// The rendering law: its torque is all of the load motor's.
+    Law,
+}
+
+impl Role {
+    /// All of them.
+    pub const ALL: [Role; 3] = [Role::Controller, Role::Friction, Role::Law];
+
+    /// As people and records call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Controller => "controller",
+            Role::Friction => "friction",
+            Role::Law => "law",
+        }
+    }
+
+    /// The one that is called so.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|role| role.name() == name)
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// What is wrong with something that was brought along.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ControllerFault {
+pub enum ForeignFault {
     /// Its process was ended by a signal.
     Crashed {
         /// Number of the signal.
@@ -276,7 +314,7 @@ impl fmt::Display for Fault {
                  the machine's emergency stop."
             ),
             Fault::Homing(fault) => fault.fmt(f),
-            Fault::Controller(fault) => fault.fmt(f),
+            Fault::Foreign(role, fault) => fault.tell(*role, f),
             Fault::Machine(MachineFault::Silent { ticks }) => write!(
                 f,
                 "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
@@ -291,10 +329,10 @@ impl fmt::Display for Fault {
     }
 }
 
-impl fmt::Display for ControllerFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl ForeignFault {
+    fn tell(&self, role: Role, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ControllerFault::Crashed { signal } => {
+            ForeignFault::Crashed { signal } => {
                 let what = match signal {
                     4 => ", an instruction that there is not",
                     6 => ", it gave up",
@@ -306,37 +344,37 @@ impl fmt::Display for ControllerFault {
                 };
                 write!(
                     f,
-                    "the controller's library crashed (signal {signal}{what}). Run it under a debugger or with \
+                    "the {role}'s library crashed (signal {signal}{what}). Run it under a debugger or with \
                      -fsanitize=address, and load it again."
                 )
             }
-            ControllerFault::Ended { code } => write!(
+            ForeignFault::Ended { code } => write!(
                 f,
-                "the controller's process ended by itself (exit code {code}). A library must not call exit; load it \
+                "the {role}'s process ended by itself (exit code {code}). A library must not call exit; load it \
                  again."
             ),
-            ControllerFault::Silent { time } => write!(
+            ForeignFault::Silent { time } => write!(
                 f,
-                "the controller has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
+                "the {role} has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
                  step; load it again."
             ),
-            ControllerFault::Late { time } => write!(
+            ForeignFault::Late { time } => write!(
                 f,
-                "the controller's torque was not there {:.3} ms after its sample began, when it was due. Look for what \
+                "the {role}'s torque was not there {:.3} ms after its sample began, when it was due. Look for what \
                  takes so long in its step, and for other programs that take the processor.",
                 1e3 * time
             ),
-            ControllerFault::NotANumber => write!(
+            ForeignFault::NotANumber => write!(
                 f,
-                "the controller's torque is no finite number. Look for a division by 0 and for a value that is not \
+                "the {role}'s torque is no finite number. Look for a division by 0 and for a value that is not \
                  initialised."
             ),
-            ControllerFault::Failed { code } => {
-                write!(f, "the controller says that it failed (code {code}). See what it says of it.")
+            ForeignFault::Failed { code } => {
+                write!(f, "the {role} says that it failed (code {code}). See what it says of it.")
             }
-            ControllerFault::FloatingPoint => write!(
+            ForeignFault::FloatingPoint => write!(
                 f,
-                "the controller changed how floating-point numbers are rounded, or flushes small ones to 0. Compile it \
+                "the {role} changed how floating-point numbers are rounded, or flushes small ones to 0. Compile it \
                  without -ffast-math, or restore the mode before its step returns."
             ),
         }

@@ -2,7 +2,7 @@
 
 use super::monitor::{Acceleration, Monitor};
 use super::safety::Stop;
-use super::{Braking, ControllerFault, Fault, HomingFault, MachineFault, Safety, SafetyState};
+use super::{Braking, Fault, ForeignFault, HomingFault, MachineFault, Role, Safety, SafetyState};
 use crate::kept::{Keep, fields, flag, maybe, which};
 
 /// What faults are said of.
@@ -142,13 +142,13 @@ fn parts(fault: Fault) -> (usize, [f64; 3], &'static str) {
         Fault::Homing(HomingFault::NotANumber) => (19, [0.0; 3], ""),
         Fault::Machine(MachineFault::Silent { ticks }) => (20, [ticks as f64, 0.0, 0.0], ""),
         Fault::Machine(MachineFault::Anew) => (21, [0.0; 3], ""),
-        Fault::Controller(ControllerFault::Crashed { signal }) => (22, [f64::from(signal), 0.0, 0.0], ""),
-        Fault::Controller(ControllerFault::Ended { code }) => (23, [f64::from(code), 0.0, 0.0], ""),
-        Fault::Controller(ControllerFault::Silent { time }) => (24, [time, 0.0, 0.0], ""),
-        Fault::Controller(ControllerFault::NotANumber) => (25, [0.0; 3], ""),
-        Fault::Controller(ControllerFault::Failed { code }) => (26, [f64::from(code), 0.0, 0.0], ""),
-        Fault::Controller(ControllerFault::FloatingPoint) => (27, [0.0; 3], ""),
-        Fault::Controller(ControllerFault::Late { time }) => (28, [time, 0.0, 0.0], ""),
+        Fault::Foreign(role, ForeignFault::Crashed { signal }) => (22, [f64::from(signal), 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::Ended { code }) => (23, [f64::from(code), 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::Silent { time }) => (24, [time, 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::NotANumber) => (25, [0.0, 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::Failed { code }) => (26, [f64::from(code), 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::FloatingPoint) => (27, [0.0, 0.0, place(role)], ""),
+        Fault::Foreign(role, ForeignFault::Late { time }) => (28, [time, 0.0, place(role)], ""),
     }
 }
 
@@ -177,14 +177,23 @@ fn fault(kind: usize, [a, b, c]: [f64; 3], name: &'static str) -> Fault {
         19 => Fault::Homing(HomingFault::NotANumber),
         20 => Fault::Machine(MachineFault::Silent { ticks: a as u64 }),
         21 => Fault::Machine(MachineFault::Anew),
-        22 => Fault::Controller(ControllerFault::Crashed { signal: a as i32 }),
-        23 => Fault::Controller(ControllerFault::Ended { code: a as i32 }),
-        24 => Fault::Controller(ControllerFault::Silent { time: a }),
-        25 => Fault::Controller(ControllerFault::NotANumber),
-        26 => Fault::Controller(ControllerFault::Failed { code: a as i32 }),
-        27 => Fault::Controller(ControllerFault::FloatingPoint),
-        _ => Fault::Controller(ControllerFault::Late { time: a }),
+        22 => Fault::Foreign(role(c), ForeignFault::Crashed { signal: a as i32 }),
+        23 => Fault::Foreign(role(c), ForeignFault::Ended { code: a as i32 }),
+        24 => Fault::Foreign(role(c), ForeignFault::Silent { time: a }),
+        25 => Fault::Foreign(role(c), ForeignFault::NotANumber),
+        26 => Fault::Foreign(role(c), ForeignFault::Failed { code: a as i32 }),
+        27 => Fault::Foreign(role(c), ForeignFault::FloatingPoint),
+        _ => Fault::Foreign(role(c), ForeignFault::Late { time: a }),
     }
+}
+
+/// A role as a number, and back.
+fn place(role: Role) -> f64 {
+    f64::from(role as u8)
+}
+
+fn role(number: f64) -> Role {
+    Role::ALL.get(number as usize).copied().unwrap_or_default()
 }
 
 #[cfg(test)]

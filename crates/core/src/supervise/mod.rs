@@ -11,7 +11,7 @@ mod monitor;
 mod safety;
 
 pub use brake::Brake;
-pub use fault::{ControllerFault, Fault, MachineFault};
+pub use fault::{Fault, ForeignFault, MachineFault, Role};
 pub use homing::{Homing, HomingFault, HomingInput, HomingPlan, HomingProgress};
 pub use limits::SafetyLimits;
 pub use safety::{Braking, Refusal, Request, Safety, SafetyInput, SafetyState};

@@ -13,7 +13,7 @@ mod tests;
 use core::fmt;
 
 use super::monitor::Monitor;
-use super::{Brake, ControllerFault, Fault, HomingFault, MachineFault, SafetyLimits};
+use super::{Brake, Fault, ForeignFault, HomingFault, MachineFault, Role, SafetyLimits};
 
 /// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
 const LATE: f64 = 1.5;
@@ -252,16 +252,17 @@ impl Safety {
         }
     }
 
-    /// The controller that was brought along is gone: the brake stops the screw. An earlier fault stays, unless this is
-    /// why the controller was late.
-    pub fn controller_failed(&mut self, fault: ControllerFault) {
+    /// What was brought along in this role is gone: the brake stops the screw. An earlier fault stays, unless this is why
+    /// it was late.
+    pub fn foreign_failed(&mut self, role: Role, fault: ForeignFault) {
         match &mut self.state {
-            SafetyState::Stopping(Some(Fault::Controller(known))) | SafetyState::Fault(Fault::Controller(known))
-                if matches!(known, ControllerFault::Late { .. }) =>
+            SafetyState::Stopping(Some(Fault::Foreign(whose, known)))
+            | SafetyState::Fault(Fault::Foreign(whose, known))
+                if *whose == role && matches!(known, ForeignFault::Late { .. }) =>
             {
                 *known = fault;
             }
-            state if state.fault().is_none() => self.fault(Fault::Controller(fault)),
+            state if state.fault().is_none() => self.fault(Fault::Foreign(role, fault)),
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! The software of the bench in lockstep with its machine.
 
-use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
+use stickslip_core::cycle::{Brought, Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
@@ -8,7 +8,7 @@ use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 use super::io::Io;
 use super::tap::{Changed, Tap, What};
 use super::{Bench, Injection};
-use crate::foreign::{Foreign, Guest};
+use crate::foreign::{Foreign, Guest, role};
 use crate::preset::{Model, Settings};
 use crate::{Error, design};
 
@@ -26,7 +26,7 @@ pub struct LockstepBench<M> {
     readings: Measurement<f64>,
     /// Who records or watches.
     tap: Option<Tap>,
-    /// Who controls the position instead.
+    /// Who controls the position instead, or gives the friction or the law.
     guest: Option<Guest>,
 }
 
@@ -47,31 +47,31 @@ impl<M: Io> LockstepBench<M> {
         self.tap = Some(tap);
     }
 
-    /// Lets somebody else control the position from now on: what the preset has for it (controller, filter, compensation
-    /// and holding) is out of force.
+    /// Lets a file of one's own play its role from now on; what the preset has for it is out of force. Of a controller
+    /// these are controller, filter, compensation and holding.
     ///
     /// # Errors
-    /// What the design of the bench refuses.
+    /// What the design of the bench refuses; [`Error::FollowsNoFriction`].
     pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        let guest = Guest::new(foreign, &self.model, &mut self.settings)?;
-        let mut parameters = *self.software.parameters();
-        parameters.tick.control = guest.stands_in();
-        parameters.tick.control_period = self.settings.control_period();
+        let (role, mut parameters) = (foreign.role(), *self.software.parameters());
+        let guest = Guest::new(foreign, &self.model, &self.settings)?;
+        role::enter(role, true, &mut parameters, &self.model, &self.settings)?;
+        self.settings = role::without(role, &self.settings);
         self.guest = Some(guest);
         self.change(Change::Parameters(parameters))
     }
 
-    /// Takes it away again: these settings are in force, with the controller that they have.
+    /// Takes it away again: these settings are in force, with what they have in its place.
     ///
     /// # Errors
     /// What the design of the bench refuses.
     pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Foreign>, Error> {
-        let control = design::axis_control(&self.model, settings)?;
+        let Some(guest) = self.guest.take() else { return Ok(None) };
         let mut parameters = *self.software.parameters();
-        (parameters.tick.control, parameters.tick.control_period) = (control, settings.control_period());
+        role::enter(guest.foreign().role(), false, &mut parameters, &self.model, settings)?;
         self.settings = *settings;
         self.change(Change::Parameters(parameters))?;
-        Ok(self.guest.take().map(Guest::into_foreign))
+        Ok(Some(guest.into_foreign()))
     }
 
     /// Injects a fault.
@@ -97,18 +97,18 @@ impl<M: Io> LockstepBench<M> {
         self.software.next_tick(self.readings, command)
     }
 
-    /// Torque of the guest in the next tick [N m]; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> f64 {
-        let Some(guest) = &mut self.guest else { return 0.0 };
+    /// Torque of the guest in the next tick; where it fails, supervision brakes.
+    fn brought(&mut self, command: Option<&Command>) -> Brought {
+        let Some(guest) = &mut self.guest else { return Brought::default() };
         let sample = self.software.sample(&self.readings, command);
-        match guest.torque(&sample, &self.software.parameters().tick.control) {
+        match guest.torque(&sample, &self.software.parameters().tick) {
             Ok(torque) => torque,
             Err(fault) => {
-                let failed = Change::ControllerFailed(fault);
+                let failed = Change::ForeignFailed(guest.foreign().role(), fault);
                 // It cannot be refused. Told before: it is made before this cycle.
                 self.tell(What::Software(failed, None));
                 let _ = self.software.change(&failed);
-                0.0
+                Brought::default()
             }
         }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::Fault;
 
 use super::loaded::Loaded;
 use super::run::{Course, run};
@@ -167,7 +167,7 @@ impl Entrant {
     /// made in the folder.
     ///
     /// # Errors
-    /// As [`Entrant::find`] and [`ControllerFile::open`](crate::foreign::ControllerFile::open).
+    /// As [`Entrant::find`] and [`ForeignFile::open`](crate::foreign::ForeignFile::open).
     pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
         let path = Path::new(name);
         let is_file = path.extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
@@ -200,7 +200,7 @@ impl Entrant {
     }
 
     /// What it failed of first, where it is one of a file of its own.
-    pub(super) fn fault(&self) -> Option<ControllerFault> {
+    pub(super) fn fault(&self) -> Option<Fault> {
         if let Source::Loaded(loaded) = &self.source { loaded.fault() } else { None }
     }
 

@@ -4,11 +4,12 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::control::AxisControlInput;
+use stickslip_core::supervise::Fault;
 
 use super::Manoeuvre;
 use super::run::{Course, run_with};
-use crate::foreign::{ControllerFile, Foreign, ModuleSample};
+use crate::foreign::{Foreign, ForeignFile, read};
 use crate::preset::Preset;
 use crate::simulation::Sample;
 use crate::{Error, Watch};
@@ -18,17 +19,17 @@ use crate::{Error, Watch};
 pub(super) struct Loaded(Arc<Opened>);
 
 struct Opened {
-    file: ControllerFile,
+    file: ForeignFile,
     hash: String,
     idle: Mutex<Vec<Foreign>>,
     /// What it failed of first.
-    fault: Mutex<Option<ControllerFault>>,
+    fault: Mutex<Option<Fault>>,
 }
 
 impl Loaded {
     /// Opens it, and makes a library of it in the folder where it is a function in Python.
     pub(super) fn open(path: &Path, folder: &Path) -> Result<Self, Error> {
-        let given = ControllerFile { path: path.into(), ..ControllerFile::default() };
+        let given = ForeignFile { path: path.into(), ..ForeignFile::default() };
         let file = given.made(folder, &mut |_| {})?;
         let first = file.open(folder, &mut |_| {})?;
         // What it was made of: a compiler may write other bytes each time.
@@ -42,7 +43,7 @@ impl Loaded {
     }
 
     /// What it failed of first, if it did.
-    pub(super) fn fault(&self) -> Option<ControllerFault> {
+    pub(super) fn fault(&self) -> Option<Fault> {
         *lock(&self.0.fault)
     }
 
@@ -68,14 +69,8 @@ impl Loaded {
         if failed.is_none() {
             let mut torque = |sample: &Sample| {
                 let Sample { time, reference, measured_angle, measured_velocity } = *sample;
-                let stepped = foreign.step(&ModuleSample {
-                    time,
-                    reference_position: reference.position,
-                    reference_velocity: reference.velocity,
-                    reference_acceleration: reference.acceleration,
-                    measured_angle,
-                    measured_velocity,
-                });
+                let input = AxisControlInput { reference, measured_angle, measured_velocity };
+                let stepped = foreign.step(&read(time, &input));
                 failed = stepped.err();
                 stepped.ok()
             };
@@ -83,7 +78,7 @@ impl Loaded {
         }
         match failed {
             // Whatever it is now, it is not asked again.
-            Some(why) => drop(lock(fault).get_or_insert(why)),
+            Some(why) => drop(lock(fault).get_or_insert(foreign.told(why))),
             None => lock(idle).push(foreign),
         }
         Ok(course)

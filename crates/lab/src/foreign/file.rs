@@ -1,18 +1,20 @@
-//! The file of a controller, which may be opened again when it has become another.
+//! The file of somebody's own, which may be opened again when it has become another.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::fmu::is_fmu;
-use super::{Foreign, hash};
+use super::{Foreign, Role, hash};
 use crate::Error;
 
-/// A controller of one's own as a file, and how it is opened.
+/// A controller, friction or law of one's own as a file, and how it is opened.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct ControllerFile {
+pub struct ForeignFile {
     /// A shared library with the functions of `stickslip_module.h`, an FMU, or a function in Python.
     pub path: PathBuf,
+    /// What it is in the loop.
+    pub role: Role,
     /// Variables of an FMU that are other signals than their names say: signal, variable.
     pub map: Vec<(String, String)>,
     /// Whether it runs in this process.
@@ -21,7 +23,7 @@ pub struct ControllerFile {
     pub values: Vec<(String, f64)>,
 }
 
-impl ControllerFile {
+impl ForeignFile {
     /// Opens it: in a process of its own unless it is trusted. A function in Python becomes a library in the folder
     /// first; how long each step of that took is `told`, line by line. The variable `PYTHON` says which Python has the
     /// package.
@@ -37,9 +39,9 @@ impl ControllerFile {
     /// The same as a library or an FMU, as it is opened.
     ///
     /// # Errors
-    /// As [`ControllerFile::open`], for a function in Python.
+    /// As [`ForeignFile::open`], for a function in Python.
     pub fn made(&self, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Self, Error> {
-        Ok(ControllerFile { path: library(&self.path, folder, told)?, ..self.clone() })
+        Ok(ForeignFile { path: library(&self.path, folder, told)?, ..self.clone() })
     }
 
     /// SHA-256 of it, in hexadecimal digits.
@@ -56,7 +58,7 @@ impl ControllerFile {
     /// knows.
     ///
     /// # Errors
-    /// As [`ControllerFile::open`]; [`Error::File`] where the folder does not take the copy.
+    /// As [`ForeignFile::open`]; [`Error::File`] where the folder does not take the copy.
     pub fn open_again(&self, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Foreign, Error> {
         let library = library(&self.path, folder, told)?;
         if !self.trust || is_fmu(&library) {
@@ -72,11 +74,15 @@ impl ControllerFile {
     }
 
     fn opened(&self, library: &Path) -> Result<Foreign, Error> {
-        if self.trust { Foreign::trusted_as(library, &self.map) } else { apart(library, &self.map) }
+        if self.trust {
+            Foreign::trusted_as(library, self.role, &self.map)
+        } else {
+            apart(library, self.role, &self.map)
+        }
     }
 }
 
-/// The library of a controller: of a function in Python one that is made of it.
+/// The library of a file: of a function in Python one that is made of it.
 fn library(file: &Path, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<PathBuf, Error> {
     if file.extension().is_none_or(|ending| ending != "py") {
         return Ok(file.into());
@@ -102,13 +108,13 @@ fn library(file: &Path, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Pat
 }
 
 #[cfg(unix)]
-fn apart(file: &Path, map: &[(String, String)]) -> Result<Foreign, Error> {
+fn apart(file: &Path, role: Role, map: &[(String, String)]) -> Result<Foreign, Error> {
     use super::process::Host;
-    Foreign::apart(file, &Host::find().mapping(map))
+    Foreign::apart(file, role, &Host::find().mapping(map))
 }
 
 #[cfg(not(unix))]
-fn apart(file: &Path, _: &[(String, String)]) -> Result<Foreign, Error> {
-    let problem = "on this system a controller runs in this process alone. Say that it is trusted: --trust".into();
+fn apart(file: &Path, _: Role, _: &[(String, String)]) -> Result<Foreign, Error> {
+    let problem = "on this system it runs in this process alone. Say that it is trusted: --trust".into();
     Err(Error::Foreign { path: file.into(), problem })
 }

@@ -1,25 +1,23 @@
-//! A controller that was brought along, on a bench: what it computes in a sample comes into force when that ends.
+//! What was brought along, on a bench: what it computes in a sample comes into force when that ends.
 //!
 //! In the simulation the bench waits for it. By the clock nobody waits: it is asked when a sample begins, and what is not
-//! there when the sample ends is late.
+//! there when the sample ends is late. A controller's sample ends with its last tick; that of a friction or a law is one
+//! tick, whose torque is in force from the begin of the next.
 
-use stickslip_core::control::{AxisControl, AxisControlInput};
-use stickslip_core::cycle::Sample;
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::cycle::{Brought, Sample};
+use stickslip_core::supervise::{ForeignFault, Role};
+use stickslip_core::tick::Tick;
 
-use super::{Course, Foreign, ModuleSample};
-use crate::preset::{CompensationChoice, ControllerChoice, ControllerMatrices, FilterChoice, Model, Settings};
-use crate::{Error, design};
-use stickslip_core::control::compensation::Hold;
+use super::role::{self, StandsIn, Turn};
+use super::{Course, Foreign, ModuleSample, read};
+use crate::Error;
+use crate::preset::{Model, Settings};
 
-/// Torque that what stands in for it may have [N m]: the least that a controller can be given.
-const NO_TORQUE: f64 = 1e-6;
-
-/// The controller and where it is in its sample.
+/// The file and where it is in its sample.
 pub struct Guest {
     foreign: Foreign,
-    /// What the bench has in its place: while this is in force, the guest controls.
-    stands_in: AxisControl<f64>,
+    /// While this is in force, it is asked.
+    stands_in: StandsIn,
     period: f64,
     torque_limit: f64,
     /// Samples since its begin; none where it has to begin first.
@@ -27,7 +25,7 @@ pub struct Guest {
     /// Waits for its sample to end, and in force [N m].
     computed: f64,
     commanded: f64,
-    failed: Option<ControllerFault>,
+    failed: Option<ForeignFault>,
     /// By the clock: it has to begin, and has not been asked to.
     due: bool,
     /// How long it has for a torque [s].
@@ -36,40 +34,26 @@ pub struct Guest {
     late: u64,
 }
 
-/// Settings with nothing in the place of a controller that is brought along.
-pub(crate) fn without_controller(settings: &Settings<f64>) -> Settings<f64> {
-    let sampling_time = settings.control_period();
-    let nothing = ControllerMatrices { sampling_time, torque_limit: NO_TORQUE, ..ControllerMatrices::default() };
-    Settings {
-        controller: ControllerChoice::Linear(nothing),
-        compensation: CompensationChoice::Nothing,
-        filter: FilterChoice::Nothing,
-        hold: Hold::Nothing,
-        ..*settings
-    }
-}
-
 impl Guest {
-    /// For a bench of these settings, which become those with nothing in its place.
+    /// For a bench of these settings.
     ///
     /// # Errors
     /// What the design of the bench refuses.
-    pub(crate) fn new(foreign: Foreign, model: &Model<f64>, settings: &mut Settings<f64>) -> Result<Self, Error> {
-        let (period, torque_limit) = (settings.control_period(), settings.controller.torque_limit());
-        *settings = without_controller(settings);
-        let stands_in = design::axis_control(model, settings)?;
+    pub(crate) fn new(foreign: Foreign, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
+        let role = foreign.role();
+        let (period, tick) = (role::period(role, settings), settings.tick_time());
         Ok(Guest {
+            stands_in: StandsIn::new(role, model, settings)?,
+            torque_limit: role::torque_limit(role, model, settings),
             foreign,
-            stands_in,
             period,
-            torque_limit,
             samples: None,
             computed: 0.0,
             commanded: 0.0,
             failed: None,
             due: false,
-            // The tick in which a sample ends begins a tick before that.
-            allowed: period - settings.tick_time(),
+            // The tick in which a controller's sample ends begins a tick before that.
+            allowed: if role == Role::Controller { period - tick } else { period },
             late: 0,
         })
     }
@@ -79,31 +63,25 @@ impl Guest {
     /// # Errors
     /// As [`Guest::new`]; [`Error::ForeignRate`] where its samples leave it no time; [`Error::Brought`] where it does not
     /// begin.
-    pub(crate) fn by_the_clock(
-        foreign: Foreign,
-        model: &Model<f64>,
-        settings: &mut Settings<f64>,
-    ) -> Result<Self, Error> {
-        if settings.divider() < 2 && !foreign.answers_at_once() {
+    pub(crate) fn by_the_clock(foreign: Foreign, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
+        if foreign.role() == Role::Controller && settings.divider() < 2 && !foreign.answers_at_once() {
             return Err(Error::ForeignRate { tick_rate: settings.tick_rate });
         }
         let mut guest = Self::new(foreign, model, settings)?;
-        guest.foreign.begin(guest.period, guest.torque_limit).map_err(Error::Brought)?;
+        guest
+            .foreign
+            .begin(guest.period, guest.torque_limit)
+            .map_err(|fault| Error::Brought(guest.foreign.told(fault)))?;
         Ok(guest)
     }
 
-    /// What the bench has in its place.
-    pub(crate) fn stands_in(&self) -> AxisControl<f64> {
-        self.stands_in
-    }
-
-    /// The controller itself.
+    /// What was brought along itself.
     pub fn foreign(&self) -> &Foreign {
         &self.foreign
     }
 
     /// What it failed of.
-    pub fn failed(&self) -> Option<ControllerFault> {
+    pub fn failed(&self) -> Option<ForeignFault> {
         self.failed
     }
 
@@ -112,17 +90,22 @@ impl Guest {
         (self.allowed, self.late)
     }
 
-    /// Gives the controller back.
+    /// Gives it back.
     pub fn into_foreign(self) -> Foreign {
         self.foreign
     }
 
-    /// Its torque in this tick [N m]; `control` is what the bench has in force.
+    /// Its torque in this tick; `tick` is what the bench has in force.
     ///
     /// # Errors
-    /// What it fails of, each time it should control; it stays so.
-    pub(crate) fn torque(&mut self, sample: &Sample, control: &AxisControl<f64>) -> Result<f64, ControllerFault> {
-        if !sample.controls || *control != self.stands_in {
+    /// What it fails of, each time it is in the loop; it stays so.
+    pub(crate) fn torque(&mut self, sample: &Sample, tick: &Tick<f64>) -> Result<Brought, ForeignFault> {
+        let torque = self.waited_for(sample, &self.stands_in.turn(sample, tick))?;
+        Ok(role::brought(self.foreign.role(), torque))
+    }
+
+    fn waited_for(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ForeignFault> {
+        if !turn.acts {
             (self.samples, self.computed, self.commanded) = (None, 0.0, 0.0);
             self.foreign.take_for_begin();
             return Ok(0.0);
@@ -130,27 +113,29 @@ impl Guest {
         if let Some(fault) = self.failed {
             return Err(fault);
         }
-        if sample.begins {
-            let computed = self.compute(&sample.input);
+        if turn.begins {
+            self.commanded = self.computed;
+            let computed = self.compute(sample);
             self.fail(computed.err());
             self.computed = computed?;
         }
-        if sample.ends {
+        if turn.ends {
             self.commanded = self.computed;
         }
         Ok(self.commanded)
     }
 
-    /// Its torque in this tick by the clock [N m]: no wait, no allocation, a system call only where it has to be woken.
+    /// Its torque in this tick by the clock: no wait, no allocation, a system call only where it has to be woken.
     ///
     /// # Errors
-    /// As [`torque`](Self::torque); [`ControllerFault::Late`].
-    pub(crate) fn torque_by_the_clock(
-        &mut self,
-        sample: &Sample,
-        control: &AxisControl<f64>,
-    ) -> Result<f64, ControllerFault> {
-        if self.failed.is_some() || !sample.controls || *control != self.stands_in {
+    /// As [`torque`](Self::torque); [`ForeignFault::Late`].
+    pub(crate) fn torque_by_the_clock(&mut self, sample: &Sample, tick: &Tick<f64>) -> Result<Brought, ForeignFault> {
+        let torque = self.not_waited_for(sample, &self.stands_in.turn(sample, tick))?;
+        Ok(role::brought(self.foreign.role(), torque))
+    }
+
+    fn not_waited_for(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ForeignFault> {
+        if self.failed.is_some() || !turn.acts {
             self.due |= self.samples.take().is_some();
             self.commanded = 0.0;
             // Whatever was awaited comes too late to count.
@@ -160,26 +145,25 @@ impl Guest {
                 self.foreign.ask_to_begin(self.period, self.torque_limit);
                 self.due = false;
             }
-            let controls = sample.controls && *control == self.stands_in;
-            return self.failed.filter(|_| controls).map_or(Ok(0.0), Err);
+            return self.failed.filter(|_| turn.acts).map_or(Ok(0.0), Err);
         }
-        let torque = self.in_time(sample);
+        let torque = self.in_time(sample, turn);
         self.fail(torque.err());
-        self.late += u64::from(matches!(self.failed, Some(ControllerFault::Late { .. })));
+        self.late += u64::from(matches!(self.failed, Some(ForeignFault::Late { .. })));
         torque
     }
 
-    fn fail(&mut self, fault: Option<ControllerFault>) {
+    fn fail(&mut self, fault: Option<ForeignFault>) {
         self.failed = fault;
         fault.iter().for_each(|_| self.foreign.fail());
     }
 
-    fn in_time(&mut self, sample: &Sample) -> Result<f64, ControllerFault> {
-        if sample.begins {
+    fn in_time(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ForeignFault> {
+        if turn.begins {
             // What is still awaited is that of a sample whose end was missed, or a begin.
             let course = self.take()?;
             if course == Course::Open && self.samples.is_some() {
-                return Err(ControllerFault::Late { time: self.allowed });
+                return Err(ForeignFault::Late { time: self.allowed });
             }
             if self.due && course != Course::Open {
                 self.foreign.ask_to_begin(self.period, self.torque_limit);
@@ -187,17 +171,17 @@ impl Guest {
             } else if course != Course::Open {
                 let samples = self.samples.unwrap_or(0);
                 self.samples = Some(samples + 1);
-                self.foreign.ask(&self.read(samples, &sample.input));
+                self.foreign.ask(&self.read(samples, sample));
             }
         }
-        if sample.ends && self.take()? == Course::Open {
-            return Err(ControllerFault::Late { time: self.allowed });
+        if turn.ends && self.take()? == Course::Open {
+            return Err(ForeignFault::Late { time: self.allowed });
         }
         Ok(self.commanded)
     }
 
     /// What has become of what was asked for; a torque is in force.
-    fn take(&mut self) -> Result<Course, ControllerFault> {
+    fn take(&mut self) -> Result<Course, ForeignFault> {
         let course = self.foreign.look()?;
         if let Course::Torque(torque) = course {
             self.commanded = torque;
@@ -206,8 +190,8 @@ impl Guest {
     }
 
     /// By the clock: why it was late, where that has become known since.
-    pub(crate) fn reason(&mut self) -> Option<ControllerFault> {
-        if !matches!(self.failed, Some(ControllerFault::Late { .. })) {
+    pub(crate) fn reason(&mut self) -> Option<ForeignFault> {
+        if !matches!(self.failed, Some(ForeignFault::Late { .. })) {
             return None;
         }
         let why = self.foreign.ended()?;
@@ -215,7 +199,7 @@ impl Guest {
         Some(why)
     }
 
-    fn compute(&mut self, input: &AxisControlInput<f64>) -> Result<f64, ControllerFault> {
+    fn compute(&mut self, sample: &Sample) -> Result<f64, ForeignFault> {
         let samples = match self.samples {
             Some(samples) => samples,
             None => {
@@ -224,19 +208,20 @@ impl Guest {
             }
         };
         self.samples = Some(samples + 1);
-        self.foreign.step(&self.read(samples, input))
+        self.foreign.step(&self.read(samples, sample))
     }
 
     /// What it reads in a sample.
-    fn read(&self, samples: u64, input: &AxisControlInput<f64>) -> ModuleSample {
-        let AxisControlInput { reference, measured_angle, measured_velocity } = *input;
-        ModuleSample {
-            time: samples as f64 * self.period,
-            reference_position: reference.position,
-            reference_velocity: reference.velocity,
-            reference_acceleration: reference.acceleration,
-            measured_angle,
-            measured_velocity,
+    fn read(&self, samples: u64, sample: &Sample) -> ModuleSample {
+        let read = read(samples as f64 * self.period, &sample.input);
+        match self.foreign.role() {
+            Role::Controller => read,
+            Role::Friction | Role::Law => ModuleSample {
+                estimated_velocity: sample.estimated_velocity,
+                measured_load_torque: sample.measured_load_torque,
+                commanded_torque: sample.commanded_torque,
+                ..read
+            },
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The other side of a controller in a process of its own: it opens the library and calls it.
+//! The other side of a file in a process of its own: it opens the library and calls it.
 
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::fd::AsFd as _;
@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use stickslip_rt::{Answerer, take_over};
 
+use super::Role;
 use super::library::Library;
 use super::process::MESSAGES;
 use super::wire::{self, QUESTION};
@@ -21,14 +22,14 @@ const LOOK: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// [`Error::File`] where nobody is there to ask.
-pub fn host(path: &Path, map: &[(String, String)]) -> Result<(), Error> {
+pub fn host(path: &Path, role: Role, map: &[(String, String)]) -> Result<(), Error> {
     let lost = |source| Error::file(Path::new("standard input"), "talk through", source);
     let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned().map_err(lost)?);
     let memory = take_over(&socket).map_err(lost)?;
     let mut answerer = Answerer::open(&memory, QUESTION).map_err(lost)?;
     drop(memory);
     // The folder that whoever asks has made for this process.
-    let opened = Library::open(path, map, Some(std::env::temp_dir().join(MESSAGES)));
+    let opened = Library::open(path, role, map, Some(std::env::temp_dir().join(MESSAGES)));
     let said = wire::told(match &opened {
         Ok(library) => Ok(library.description()),
         Err(Error::Foreign { problem, .. }) => Err(problem.clone()),

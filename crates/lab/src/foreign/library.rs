@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::{ForeignFault, Role};
 use stickslip_rt::{FloatingPoint, Module, ModuleParameter, ModuleSample};
 
 use super::fmu::{Controller, is_fmu};
@@ -28,9 +28,14 @@ pub(super) struct OpenModule {
 impl Library {
     /// Opens it, whatever it is; `map` and `messages` are for an FMU: which of its variables are which signals, and the
     /// file that its messages go to besides.
-    pub(super) fn open(path: &Path, map: &[(String, String)], messages: Option<PathBuf>) -> Result<Self, Error> {
+    pub(super) fn open(
+        path: &Path,
+        role: Role,
+        map: &[(String, String)],
+        messages: Option<PathBuf>,
+    ) -> Result<Self, Error> {
         let opened = if is_fmu(path) {
-            Controller::open(path, map, messages).map(|fmu| Library::Fmu(Box::new(fmu)))
+            Controller::open(path, role, map, messages).map(|fmu| Library::Fmu(Box::new(fmu)))
         } else if map.is_empty() {
             OpenModule::open(path).map(|module| Library::Module(Box::new(module)))
         } else {
@@ -57,11 +62,11 @@ impl Library {
 }
 
 impl Caller for Library {
-    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ForeignFault> {
         self.caller().begin(sample_time, torque_limit, values)
     }
 
-    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ForeignFault> {
         self.caller().step(sample, values)
     }
 
@@ -84,23 +89,23 @@ impl OpenModule {
 }
 
 impl Caller for OpenModule {
-    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ForeignFault> {
         let begun = self.module.begin(sample_time, torque_limit, values);
         if !FloatingPoint::mend() {
-            return Err(ControllerFault::FloatingPoint);
+            return Err(ForeignFault::FloatingPoint);
         }
-        if begun { Ok(()) } else { Err(ControllerFault::Failed { code: -1 }) }
+        if begun { Ok(()) } else { Err(ForeignFault::Failed { code: -1 }) }
     }
 
-    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ForeignFault> {
         let refused = values.map_or(0, |values| self.module.set(values));
         let begin = Instant::now();
         let torque = self.module.step(sample);
         let time = begin.elapsed().as_nanos() as u64;
         if !FloatingPoint::mend() {
-            return Err(ControllerFault::FloatingPoint);
+            return Err(ForeignFault::FloatingPoint);
         }
-        torque.map(|torque| Answer { torque, time, refused }).map_err(|code| ControllerFault::Failed { code })
+        torque.map(|torque| Answer { torque, time, refused }).map_err(|code| ForeignFault::Failed { code })
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::ForeignFault;
 use stickslip_rt::{Alarm, Clock as _, MonotonicClock};
 
 /// From look to look.
@@ -24,7 +24,7 @@ struct Known {
     asked: AtomicU64,
     /// Without an answer for so long it hangs [ns].
     patience: AtomicU64,
-    ended: OnceLock<ControllerFault>,
+    ended: OnceLock<ForeignFault>,
 }
 
 /// Of a process, which ends with it.
@@ -66,23 +66,23 @@ impl Minder {
     }
 
     /// Why it has ended, if it has.
-    pub(super) fn ended(&self) -> Option<ControllerFault> {
+    pub(super) fn ended(&self) -> Option<ForeignFault> {
         self.known.ended.get().copied()
     }
 
     /// Waits until that is known: where an answer is due, not for ever.
-    pub(super) fn why(&self) -> ControllerFault {
+    pub(super) fn why(&self) -> ForeignFault {
         *self.known.ended.wait()
     }
 }
 
 impl Known {
-    fn mind(&self, child: &mut Child) -> ControllerFault {
+    fn mind(&self, child: &mut Child) -> ForeignFault {
         loop {
             match child.try_wait() {
                 Ok(Some(status)) => return named(status),
                 Ok(None) => {}
-                Err(_) => return ControllerFault::Ended { code: -1 },
+                Err(_) => return ForeignFault::Ended { code: -1 },
             }
             let asked = self.asked.load(Ordering::Relaxed);
             let patience = self.patience.load(Ordering::Relaxed);
@@ -91,7 +91,7 @@ impl Known {
                 // Whatever it does, it does it no more.
                 let _ = child.kill();
                 let _ = child.wait();
-                return ControllerFault::Silent { time: 1e-9 * patience as f64 };
+                return ForeignFault::Silent { time: 1e-9 * patience as f64 };
             }
             thread::park_timeout(LOOK);
         }
@@ -103,10 +103,10 @@ fn nanoseconds(duration: Duration) -> u64 {
 }
 
 /// How it ended.
-fn named(status: ExitStatus) -> ControllerFault {
+fn named(status: ExitStatus) -> ForeignFault {
     match status.signal() {
-        Some(signal) => ControllerFault::Crashed { signal },
-        None => ControllerFault::Ended { code: status.code().unwrap_or(-1) },
+        Some(signal) => ForeignFault::Crashed { signal },
+        None => ForeignFault::Ended { code: status.code().unwrap_or(-1) },
     }
 }
 

@@ -1,8 +1,9 @@
-//! A position controller that somebody else wrote, in the loop of the bench.
+//! A position controller, a friction or a rendering law that somebody else wrote, in the loop of the bench.
 //!
 //! It is a shared library with the five functions of `stickslip_module.h`, or an FMU for co-simulation. Unless it is trusted
-//! it runs in a process of its own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a part of the command, in force
-//! a sample later as that of any controller, so that a record of the run replays without the library.
+//! it runs in a process of its own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a
+//! part of the command, in force a sample later, so that a record of the run replays without the library. What it is there,
+//! its [`Role`] says.
 
 mod console;
 mod file;
@@ -16,6 +17,7 @@ pub mod load;
 mod minder;
 #[cfg(unix)]
 pub mod process;
+pub(crate) mod role;
 #[cfg(all(test, unix))]
 mod tests;
 #[cfg(unix)]
@@ -28,12 +30,13 @@ use std::time::Duration;
 
 pub(crate) use console::Console;
 use console::{Line, Took, console};
-pub use file::ControllerFile;
+pub use file::ForeignFile;
 pub use guest::Guest;
-pub(crate) use guest::without_controller;
 use library::Library;
 use sha2::{Digest as _, Sha256};
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::control::AxisControlInput;
+pub use stickslip_core::supervise::Role;
+use stickslip_core::supervise::{Fault, ForeignFault};
 use stickslip_rt::{Durations, Quantiles};
 pub use stickslip_rt::{ModuleParameter, ModuleSample};
 
@@ -42,16 +45,16 @@ use crate::{Error, output};
 
 /// A call may take so long; longer ones are counted [ns].
 pub const BUDGET: u64 = 10_000;
-/// Without an answer for so long a controller hangs.
+/// Without an answer for so long it hangs.
 pub const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Names that a message lists at most.
 const LISTED: usize = 20;
 
-/// The header that a controller in C is written against.
+/// The header that a library in C is written against.
 pub const HEADER: &str = include_str!("stickslip_module.h");
 
-/// What a controller says of itself.
+/// What it says of itself.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
     /// Its name.
@@ -84,7 +87,7 @@ pub struct Signal {
 /// What came of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Answer {
-    /// Torque of the drive [N m].
+    /// Its torque [N m].
     pub(crate) torque: f64,
     /// How long the call took [ns].
     pub(crate) time: u64,
@@ -92,7 +95,7 @@ pub(crate) struct Answer {
     pub(crate) refused: i32,
 }
 
-/// What a controller is asked for by the clock.
+/// What is asked for by the clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Question<'a> {
     /// To begin anew, at rest: time from sample to sample [s], largest torque of the drive [N m], values of its parameters.
@@ -104,11 +107,11 @@ pub(crate) enum Question<'a> {
 /// Whoever calls the functions: here, or in another process.
 pub(crate) trait Caller: Send {
     /// Begins anew, at rest.
-    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault>;
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ForeignFault>;
 
     /// One sample, with other values of its parameters before it where there are some: the last ones stay where it
     /// refuses them.
-    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault>;
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ForeignFault>;
 
     /// The gravest message that it left since its begin, if it can leave any.
     fn said(&self) -> Option<String> {
@@ -116,7 +119,7 @@ pub(crate) trait Caller: Send {
     }
 
     /// By the clock: asks, and does not wait. The answer where it is known at once, as that of a function called here.
-    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ForeignFault>> {
         Some(match question {
             Question::Begin(sample_time, torque_limit, values) => {
                 self.begin(sample_time, torque_limit, values).map(|()| Answer::default())
@@ -126,7 +129,7 @@ pub(crate) trait Caller: Send {
     }
 
     /// The answer to what was asked last, where it has come since.
-    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+    fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
         None
     }
 
@@ -136,7 +139,7 @@ pub(crate) trait Caller: Send {
     }
 
     /// Why no answer will come, where that is known.
-    fn ended(&self) -> Option<ControllerFault> {
+    fn ended(&self) -> Option<ForeignFault> {
         None
     }
 
@@ -166,8 +169,9 @@ pub(crate) enum Course {
     Torque(f64),
 }
 
-/// A controller that was loaded.
+/// A file that was opened.
 pub struct Foreign {
+    role: Role,
     description: Description,
     values: Vec<f64>,
     /// Other values that it has not taken yet.
@@ -179,7 +183,7 @@ pub struct Foreign {
     durations: Durations,
     late: u64,
     /// By the clock: what was asked for and not taken, and its answer where it was known at once.
-    awaited: Option<(Awaited, Option<Result<Answer, ControllerFault>>)>,
+    awaited: Option<(Awaited, Option<Result<Answer, ForeignFault>>)>,
     responses: Durations,
 }
 
@@ -187,25 +191,26 @@ impl Foreign {
     /// Opens a library or an FMU in this process: whatever it does, it does to this process.
     ///
     /// # Errors
-    /// [`Error::Foreign`] for a file that is no controller; [`Error::File`].
-    pub fn trusted(path: &Path) -> Result<Self, Error> {
-        Self::trusted_as(path, &[])
+    /// [`Error::Foreign`] for a file that cannot be one; [`Error::File`].
+    pub fn trusted(path: &Path, role: Role) -> Result<Self, Error> {
+        Self::trusted_as(path, role, &[])
     }
 
     /// The same with variables of an FMU that are other signals than their names say: signal, variable.
     ///
     /// # Errors
     /// As [`Foreign::trusted`].
-    pub fn trusted_as(path: &Path, map: &[(String, String)]) -> Result<Self, Error> {
+    pub fn trusted_as(path: &Path, role: Role, map: &[(String, String)]) -> Result<Self, Error> {
         let hash = hash(path)?;
-        let library = Library::open(path, map, None)?;
-        Ok(Self::new(library.description().clone(), hash, Box::new(library)))
+        let library = Library::open(path, role, map, None)?;
+        Ok(Self::new(role, library.description().clone(), hash, Box::new(library)))
     }
 
-    pub(crate) fn new(description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
+    pub(crate) fn new(role: Role, description: Description, hash: String, caller: Box<dyn Caller>) -> Self {
         let values: Vec<f64> = description.parameters.iter().map(|parameter| parameter.initial).collect();
         let (durations, responses) = (Durations::default(), Durations::default());
         Foreign {
+            role,
             description,
             wished: values.clone(),
             values,
@@ -220,9 +225,24 @@ impl Foreign {
         }
     }
 
+    /// What it is in the loop.
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// A fault of it, as it is told.
+    pub(crate) fn told(&self, fault: ForeignFault) -> Fault {
+        Fault::Foreign(self.role, fault)
+    }
+
     /// What it says of itself.
     pub fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// As a record names it: role, name, and the file.
+    pub(crate) fn words(&self) -> String {
+        format!("{} {}, SHA-256 {}", self.role, self.description.name, self.hash)
     }
 
     /// SHA-256 of its file, in hexadecimal digits.
@@ -242,7 +262,7 @@ impl Foreign {
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let parameters = &self.description.parameters;
         let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
-            let remedy = known(name, parameters);
+            let remedy = known(name, self.role, parameters);
             return Err(Error::Unknown { what: "parameter", name: name.into(), remedy });
         };
         if !value.is_finite() {
@@ -272,7 +292,7 @@ impl Foreign {
     ///
     /// # Errors
     /// Why it does not.
-    pub fn begin(&mut self, sample_time: f64, torque_limit: f64) -> Result<(), ControllerFault> {
+    pub fn begin(&mut self, sample_time: f64, torque_limit: f64) -> Result<(), ForeignFault> {
         self.caller.begin(sample_time, torque_limit, &self.values)
     }
 
@@ -280,14 +300,14 @@ impl Foreign {
     ///
     /// # Errors
     /// What went wrong.
-    pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ControllerFault> {
+    pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ForeignFault> {
         self.hear();
         let answer = self.caller.step(sample, self.wishes.then_some(&self.wished[..]))?;
         self.judged(answer, None)
     }
 
     /// A torque, counted, with what was said to other values.
-    fn judged(&mut self, answer: Answer, response: Option<u64>) -> Result<f64, ControllerFault> {
+    fn judged(&mut self, answer: Answer, response: Option<u64>) -> Result<f64, ForeignFault> {
         let Answer { torque, time, refused } = answer;
         if std::mem::take(&mut self.wishes) {
             self.settle(refused);
@@ -296,7 +316,7 @@ impl Foreign {
         self.late += u64::from(time > BUDGET);
         response.into_iter().for_each(|time| self.responses.add(time));
         self.line.iter_mut().for_each(|line| line.took(Took { call: time, response }));
-        if torque.is_finite() { Ok(torque) } else { Err(ControllerFault::NotANumber) }
+        if torque.is_finite() { Ok(torque) } else { Err(ForeignFault::NotANumber) }
     }
 
     /// The way for whoever operates it while it is in the loop.
@@ -364,7 +384,7 @@ impl Foreign {
     ///
     /// # Errors
     /// What went wrong.
-    pub(crate) fn look(&mut self) -> Result<Course, ControllerFault> {
+    pub(crate) fn look(&mut self) -> Result<Course, ForeignFault> {
         let Some((awaited, answer)) = &mut self.awaited else { return Ok(Course::Nothing) };
         let Some(answer) = answer.take().or_else(|| self.caller.look()) else { return Ok(Course::Open) };
         let awaited = *awaited;
@@ -379,7 +399,7 @@ impl Foreign {
     }
 
     /// Why no answer will come any more, where that is known.
-    pub(crate) fn ended(&self) -> Option<ControllerFault> {
+    pub(crate) fn ended(&self) -> Option<ForeignFault> {
         self.caller.ended()
     }
 
@@ -391,14 +411,28 @@ impl Foreign {
 }
 
 /// What there is instead of a parameter of this name.
-fn known(name: &str, parameters: &[ModuleParameter]) -> String {
+fn known(name: &str, role: Role, parameters: &[ModuleParameter]) -> String {
     let names = || parameters.iter().map(|parameter| parameter.name.as_str());
     let did = nearest(name, names()).map_or(String::new(), |nearest| format!("Did you mean {nearest}? "));
     let mut all = names().take(LISTED).collect::<Vec<_>>().join(", ");
     if parameters.len() > LISTED {
         all += &format!(" and {} more", parameters.len() - LISTED);
     }
-    format!("{did}The controller has: {}.", if all.is_empty() { "none" } else { &all })
+    format!("{did}The {role} has: {}.", if all.is_empty() { "none" } else { &all })
+}
+
+/// What a controller reads at a time since its begin [s].
+pub(crate) fn read(time: f64, input: &AxisControlInput<f64>) -> ModuleSample {
+    let AxisControlInput { reference, measured_angle, measured_velocity } = *input;
+    ModuleSample {
+        time,
+        reference_position: reference.position,
+        reference_velocity: reference.velocity,
+        reference_acceleration: reference.acceleration,
+        measured_angle,
+        measured_velocity,
+        ..ModuleSample::default()
+    }
 }
 
 /// SHA-256 of a file.

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::{Fault, ForeignFault};
 use stickslip_rt::{ANSWER, Asker, ModuleSample, hand_over};
 use tempfile::TempDir;
 
@@ -22,7 +22,7 @@ use super::fmu::is_fmu;
 pub use super::host::host;
 use super::minder::Minder;
 use super::wire::{self, LONGEST, QUESTION};
-use super::{Answer, Caller, Description, Foreign, PATIENCE, Question, hash};
+use super::{Answer, Caller, Description, Foreign, PATIENCE, Question, Role, hash};
 use crate::Error;
 
 /// From look to look at what has become of a process that does not answer.
@@ -63,18 +63,18 @@ impl Foreign {
     ///
     /// # Errors
     /// As [`Foreign::trusted`]; [`Error::File`] where the process cannot be started.
-    pub fn apart(path: &Path, host: &Host) -> Result<Self, Error> {
-        Self::apart_within(path, host, PATIENCE)
+    pub fn apart(path: &Path, role: Role, host: &Host) -> Result<Self, Error> {
+        Self::apart_within(path, role, host, PATIENCE)
     }
 
     /// The same with another time without an answer after which it hangs.
     ///
     /// # Errors
     /// As [`Foreign::apart`].
-    pub fn apart_within(path: &Path, host: &Host, patience: Duration) -> Result<Self, Error> {
+    pub fn apart_within(path: &Path, role: Role, host: &Host, patience: Duration) -> Result<Self, Error> {
         let hash = hash(path)?;
-        let (process, description) = Process::start(path, host, patience)?;
-        Ok(Self::new(description, hash, Box::new(process)))
+        let (process, description) = Process::start(path, role, host, patience)?;
+        Ok(Self::new(role, description, hash, Box::new(process)))
     }
 }
 
@@ -91,7 +91,7 @@ struct Process {
 }
 
 impl Process {
-    fn start(path: &Path, host: &Host, patience: Duration) -> Result<(Self, Description), Error> {
+    fn start(path: &Path, role: Role, host: &Host, patience: Duration) -> Result<(Self, Description), Error> {
         let not_started = |source| Error::file(&host.program, "start a process of", source);
         let (socket, theirs) = UnixStream::pair().map_err(not_started)?;
         let folder = tempfile::tempdir().map_err(not_started)?;
@@ -102,6 +102,7 @@ impl Process {
         // What the library prints goes where messages go: results stay results.
         let child = Command::new(&host.program)
             .args(&host.arguments)
+            .args(["--as", role.name()])
             .arg(path)
             .env("TMPDIR", folder.path())
             .stdin(OwnedFd::from(theirs))
@@ -112,7 +113,8 @@ impl Process {
         minder.asked();
         let said = listen(&socket, &memory);
         let refused = |problem: String| Error::Foreign { path: path.into(), problem };
-        let said = said.map_err(|_| refused(format!("while it was opened {}", minder.why())))?;
+        let why = || Fault::Foreign(role, minder.why());
+        let said = said.map_err(|_| refused(format!("while it was opened {}", why())))?;
         minder.answered();
         minder.be_patient_for(patience);
         let description = wire::described(&said).map_err(refused)?;
@@ -132,14 +134,14 @@ impl Process {
     }
 
     /// An answer that has come.
-    fn taken(&mut self, words: [u64; ANSWER]) -> Result<Answer, ControllerFault> {
+    fn taken(&mut self, words: [u64; ANSWER]) -> Result<Answer, ForeignFault> {
         self.minder.answered();
         self.response = wire::response(words);
         wire::answer(words)
     }
 
     /// Asks and waits.
-    fn asked(&mut self, question: Question<'_>) -> Result<Answer, ControllerFault> {
+    fn asked(&mut self, question: Question<'_>) -> Result<Answer, ForeignFault> {
         if !self.put(question) {
             return Err(self.minder.why());
         }
@@ -165,21 +167,21 @@ fn listen(mut socket: &UnixStream, memory: &File) -> io::Result<Vec<u8>> {
 }
 
 impl Caller for Process {
-    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ForeignFault> {
         self.asked(Question::Begin(sample_time, torque_limit, values)).map(drop)
     }
 
-    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ForeignFault> {
         self.asked(Question::Step(sample, values))
     }
 
-    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ForeignFault>> {
         // Refused, it has no answer when it is due.
         let _ = self.put(question);
         None
     }
 
-    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+    fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
         self.asker.answer().map(|words| self.taken(words))
     }
 
@@ -187,7 +189,7 @@ impl Caller for Process {
         false
     }
 
-    fn ended(&self) -> Option<ControllerFault> {
+    fn ended(&self) -> Option<ForeignFault> {
         self.minder.ended()
     }
 

@@ -2,7 +2,7 @@
 //! are the same program; another version of it is refused by [`VERSION`].
 
 use serde_json::{Value, json};
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::ForeignFault;
 use stickslip_rt::{ANSWER, MOST_PARAMETERS, ModuleParameter, ModuleSample};
 
 use super::library::Library;
@@ -10,14 +10,14 @@ use super::minder::now;
 use super::{Answer, Caller as _, Description, Signal};
 
 /// Of what stands here.
-const VERSION: u64 = 4;
+const VERSION: u64 = 5;
 /// What a host says of itself at most [bytes].
 pub(super) const LONGEST: usize = 1 << 22;
 /// Words of the longest question.
 pub(super) const QUESTION: usize = SAMPLE + MOST_PARAMETERS;
 /// Words of a question before the values of the parameters.
 const HEAD: usize = 4;
-const SAMPLE: usize = 8;
+const SAMPLE: usize = 11;
 
 /// Kinds of questions.
 const BEGIN: u64 = 1;
@@ -43,6 +43,9 @@ pub(super) fn step(asked: u64, sample: &ModuleSample, values: Option<&[f64]>) ->
         reference_acceleration,
         sample.measured_angle,
         sample.measured_velocity,
+        sample.estimated_velocity,
+        sample.measured_load_torque,
+        sample.commanded_torque,
     ];
     let values = values.unwrap_or_default().iter().map(|value| value.to_bits());
     [STEP, asked].into_iter().chain(numbers.map(f64::to_bits)).chain(values)
@@ -62,16 +65,19 @@ pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER]
                 reference_acceleration: number(5),
                 measured_angle: number(6),
                 measured_velocity: number(7),
+                estimated_velocity: number(8),
+                measured_load_torque: number(9),
+                commanded_torque: number(10),
             };
             library.step(&sample, Some(&behind(SAMPLE)[..]).filter(|values| !values.is_empty()))
         }
         // Something has written over it.
-        _ => Err(ControllerFault::Failed { code: -1 }),
+        _ => Err(ForeignFault::Failed { code: -1 }),
     };
     let code = |code: i32| u64::from(code.cast_unsigned());
     let (kind, word, time, refused) = match done {
         Ok(Answer { torque, time, refused }) => (DONE, torque.to_bits(), time, code(refused)),
-        Err(ControllerFault::Failed { code: failed }) => (FAILED, code(failed), 0, 0),
+        Err(ForeignFault::Failed { code: failed }) => (FAILED, code(failed), 0, 0),
         Err(_) => (MODE, 0, 0, 0),
     };
     let asked = question.get(1).copied().unwrap_or_default();
@@ -79,11 +85,11 @@ pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER]
 }
 
 /// What an answer says, whoever has written it.
-pub(super) fn answer([kind, word, time, _, refused, _]: [u64; ANSWER]) -> Result<Answer, ControllerFault> {
+pub(super) fn answer([kind, word, time, _, refused, _]: [u64; ANSWER]) -> Result<Answer, ForeignFault> {
     match kind {
         DONE => Ok(Answer { torque: f64::from_bits(word), time, refused: refused as i32 }),
-        MODE => Err(ControllerFault::FloatingPoint),
-        _ => Err(ControllerFault::Failed { code: word as i32 }),
+        MODE => Err(ForeignFault::FloatingPoint),
+        _ => Err(ForeignFault::Failed { code: word as i32 }),
     }
 }
 
@@ -153,12 +159,12 @@ mod tests {
     fn any_bits_are_an_answer_or_a_fault() {
         let done = answer([DONE, 0.25f64.to_bits(), 17, 0, u64::from((-2i32).cast_unsigned()), 0]);
         assert_eq!(done, Ok(Answer { torque: 0.25, time: 17, refused: -2 }));
-        assert_eq!(answer([MODE; ANSWER]), Err(ControllerFault::FloatingPoint));
+        assert_eq!(answer([MODE; ANSWER]), Err(ForeignFault::FloatingPoint));
         assert_eq!(
             answer([FAILED, u64::from((-3i32).cast_unsigned()), 0, 0, 0, 0]),
-            Err(ControllerFault::Failed { code: -3 })
+            Err(ForeignFault::Failed { code: -3 })
         );
-        assert_eq!(answer([u64::MAX; ANSWER]), Err(ControllerFault::Failed { code: -1 }));
+        assert_eq!(answer([u64::MAX; ANSWER]), Err(ForeignFault::Failed { code: -1 }));
         assert!(answer([DONE, f64::NAN.to_bits(), u64::MAX, 0, 0, 0]).is_ok_and(|answer| answer.torque.is_nan()));
     }
 

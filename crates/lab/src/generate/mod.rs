@@ -26,7 +26,7 @@ pub use a2l::{CodeDescription, STRUCTS, Variables, code_description};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
 pub use fmu::{Fmu, Version, fmu};
-pub use module::{Module, module, module_of};
+pub use module::{Module, friction_module_of, module, module_of};
 pub use own::{Own, own, own_friction};
 
 /// The software of the bench among [`blocks`].

@@ -1,5 +1,5 @@
-//! A controller that was recorded elsewhere, such as a function in Python: its project in C, and the library of it that
-//! `stickslip load` takes.
+//! A controller that was recorded elsewhere, such as a function in Python, or a friction: its project in C, and the library
+//! of it that `stickslip load` takes.
 
 use std::ops::Deref;
 
@@ -9,15 +9,16 @@ use stickslip_codegen::record::{Program, Recorded};
 use stickslip_core::block::Block;
 use stickslip_core::control::{ControllerInput, ControllerOutput};
 use stickslip_core::fields::Fields;
+use stickslip_core::friction::Bristle;
 
 use super::library;
-use super::own::Own;
+use super::own::{Own, own_friction};
 use crate::Error;
 
 /// What a library for `stickslip load` has to have.
 const HEADER: &str = include_str!("../foreign/stickslip_module.h");
 
-/// A controller as C.
+/// A controller or a friction as C.
 #[derive(Clone, Debug)]
 pub struct Module {
     code: Own,
@@ -31,11 +32,16 @@ pub struct Module {
 /// # Errors
 /// [`Error::NoIdentifier`] if C would not take the name, or if it is one of stickslip's own.
 pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> {
+    let project = c::project_of(program, name, step)?;
+    library_of(Own { kind: "controller", name: name.into(), step, project })
+}
+
+fn library_of(own: Own) -> Result<Module, Error> {
+    let Own { name, project, .. } = &own;
     // The library has functions of these names.
     if name.starts_with("stickslip") {
-        return Err(c::NotAName(name.into()).into());
+        return Err(c::NotAName(name.clone()).into());
     }
-    let project = c::project_of(program, name, step)?;
     let code = |ending: &str| {
         let file = format!("{name}.{ending}");
         let text = project.file(&file).unwrap_or_default().to_owned();
@@ -47,7 +53,7 @@ pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> 
         ("stickslip_module.h".into(), HEADER.into()),
         (format!("{name}_module.c"), module::source(&project.program, name)),
     ];
-    Ok(Module { code: Own { kind: "controller", name: name.into(), step, project }, files })
+    Ok(Module { code: own, files })
 }
 
 /// Writes a controller in Rust, a block over any kind of number that has the inputs of those of the bench, with the values
@@ -71,6 +77,29 @@ where
         Block<Recorded<f64>, Input = ControllerInput<Recorded<f64>>, Output = ControllerOutput<Recorded<f64>>>,
 {
     module(record_law(controller), name, step)
+}
+
+/// The same of a friction with bristles, as [`own_friction`] takes it: of the estimated velocity of the screw, for
+/// `stickslip load --as friction`.
+///
+/// ```no_run
+/// use stickslip::generate::friction_module_of;
+/// use stickslip_core::friction::LuGre;
+///
+/// let module = friction_module_of(&LuGre::<f64>::default(), "lugre", 250e-6)?;
+/// std::fs::write("lugre.so", module.library()?)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`module()`].
+pub fn friction_module_of<B>(model: &B, name: &str, step: f64) -> Result<Module, Error>
+where
+    B: Fields<f64>,
+    B::With<f64>: Bristle<f64>,
+    B::With<Recorded<f64>>: Bristle<Recorded<f64>>,
+{
+    library_of(own_friction(model, name, step)?)
 }
 
 impl Module {

@@ -38,7 +38,7 @@ pub(super) enum Job {
     Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
     /// Press the linings on.
     Preload(f64),
-    /// A controller takes the place of the loaded one, for these settings.
+    /// What was opened takes the place of what was loaded, for these settings.
     Seat { foreign: Box<Foreign>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
     /// Break something.
     Inject(Injection),

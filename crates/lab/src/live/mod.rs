@@ -61,7 +61,7 @@ use crate::bench::tap::tap;
 use crate::bench::{Bench as _, Clocked, ClockedBench, Faulty, InProcess, Keyframes, Urgent, refusals};
 use crate::catalogue::Catalogue;
 use crate::experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
-use crate::foreign::ControllerFile;
+use crate::foreign::ForeignFile;
 use crate::parameters::presets::Source;
 use crate::run::{About, RunWriter};
 use crate::tuning::{Loaded, Sets, Tuning};
@@ -83,8 +83,8 @@ pub struct Start {
     pub wishes: Wishes,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
-    /// A controller that is in the loop beside the preset's, and controls first.
-    pub controller: Option<ControllerFile>,
+    /// A controller, a friction or a law that is in the loop beside what the preset has, and acts first.
+    pub loaded: Option<ForeignFile>,
     /// File that the run is recorded into; it must not be there yet.
     pub record: Option<PathBuf>,
     /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
@@ -95,7 +95,7 @@ impl Start {
     /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
     pub fn new(source: Source, project: &Path) -> Self {
         let (wishes, project) = (Wishes::default(), project.to_owned());
-        Start { source, io: None, seed: 1, wishes, project, controller: None, record: None, operator_time: None }
+        Start { source, io: None, seed: 1, wishes, project, loaded: None, record: None, operator_time: None }
     }
 }
 
@@ -115,8 +115,8 @@ struct Shared {
     project: PathBuf,
     sets: Sets,
     tuning: Mutex<Tuning>,
-    /// The loaded controller.
-    controller: Mutex<Option<loaded::Controller>>,
+    /// What is loaded of a file.
+    loaded: Mutex<Option<loaded::Opened>>,
     /// Held by who changes parameters: two who change at once do so one after the other.
     changing: Mutex<()>,
     urgent: Mutex<Urgent>,
@@ -179,20 +179,19 @@ impl Live {
     /// # Errors
     /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
     pub fn start(start: Start) -> Result<Self, Error> {
-        let Start { source, seed, io, wishes, project, controller, record, operator_time } = start;
+        let Start { source, seed, io, wishes, project, loaded, record, operator_time } = start;
         let operator_time = operator_time.map(checked_time).transpose()?;
         let file = source.file.clone();
         let mut tuning = Tuning::new(source)?;
         let preset = *tuning.preset();
-        let controller =
-            controller.map(|file| loaded::Controller::open(file, project.join("controller"))).transpose()?;
-        let (controller, foreign) = controller.unzip();
+        let loaded = loaded.map(|file| loaded::Opened::open(file, project.join("loaded"))).transpose()?;
+        let (loaded, foreign) = loaded.unzip();
         let writer = match &record {
             Some(path) if path.exists() => {
                 return Err(Error::file(path, "record into", std::io::ErrorKind::AlreadyExists.into()));
             }
             Some(path) => {
-                let by = controller.as_ref().map_or(String::new(), |controller| format!(" ({})", controller.words()));
+                let by = loaded.as_ref().map_or(String::new(), |loaded| format!(" ({})", loaded.words()));
                 let about =
                     About { command: format!("stickslip serve{by}"), preset, seed: io.is_none().then_some(seed) };
                 Some(RunWriter::create(path, &about)?)
@@ -212,7 +211,7 @@ impl Live {
             }
         };
         if let Some(foreign) = foreign {
-            tuning.bring(Loaded::new(&foreign, preset.bench.control_period()));
+            tuning.bring(Loaded::new(&foreign, &preset.bench))?;
             bench.seat(foreign, &preset.bench)?;
         }
         let keyframes = Mutex::new(bench.keyframes().expect("nobody else has taken it"));
@@ -226,7 +225,7 @@ impl Live {
             sets: Sets::new(&project.join("sets")),
             project,
             tuning: Mutex::new(tuning),
-            controller: Mutex::new(controller),
+            loaded: Mutex::new(loaded),
             changing: Mutex::default(),
             urgent,
             operator: Mutex::default(),
@@ -444,7 +443,7 @@ impl Live {
             Call::Tune(draft) => self.begin_tuning(client, &draft),
             Call::Tuned {} => Ok(self.tuned()),
             Call::EndTuning {} => self.end_tuning(client),
-            Call::OpenController {} => self.open_controller(),
+            Call::OpenAgain {} => self.open_again(),
             Call::Signals {} => Ok(signals::all()),
             Call::Capture { signals, trigger, before, after, decimation } => {
                 let rate = lock(&self.shared.tuning).preset().bench.tick_rate;

@@ -115,11 +115,11 @@ impl Live {
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
         let parameters = proposal.parameters(Correction::Nothing)?;
         let before = lock(&self.shared.tuning).loaded_values();
-        proposal.loaded.as_ref().map_or(Ok(()), |values| self.tell_controller(values))?;
+        proposal.loaded.as_ref().map_or(Ok(()), |values| self.tell_loaded(values))?;
         let changed = lock(&self.shared.urgent).change(Change::Parameters(parameters));
         if let (Err(_), Some(_)) = (&changed, &proposal.loaded) {
             // All of them or none; why the rest did not enter is what counts.
-            let _ = self.tell_controller(&before);
+            let _ = self.tell_loaded(&before);
         }
         let cycle = changed?;
         // An axis that has ended needs none.

@@ -15,8 +15,10 @@ use crate::Error;
 use crate::catalogue::Made;
 use crate::experiment::FrictionPlan;
 use crate::figure::Figure;
+use crate::foreign::Role;
 use crate::quantity::Estimate;
 use crate::report::{Provenance, Report, Section};
+use crate::tuning::selector;
 use crate::workflow::experiment::Experiment;
 use crate::workflow::render::Rendering;
 
@@ -88,7 +90,11 @@ impl Live {
     /// Measures the friction that is rendered; what cannot be rendered is refused before anything moves.
     pub(super) fn measure_rendered(&self, values: &BTreeMap<String, String>) -> Result<Answer, Error> {
         let plan = form::with_values(&FrictionPlan::default(), values)?;
-        let preset = *lock(&self.shared.tuning).preset();
+        let tuning = lock(&self.shared.tuning).clone();
+        if let Some(role @ (Role::Friction | Role::Law)) = tuning.acting() {
+            return Err(Error::RendersItself { role, selector: selector(role) });
+        }
+        let preset = *tuning.preset();
         let (planned, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench)?;
         let own = self.own_friction();
         let (number, folder) = self.folder("render")?;

@@ -44,7 +44,7 @@ impl Live {
             redo,
             operator,
             asks,
-            controller: self.loaded_status(),
+            loaded: self.loaded_status(),
             clock: ClockStatus {
                 lateness: seconds(lateness),
                 cycle: seconds(cycle),

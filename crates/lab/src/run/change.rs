@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{ControllerFault, HomingFault, MachineFault, Request};
+use stickslip_core::supervise::{ForeignFault, HomingFault, MachineFault, Request, Role};
 
 use super::numbers::{from_numbers, numbers};
 use crate::bench::tap::What;
@@ -37,14 +37,14 @@ pub(super) fn line(what: &What) -> String {
             MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
             MachineFault::Anew => "machine_anew".into(),
         },
-        What::Software(Change::ControllerFailed(fault), _) => match *fault {
-            ControllerFault::Crashed { signal } => format!("controller_crashed {signal}"),
-            ControllerFault::Ended { code } => format!("controller_ended {code}"),
-            ControllerFault::Silent { time } => format!("controller_silent {time}"),
-            ControllerFault::NotANumber => "controller_not_a_number".into(),
-            ControllerFault::Failed { code } => format!("controller_failed {code}"),
-            ControllerFault::FloatingPoint => "controller_floating_point".into(),
-            ControllerFault::Late { time } => format!("controller_late {time}"),
+        What::Software(Change::ForeignFailed(role, fault), _) => match *fault {
+            ForeignFault::Crashed { signal } => format!("{role}_crashed {signal}"),
+            ForeignFault::Ended { code } => format!("{role}_ended {code}"),
+            ForeignFault::Silent { time } => format!("{role}_silent {time}"),
+            ForeignFault::NotANumber => format!("{role}_not_a_number"),
+            ForeignFault::Failed { code } => format!("{role}_failed {code}"),
+            ForeignFault::FloatingPoint => format!("{role}_floating_point"),
+            ForeignFault::Late { time } => format!("{role}_late {time}"),
         },
         What::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
@@ -82,19 +82,27 @@ pub(super) fn parse(line: &str) -> Option<What> {
         ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
         ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
         ("machine_anew", []) => Change::MachineFailed(MachineFault::Anew),
-        ("controller_crashed", [signal]) => {
-            Change::ControllerFailed(ControllerFault::Crashed { signal: *signal as i32 })
-        }
-        ("controller_ended", [code]) => Change::ControllerFailed(ControllerFault::Ended { code: *code as i32 }),
-        ("controller_silent", [time]) => Change::ControllerFailed(ControllerFault::Silent { time: *time }),
-        ("controller_not_a_number", []) => Change::ControllerFailed(ControllerFault::NotANumber),
-        ("controller_failed", [code]) => Change::ControllerFailed(ControllerFault::Failed { code: *code as i32 }),
-        ("controller_floating_point", []) => Change::ControllerFailed(ControllerFault::FloatingPoint),
-        ("controller_late", [time]) => Change::ControllerFailed(ControllerFault::Late { time: *time }),
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
-        _ => return None,
+        _ => {
+            let (role, fault) = kind.split_once('_')?;
+            let role = Role::find(role)?;
+            Change::ForeignFailed(role, foreign_fault(fault, &numbers)?)
+        }
     };
     Some(What::Software(change, None))
+}
+
+fn foreign_fault(kind: &str, numbers: &[f64]) -> Option<ForeignFault> {
+    Some(match (kind, numbers) {
+        ("crashed", [signal]) => ForeignFault::Crashed { signal: *signal as i32 },
+        ("ended", [code]) => ForeignFault::Ended { code: *code as i32 },
+        ("silent", [time]) => ForeignFault::Silent { time: *time },
+        ("not_a_number", []) => ForeignFault::NotANumber,
+        ("failed", [code]) => ForeignFault::Failed { code: *code as i32 },
+        ("floating_point", []) => ForeignFault::FloatingPoint,
+        ("late", [time]) => ForeignFault::Late { time: *time },
+        _ => return None,
+    })
 }
 
 #[cfg(test)]
@@ -117,13 +125,14 @@ mod tests {
             Change::HomingFailed(HomingFault::NotANumber),
             Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
             Change::MachineFailed(MachineFault::Anew),
-            Change::ControllerFailed(ControllerFault::Crashed { signal: 11 }),
-            Change::ControllerFailed(ControllerFault::Ended { code: -3 }),
-            Change::ControllerFailed(ControllerFault::Silent { time: 0.1 }),
-            Change::ControllerFailed(ControllerFault::NotANumber),
-            Change::ControllerFailed(ControllerFault::Failed { code: 7 }),
-            Change::ControllerFailed(ControllerFault::FloatingPoint),
-            Change::ControllerFailed(ControllerFault::Late { time: 7.5e-4 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Crashed { signal: 11 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Ended { code: -3 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Silent { time: 0.1 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::NotANumber),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Failed { code: 7 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::FloatingPoint),
+            Change::ForeignFailed(Role::Friction, ForeignFault::Late { time: 7.5e-4 }),
+            Change::ForeignFailed(Role::Law, ForeignFault::NotANumber),
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));

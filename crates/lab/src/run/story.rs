@@ -92,7 +92,7 @@ fn changed(what: &What) -> String {
             Change::Homed(index) => format!("Homed, index at {index:.4} rad"),
             Change::HomingFailed(fault) => format!("Homing failed: {fault}"),
             Change::MachineFailed(fault) => Fault::Machine(*fault).to_string(),
-            Change::ControllerFailed(fault) => Fault::Controller(*fault).to_string(),
+            Change::ForeignFailed(role, fault) => Fault::Foreign(*role, *fault).to_string(),
             Change::Parameters(_) => "Parameters".into(),
         },
     }

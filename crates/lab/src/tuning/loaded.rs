@@ -1,48 +1,71 @@
-//! A controller that was loaded from a file, as parameters beside those of the preset: who controls, and its numbers.
+//! A controller, a friction or a law that was loaded from a file, as parameters beside those of the preset: whether it is
+//! in the loop, and its numbers.
 //!
-//! They are in no parameter file, since they belong to the controller's; changed, undone, listed and given addresses they
+//! They are in no parameter file, since they belong to its own; changed, undone, listed and given addresses they
 //! are like all others.
 
 use std::collections::BTreeMap;
 
 use stickslip_core::fields::{Field, Kind, Shape, Variant};
 
-use crate::foreign::{Description, Foreign};
+use crate::foreign::{Description, Foreign, Role, role};
 use crate::parameters::schema::nearest;
 use crate::parameters::{Entry, Fault, ParameterProblems, Problem, Value};
+use crate::preset::Settings;
 use crate::{Error, parameters};
 
-/// Who controls the position.
-const WHO: &str = "position_controller";
-/// Where the numbers of the controller stand.
+/// Where its numbers stand.
 const GROUP: &str = "loaded";
 const PRESET: &str = "preset";
 
-static WHOSE: Field = Field {
-    name: WHO,
-    symbol: "",
-    unit: "",
-    minimum: f64::NEG_INFINITY,
-    maximum: f64::INFINITY,
-    default: 1.0,
-    help: "Who controls the position.",
-    kind: Kind::Real,
-    shape: Shape::Choice {
-        tag: WHO,
-        variants: &[
-            Variant {
-                name: PRESET,
-                help: "The controller of the parameters, bench.controller.",
-                shape: Shape::Group(&[]),
-            },
-            Variant { name: GROUP, help: "The controller that was loaded from a file.", shape: Shape::Group(&[]) },
-        ],
-    },
-};
+/// The parameter that says whether what was loaded for a role is in the loop.
+pub(crate) fn selector(role: Role) -> &'static str {
+    match role {
+        Role::Controller => "position_controller",
+        Role::Friction => "rendered_friction",
+        Role::Law => "rendering_law",
+    }
+}
 
-/// A controller that was loaded: its parameters, and what it was begun with.
+/// The same, as a field.
+fn choice(role: Role) -> Field {
+    let (help, preset, loaded) = match role {
+        Role::Controller => (
+            "Who controls the position.",
+            "The controller of the parameters, bench.controller.",
+            "The controller that was loaded from a file.",
+        ),
+        Role::Friction => (
+            "Which friction is rendered.",
+            "The friction of the parameters, bench.desired.",
+            "The friction that was loaded from a file.",
+        ),
+        Role::Law => (
+            "Which law renders.",
+            "The law of the parameters, bench.law.",
+            "The law that was loaded from a file: its torque is all of the load motor's.",
+        ),
+    };
+    let variants =
+        [(PRESET, preset), (GROUP, loaded)].map(|(name, help)| Variant { name, help, shape: Shape::Group(&[]) });
+    let name = selector(role);
+    Field {
+        name,
+        symbol: "",
+        unit: "",
+        minimum: f64::NEG_INFINITY,
+        maximum: f64::INFINITY,
+        default: 1.0,
+        help,
+        kind: Kind::Real,
+        shape: Shape::Choice { tag: name, variants: Box::leak(Box::new(variants)) },
+    }
+}
+
+/// What was loaded: its parameters, and what it was begun with.
 #[derive(Clone, Debug)]
 pub struct Loaded {
+    choice: &'static Field,
     fields: Vec<(&'static Field, bool)>,
     begun: Chosen,
     /// Time from sample to sample [s].
@@ -52,16 +75,17 @@ pub struct Loaded {
 /// What is chosen of it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chosen {
-    /// Whether it controls.
-    pub(super) controls: bool,
+    role: Role,
+    /// Whether it is in the loop.
+    acts: bool,
     values: BTreeMap<&'static str, f64>,
 }
 
 impl Loaded {
-    /// With the values that it has, for samples of so many seconds. Its texts stay until the program ends, as those of
-    /// all fields do.
-    pub fn new(foreign: &Foreign, period: f64) -> Self {
-        let Description { parameters, .. } = foreign.description();
+    /// With the values that it has, on a bench of these settings. Its texts stay until the program ends, as those of all
+    /// fields do.
+    pub fn new(foreign: &Foreign, settings: &Settings<f64>) -> Self {
+        let (Description { parameters, .. }, role) = (foreign.description(), foreign.role());
         let leaked = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
         let field = |parameter: &crate::foreign::ModuleParameter| Field {
             name: leaked(&parameter.name),
@@ -77,7 +101,8 @@ impl Loaded {
         let fields: Vec<(&'static Field, bool)> =
             parameters.iter().map(|parameter| (&*Box::leak(Box::new(field(parameter))), parameter.fixed)).collect();
         let values = fields.iter().zip(foreign.values()).map(|((field, _), value)| (field.name, *value)).collect();
-        Loaded { fields, begun: Chosen { controls: true, values }, period }
+        let choice = Box::leak(Box::new(choice(role)));
+        Loaded { choice, fields, begun: Chosen { role, acts: true, values }, period: role::period(role, settings) }
     }
 
     /// What it was begun with.
@@ -94,7 +119,7 @@ impl Loaded {
                 .unwrap_or(self.begun.values[field.name])
         };
         let values = self.fields.iter().map(|(field, _)| (field.name, kept(field))).collect();
-        Chosen { controls: from.controls, values }
+        Chosen { values, ..*from }
     }
 
     /// The numbers in the order of its parameters.
@@ -104,13 +129,13 @@ impl Loaded {
 
     /// As parameters.
     pub(super) fn entries(&self, chosen: &Chosen) -> Vec<Entry> {
-        let who = if chosen.controls { GROUP } else { PRESET };
+        let who = if chosen.acts { GROUP } else { PRESET };
         let entry = |(field, _): &(&'static Field, bool)| Entry {
             path: format!("{GROUP}.{}", field.name),
             field,
             value: Value::Number(chosen.values[field.name]),
         };
-        let first = Entry { path: WHO.into(), field: &WHOSE, value: Value::Variant(who) };
+        let first = Entry { path: self.choice.name.into(), field: self.choice, value: Value::Variant(who) };
         std::iter::once(first).chain(self.fields.iter().map(entry)).collect()
     }
 
@@ -126,8 +151,8 @@ impl Loaded {
         let (mut chosen, mut problems) = (chosen.clone(), Vec::new());
         for (path, value) in changes {
             let value = value.trim();
-            let fault = if path == WHO {
-                chosen.controls = value == GROUP;
+            let fault = if path == self.choice.name {
+                chosen.acts = value == GROUP;
                 let known = [PRESET, GROUP];
                 (!known.contains(&value)).then(|| Fault::UnknownVariant { value: value.into(), variants: known.into() })
             } else {
@@ -150,32 +175,37 @@ impl Loaded {
         if problems.is_empty() {
             return Ok(chosen);
         }
-        Err(ParameterProblems { file: "the loaded controller".into(), problems }.into())
+        Err(ParameterProblems { file: format!("the loaded {}", chosen.role), problems }.into())
     }
 
-    /// Why it cannot become `after` while the bench runs, with samples of so many seconds.
-    pub(super) fn fixed(&self, before: &Chosen, after: &Chosen, period: f64) -> Result<(), Error> {
-        if !after.controls {
-            return Ok(());
-        }
-        let refused = |path: String, remedy| Err(Error::NotWhileRunning { path, remedy });
-        if period.to_bits() != self.period.to_bits() {
-            let remedy = "The loaded controller was opened for other samples: let that of the preset control \
-                          (position_controller = preset), change them, and open the loaded one again.";
-            return refused("bench.control_divider".into(), remedy);
+    /// Why it cannot become `after` while a bench runs, which has these settings then.
+    pub(super) fn fixed(&self, before: &Chosen, after: &Chosen, settings: &Settings<f64>) -> Result<(), Error> {
+        let Some(role) = after.acting() else { return Ok(()) };
+        let refused = |path: String, why: &str, then: &str| {
+            let way = format!("let that of the preset take its place ({} = {PRESET})", self.choice.name);
+            Err(Error::NotWhileRunning { path, remedy: format!("The loaded {role} {why}: {way}{then}.") })
+        };
+        if role::period(role, settings).to_bits() != self.period.to_bits() {
+            let then = ", change them, and open the loaded one again";
+            return refused("bench.control_divider".into(), "was opened for other samples", then);
         }
         let changed =
             |name: &str| before.values.get(name).map(|value| value.to_bits()) != Some(after.values[name].to_bits());
-        let fixed = self.fields.iter().find(|(field, fixed)| *fixed && before.controls && changed(field.name));
+        let fixed = self.fields.iter().find(|(field, fixed)| *fixed && before.acts && changed(field.name));
         fixed.map_or(Ok(()), |(field, _)| {
-            let remedy = "The loaded controller takes it when it begins: let that of the preset control meanwhile \
-                          (position_controller = preset).";
-            refused(format!("{GROUP}.{}", field.name), remedy)
+            refused(format!("{GROUP}.{}", field.name), "takes it when it begins", " meanwhile")
         })
     }
 }
 
-/// Whether a path is one of a loaded controller.
+impl Chosen {
+    /// The role in which it is in the loop, if it is.
+    pub(super) fn acting(&self) -> Option<Role> {
+        self.acts.then_some(self.role)
+    }
+}
+
+/// Whether a path is one of what was loaded.
 pub(crate) fn is_of_it(path: &str) -> bool {
-    path == WHO || parameters::within(path, GROUP)
+    Role::ALL.into_iter().any(|role| path == selector(role)) || parameters::within(path, GROUP)
 }

@@ -11,14 +11,14 @@ mod tests;
 
 use loaded::Chosen;
 pub use loaded::Loaded;
-pub(crate) use loaded::is_of_it;
+pub(crate) use loaded::{is_of_it, selector};
 pub use sets::Sets;
 
 use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
 
 use crate::design::{self, Margin, Passage, Region};
-use crate::foreign::without_controller;
+use crate::foreign::{Role, role};
 use crate::parameters::presets::Source;
 use crate::parameters::{self, Difference, Entry};
 use crate::preset::{Model, Settings};
@@ -48,7 +48,7 @@ pub struct Tuning {
     /// Every set that was in force, and which of them is.
     history: Vec<Set>,
     now: usize,
-    /// A controller that was loaded beside the preset's.
+    /// What was loaded of a file beside what the preset has.
     loaded: Option<Loaded>,
 }
 
@@ -58,7 +58,7 @@ struct Set {
     source: Source,
     preset: Preset<f64>,
     law: Law<f64>,
-    /// Of the loaded controller, where there is one.
+    /// Of what was loaded, where something was.
     chosen: Option<Chosen>,
 }
 
@@ -69,7 +69,7 @@ pub struct Proposal {
     pub differences: Vec<Difference>,
     /// How far the rendering law is from chatter, where it becomes another.
     pub margin: Option<Margin>,
-    /// The numbers of the loaded controller, where they become others.
+    /// The numbers of what was loaded, where they become others.
     pub(crate) loaded: Option<Vec<f64>>,
     set: Set,
     /// Where it stands in the history; none: behind all.
@@ -88,16 +88,24 @@ impl Tuning {
         Ok(Tuning { reference: set.clone(), history: vec![set], now: 0, loaded: None })
     }
 
-    /// A controller was loaded, which controls unless that of the preset was chosen before. One that was loaded before
-    /// goes: its numbers stay as far as this one has such.
-    pub fn bring(&mut self, loaded: Loaded) {
+    /// Something was loaded, which acts unless what the preset has in its place was chosen before. What was loaded before
+    /// in the same role goes: its numbers stay as far as this has such.
+    ///
+    /// # Errors
+    /// [`Error::FollowsNoFriction`]; what the design of the rendering law refuses.
+    pub fn bring(&mut self, loaded: Loaded) -> Result<(), Error> {
         for set in self.history.iter_mut().chain([&mut self.reference]) {
+            let before = set.acting();
             set.chosen = Some(set.chosen.as_ref().map_or_else(|| loaded.begun(), |chosen| loaded.taken_over(chosen)));
+            if set.acting() != before {
+                set.law = role::law(set.acting(), &set.preset.model, &set.preset.bench)?;
+            }
         }
         self.loaded = Some(loaded);
+        Ok(())
     }
 
-    /// All values in force, those of a loaded controller behind those of the preset.
+    /// All values in force, those of what was loaded behind those of the preset.
     pub fn entries(&self) -> Vec<Entry> {
         self.entries_of(self.in_force())
     }
@@ -107,7 +115,7 @@ impl Tuning {
         self.entries_of(&self.reference)
     }
 
-    /// The numbers of the loaded controller in force, in their order; none where there is none.
+    /// The numbers in force of what was loaded, in their order; none where nothing was.
     pub(crate) fn loaded_values(&self) -> Vec<f64> {
         let values = |(loaded, chosen): (&Loaded, &Chosen)| loaded.values(chosen);
         self.loaded.as_ref().zip(self.in_force().chosen.as_ref()).map_or(Vec::new(), values)
@@ -134,18 +142,23 @@ impl Tuning {
         &self.in_force().source.text
     }
 
+    /// What was loaded and is in the loop.
+    pub(crate) fn acting(&self) -> Option<Role> {
+        self.in_force().acting()
+    }
+
     /// The rendering law in force.
     pub fn law(&self) -> &Law<f64> {
         &self.in_force().law
     }
 
-    /// Whether the set in force can be rendered: how far the law is from chatter.
+    /// Whether the set in force can be rendered: how far the law is from chatter, where it is one of the house.
     ///
     /// # Errors
     /// [`Error::NotRenderable`], [`Error::Chatters`]; what the design functions refuse.
-    pub fn renderable(&self) -> Result<Margin, Error> {
-        let Set { preset, law, .. } = self.in_force();
-        admit(preset, law)
+    pub fn renderable(&self) -> Result<Option<Margin>, Error> {
+        let set = self.in_force();
+        admit(set.acting(), &set.preset, &set.law)
     }
 
     /// What the rendering law would be with these values changed, and how far it would be from chatter.
@@ -166,7 +179,7 @@ impl Tuning {
         self.source_with(changes)?.read()
     }
 
-    /// The file in force with these values, but for those of a loaded controller.
+    /// The file in force with these values, but for those of what was loaded.
     fn source_with(&self, changes: &[(String, String)]) -> Result<Source, Error> {
         let Source { file, text } = &self.in_force().source;
         let ours: Vec<_> = changes.iter().filter(|(path, _)| !self.is_loaded(path)).cloned().collect();
@@ -174,7 +187,7 @@ impl Tuning {
         Ok(Source { file: file.clone(), text })
     }
 
-    /// What is chosen of a loaded controller, with these values.
+    /// What is chosen of what was loaded, with these values.
     fn chosen_with(&self, changes: &[(String, String)]) -> Result<Option<Chosen>, Error> {
         let Some((loaded, chosen)) = self.loaded.as_ref().zip(self.in_force().chosen.as_ref()) else { return Ok(None) };
         let its = changes.iter().filter(|(path, _)| is_of_it(path));
@@ -208,8 +221,8 @@ impl Tuning {
     ///
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that would be wrong; [`Error::NotWhileRunning`];
-    /// [`Error::NotRenderable`], [`Error::Chatters`] where the set in force can be rendered and this one could not; what
-    /// the design functions refuse.
+    /// [`Error::NotRenderable`], [`Error::Chatters`] where the set in force can be rendered and this one could not, unless
+    /// it puts the preset in the place of what was loaded, or the other way round; what the design functions refuse.
     pub fn set(&self, changes: &[(String, String)]) -> Result<Proposal, Error> {
         self.propose(self.source_with(changes)?, self.chosen_with(changes)?, None)
     }
@@ -276,23 +289,24 @@ impl Tuning {
         let differences = parameters::differences(self.entries(), self.entries_of(&set));
         for difference in &differences {
             if let Some(remedy) = fixed(&difference.path) {
-                return Err(Error::NotWhileRunning { path: difference.path.clone(), remedy });
+                return Err(Error::NotWhileRunning { path: difference.path.clone(), remedy: remedy.into() });
             }
         }
         let mut loaded = None;
-        if let (Some(controller), Some(was), Some(becomes)) = (&self.loaded, &before.chosen, &set.chosen) {
-            controller.fixed(was, becomes, preset.bench.control_period())?;
-            let values = controller.values(becomes);
-            loaded = (values != controller.values(was)).then_some(values);
+        if let (Some(known), Some(was), Some(becomes)) = (&self.loaded, &before.chosen, &set.chosen) {
+            known.fixed(was, becomes, &preset.bench)?;
+            let values = known.values(becomes);
+            loaded = (values != known.values(was)).then_some(values);
         }
-        let (law, margin) = if of_law(&preset) == of_law(&before.preset) {
+        let acting = set.acting();
+        let (law, margin) = if of_law(&preset) == of_law(&before.preset) && acting == before.acting() {
             (before.law, None)
         } else {
-            let law = design::rendering_law(&preset.model, &preset.bench)?;
-            match admit(&preset, &law) {
-                Ok(margin) => (law, Some(margin)),
-                // Nothing renders that could not before: there must be a way back.
-                Err(_) if self.renderable().is_err() => (law, None),
+            let law = role::law(acting, &preset.model, &preset.bench)?;
+            match admit(acting, &preset, &law) {
+                Ok(margin) => (law, margin),
+                // Nothing renders that could not before, or not in this place: there must be a way back.
+                Err(_) if self.renderable().is_err() || acting != before.acting() => (law, None),
                 Err(refusal) => return Err(refusal),
             }
         };
@@ -301,12 +315,24 @@ impl Tuning {
     }
 }
 
-/// Whether a law can render what a preset desires.
-fn admit(preset: &Preset<f64>, law: &Law<f64>) -> Result<Margin, Error> {
+/// Whether a law can render what a preset desires. Of a friction or a law of a file nobody knows what it will ask for.
+fn admit(acting: Option<Role>, preset: &Preset<f64>, law: &Law<f64>) -> Result<Option<Margin>, Error> {
     let (model, settings) = (&preset.model, &preset.bench);
+    match acting {
+        Some(Role::Law) => return Ok(None),
+        Some(Role::Friction) => return design::margin(law, model, &role::without(Role::Friction, settings)).map(Some),
+        Some(Role::Controller) | None => {}
+    }
     let region = Region::of(model, settings, Passage::default())?;
     region.admit(&model.own, &settings.desired, fastest(&region))?;
-    design::margin(law, model, settings)
+    design::margin(law, model, settings).map(Some)
+}
+
+impl Set {
+    /// What was loaded and is in the loop.
+    fn acting(&self) -> Option<Role> {
+        self.chosen.as_ref().and_then(Chosen::acting)
+    }
 }
 
 /// All that a rendering law follows from.
@@ -321,10 +347,10 @@ impl Proposal {
         &self.set.preset
     }
 
-    /// The settings of the bench: without a controller of their own where the loaded one controls.
+    /// The settings of the bench: with nothing in the place of what was loaded and is in the loop.
     pub fn settings(&self) -> Settings<f64> {
         let bench = self.set.preset.bench;
-        if self.set.chosen.as_ref().is_some_and(|chosen| chosen.controls) { without_controller(&bench) } else { bench }
+        self.set.acting().map_or(bench, |role| role::without(role, &bench))
     }
 
     /// What the software would compute with; what is added to the law stays.

@@ -4,8 +4,8 @@
 //! has a whole tick to answer.
 
 use rtrb::{Consumer, Producer};
-use stickslip_core::cycle::{Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{ControllerFault, Fault, MachineFault, Refusal, SafetyState};
+use stickslip_core::cycle::{Brought, Change, Command, Frame, Software, Voltages};
+use stickslip_core::supervise::{Fault, ForeignFault, MachineFault, Refusal, Role, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
@@ -27,8 +27,7 @@ pub(super) enum Entry {
     Preload(f64),
     /// A fault on purpose.
     Fault(Injection),
-    /// The next of the controllers that are brought along controls the position where it stands in; nobody does where
-    /// there is none.
+    /// The next of the guests plays its role where it stands in; nobody does where there is none.
     Guest,
     /// No command follows for a while: the set-point may come to rest.
     Pause,
@@ -49,8 +48,8 @@ pub(super) enum Reply {
     Done(u64),
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
-    /// The controller that was brought along has failed of this, from this cycle on.
-    Brought { cycle: u64, fault: ControllerFault },
+    /// What was brought along has failed of this, from this cycle on.
+    Brought { cycle: u64, role: Role, fault: ForeignFault },
     /// The machine behind a link is gone, from this cycle on: the bench lives.
     Failed { cycle: u64, fault: MachineFault },
     /// The machine is no more: the bench ends.
@@ -84,7 +83,8 @@ pub(super) struct BenchCycle<M> {
     pub(super) urgent: Consumer<Change>,
     pub(super) answers: Producer<Answer>,
     pub(super) flow: Flow,
-    /// Who controls the position instead, who comes next, and who goes: what it has is freed elsewhere.
+    /// Who controls the position instead, or gives the friction or the law; who comes next, and who goes: what it has is
+    /// freed elsewhere.
     pub(super) guest: Option<Box<Guest>>,
     pub(super) guests: Consumer<Box<Guest>>,
     pub(super) gone: Producer<Box<Guest>>,
@@ -187,19 +187,19 @@ impl<M: Io> BenchCycle<M> {
         true
     }
 
-    /// Torque of the guest in this tick [N m]; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> f64 {
-        let Some(guest) = &mut self.guest else { return 0.0 };
+    /// Torque of the guest in this tick; where it fails, supervision brakes.
+    fn brought(&mut self, command: Option<&Command>) -> Brought {
+        let Some(guest) = &mut self.guest else { return Brought::default() };
         let sample = self.software.sample(&self.readings, command);
-        let torque = guest.torque_by_the_clock(&sample, &self.software.parameters().tick.control);
-        let late =
-            matches!(self.software.safety().state().fault(), Some(Fault::Controller(ControllerFault::Late { .. })));
+        let torque = guest.torque_by_the_clock(&sample, &self.software.parameters().tick);
+        let late = matches!(self.software.safety().state().fault(), Some(Fault::Foreign(_, ForeignFault::Late { .. })));
         if let Some(fault) = torque.err().or_else(|| late.then(|| guest.reason()).flatten()) {
             // It cannot be refused.
-            let _ = self.software.change(&Change::ControllerFailed(fault));
-            self.reply(Reply::Brought { cycle: self.software.cycle(), fault });
+            let role = guest.foreign().role();
+            let _ = self.software.change(&Change::ForeignFailed(role, fault));
+            self.reply(Reply::Brought { cycle: self.software.cycle(), role, fault });
         }
-        torque.unwrap_or(0.0)
+        torque.unwrap_or_default()
     }
 
     /// Writes what acts in this tick.

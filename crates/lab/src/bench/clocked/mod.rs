@@ -22,10 +22,9 @@ pub use kept::{Clocked, refusals};
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
-use stickslip_core::control::AxisControl;
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::{ControllerFault, Fault, Refusal, SafetyState};
+use stickslip_core::supervise::{Fault, ForeignFault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, Wishes};
 pub use urgent::Urgent;
@@ -36,7 +35,7 @@ use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
-use crate::foreign::{Foreign, Guest, without_controller};
+use crate::foreign::{Foreign, Guest, Role, role};
 use crate::preset::{Model, Settings};
 use crate::{Error, Preset, design};
 
@@ -47,7 +46,7 @@ const PATIENCE: u32 = 1000;
 const STEEL_PATIENCE: u32 = 10;
 /// Changes that may wait for their tick.
 const CHANGES: usize = 32;
-/// How long it is waited for the reason why a controller was late.
+/// How long it is waited for the reason why a guest was late.
 const WHY: Duration = Duration::from_millis(100);
 /// From look to look at a bench that has nothing to say.
 const LOOK: Duration = Duration::from_millis(1);
@@ -65,6 +64,8 @@ pub struct ClockedBench {
     /// Controllers that are brought along, and those that come back.
     guests: Producer<Box<Guest>>,
     gone: Consumer<Box<Guest>>,
+    /// What was brought along is, where something was.
+    role: Option<Role>,
     replies: Consumer<Reply>,
     /// Not sent yet: a stream begins with a whole lead.
     staged: Vec<Entry>,
@@ -185,6 +186,7 @@ impl ClockedBench {
             changes,
             guests,
             gone,
+            role: None,
             replies,
             staged: Vec::new(),
             lead,
@@ -222,52 +224,45 @@ impl ClockedBench {
         self.keyframes.take()
     }
 
-    /// Lets somebody else control the position from now on: what the preset has for it (controller, filter, compensation
-    /// and holding) is out of force. One that was there before goes.
+    /// Lets a file of one's own play its role from now on; what the preset has for it is out of force. Of a controller
+    /// these are controller, filter, compensation and holding. One that was there before goes.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`Error::ForeignRate`], [`Error::Brought`]; [`Error::BenchFault`] where the
-    /// loop has ended.
+    /// What the design of the bench refuses; [`Error::FollowsNoFriction`], [`Error::ForeignRate`], [`Error::Brought`];
+    /// [`Error::BenchFault`] where the loop has ended.
     pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        let settings = self.settings;
-        let stands_in = self.seated(foreign, &settings)?;
-        self.settings = without_controller(&settings);
-        let mut parameters = self.parameters;
-        parameters.tick.control = stands_in;
-        parameters.tick.control_period = self.settings.control_period();
+        let (role, settings, mut parameters) = (foreign.role(), self.settings, self.parameters);
+        role::enter(role, true, &mut parameters, &self.model, &settings)?;
+        self.seat(foreign, &settings)?;
+        self.settings = role::without(role, &settings);
         self.change(Change::Parameters(parameters))
     }
 
-    /// Lets somebody else control the position of a bench of these settings whenever nothing stands in its place there, as
-    /// [`without_controller`] says it. One that was there before goes.
+    /// Lets a file of one's own play its role on a bench of these settings whenever what stands in for it is in force
+    /// there. One that was there before goes.
     ///
     /// # Errors
     /// As [`bring`](Self::bring).
     pub(crate) fn seat(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<(), Error> {
-        self.seated(foreign, settings).map(drop)
+        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, settings)?);
+        self.role = Some(guest.foreign().role());
+        self.send(Some(guest)).map(drop)
     }
 
-    fn seated(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<AxisControl<f64>, Error> {
-        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, &mut settings.clone())?);
-        let stands_in = guest.stands_in();
-        self.send(Some(guest))?;
-        Ok(stands_in)
-    }
-
-    /// Takes it away again: these settings are in force, with the controller that they have.
+    /// Takes it away again: these settings are in force, with what they have in its place.
     ///
     /// # Errors
     /// What the design of the bench refuses; [`Error::BenchFault`] where the loop has ended.
     pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Guest>, Error> {
-        let control = design::axis_control(&self.model, settings)?;
+        let Some(role) = self.role.take() else { return Ok(None) };
         let mut parameters = self.parameters;
-        (parameters.tick.control, parameters.tick.control_period) = (control, settings.control_period());
+        role::enter(role, false, &mut parameters, &self.model, settings)?;
         self.settings = *settings;
         self.change(Change::Parameters(parameters))?;
         self.send(None)
     }
 
-    /// Puts a controller in the place of the one that was brought along before, or nobody: who was there before.
+    /// Puts somebody in the place of who was brought along before, or nobody: who was there before.
     fn send(&mut self, guest: Option<Box<Guest>>) -> Result<Option<Guest>, Error> {
         // The place is free: who is sent is taken below.
         guest.into_iter().for_each(|guest| drop(self.guests.push(guest)));
@@ -280,7 +275,7 @@ impl ClockedBench {
         Ok(self.gone.pop().ok().map(|gone| *gone))
     }
 
-    /// What is wrong; where a controller was late, why, as far as that is known soon.
+    /// What is wrong; where a guest was late, why, as far as that is known soon.
     ///
     /// # Errors
     /// [`Error::BenchFault`] once the loop has ended.
@@ -289,7 +284,7 @@ impl ClockedBench {
         loop {
             self.refresh()?;
             let fault = self.safety.fault();
-            let late = matches!(fault, Some(Fault::Controller(ControllerFault::Late { .. })));
+            let late = matches!(fault, Some(Fault::Foreign(_, ForeignFault::Late { .. })));
             if !late || begin.elapsed() > WHY {
                 return Ok(fault);
             }
@@ -419,8 +414,8 @@ impl ClockedBench {
                     (self.safety, self.zero) = (SafetyState::Fault(first), None);
                     self.tell(cycle, What::Software(Change::MachineFailed(fault), None));
                 }
-                Reply::Brought { cycle, fault } => {
-                    self.tell(cycle, What::Software(Change::ControllerFailed(fault), None));
+                Reply::Brought { cycle, role, fault } => {
+                    self.tell(cycle, What::Software(Change::ForeignFailed(role, fault), None));
                 }
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }

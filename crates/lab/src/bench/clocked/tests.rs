@@ -219,37 +219,42 @@ impl Io for Absent {
     }
 }
 
-/// A controller whose torques tell its samples: it answers at once or, asked by the clock, when somebody looks.
+/// Somebody whose torques tell its samples: it answers at once or, asked by the clock, when somebody looks.
 struct Counts {
     samples: u32,
     later: bool,
     /// From this sample on it does not answer, until somebody has asked so often why.
     silent_from: u32,
     asked: std::cell::Cell<u32>,
-    waiting: Option<Result<Answer, ControllerFault>>,
+    waiting: Option<Result<Answer, ForeignFault>>,
 }
 
 impl Counts {
     fn foreign(later: bool, silent_from: u32) -> Foreign {
+        Self::foreign_as(Role::Controller, later, silent_from)
+    }
+
+    fn foreign_as(role: Role, later: bool, silent_from: u32) -> Foreign {
         let counts = Counts { samples: 0, later, silent_from, asked: 0.into(), waiting: None };
-        Foreign::new(Description::default(), String::new(), Box::new(counts))
+        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
     }
 }
 
 impl Caller for Counts {
-    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ControllerFault> {
+    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ForeignFault> {
         self.samples = 0;
         Ok(())
     }
 
-    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ForeignFault> {
         self.samples += 1;
         let deviation = sample.reference_position - sample.measured_angle;
-        let torque = 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time;
+        let beside = sample.estimated_velocity + sample.measured_load_torque + sample.commanded_torque;
+        let torque = 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time + 1e-3 * beside;
         Ok(Answer { torque, time: 7, refused: 0 })
     }
 
-    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ControllerFault>> {
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ForeignFault>> {
         let answer = match question {
             Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer::default()),
             Question::Step(sample, values) => self.step(sample, values),
@@ -261,7 +266,7 @@ impl Caller for Counts {
         None
     }
 
-    fn look(&mut self) -> Option<Result<Answer, ControllerFault>> {
+    fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
         self.waiting.take()
     }
 
@@ -269,18 +274,18 @@ impl Caller for Counts {
         !self.later
     }
 
-    fn ended(&self) -> Option<ControllerFault> {
+    fn ended(&self) -> Option<ForeignFault> {
         self.asked.set(self.asked.get() + 1);
-        (self.asked.get() > 5).then_some(ControllerFault::Crashed { signal: 11 })
+        (self.asked.get() > 5).then_some(ForeignFault::Crashed { signal: 11 })
     }
 }
 
-/// Commands with a gap in the control, for a bench that homes.
+/// Commands with a gap in the control and one in rendering, for a bench that homes.
 fn guiding(rate: f64) -> impl Iterator<Item = Command> {
     (0..400).map(move |k| {
         let time = f64::from(k) / rate;
         let setpoint = Setpoint { position: 0.3 * (20.0 * time).sin(), ..Setpoint::default() };
-        Command { setpoint, control: !(101..109).contains(&k), ..Command::default() }
+        Command { setpoint, control: !(101..109).contains(&k), render: !(203..207).contains(&k), ..Command::default() }
     })
 }
 
@@ -291,13 +296,14 @@ fn guided(divider: f64) -> Preset<f64> {
 }
 
 /// What each cycle saw and computed by the clock with a controller that was brought along, and what was told of it.
-fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64, ControllerFault)>) {
-    let Preset { model, mut bench, .. } = *preset;
+fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64, ForeignFault)>) {
+    let Preset { model, bench, .. } = *preset;
     let (machine, readings) = InProcess::new(preset, 7).unwrap();
-    let guest = Guest::by_the_clock(foreign, &model, &mut bench).unwrap();
-    let mut parameters = design::parameters(&model, &preset.bench).unwrap();
+    let whose = foreign.role();
+    let guest = Guest::by_the_clock(foreign, &model, &bench).unwrap();
+    let mut parameters = design::parameters(&model, &bench).unwrap();
     let software = Software::new(parameters, bench.tick_time());
-    (parameters.tick.control, parameters.tick.control_period) = (guest.stands_in(), bench.control_period());
+    role::enter(whose, true, &mut parameters, &model, &bench).unwrap();
     let (mut entries_in, entries) = RingBuffer::new(500);
     let (mut changes_in, changes) = RingBuffer::new(2);
     let (mut guests_in, guests) = RingBuffer::new(1);
@@ -334,7 +340,7 @@ fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64
     let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
     executive.run(&stickslip_rt::SimulatedClock::default());
     let told = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
-        Reply::Brought { cycle, fault } => Some((cycle, fault)),
+        Reply::Brought { cycle, fault, .. } => Some((cycle, fault)),
         _ => None,
     });
     let told = told.collect();
@@ -364,16 +370,50 @@ fn a_torque_that_is_not_there_when_its_sample_ends_is_a_fault_whose_reason_is_to
     let preset = guided(4.0);
     let (frames, told) = by_the_clock(&preset, Counts::foreign(true, 20));
     // Its twentieth sample begins in cycle 76 and ends with cycle 79.
-    let crashed = ControllerFault::Crashed { signal: 11 };
+    let crashed = ForeignFault::Crashed { signal: 11 };
     assert!(told.len() == 2 && told[0].0 == 79 && told[1] == (85, crashed), "{told:?}");
-    let ControllerFault::Late { time } = told[0].1 else { panic!("{told:?}") };
+    let ForeignFault::Late { time } = told[0].1 else { panic!("{told:?}") };
     assert!((time - 3e-3).abs() < 1e-12, "{time}");
     assert!(frames[78].safety.allows_torque() && frames[78].command.added_torque != 0.0);
     let stopped = |frame: &Frame| frame.safety.fault();
-    assert_eq!(stopped(&frames[79]), Some(Fault::Controller(told[0].1)));
-    assert_eq!(stopped(&frames[84]), Some(Fault::Controller(told[0].1)));
-    assert!(frames[85..].iter().all(|frame| stopped(frame) == Some(Fault::Controller(crashed))));
+    assert_eq!(stopped(&frames[79]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert_eq!(stopped(&frames[84]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert!(frames[85..].iter().all(|frame| stopped(frame) == Some(Fault::Foreign(Role::Controller, crashed))));
     assert!(frames[79..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
+    assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
+}
+
+#[test]
+fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
+    for (role, later) in [(Role::Friction, false), (Role::Friction, true), (Role::Law, false), (Role::Law, true)] {
+        let mut preset = guided(4.0);
+        // At so slow a tick the controller of the preset does not hold a load without friction.
+        preset.bench.safety.following_error = 100.0;
+        let (clocked, told) = by_the_clock(&preset, Counts::foreign_as(role, later, u32::MAX));
+        assert_eq!(told, []);
+        let mut bench = VirtualBench::new(&preset, 7).unwrap();
+        bench.change(Change::Request(Request::Home)).unwrap();
+        bench.bring(Counts::foreign_as(role, false, u32::MAX)).unwrap();
+        let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
+        let torque = |k: usize| simulated[k].command.added_load_torque;
+        assert!(torque(0) == 0.0 && torque(1) != 0.0 && torque(203) == 0.0 && torque(207) == 0.0 && torque(208) != 0.0);
+        assert!(simulated.iter().all(|frame| frame.command.added_torque == 0.0), "{role}: the drive is the preset's");
+        assert_eq!(clocked, simulated, "{role} {later}");
+    }
+}
+
+#[test]
+fn a_friction_that_is_not_there_a_tick_later_is_late_and_named() {
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign_as(Role::Friction, true, 20));
+    let crashed = ForeignFault::Crashed { signal: 11 };
+    // Its twentieth sample is asked for in cycle 19.
+    assert!(
+        told.len() == 2 && told[0] == (20, ForeignFault::Late { time: 1e-3 }) && told[1] == (26, crashed),
+        "{told:?}"
+    );
+    let named = frames[26].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
+    assert!(named.contains("the friction's library crashed"), "{named}");
+    assert!(frames[20..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
     assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
 }
 

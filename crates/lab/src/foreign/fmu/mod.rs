@@ -1,4 +1,4 @@
-//! A controller that is an FMU: its archive, its description, its variables, and the calls of a sample.
+//! A controller, friction or law that is an FMU: its archive, its description, its variables, and the calls of a sample.
 
 mod archive;
 mod description;
@@ -15,7 +15,7 @@ use archive::{Archive, Limits};
 use description::{Model, Variable};
 use signals::{Mapped, listed, mapped};
 use stickslip_codegen::fmu::Version;
-use stickslip_core::supervise::ControllerFault;
+use stickslip_core::supervise::{ForeignFault, Role};
 use stickslip_rt::{FloatingPoint, FmiVersion, Fmu, FmuLibrary, MOST_PARAMETERS};
 use tempfile::TempDir;
 
@@ -43,19 +43,25 @@ pub(super) struct Controller {
 
 impl Controller {
     /// Opens it; `map` are signals and variables, `messages` the file that its messages go to besides.
-    pub(super) fn open(path: &Path, map: &[(String, String)], messages: Option<PathBuf>) -> Result<Self, String> {
-        Self::open_within(path, map, messages, Limits::default())
+    pub(super) fn open(
+        path: &Path,
+        role: Role,
+        map: &[(String, String)],
+        messages: Option<PathBuf>,
+    ) -> Result<Self, String> {
+        Self::open_within(path, role, map, messages, Limits::default())
     }
 
     fn open_within(
         path: &Path,
+        role: Role,
         map: &[(String, String)],
         messages: Option<PathBuf>,
         limits: Limits,
     ) -> Result<Self, String> {
         let mut archive = Archive::open(path, limits)?;
         let model = description::read(&archive.description()?)?;
-        let mapped = mapped(&model, map)?;
+        let mapped = mapped(&model, role, map)?;
         let settable = settable(&model, &mapped);
         if settable.len() > MOST_PARAMETERS {
             return Err(format!("it has {} parameters, and {MOST_PARAMETERS} are read at most", settable.len()));
@@ -75,7 +81,7 @@ impl Controller {
             let said = fmu.said().map_or_else(|| "It does not say why".into(), |(said, _)| format!("It says: {said}"));
             return Err(format!("it makes no instance of itself. {}", said.trim_end_matches('.')));
         }
-        let description = described(&model, &mapped, &settable);
+        let description = described(&model, role, &mapped, &settable);
         let parameters: Vec<u32> = settable.iter().map(|variable| variable.reference).collect();
         let values = vec![f64::NAN; parameters.len()];
         let changed = (Vec::with_capacity(parameters.len()), Vec::with_capacity(parameters.len()));
@@ -153,13 +159,13 @@ impl Controller {
 }
 
 impl Caller for Controller {
-    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ControllerFault> {
+    fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ForeignFault> {
         (self.period, self.torque_limit, self.samples) = (sample_time, torque_limit, 0);
         let done = self.initialize(values);
         watched(done)
     }
 
-    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+    fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ForeignFault> {
         let answer = self.compute(sample, values);
         watched(answer)
     }
@@ -170,11 +176,11 @@ impl Caller for Controller {
 }
 
 /// What came of calls, unless they changed the arithmetic.
-fn watched<T>(done: Result<T, i32>) -> Result<T, ControllerFault> {
+fn watched<T>(done: Result<T, i32>) -> Result<T, ForeignFault> {
     if !FloatingPoint::mend() {
-        return Err(ControllerFault::FloatingPoint);
+        return Err(ForeignFault::FloatingPoint);
     }
-    done.map_err(|code| ControllerFault::Failed { code })
+    done.map_err(|code| ForeignFault::Failed { code })
 }
 
 /// What may be set before it begins: parameters, and inputs that are no signal.
@@ -226,7 +232,7 @@ fn library(model: &Model, names: &[String]) -> Result<String, String> {
 }
 
 /// For a reader.
-fn described(model: &Model, mapped: &Mapped, settable: &[&Variable]) -> Description {
+fn described(model: &Model, role: Role, mapped: &Mapped, settable: &[&Variable]) -> Description {
     let parameter = |variable: &&Variable| ModuleParameter {
         name: variable.name.clone(),
         unit: variable.unit.clone().unwrap_or_else(|| "1".into()),
@@ -248,7 +254,7 @@ fn described(model: &Model, mapped: &Mapped, settable: &[&Variable]) -> Descript
     if !kept.is_empty() {
         notes.push(format!("Inputs that are no signal keep their start values: {}.", listed(kept.into_iter())));
     }
-    if !mapped.signals.iter().any(|signal| signal.name.starts_with("reference_")) {
+    if role == Role::Controller && !mapped.signals.iter().any(|signal| signal.name.starts_with("reference_")) {
         notes.push("No set-point reaches it: none of its inputs is one.".into());
     }
     Description {

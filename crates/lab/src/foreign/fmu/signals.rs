@@ -1,6 +1,6 @@
 //! Which variable of an FMU is which signal of the bench, and in which unit.
 
-use super::super::{ModuleSample, Signal};
+use super::super::{ModuleSample, Role, Signal};
 use super::description::{Model, Variable};
 use super::units::Quantity;
 use crate::parameters::schema::nearest;
@@ -16,52 +16,113 @@ struct Known {
     variables: &'static [&'static str],
     /// Its value in a sample, under this limit of torque; the torque comes back.
     value: Option<fn(&ModuleSample, f64) -> f64>,
+    /// How they are called besides in a friction or a law; `None` where a controller alone reads it.
+    beside: Option<&'static [&'static str]>,
+    /// Whether a controller has it.
+    of_controller: bool,
 }
 
-const KNOWN: [Known; 8] = [
+impl Known {
+    fn is_of(&self, role: Role) -> bool {
+        if role == Role::Controller { self.of_controller } else { self.beside.is_some() }
+    }
+
+    /// How variables are called that are it.
+    fn variables(&self, role: Role) -> impl Iterator<Item = &'static str> {
+        let beside = self.beside.filter(|_| role != Role::Controller).unwrap_or_default();
+        self.variables.iter().chain(beside).copied()
+    }
+}
+
+const KNOWN: [Known; 11] = [
     Known {
         name: "time",
         quantity: Quantity::Time,
         variables: &["time", "input.time"],
         value: Some(|sample, _| sample.time),
+        beside: Some(&[]),
+        of_controller: true,
     },
     Known {
         name: "reference_position",
         quantity: Quantity::Angle,
         variables: &["reference_position", "input.reference_position", "input.reference.position"],
         value: Some(|sample, _| sample.reference_position),
+        beside: None,
+        of_controller: true,
     },
     Known {
         name: "reference_velocity",
         quantity: Quantity::Velocity,
         variables: &["reference_velocity", "input.reference_velocity", "input.reference.velocity"],
         value: Some(|sample, _| sample.reference_velocity),
+        beside: None,
+        of_controller: true,
     },
     Known {
         name: "reference_acceleration",
         quantity: Quantity::Acceleration,
         variables: &["reference_acceleration", "input.reference_acceleration", "input.reference.acceleration"],
         value: Some(|sample, _| sample.reference_acceleration),
+        beside: None,
+        of_controller: true,
     },
     Known {
         name: "measured_angle",
         quantity: Quantity::Angle,
         variables: &["measured_angle", "input.measured_angle"],
         value: Some(|sample, _| sample.measured_angle),
+        beside: Some(&["angle", "input.angle"]),
+        of_controller: true,
     },
     Known {
         name: "measured_velocity",
         quantity: Quantity::Velocity,
         variables: &["measured_velocity", "input.measured_velocity"],
         value: Some(|sample, _| sample.measured_velocity),
+        beside: Some(&[]),
+        of_controller: true,
     },
     Known {
         name: "torque_limit",
         quantity: Quantity::Torque,
         variables: &["torque_limit", "input.torque_limit"],
         value: Some(|_, limit| limit),
+        beside: Some(&[]),
+        of_controller: true,
     },
-    Known { name: "torque", quantity: Quantity::Torque, variables: &["torque", "output.torque"], value: None },
+    Known {
+        name: "estimated_velocity",
+        quantity: Quantity::Velocity,
+        variables: &["estimated_velocity", "input.estimated_velocity"],
+        value: Some(|sample, _| sample.estimated_velocity),
+        beside: Some(&["velocity", "input.velocity"]),
+        of_controller: false,
+    },
+    Known {
+        name: "measured_load_torque",
+        quantity: Quantity::Torque,
+        variables: &["measured_load_torque", "input.measured_load_torque"],
+        value: Some(|sample, _| sample.measured_load_torque),
+        beside: Some(&[]),
+        of_controller: false,
+    },
+    Known {
+        name: "commanded_torque",
+        quantity: Quantity::Torque,
+        variables: &["commanded_torque", "input.commanded_torque"],
+        value: Some(|sample, _| sample.commanded_torque),
+        beside: Some(&[]),
+        of_controller: false,
+    },
+    Known {
+        name: "torque",
+        quantity: Quantity::Torque,
+        variables: &["torque", "output.torque"],
+        value: None,
+        beside: Some(&[]),
+        of_controller: true,
+    },
 ];
 
 /// An input: what it gets.
@@ -90,20 +151,22 @@ pub(super) struct Mapped {
 }
 
 /// Finds the variables by their names, or as `map` says: a signal, a variable.
-pub(super) fn mapped(model: &Model, map: &[(String, String)]) -> Result<Mapped, String> {
+pub(super) fn mapped(model: &Model, role: Role, map: &[(String, String)]) -> Result<Mapped, String> {
+    let of_role = || KNOWN.iter().filter(|known| known.is_of(role));
     for (name, _) in map {
-        if !KNOWN.iter().any(|known| known.name == name) {
-            let names = KNOWN.map(|known| known.name);
-            let did = nearest(name, names.into_iter()).map_or(String::new(), |name| format!("Did you mean {name}? "));
-            return Err(format!("there is no signal {name}. {did}There are: {}", names.join(", ")));
+        if !of_role().any(|known| known.name == name) {
+            let names: Vec<&str> = of_role().map(|known| known.name).collect();
+            let did =
+                nearest(name, names.iter().copied()).map_or(String::new(), |name| format!("Did you mean {name}? "));
+            return Err(format!("a {role} has no signal {name}. {did}There are: {}", names.join(", ")));
         }
         if map.iter().filter(|other| other.0 == *name).count() > 1 {
             return Err(format!("{name} is mapped twice. Map it once"));
         }
     }
     let (mut references, mut inputs, mut torque, mut signals) = (Vec::new(), Vec::new(), None, Vec::new());
-    for known in &KNOWN {
-        let Some(variable) = found(known, model, map)? else { continue };
+    for known in of_role() {
+        let Some(variable) = found(known, model, role, map)? else { continue };
         let (factor, offset) = conversion(known, variable, model)?;
         match known.value {
             Some(_) if references.contains(&variable.reference) => {
@@ -127,10 +190,15 @@ pub(super) fn mapped(model: &Model, map: &[(String, String)]) -> Result<Mapped, 
             "none of its outputs is the torque. Say which one is: --map torque=NAME. Its outputs: {outputs}"
         ));
     };
-    if !signals.iter().any(|signal| ["measured_angle", "measured_velocity"].contains(&signal.name.as_str())) {
+    let (motion, words): (&[&str], _) = match role {
+        Role::Controller => (&["measured_angle", "measured_velocity"], "measured angle or velocity"),
+        Role::Friction => (&["estimated_velocity", "measured_velocity"], "estimated or measured velocity"),
+        Role::Law => (&["estimated_velocity", "measured_velocity", "measured_angle"], "velocity or the angle"),
+    };
+    if !signals.iter().any(|signal| motion.contains(&signal.name.as_str())) {
         return Err(format!(
-            "none of its inputs is the measured angle or velocity. Say which one is: --map measured_angle=NAME. Its \
-             inputs: {}",
+            "none of its inputs is the {words}. Say which one is: --map {}=NAME. Its inputs: {}",
+            motion[0],
             names(model, "input")
         ));
     }
@@ -138,7 +206,12 @@ pub(super) fn mapped(model: &Model, map: &[(String, String)]) -> Result<Mapped, 
 }
 
 /// The variable of a signal.
-fn found<'a>(known: &Known, model: &'a Model, map: &[(String, String)]) -> Result<Option<&'a Variable>, String> {
+fn found<'a>(
+    known: &Known,
+    model: &'a Model,
+    role: Role,
+    map: &[(String, String)],
+) -> Result<Option<&'a Variable>, String> {
     let causality = if known.value.is_some() { "input" } else { "output" };
     let variable = match map.iter().find(|(name, _)| name == known.name) {
         Some((_, wanted)) => {
@@ -149,12 +222,12 @@ fn found<'a>(known: &Known, model: &'a Model, map: &[(String, String)]) -> Resul
             })?;
             if variable.causality != causality {
                 let (name, is) = (known.name, &variable.causality);
-                return Err(format!("{name} is an {causality} of a controller, and {wanted} has the causality {is}"));
+                return Err(format!("{name} is an {causality} of a {role}, and {wanted} has the causality {is}"));
             }
             Some(variable)
         }
-        None => known.variables.iter().find_map(|name| {
-            model.variables.iter().find(|variable| variable.name == *name && variable.causality == causality)
+        None => known.variables(role).find_map(|name| {
+            model.variables.iter().find(|variable| variable.name == name && variable.causality == causality)
         }),
     };
     match variable {

@@ -91,9 +91,9 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
             // Longer than it is late, and than its reason is waited for.
             let patience = Duration::from_secs(1);
             let mut foreign = if trusted {
-                Foreign::trusted(&library).unwrap()
+                Foreign::trusted(&library, Role::Controller).unwrap()
             } else {
-                Foreign::apart_within(&library, &here(), patience).unwrap()
+                Foreign::apart_within(&library, Role::Controller, &here(), patience).unwrap()
             };
             foreign.set("sample", 30.0).unwrap();
             let (told, frames) = fallen(&mut bench, foreign, &mut stream);
@@ -105,7 +105,7 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
             }
             if right && fault == 1 {
                 // A loop without an end is ended, and then it is known what it was. Not so where it was late before.
-                let silent = Fault::Controller(ControllerFault::Silent { time: 1.0 });
+                let silent = Fault::Foreign(Role::Controller, ForeignFault::Silent { time: 1.0 });
                 let named = (0..2000).any(|_| {
                     std::thread::sleep(Duration::from_millis(5));
                     bench.refresh().unwrap();
@@ -151,7 +151,7 @@ fn a_controller_that_keeps_up_is_followed() {
     for tries in 0.. {
         crate::experiment::home(&mut bench, &Watch::silent()).unwrap();
         bench.come_to_rest().unwrap();
-        bench.bring(Foreign::apart(&library, &here()).unwrap()).unwrap();
+        bench.bring(Foreign::apart(&library, Role::Controller, &here()).unwrap()).unwrap();
         let angle = bench.step(Order::default()).unwrap().angle;
         let mut traveller = Traveller::new(angle, 200.0, 1e-3);
         let mut torques = 0;
@@ -187,7 +187,7 @@ fn manoeuvres_by_the_clock_replay_without_the_controller() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
-    let mut foreign = Foreign::apart(&library, &here()).unwrap();
+    let mut foreign = Foreign::apart(&library, Role::Controller, &here()).unwrap();
     for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {
         foreign.set(name, value).unwrap();
     }

@@ -1,6 +1,7 @@
 //! Controllers in C, compiled here: a good one, and one for each fault.
 
 mod clocked;
+mod roles;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -20,13 +21,16 @@ use crate::{Preset, Watch};
 /// Named in the environment of a process of a test that is to be a host, and the one mapping that it takes.
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
 const MAPPED: &str = "STICKSLIP_TEST_MAP";
+/// And its role.
+const AS: &str = "STICKSLIP_TEST_ROLE";
 
 /// This very program, as a host: it runs [`hosts`] alone.
 pub(super) fn here() -> Host {
     let program = std::env::current_exe().expect("a program has a path");
     let test = "foreign::tests::hosts";
     let call = format!("exec '{}' --exact {test} --nocapture", program.display());
-    let script = format!("for last; do :; done; {HOSTED}=\"$last\" {MAPPED}=\"$2\" {call}");
+    let words = "for last; do role=\"$word\"; word=\"$last\"; done";
+    let script = format!("{words}; {HOSTED}=\"$last\" {AS}=\"$role\" {MAPPED}=\"$2\" {call}");
     let arguments = ["-c".into(), script.into()];
     Host { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
 }
@@ -37,7 +41,8 @@ fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
         let map = std::env::var(MAPPED).unwrap_or_default();
         let map: Vec<_> = map.split_once('=').map(|(signal, name)| (signal.into(), name.into())).into_iter().collect();
-        host(Path::new(&file), &map).expect("somebody asks");
+        let role = std::env::var(AS).ok().and_then(|name| Role::find(&name)).expect("it has a role");
+        host(Path::new(&file), role, &map).expect("somebody asks");
         std::process::exit(0);
     }
 }
@@ -68,7 +73,10 @@ fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), "src/foreign/tests/tuned.c", &[]);
     let sample = ModuleSample { reference_position: 1.0, ..ModuleSample::default() };
-    for mut foreign in [Foreign::trusted(&library).unwrap(), Foreign::apart(&library, &here()).unwrap()] {
+    for mut foreign in [
+        Foreign::trusted(&library, Role::Controller).unwrap(),
+        Foreign::apart(&library, Role::Controller, &here()).unwrap(),
+    ] {
         let mut console = foreign.console();
         foreign.begin(1e-3, 1.0).unwrap();
         assert_eq!(foreign.step(&sample), Ok(1.0));
@@ -97,11 +105,11 @@ fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
-    let trusted = Foreign::trusted(&library).unwrap();
+    let trusted = Foreign::trusted(&library, Role::Controller).unwrap();
     assert_eq!((trusted.description().name.as_str(), trusted.hash().len()), ("P-PI cascade", 64));
     let here_it_is = load(&preset(), trusted, 0.0, 3, Some(&run), &Watch::silent()).unwrap();
     assert_eq!(here_it_is.fault, None);
-    let apart = Foreign::apart(&library, &here()).unwrap();
+    let apart = Foreign::apart(&library, Role::Controller, &here()).unwrap();
     let apart = load(&preset(), apart, 0.0, 3, None, &Watch::silent()).unwrap();
     let of = |loaded: &load::Loaded, name: &str| loaded.summary().value(name).unwrap();
     let rms = "controller.sine_0.5hz.rms";
@@ -128,7 +136,7 @@ fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
     for (fault, said) in said.into_iter().enumerate() {
         let folder = tempfile::tempdir().unwrap();
         let library = faulty(folder.path(), fault);
-        let foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+        let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
         let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
         let told = loaded.fault.as_deref().unwrap_or("nothing");
         assert!(told.contains(said), "{fault}: {told}");
@@ -143,14 +151,15 @@ fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
     let folder = tempfile::tempdir().unwrap();
     let library = faulty(folder.path(), 7);
     for sample in [0.0, 1.0, 300.0] {
-        let mut foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+        let mut foreign =
+            Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
         foreign.set("sample", sample).unwrap();
         foreign.begin(1e-3, 1.0).unwrap();
         // Any number, or any fault: what it is, its own words decide.
         let torques = (0..400).map_while(|_| foreign.step(&ModuleSample::default()).ok());
         assert!(torques.inspect(|torque| assert!(torque.is_finite())).count() as f64 >= sample);
     }
-    let foreign = Foreign::apart_within(&library, &here(), Duration::from_millis(200)).unwrap();
+    let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
     let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
     assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "it lives on");
 }
@@ -158,10 +167,10 @@ fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
 #[test]
 fn a_mode_that_a_trusted_library_changes_is_restored_and_a_fault() {
     let folder = tempfile::tempdir().unwrap();
-    let mut foreign = Foreign::trusted(&faulty(folder.path(), 5)).unwrap();
+    let mut foreign = Foreign::trusted(&faulty(folder.path(), 5), Role::Controller).unwrap();
     foreign.set("sample", 0.0).unwrap();
     foreign.begin(1e-3, 1.0).unwrap();
-    assert_eq!(foreign.step(&ModuleSample::default()), Err(ControllerFault::FloatingPoint));
+    assert_eq!(foreign.step(&ModuleSample::default()), Err(ForeignFault::FloatingPoint));
     assert!(FloatingPoint::standard().was_standard());
     assert!(foreign.set("sample", -1.0).unwrap_err().to_string().contains("outside 0 … 1000000000 1"));
     assert!(foreign.set("gain", 0.0).unwrap_err().to_string().contains("The controller has: sample."));
@@ -173,14 +182,14 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
     let text = folder.path().join("text.so");
     std::fs::write(&text, "no library").unwrap();
     let refused = |opened: Result<Foreign, Error>| opened.err().expect("it is no controller").to_string();
-    for opened in [Foreign::trusted(&text), Foreign::apart(&text, &here())] {
+    for opened in [Foreign::trusted(&text, Role::Controller), Foreign::apart(&text, Role::Controller, &here())] {
         let told = refused(opened);
         assert!(told.contains("text.so") && told.contains("cc -shared -fPIC"), "{told}");
     }
     let library = compiled(folder.path(), "src/foreign/tests/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
-    assert!(refused(Foreign::trusted(&library)).contains("no function stickslip_end"));
+    assert!(refused(Foreign::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
     let nobody = Host { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
-    assert!(refused(Foreign::apart(&text, &nobody)).contains("/nowhere/stickslip"));
+    assert!(refused(Foreign::apart(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
 }
 
 #[test]
@@ -209,13 +218,13 @@ fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
         let folder = folder.path().join(case.to_string());
         std::fs::create_dir(&folder).unwrap();
         let library = compiled(&folder, "src/foreign/tests/described.c", &[&format!("-DCASE={case}")]);
-        let refused = Foreign::trusted(&library).err().expect("it is wrong").to_string();
+        let refused = Foreign::trusted(&library, Role::Controller).err().expect("it is wrong").to_string();
         assert!(refused.contains(said) && refused.contains("controller.so: "), "{case}: {refused}");
     }
     // What is right, and refuses to begin.
     let library = compiled(folder.path(), "src/foreign/tests/described.c", &["-DCASE=99"]);
-    let begun = Foreign::trusted(&library).unwrap().begin(1e-3, 1.0);
-    assert_eq!(begun, Err(ControllerFault::Failed { code: -1 }));
+    let begun = Foreign::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
+    assert_eq!(begun, Err(ForeignFault::Failed { code: -1 }));
 }
 
 #[test]
@@ -223,11 +232,11 @@ fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
     /// Torques that tell their samples, far below breakaway.
     struct Counts(f64);
     impl Caller for Counts {
-        fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ControllerFault> {
+        fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ForeignFault> {
             self.0 = 0.0;
             Ok(())
         }
-        fn step(&mut self, _: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ControllerFault> {
+        fn step(&mut self, _: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ForeignFault> {
             self.0 += 1e-3;
             Ok(Answer { torque: self.0, ..Answer::default() })
         }
@@ -238,7 +247,9 @@ fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
         let mut bench = VirtualBench::new(&preset, 5).unwrap();
         crate::experiment::home(&mut bench, &Watch::silent()).unwrap();
         bench.come_to_rest().unwrap();
-        bench.bring(Foreign::new(Description::default(), String::new(), Box::new(Counts(0.0)))).unwrap();
+        bench
+            .bring(Foreign::new(Role::Controller, Description::default(), String::new(), Box::new(Counts(0.0))))
+            .unwrap();
         let at = bench.step(Order::default()).unwrap();
         let setpoint = Setpoint { position: at.angle, ..Setpoint::default() };
         let (mut samples, mut begun, mut in_force) = (0.0, 0.0, 0.0);

@@ -72,8 +72,8 @@ pub enum Call {
     Redo {},
     /// The parameters that the run began with.
     Reset {},
-    /// The file of the loaded controller again, as it is now: it begins at rest, with the values of before.
-    OpenController {},
+    /// The loaded file again, as it is now: it begins at rest, with the values of before.
+    OpenAgain {},
     /// Save the parameters in force under a name.
     Save {
         /// Letters, digits, `-` and `_`.

@@ -45,9 +45,9 @@ pub struct Status {
     /// Who asks the operator for his place.
     #[serde(default)]
     pub asks: Option<String>,
-    /// The controller that was loaded from a file, where there is one.
+    /// What was loaded from a file, where something was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub controller: Option<LoadedStatus>,
+    pub loaded: Option<LoadedStatus>,
     /// How the clock is kept.
     pub clock: ClockStatus,
     /// What happened on the link to the machine, where there is one.
@@ -122,9 +122,13 @@ pub struct XcpStatus {
     pub lost: u64,
 }
 
-/// A controller that was loaded from a file. Times in seconds.
+/// A controller, a friction or a law that was loaded from a file. Times in seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadedStatus {
+    /// What it is in the loop: `controller`, `friction`, `law`.
+    pub role: String,
+    /// The parameter that says whether it is in the loop.
+    pub selector: String,
     /// What it calls itself.
     pub name: String,
     /// What it is: `C library`, `FMU 2.0`.
@@ -133,7 +137,7 @@ pub struct LoadedStatus {
     pub file: String,
     /// SHA-256 of what was opened, in hexadecimal digits.
     pub hash: String,
-    /// Whether it has failed: it does not control until it is opened again.
+    /// Whether it has failed: it gives no torque until it is opened again.
     pub failed: bool,
     /// How often it was called.
     pub calls: u64,

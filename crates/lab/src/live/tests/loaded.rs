@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use super::*;
-use crate::foreign::ControllerFile;
+use crate::foreign::{ForeignFile, Role};
 use crate::xcp::Layout;
 use crate::xcp::a2l::{Doors, describe};
 
@@ -21,13 +21,10 @@ fn with_controller(values: &[(&str, f64)], record: bool) -> (Live, tempfile::Tem
     let project = tempfile::tempdir().unwrap();
     let path = project.path().join("mine.so");
     compile(&path, &[]);
-    let mut source = presets::find("clm-bench").unwrap();
-    let settings = [("bench.tick_rate", "1000"), ("bench.safety.following_error", "50")];
-    source.text = parameters::set_all::<crate::Preset<f64>>(&source.text, "t", &settings).unwrap();
     let values = values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    let controller = Some(ControllerFile { path: path.clone(), trust: true, values, ..ControllerFile::default() });
+    let loaded = Some(ForeignFile { path: path.clone(), trust: true, values, ..ForeignFile::default() });
     let record = record.then(|| project.path().join("run.mf4"));
-    let start = Start { wishes: Wishes::PLAIN, controller, record, ..Start::new(source, project.path()) };
+    let start = Start { wishes: Wishes::PLAIN, loaded, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project, path)
 }
 
@@ -40,16 +37,21 @@ fn value(live: &Live, path: &str) -> f64 {
     item(live, path).and_then(|item| item.value).unwrap_or(f64::NAN)
 }
 
-/// The torque of the drive, a moment later [N m].
-fn torque(live: &Live) -> f64 {
-    let cycle = status(live).cycle;
+/// Waits while so many cycles pass, of the clock of a busy machine; what the bench is then.
+fn after(live: &Live, cycles: u64) -> Status {
+    let begun = status(live).cycle;
     loop {
         let now = status(live);
-        if now.cycle > cycle + 50 {
-            return now.drive_torque;
+        if now.cycle >= begun + cycles || now.state == "fault" {
+            return now;
         }
         thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// The torque of the drive, a moment later [N m].
+fn torque(live: &Live) -> f64 {
+    after(live, 50).drive_torque
 }
 
 /// Homes it; at rest under control.
@@ -57,7 +59,7 @@ fn at_rest(live: &Live) {
     live.call(ANN, Call::Home {}).unwrap();
     assert_eq!(ended(live).error, None);
     live.call(ANN, sine(0.5)).unwrap();
-    thread::sleep(Duration::from_millis(200));
+    after(live, 200);
     live.call(ANN, Call::Halt {}).unwrap();
     ended(live);
 }
@@ -69,7 +71,7 @@ const WHO: &str = "position_controller";
 fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     let (live, project, _) = with_controller(&[("stiffness", 2.0)], true);
     at_rest(&live);
-    let loaded = status(&live).controller.unwrap();
+    let loaded = status(&live).loaded.unwrap();
     assert!(loaded.name == "tuned" && loaded.kind == "C library" && loaded.calls > 100 && !loaded.failed, "{loaded:?}");
     assert!(loaded.call[0] > 0.0 && loaded.call[0] < 1e-4 && loaded.response.is_none() && loaded.hash.len() == 64);
 
@@ -125,12 +127,15 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
 
     // The controller of the preset knows no bias; meanwhile values wait for the other's begin.
     live.call(ANN, set(WHO, "preset")).unwrap();
-    let calls = status(&live).controller.unwrap().calls;
-    live.call(ANN, set("loaded.bias", "-0.05")).unwrap();
+    let calls = status(&live).loaded.unwrap().calls;
+    live.call(ANN, set("loaded.bias", "0.1")).unwrap();
     torque(&live);
-    assert!(status(&live).controller.unwrap().calls <= calls + 1, "nobody asks it");
+    assert!(status(&live).loaded.unwrap().calls <= calls + 1, "nobody asks it");
     live.call(ANN, set(WHO, "loaded")).unwrap();
-    assert!((torque(&live) - before + 0.05).abs() < 0.02, "{before} {}", torque(&live));
+    let begun = torque(&live);
+    live.call(ANN, set("loaded.bias", "0.05")).unwrap();
+    let less = torque(&live);
+    assert!((begun - less - 0.05).abs() < 0.02, "it began with 0.1: {begun} {less}");
     // Its samples are those that it was opened for.
     let divider = live.call(ANN, set("bench.control_divider", "3")).unwrap_err();
     assert!(matches!(divider, Error::NotWhileRunning { .. }), "{divider}");
@@ -139,7 +144,7 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
 
     live.stop().unwrap();
     let file = project.path().join("run.mf4");
-    let words = b"stickslip serve (tuned, SHA-256 ";
+    let words = b"stickslip serve (controller tuned, SHA-256 ";
     assert!(std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words), "it tells whose torques");
     let replayed = crate::run::replay(&crate::run::Record::read(&file).unwrap(), &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
@@ -150,18 +155,18 @@ fn a_file_that_has_become_another_is_opened_again() {
     let (live, _project, path) = with_controller(&[], false);
     at_rest(&live);
     live.call(ANN, set(STIFFNESS, "3")).unwrap();
-    let first = status(&live).controller.unwrap();
+    let first = status(&live).loaded.unwrap();
     assert!(item(&live, "loaded.more").is_none());
 
     // A compiler replaces the file; one that is written over in place would be another's memory.
     std::fs::remove_file(&path).unwrap();
     compile(&path, &["-DMORE"]);
     live.call(ANN, sine(0.2)).unwrap();
-    assert!(matches!(live.call(ANN, Call::OpenController {}).unwrap_err(), Error::Busy { what } if what == "sine"));
+    assert!(matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err(), Error::Busy { what } if what == "sine"));
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
-    live.call(ANN, Call::OpenController {}).unwrap();
-    let second = status(&live).controller.unwrap();
+    live.call(ANN, Call::OpenAgain {}).unwrap();
+    let second = status(&live).loaded.unwrap();
     assert!(second.hash != first.hash && second.calls < first.calls, "{second:?}");
     assert_eq!((value(&live, STIFFNESS), value(&live, "loaded.more")), (3.0, 0.5));
     live.call(ANN, set("loaded.more", "0.75")).unwrap();
@@ -173,9 +178,9 @@ fn a_file_that_has_become_another_is_opened_again() {
     // One that is no controller leaves the one that is there.
     std::fs::remove_file(&path).unwrap();
     std::fs::write(&path, "no library").unwrap();
-    let broken = live.call(ANN, Call::OpenController {}).unwrap_err();
+    let broken = live.call(ANN, Call::OpenAgain {}).unwrap_err();
     assert!(matches!(broken, Error::Foreign { .. }), "{broken}");
-    assert_eq!(status(&live).controller.unwrap().hash, second.hash);
+    assert_eq!(status(&live).loaded.unwrap().hash, second.hash);
     live.call(ANN, set(STIFFNESS, "2")).unwrap();
     live.stop().unwrap();
 }
@@ -183,9 +188,79 @@ fn a_file_that_has_become_another_is_opened_again() {
 #[test]
 fn a_bench_without_one_has_none_of_its_parameters() {
     let (live, _project) = live();
-    assert!(item(&live, WHO).is_none() && status(&live).controller.is_none());
+    assert!(item(&live, WHO).is_none() && status(&live).loaded.is_none());
     assert!(matches!(live.call(ANN, set(STIFFNESS, "1")).unwrap_err(), Error::UnknownParameter { .. }));
-    let none = live.call(ANN, Call::OpenController {}).unwrap_err().to_string();
+    let none = live.call(ANN, Call::OpenAgain {}).unwrap_err().to_string();
     assert!(none.contains("--controller FILE"), "{none}");
     live.stop().unwrap();
+}
+
+#[test]
+fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it() {
+    let project = tempfile::tempdir().unwrap();
+    let path = project.path().join("slip.so");
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut compiler = Command::new("cc");
+    let compiler = compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("src/foreign")).arg("-o").arg(&path);
+    let compiler = compiler.arg(here.join("../../examples/friction/maxwell_slip.c")).arg("-lm");
+    assert!(compiler.status().expect("there is a compiler").success());
+    let loaded = Some(ForeignFile { path: path.clone(), role: Role::Friction, trust: true, ..ForeignFile::default() });
+    let file = project.path().join("run.mf4");
+    let start = Start {
+        wishes: Wishes::PLAIN,
+        loaded,
+        record: Some(file.clone()),
+        ..Start::new(slow(), project.path())
+    };
+    let live = Live::start(start).unwrap();
+    at_rest(&live);
+    let known = status(&live).loaded.unwrap();
+    assert_eq!((&*known.role, &*known.selector, &*known.name), ("friction", "rendered_friction", "Maxwell slip"));
+    assert_eq!(item(&live, "rendered_friction").unwrap().choice.as_deref(), Some("loaded"));
+    assert!(item(&live, WHO).is_none(), "the position is the preset's");
+
+    // Its torque is the load motor's, while it renders and no longer.
+    let turning = |render| Call::Move {
+        reference: "sine".into(),
+        values: BTreeMap::from([("amplitude".to_owned(), 3.0), ("frequency".to_owned(), 1.0)]),
+        render,
+    };
+    let moved = |call| {
+        live.call(ANN, call).unwrap();
+        let calls = after(&live, 400).loaded.unwrap().calls;
+        live.call(ANN, Call::Halt {}).unwrap();
+        ended(&live);
+        calls
+    };
+    let begun = status(&live).loaded.unwrap().calls;
+    assert_eq!((begun, moved(turning(false))), (0, 0));
+    let rendered = moved(turning(true));
+    assert!(rendered > 200, "in every tick: {rendered}");
+    live.call(ANN, set("loaded.kinetic_torque", "0.1")).unwrap();
+    assert_eq!(value(&live, "loaded.kinetic_torque"), 0.1);
+
+    // What would be measured against the desired friction of the parameters is refused until that is rendered.
+    let measure = || Call::Measure { what: Quantity::Friction, plan: BTreeMap::new(), render: true };
+    let refused = live.call(ANN, measure()).unwrap_err().to_string();
+    assert!(refused.contains("--as friction") && refused.contains("rendered_friction = preset"), "{refused}");
+    // There is always a way back, even to a friction that so slow a tick cannot render.
+    live.call(ANN, set("rendered_friction", "preset")).unwrap();
+    assert!(matches!(live.call(ANN, turning(true)).unwrap_err(), Error::NotRenderable(_)));
+    live.call(ANN, set("bench.desired.kinetic_torque", "0.175")).unwrap();
+    live.call(ANN, set("bench.desired.stribeck_velocity", "2.8")).unwrap();
+    let before = status(&live).loaded.unwrap().calls;
+    let preset = moved(turning(true));
+    assert!(preset <= before + 1, "nobody asks it: {before} {preset}");
+    live.call(ANN, set("rendered_friction", "loaded")).unwrap();
+    let follows = live.call(ANN, set("bench.law.kind", "admittance")).unwrap_err();
+    assert!(matches!(follows, Error::FollowsNoFriction), "{follows}");
+    assert!(moved(turning(true)) > preset + 200);
+    live.stop().unwrap();
+
+    let words = b"stickslip serve (friction Maxwell slip, SHA-256 ";
+    assert!(std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words), "it tells whose torques");
+    let record = crate::run::Record::read(&file).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let replayed = crate::run::replay(&record, &Watch::silent()).unwrap();
+    assert!(replayed.identical(), "{replayed}");
 }

@@ -17,20 +17,25 @@ use crate::parameters::presets;
 
 const ANN: &str = "ann";
 
-/// A bench of few ticks, which a busy machine keeps up with, in a project of its own.
+/// The preset of few ticks, which a busy machine keeps up with.
+fn slow() -> Source {
+    let mut source = presets::find("clm-bench").unwrap();
+    // In a hole of a busy machine the torque is held, and the screw leaves its set-point.
+    let values = [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500"), ("bench.safety.following_error", "50")];
+    source.text = parameters::set_all::<crate::Preset<f64>>(&source.text, "t", &values).unwrap();
+    source
+}
+
+/// A bench of it, in a project of its own.
 fn live() -> (Live, tempfile::TempDir) {
     live_into(|_| None)
 }
 
 /// The same, recorded into a file of its project.
 fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::TempDir) {
-    let mut source = presets::find("clm-bench").unwrap();
-    // In a hole of a busy machine the torque is held, and the screw leaves its set-point.
-    let values = [("bench.tick_rate", "1000"), ("bench.safety.following_error", "50")];
-    source.text = parameters::set_all::<crate::Preset<f64>>(&source.text, "t", &values).unwrap();
     let project = tempfile::tempdir().unwrap();
     let record = record(project.path());
-    let start = Start { wishes: Wishes::PLAIN, record, ..Start::new(source, project.path()) };
+    let start = Start { wishes: Wishes::PLAIN, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project)
 }
 

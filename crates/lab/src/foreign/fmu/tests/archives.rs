@@ -8,7 +8,7 @@ use super::*;
 
 /// What is wrong with it.
 fn refused(path: &Path, limits: Limits) -> String {
-    Controller::open_within(path, &[], None, limits).map(drop).expect_err("nobody should trust it")
+    Controller::open_within(path, Role::Controller, &[], None, limits).map(drop).expect_err("nobody should trust it")
 }
 
 #[test]
@@ -26,14 +26,15 @@ fn what_is_no_archive_or_no_fmu_is_refused() {
     // What it has is told by its first bytes, not by its name.
     let renamed = folder.path().join("servo.so.zip");
     fs::write(&renamed, &whole).unwrap();
-    assert!(Foreign::trusted_as(&renamed, &map(&MAP)).is_ok());
+    assert!(Foreign::trusted_as(&renamed, Role::Controller, &map(&MAP)).is_ok());
     // A byte of the compressed library is another.
     let mut flipped = whole.clone();
     let middle = whole.len() / 2;
     flipped[middle] ^= 0x55;
     let path = folder.path().join("flipped.fmu");
     fs::write(&path, flipped).unwrap();
-    let told = Controller::open(&path, &map(&MAP), None).map(drop).expect_err("its checksum is another");
+    let told =
+        Controller::open(&path, Role::Controller, &map(&MAP), None).map(drop).expect_err("its checksum is another");
     assert!(told.contains("cannot be unpacked"), "{told}");
     let other = packed(folder.path(), "other.fmu", &[("readme.txt", b"hello")]);
     assert!(refused(&other, Limits::default()).contains("has no modelDescription.xml"));
@@ -56,7 +57,7 @@ fn names_that_lead_out_of_the_folder_are_refused() {
     zip.add_symlink("resources/link", "/etc/passwd", SimpleFileOptions::default()).unwrap();
     let path = folder.path().join("link.fmu");
     fs::write(&path, zip.finish().unwrap().into_inner()).unwrap();
-    let told = Controller::open(&path, &map(&MAP), None).map(drop).expect_err("a link");
+    let told = Controller::open(&path, Role::Controller, &map(&MAP), None).map(drop).expect_err("a link");
     assert!(told.contains("resources/link is a link"), "{told}");
 }
 
@@ -70,7 +71,9 @@ fn what_is_too_large_is_refused_in_bounded_memory() {
     let path = packed(folder.path(), "bomb.fmu", &files);
     // A million zeros are a thousand bytes.
     assert!(fs::metadata(&path).unwrap().len() < 20_000);
-    let opened = |limits| Controller::open_within(&path, &map(&MAP), None, limits).map(drop).expect_err("no library");
+    let opened = |limits| {
+        Controller::open_within(&path, Role::Controller, &map(&MAP), None, limits).map(drop).expect_err("no library")
+    };
     let few = Limits { unpacked: 1 << 20, ..Limits::default() };
     assert!(opened(few).contains("unpacked it is larger than 1048576 bytes"));
     assert!(opened(Limits { archive: 100, ..Limits::default() }).contains("and 100 are read at most"));

@@ -9,7 +9,7 @@ fn told(text: &str) -> String {
 /// Why these variables cannot be the signals.
 fn unmapped(version: u32, pairs: &[(&str, &str)]) -> String {
     let model = description::read(&description(version, SIMULATION)).expect("it is right");
-    mapped(&model, &map(pairs)).map(drop).expect_err("it is refused")
+    mapped(&model, Role::Controller, &map(pairs)).map(drop).expect_err("it is refused")
 }
 
 #[test]
@@ -98,16 +98,41 @@ fn what_is_not_stated_is_said() {
         .iter()
         .fold(description(2, SIMULATION), |text, unit| text.replace(unit, ""));
     let model = description::read(&text).unwrap();
-    let mapped = mapped(&model, &map(&[MAP[0], MAP[3]])).unwrap();
-    let notes = described(&model, &mapped, &settable(&model, &mapped)).notes;
+    let mapped = mapped(&model, Role::Controller, &map(&[MAP[0], MAP[3]])).unwrap();
+    let notes = described(&model, Role::Controller, &mapped, &settable(&model, &mapped)).notes;
     assert_eq!(notes[0], "No unit is stated for Encoder.phi, Motor.'tau (out)': SI is assumed.");
     assert!(notes[1].contains("Command.phi[1] = 0.0") && notes[2].contains("No set-point reaches it"), "{notes:?}");
     let undefined = description(2, SIMULATION).replace("<Unit name=\"rpm\">", "<Unit name=\"rp\">");
     let undefined = undefined.replace("unit=\"rpm\"", "unit=\"furlong/s\"");
     let model = description::read(&undefined).unwrap();
-    let refused = super::mapped(&model, &map(&MAP)).map(drop).expect_err("nobody knows it");
+    let refused = super::mapped(&model, Role::Controller, &map(&MAP)).map(drop).expect_err("nobody knows it");
     assert!(
         refused.contains("furlong/s, which is not that of an angular velocity, or is defined nowhere"),
         "{refused}"
     );
+}
+
+#[test]
+fn a_friction_has_signals_of_its_own_and_no_set_point() {
+    let model = description::read(&description(2, SIMULATION)).expect("it is right");
+    let refused =
+        |role, pairs: &[(&str, &str)]| mapped(&model, role, &map(pairs)).map(drop).expect_err("it is refused");
+    let told = refused(Role::Friction, &[("reference_position", "Command.phi[1]"), MAP[3]]);
+    assert!(
+        told.contains("a friction has no signal reference_position") && told.contains("estimated_velocity"),
+        "{told}"
+    );
+    let told = refused(Role::Friction, &[MAP[0], MAP[3]]);
+    assert!(
+        told.contains("the estimated or measured velocity. Say which one is: --map estimated_velocity=NAME"),
+        "{told}"
+    );
+    let told = refused(Role::Law, &[MAP[3]]);
+    assert!(told.contains("the velocity or the angle"), "{told}");
+    let told = refused(Role::Controller, &[("estimated_velocity", "Command.w"), MAP[0], MAP[3]]);
+    assert!(told.contains("a controller has no signal estimated_velocity"), "{told}");
+    let pairs = [("estimated_velocity", "Command.w"), MAP[3]];
+    let mapped = mapped(&model, Role::Friction, &map(&pairs)).expect("it has a velocity");
+    let names: Vec<&str> = mapped.signals.iter().map(|signal| signal.name.as_str()).collect();
+    assert_eq!(names, ["estimated_velocity", "torque"]);
 }

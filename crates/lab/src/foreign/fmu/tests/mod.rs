@@ -126,7 +126,7 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
         let made = fmu("position_controller", &preset, version, None, None).unwrap();
         let path = folder.path().join(&made.file);
         fs::write(&path, &made.bytes).unwrap();
-        let mut foreign = Foreign::trusted(&path).unwrap();
+        let mut foreign = Foreign::trusted(&path, Role::Controller).unwrap();
         let described = foreign.description();
         assert_eq!(described.kind, format!("FMU {}.0", version.number()));
         assert_eq!((described.signals.len(), described.signals[0].unit.as_str()), (6, "rad"));
@@ -145,6 +145,7 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
                     reference_acceleration: -32.4 * libm::sin(9.0 * time),
                     measured_angle: 0.35 * libm::sin(9.0 * time - 0.1),
                     measured_velocity: 3.0 * libm::cos(9.0 * time - 0.1),
+                    ..ModuleSample::default()
                 };
                 let input = ControllerInput {
                     reference_position: sample.reference_position,
@@ -160,11 +161,35 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
         }
         // On the bench: the preset's own takes over without a bump, the FMU begins with nothing, and the noise is another.
         // Both leave a few thousandths of the deviation.
-        let loaded = load(&preset, Foreign::apart(&path, &here()).unwrap(), 0.0, 3, None, &Watch::silent()).unwrap();
+        let loaded =
+            load(&preset, Foreign::apart(&path, Role::Controller, &here()).unwrap(), 0.0, 3, None, &Watch::silent())
+                .unwrap();
         assert_eq!(loaded.fault, None);
         let [brought, own] = ["controller", "own"].map(|who| of(&loaded, &format!("{who}.sine_0.5hz.rms")));
         assert!((brought / own - 1.0).abs() < 0.02, "{version:?}: {brought} {own}");
     }
+}
+
+#[test]
+fn a_friction_of_the_house_comes_in_again_as_a_friction() {
+    let preset = preset();
+    let made = fmu("friction", &preset, Version::Three, None, None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(&made.file);
+    fs::write(&path, &made.bytes).unwrap();
+    let mut foreign = Foreign::trusted(&path, Role::Friction).unwrap();
+    let names: Vec<&str> = foreign.description().signals.iter().map(|signal| signal.name.as_str()).collect();
+    assert_eq!(names, ["measured_angle", "estimated_velocity", "torque"]);
+    let period = preset.bench.tick_time();
+    foreign.begin(period, 1.0).unwrap();
+    let sliding = |k: u32| ModuleSample {
+        measured_angle: 2.0 * period * f64::from(k),
+        estimated_velocity: 2.0,
+        ..ModuleSample::default()
+    };
+    let torque = (0..2000).fold(0.0, |_, k| foreign.step(&sliding(k)).unwrap());
+    let steady = preset.plant.screw_friction.steady_torque(2.0, sliding(2000).measured_angle, 0.0);
+    assert!((torque - steady).abs() < 1e-3 * steady, "{torque} {steady}");
 }
 
 #[test]
@@ -173,7 +198,7 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
     for version in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
         let path = servo(folder.path(), version, 0);
-        let mut foreign = Foreign::trusted_as(&path, &map(&MAP)).unwrap();
+        let mut foreign = Foreign::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
         let described = foreign.description().clone();
         assert_eq!((described.tool.as_deref(), described.step), (Some("Tool 7"), Some(0.0015)));
         assert!(described.notes[0].ends_with("start values: bias = 0.0."), "{:?}", described.notes);
@@ -205,7 +230,7 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
 fn what_is_tunable_becomes_another_between_two_steps() {
     for version in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
-        let mut foreign = Foreign::trusted_as(&servo(folder.path(), version, 0), &map(&MAP)).unwrap();
+        let mut foreign = Foreign::trusted_as(&servo(folder.path(), version, 0), Role::Controller, &map(&MAP)).unwrap();
         assert!(foreign.description().parameters.iter().all(|parameter| !parameter.fixed));
         let mut console = foreign.console();
         foreign.begin(1e-3, 1.0).unwrap();
@@ -220,8 +245,8 @@ fn what_is_tunable_becomes_another_between_two_steps() {
     }
     let fixed = description(2, SIMULATION).replace("\"tunable\"", "\"fixed\"");
     let model = description::read(&fixed).unwrap();
-    let mapped = mapped(&model, &map(&MAP)).unwrap();
-    let described = described(&model, &mapped, &settable(&model, &mapped));
+    let mapped = mapped(&model, Role::Controller, &map(&MAP)).unwrap();
+    let described = described(&model, Role::Controller, &mapped, &settable(&model, &mapped));
     assert_eq!(described.parameters.iter().map(|it| it.fixed).collect::<Vec<_>>(), [true, false], "{described:?}");
 }
 
@@ -232,9 +257,9 @@ fn a_run_with_an_fmu_replays_without_it_and_its_report_says_what_it_was() {
     let run = folder.path().join("run.mf4");
     let host = here().mapping(&map(&MAP[..1]));
     // The host of this test takes one mapping: the other variables are called as signals are.
-    let told = Foreign::apart(&path, &host).err().expect("the torque is missing").to_string();
+    let told = Foreign::apart(&path, Role::Controller, &host).err().expect("the torque is missing").to_string();
     assert!(told.contains("--map torque=NAME. Its outputs: Motor.'tau (out)'"), "{told}");
-    let foreign = Foreign::trusted_as(&path, &map(&MAP)).unwrap();
+    let foreign = Foreign::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
     let loaded = load(&preset(), foreign, 0.0, 1, Some(&run), &Watch::silent()).unwrap();
     assert_eq!(loaded.fault, None);
     let said = loaded.remarks().join("\n");
@@ -275,7 +300,7 @@ fn each_fault_of_an_fmu_is_named_with_its_last_message() {
         let folder = tempfile::tempdir().unwrap();
         // The names of the house, since the host of this test takes one mapping at most.
         let path = renamed(folder.path(), version, fault);
-        let told = match Foreign::apart_within(&path, &here(), Duration::from_millis(300)) {
+        let told = match Foreign::apart_within(&path, Role::Controller, &here(), Duration::from_millis(300)) {
             Err(error) => error.to_string(),
             Ok(foreign) => {
                 let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
@@ -306,12 +331,12 @@ fn renamed(folder: &Path, version: u32, fault: usize) -> PathBuf {
 fn a_folder_of_an_fmu_goes_with_it_even_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let path = renamed(folder.path(), 3, 1);
-    let mut foreign = Foreign::apart(&path, &here()).unwrap();
+    let mut foreign = Foreign::apart(&path, Role::Controller, &here()).unwrap();
     foreign.begin(1e-3, 1.0).unwrap();
     let crashed = (0..301).find_map(|_| foreign.step(&ModuleSample::default()).err());
-    assert_eq!(crashed, Some(ControllerFault::Crashed { signal: 11 }));
+    assert_eq!(crashed, Some(ForeignFault::Crashed { signal: 11 }));
     assert_eq!(foreign.said().as_deref(), Some("Step 300: the angle is wrong."));
-    let trusted = Controller::open(&path, &[], None).unwrap();
+    let trusted = Controller::open(&path, Role::Controller, &[], None).unwrap();
     let there = trusted._folder.path().to_owned();
     assert!(there.join("resources/a").exists());
     drop(trusted);

@@ -1,50 +1,34 @@
-//! A controller that was brought along on the virtual bench, simulated or by the clock: standard manoeuvres, beside the
-//! preset's own controller.
+//! What was brought along on the virtual bench, simulated or by the clock: a controller in standard manoeuvres, beside the
+//! preset's own; a friction and a law by the friction that is felt under them.
+
+mod manoeuvres;
+mod rendered;
 
 use std::fs;
 use std::path::Path;
 
-use stickslip_core::control::reference::Generator;
+use manoeuvres::Manoeuvres;
+use rendered::Rendered;
+use stickslip_rt::Quantiles;
 
-use super::{BUDGET, Description, Foreign, Signal};
+use super::{BUDGET, Description, Foreign, Role, Signal, role};
 use crate::bench::tap::Tap;
-use crate::bench::{Bench, Change, Clocked, ClockedBench, Command, Frame, Request, VirtualBench, Wishes};
-use crate::benchmark::Manoeuvre;
+use crate::bench::{Bench, Change, Clocked, ClockedBench, Request, VirtualBench, Wishes};
 use crate::experiment::home;
-use crate::figure::{Axis, Figure, Role, Series};
+use crate::figure::Figure;
 use crate::preset::Settings;
-use crate::quantity::Estimate;
-use crate::report::{Cell, Provenance, Report, Table};
+use crate::report::{Provenance, Report, Table};
 use crate::run::{About, Recorder};
 use crate::{Error, Preset, Summary, Watch, output, parameters};
-
-/// What is followed, in this order.
-const MANOEUVRES: [Manoeuvre; 4] =
-    [Manoeuvre::SlowSine, Manoeuvre::FastSine, Manoeuvre::PointToPoint, Manoeuvre::Reversal];
-/// What the table of deviations has.
-const CAPTION: &str =
-    "Deviation over the whole of each manoeuvre, by the encoder, with the loaded controller and with the preset's.";
-/// What is shown of a course at most, in points.
-const POINTS: usize = 4000;
-
-/// How a manoeuvre was followed, by the encoder.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Followed {
-    /// Its stable name.
-    pub manoeuvre: &'static str,
-    /// Deviation, RMS and largest magnitude [rad].
-    pub deviation: [f64; 2],
-    /// Time and deviation of each sample [s], [rad].
-    pub course: Vec<(f64, f64)>,
-}
 
 /// What came of it.
 pub struct Loaded {
     preset: Preset<f64>,
     seed: u64,
     foreign: Foreign,
-    brought: Vec<Followed>,
-    own: Vec<Followed>,
+    /// Its calls in the loop, and how many of them took longer than [`BUDGET`].
+    durations: (Quantiles, u64),
+    done: Done,
     /// What ended it before its time.
     pub fault: Option<String>,
     /// How the clock was kept.
@@ -52,10 +36,50 @@ pub struct Loaded {
     lateness: Option<Lateness>,
 }
 
-/// By the clock: how long a controller had for a torque [s], and how many were not there in time.
+/// What is done with it, by its role.
+enum Done {
+    Manoeuvres(Manoeuvres),
+    Friction(Rendered),
+}
+
+impl Done {
+    /// What fits into a duration [s].
+    fn planned(role: Role, preset: &Preset<f64>, duration: f64) -> Self {
+        match role {
+            Role::Controller => Done::Manoeuvres(Manoeuvres::planned(preset, duration)),
+            Role::Friction | Role::Law => Done::Friction(Rendered::planned(role, preset, duration)),
+        }
+    }
+
+    /// With what was brought along in the loop.
+    fn with(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.with(preset, bench, watch),
+            Done::Friction(rendered) => rendered.with(bench, watch),
+        }
+    }
+
+    /// With what the preset has in its place.
+    fn without(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.without(preset, bench, watch),
+            Done::Friction(rendered) => rendered.without(bench, watch),
+        }
+    }
+
+    /// Names of files, figures and captions.
+    fn figures(&self, preset: &Preset<f64>) -> Vec<(String, Figure, String)> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.figures(),
+            Done::Friction(rendered) => rendered.figures(preset),
+        }
+    }
+}
+
+/// By the clock: how long it had for a torque [s], and how many were not there in time.
 type Lateness = (f64, u64);
 
-/// A bench that takes a controller along.
+/// A bench that takes somebody's file along.
 trait Takes: Bench {
     fn bring(&mut self, foreign: Foreign) -> Result<(), Error>;
 
@@ -106,10 +130,11 @@ impl Takes for ClockedBench {
 }
 
 /// Runs a controller through the manoeuvres that fit into a duration [s], the first in any case, and then the preset's own
-/// through the same; the run is recorded where a file is named.
+/// through the same; under a friction or a law the friction is measured, at as many speeds as fit, and under the preset's
+/// law as well beside a law. The run is recorded where a file is named.
 ///
 /// # Errors
-/// What the bench refuses; [`Error::Cancelled`]. A fault of the controller is a result.
+/// What the bench refuses, as [`VirtualBench::bring`]; [`Error::Cancelled`]. A fault of what was brought along is a result.
 pub fn load(
     preset: &Preset<f64>,
     foreign: Foreign,
@@ -160,7 +185,7 @@ fn recorded(
         fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
     }
     // The torques replay without the file; which one gave them is told by this.
-    let command = format!("stickslip load ({}, SHA-256 {})", foreign.description().name, foreign.hash());
+    let command = format!("stickslip load ({})", foreign.words());
     let about = About { command, preset: *preset, seed: Some(seed) };
     Recorder::start(path, &about).map(Some)
 }
@@ -173,24 +198,16 @@ fn run(
     seed: u64,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let mut wanted = Vec::new();
-    let mut total = 0.0;
-    for manoeuvre in MANOEUVRES {
-        total += manoeuvre.reference(preset, 0.5).1;
-        if wanted.is_empty() || total <= duration {
-            wanted.push(manoeuvre);
-        }
-    }
     home(bench, watch)?;
     bench.come_to_rest()?;
+    let mut done = Done::planned(foreign.role(), preset, duration);
     bench.bring(foreign)?;
-    let mut brought = Vec::new();
-    let fault = match follow(&wanted, preset, bench, &mut brought, watch) {
+    let fault = match done.with(preset, bench, watch) {
         Err(error @ Error::BenchFault { .. }) => Some(bench.fault(error)?),
         ended => ended.map(|()| None)?,
     };
-    // The bench lives on, whatever became of the controller.
-    let (foreign, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
+    // The bench lives on, whatever became of it.
+    let (mut foreign, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
     let fault = fault.map(|reason| match foreign.said() {
         Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
         None => reason,
@@ -200,50 +217,12 @@ fn run(
         home(bench, watch)?;
         bench.come_to_rest()?;
     }
-    let mut own = Vec::new();
-    follow(&wanted, preset, bench, &mut own, watch)?;
-    Ok(Loaded { preset: *preset, seed, foreign, brought, own, fault, clocked: None, lateness })
-}
-
-fn follow(
-    wanted: &[Manoeuvre],
-    preset: &Preset<f64>,
-    bench: &mut impl Bench,
-    followed: &mut Vec<Followed>,
-    watch: &Watch,
-) -> Result<(), Error> {
-    let (rate, divider) = (preset.bench.tick_rate, preset.bench.divider());
-    for (number, manoeuvre) in wanted.iter().enumerate() {
-        // One tick without torque tells where the screw is.
-        let home = bench.step(Command::default())?.angle;
-        let (reference, duration) = manoeuvre.reference(preset, 0.5);
-        let mut setpoints = Generator::new(reference, rate).with_origin(home);
-        let mut course = Vec::new();
-        let mut begin = None;
-        let mut see = |frame: &Frame| {
-            let before = *begin.get_or_insert(frame.cycle - 1);
-            if frame.cycle.is_multiple_of(divider) {
-                let time = (frame.cycle - before) as f64 / rate;
-                course.push((time, frame.command.setpoint.position - frame.angle));
-            }
-        };
-        let ticks = (duration * rate).round() as u64;
-        for tick in 0..ticks {
-            if tick.is_multiple_of(2048) {
-                let part = (number as f64 + tick as f64 / ticks as f64) / wanted.len() as f64;
-                watch.stage(manoeuvre.name(), part)?;
-            }
-            let command = Command { setpoint: setpoints.next(), control: true, ..Command::default() };
-            bench.hand_over(command)?.iter().for_each(&mut see);
-        }
-        bench.drain(&mut see)?;
-        bench.come_to_rest()?;
-        let square: f64 = course.iter().map(|(_, deviation)| deviation * deviation).sum();
-        let peak = course.iter().fold(0.0f64, |most, (_, deviation)| most.max(deviation.abs()));
-        let deviation = [libm::sqrt(square / course.len() as f64), peak];
-        followed.push(Followed { manoeuvre: manoeuvre.name(), deviation, course });
+    done.without(preset, bench, watch)?;
+    let durations = foreign.durations();
+    if let (Done::Friction(rendered), None) = (&mut done, &fault) {
+        rendered.ask(&mut foreign, preset);
     }
-    Ok(())
+    Ok(Loaded { preset: *preset, seed, foreign, durations, done, fault, clocked: None, lateness })
 }
 
 impl Loaded {
@@ -251,6 +230,9 @@ impl Loaded {
     pub fn remarks(&self) -> Vec<String> {
         let description = self.foreign.description();
         let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.foreign.hash())];
+        if let Done::Friction(rendered) = &self.done {
+            remarks.extend(rendered.lead(&self.preset));
+        }
         let is_fmu = !description.signals.is_empty();
         remarks.extend(is_fmu.then(|| self.connected()));
         remarks.extend(description.notes.iter().cloned());
@@ -267,7 +249,7 @@ impl Loaded {
         if kept > 0 {
             remarks.push(format!("{kept} parameters and inputs have the values of the FMU."));
         }
-        let (calls, late) = self.foreign.durations();
+        let (calls, late) = self.durations;
         let micro = |time: u64| format!("{:.2} µs", 1e-3 * time as f64);
         remarks.push(format!(
             "A call took {} (median), {} (99 %), {} (largest); {late} of {} took longer than {}.",
@@ -305,7 +287,7 @@ impl Loaded {
             format!("{} is {}{unit}", signal.name, signal.variable)
         };
         let signals: Vec<String> = signals.iter().map(one).collect();
-        let period = self.preset.bench.control_period();
+        let period = role::period(self.foreign.role(), &self.preset.bench);
         // A sample is a whole number of its steps, up to rounding.
         let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
         let steps = step
@@ -314,37 +296,22 @@ impl Loaded {
         format!("{kind}{tool}: {}.{steps}", signals.join(", "))
     }
 
-    /// Deviations of both.
+    /// Deviations of it, and of what the preset has in its place.
     pub fn table(&self) -> Table {
-        let cell = |followed: Option<&Followed>, which: usize| {
-            followed
-                .map_or_else(|| Cell::from("stopped"), |it| Cell::Estimate(Estimate::new(it.deviation[which], "rad")))
-        };
-        self.own.iter().enumerate().fold(
-            Table::new(["manoeuvre", "RMS", "RMS, preset's", "peak", "peak, preset's"]).caption(CAPTION),
-            |table, (k, own)| {
-                let brought = self.brought.get(k);
-                table.row([
-                    own.manoeuvre.into(),
-                    cell(brought, 0),
-                    cell(Some(own), 0),
-                    cell(brought, 1),
-                    cell(Some(own), 1),
-                ])
-            },
-        )
+        match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.table(),
+            Done::Friction(rendered) => rendered.table(&self.preset),
+        }
     }
 
     /// The numbers, under their stable names.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("load");
-        for (who, all) in [("controller", &self.brought), ("own", &self.own)] {
-            for Followed { manoeuvre, deviation: [rms, peak], .. } in all {
-                summary.result(&format!("{who}.{manoeuvre}.rms"), *rms, "rad");
-                summary.result(&format!("{who}.{manoeuvre}.peak"), *peak, "rad");
-            }
+        match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.tell(&mut summary),
+            Done::Friction(rendered) => rendered.tell(&self.preset, &mut summary),
         }
-        let (calls, late) = self.foreign.durations();
+        let (calls, late) = self.durations;
         for (name, time) in [("p50", calls.p50), ("p99", calls.p99), ("largest", calls.max)] {
             summary.result(&format!("call.{name}"), 1e-9 * time as f64, "s");
         }
@@ -360,7 +327,7 @@ impl Loaded {
         summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
         let description = self.foreign.description();
         summary.row([
-            ("kind", "controller".into()),
+            ("kind", self.foreign.role().name().into()),
             ("name", description.name.clone().into()),
             ("form", description.kind.clone().into()),
             ("tool", description.tool.clone().into()),
@@ -391,12 +358,11 @@ impl Loaded {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
         let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
         let report = report.summary(self.lead()).table(self.table());
-        let report = self.figures().into_iter().fold(report, |report, (_, figure)| {
-            report.figure(
-                figure,
-                "Deviation of the measured angle from the set-point, with the loaded controller and with the preset's.",
-            )
-        });
+        let report = self
+            .done
+            .figures(&self.preset)
+            .into_iter()
+            .fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
         let report = report.heading("What was loaded, and how it ran").list(self.remarks());
         self.clocked.iter().fold(report, |report, clocked| {
             report.table(clocked.table().caption("How the clock was kept, all cycles."))
@@ -406,31 +372,11 @@ impl Loaded {
     /// What came of it, in a sentence or two.
     fn lead(&self) -> String {
         let stopped = self.fault.iter().map(|fault| format!("The bench stopped: {fault}"));
-        let compared = self.brought.iter().zip(&self.own).map(|(brought, own)| {
-            let [brought_rms, own_rms] = [brought, own].map(|it| Estimate::new(it.deviation[0], "rad").to_string());
-            format!("{}: {brought_rms} RMS, with the preset's controller {own_rms}.", brought.manoeuvre)
-        });
-        stopped.chain(compared).collect::<Vec<_>>().join(" ")
-    }
-
-    fn figures(&self) -> Vec<(String, Figure)> {
-        let figure = |(k, own): (usize, &Followed)| {
-            let line = |role, name: &'static str, of: &Followed| {
-                let stride = of.course.len().div_ceil(POINTS).max(1);
-                let points = of.course.iter().step_by(stride).map(|(time, deviation)| (*time, 1e3 * deviation));
-                Series::line(role, name, points.collect::<Vec<_>>())
-            };
-            let figure = Figure::new(format!("Deviation: {}", own.manoeuvre))
-                .x(Axis::new("time", "s"))
-                .y(Axis::new("deviation", "mrad"))
-                .series(line(Role::Reference, "preset's controller", own));
-            let figure = match self.brought.get(k) {
-                Some(brought) => figure.series(line(Role::Trace(0), "loaded controller", brought)),
-                None => figure,
-            };
-            (format!("{}.svg", own.manoeuvre), figure)
+        let came = match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.lead(),
+            Done::Friction(rendered) => rendered.lead(&self.preset),
         };
-        self.own.iter().enumerate().map(figure).collect()
+        stopped.chain(came).collect::<Vec<_>>().join(" ")
     }
 
     /// Writes figures, report and summary into a folder.
@@ -440,7 +386,7 @@ impl Loaded {
     pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
         output::create_folder(directory)?;
         let mut summary = self.summary();
-        for (name, figure) in self.figures() {
+        for (name, figure, _) in self.done.figures(&self.preset) {
             output::write(&directory.join(&name), figure.svg())?;
             summary.file(&name);
         }
