@@ -21,9 +21,7 @@ const waiting = [
   'controllers',
   'loaded',
 ]
-const failed = []
-
-/** Runs a story; what it says is told in one piece, once it has ended. */
+/** Runs a story; what it says is told in one piece, once it has ended. Told is whether it passed. */
 function played(story) {
   const begun = Date.now()
   const child = spawn(process.execPath, [join(import.meta.dirname, `${story}.mjs`)], { stdio: ['ignore', 'pipe', 'pipe'] })
@@ -33,18 +31,26 @@ function played(story) {
   return new Promise((ended) =>
     child.once('close', (code) => {
       process.stdout.write(`${Buffer.concat(said)}${story}: ${((Date.now() - begun) / 1000).toFixed(0)} s\n`)
-      if (code !== 0) failed.push(story)
-      ended()
+      ended(code === 0)
     }),
   )
 }
 
-async function work() {
-  for (let story = waiting.shift(); story; story = waiting.shift()) await played(story)
+/** Plays what is waiting, so many at a time; told are those that failed. */
+async function playedAll(waiting, atOnce) {
+  const failed = []
+  const work = async () => {
+    for (let story = waiting.shift(); story; story = waiting.shift()) if (!(await played(story))) failed.push(story)
+  }
+  await Promise.all(Array.from({ length: atOnce }, work))
+  return failed
 }
 
-await Promise.all(Array.from({ length: AT_ONCE }, work))
-if (failed.length) {
-  console.error(`failed: ${failed.join(', ')}`)
+// A bench by the clock may fail because browsers want both cores: what fails beside others is played once more, alone.
+const beside = await playedAll(waiting, AT_ONCE)
+const alone = await playedAll([...beside], 1)
+if (beside.length) console.error(`failed beside others: ${beside.join(', ')}`)
+if (alone.length) {
+  console.error(`failed alone as well: ${alone.join(', ')}`)
   process.exitCode = 1
 }

@@ -79,9 +79,14 @@ fn program(root: &Path, message: &str) -> Option<Program> {
     })
 }
 
+/// Of one program so many tests that fail are asked again. More do not fail because the machine is busy.
+const AGAIN: usize = 4;
+
 /// Runs the programs as cargo would, as many at a time as there are cores but for those that want all. What one says is told
-/// in one piece, once it has ended. `Err` with those that failed.
-pub(crate) fn run(programs: Vec<Program>, target: &Path, counts: &mut Counts) -> Result<(), String> {
+/// in one piece, once it has ended. A test that holds a bench to its clock may fail because others want the core: the few
+/// that fail are asked once more, one after the other with the machine to themselves, and those that pass then are told.
+/// `Err` with the programs of those that fail twice.
+pub(crate) fn run(programs: Vec<Program>, target: &Path, counts: &mut Counts) -> Result<Vec<String>, String> {
     run_by(programs, counts, |program| {
         let mut command = Command::new(&program.executable);
         command.current_dir(&program.package).arg("--quiet");
@@ -94,23 +99,23 @@ fn run_by(
     programs: Vec<Program>,
     counts: &mut Counts,
     command: impl Fn(&Program) -> Command + Sync,
-) -> Result<(), String> {
+) -> Result<Vec<String>, String> {
     if programs.is_empty() {
         return Err("there are no programs of tests".into());
     }
     let (alone, together) = ordered(programs);
     let told = Mutex::new((counts, Vec::new()));
-    let play = |program: Program| {
+    let run_one = |program: Program| {
         let begun = Instant::now();
         let (passed, said) = play(&mut command(&program));
         let (counts, failed) = &mut *told.lock().expect("nobody panics with it");
         println!("{said}{}: {:.1} s", program.source, begun.elapsed().as_secs_f64());
         said.lines().for_each(|line| counts.read(line));
         if !passed {
-            failed.push(program.source);
+            failed.push((program, failures(&said)));
         }
     };
-    alone.into_iter().for_each(play);
+    alone.into_iter().for_each(run_one);
     let waiting = Mutex::new(together);
     // From both ends, so that one that computes runs beside one that waits.
     let next = |worker: usize| {
@@ -119,17 +124,43 @@ fn run_by(
     };
     std::thread::scope(|scope| {
         for worker in 0..std::thread::available_parallelism().map_or(2, NonZero::get) {
-            let (next, play) = (&next, &play);
+            let (next, run_one) = (&next, &run_one);
             scope.spawn(move || {
                 while let Some(program) = next(worker) {
-                    play(program);
+                    run_one(program);
                 }
             });
         }
     });
-    let (_, mut failed) = told.into_inner().expect("nobody has panicked with it");
-    failed.sort();
-    if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) }
+    let (counts, failed) = told.into_inner().expect("nobody has panicked with it");
+    let (mut alone, mut twice) = (Vec::new(), Vec::new());
+    for (program, tests) in failed {
+        let mut command = command(&program);
+        command.args(["--exact", "--test-threads=1"]).args(&tests);
+        let (passed, said) = if (1..=AGAIN).contains(&tests.len()) { play(&mut command) } else { Default::default() };
+        println!("{said}");
+        // None is as good as failed: a name that no test has, or a program that ended before its tests did.
+        let again = said.lines().fold(Counts::default(), |mut sum, line| {
+            sum.read(line);
+            sum
+        });
+        if passed && again.passed as usize == tests.len() {
+            counts.failed -= again.passed;
+            counts.passed += again.passed;
+            alone.extend(tests);
+        } else {
+            twice.push(program.source);
+        }
+    }
+    twice.sort();
+    if twice.is_empty() { Ok(alone) } else { Err(format!("failed: {}", twice.join(", "))) }
+}
+
+/// The tests that a harness lists last, each on a line of its own, as those that failed.
+fn failures(said: &str) -> Vec<String> {
+    let list = said.rsplit_once("\nfailures:\n").map_or("", |(_, list)| list);
+    let names = list.lines().map_while(|line| line.strip_prefix("    "));
+    names.map(str::to_owned).collect()
 }
 
 /// Those that run alone; and the others, the longest computing first and the longest waiting last.
@@ -216,6 +247,41 @@ mod tests {
         });
         assert_eq!(outcome, Err("failed: b, c, d".into()));
         assert_eq!(counts, Counts { passed: 5, failed: 1, skipped: 1 });
+    }
+
+    /// A harness of three tests; named are those that fail among others, then what happens to who is asked by name.
+    fn harness(failing: &[&str], alone: &str) -> (Result<Vec<String>, String>, Counts) {
+        let mut counts = Counts::default();
+        let list: String = failing.iter().map(|name| format!("    {name}\n")).collect();
+        let script = format!(
+            r#"if [ "$1" = --exact ]; then {alone}; fi
+            printf 'failures:\n\n---- one stdout ----\nit panics:\n    not a name\n\nfailures:\n{list}\n'
+            printf 'test result: FAILED. 1 passed; {} failed; 0 ignored\n'; exit 101"#,
+            failing.len(),
+        );
+        let outcome = run_by(vec![a_program("it")], &mut counts, |_| {
+            let mut command = Command::new("sh");
+            command.args(["-c", &script, "sh"]);
+            command
+        });
+        (outcome, counts)
+    }
+
+    #[test]
+    fn a_test_that_passes_alone_is_told_and_one_that_fails_twice_fails() {
+        let passes = "echo \"test result: ok. $(($# - 2)) passed; 0 failed; 0 ignored\"; exit 0";
+        let (outcome, counts) = harness(&["one", "by::clock"], passes);
+        assert_eq!(outcome, Ok(vec!["one".into(), "by::clock".into()]));
+        assert_eq!(counts, Counts { passed: 3, failed: 0, skipped: 0 });
+
+        let fails = "echo 'test result: FAILED. 1 passed; 1 failed; 0 ignored'; exit 101";
+        let missing = "echo 'test result: ok. 0 passed; 0 failed; 0 ignored'; exit 0";
+        for alone in [fails, missing] {
+            let (outcome, counts) = harness(&["one", "by::clock"], alone);
+            assert_eq!((outcome, counts.failed), (Err("failed: it".into()), 2), "{alone}");
+        }
+        let (outcome, counts) = harness(&["a", "b", "c", "d", "e"], passes);
+        assert_eq!((outcome, counts.failed), (Err("failed: it".into()), 5), "so many are no chance");
     }
 
     #[test]

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 pub(crate) enum Outcome {
     /// All checked.
     Passed,
+    /// All checked, some at the second try: named, since a test must not become one that passes by luck.
+    Again(Vec<String>),
     /// Not checked, and why.
     Skipped(String),
 }
@@ -46,6 +48,7 @@ pub(crate) struct Suite {
     /// Tests, plus each stage that failed without a failed test or was skipped.
     counts: Counts,
     skipped: Vec<String>,
+    again: Vec<String>,
     failed: Vec<String>,
     times: Vec<String>,
 }
@@ -87,6 +90,7 @@ impl Suite {
         };
         match outcome {
             Ok(Outcome::Passed) => {}
+            Ok(Outcome::Again(names)) => self.again.extend(names.iter().map(|which| format!("{name}: {which}"))),
             Ok(Outcome::Skipped(reason)) => {
                 self.counts.skipped += 1;
                 self.skipped.push(format!("{name}: {reason}"));
@@ -110,9 +114,10 @@ impl Suite {
             |word: &str, lines: &[String]| -> String { lines.iter().map(|line| format!("{word}{line}\n")).collect() };
         let Counts { passed, failed, skipped } = self.counts;
         format!(
-            "{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
+            "{}{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
             list("time: ", &self.times),
             list("skipped: ", &self.skipped),
+            list("passed at the second try: ", &self.again),
             list("failed: ", &self.failed),
         )
     }
@@ -166,6 +171,13 @@ mod tests {
         assert!(suite.passed());
         assert!(suite.summary().contains("skipped: stage: no compiler\n"));
         assert!(suite.summary().ends_with("\n0 passed, 0 failed, 1 skipped"));
+    }
+
+    #[test]
+    fn a_second_try_is_told() {
+        let suite = finished(SECOND, Counts::default(), Ok(Outcome::Again(vec!["by::clock".into()])));
+        assert!(suite.passed());
+        assert!(suite.summary().contains("passed at the second try: stage: by::clock\n"));
     }
 
     #[test]

@@ -200,6 +200,12 @@ impl Answerer {
         })
     }
 
+    /// Whether it sleeps between two questions so far apart, however it waits for the second: only then may it run before
+    /// all ordinary threads, which it would starve.
+    pub fn sleeps_between(period: Duration) -> bool {
+        thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1) && period >= 2 * SPIN
+    }
+
     /// The next question, for which it waits for so long at most; it may give up early.
     pub fn question(&mut self, within: Duration) -> Option<&[u64]> {
         let (segment, last) = (&self.segment, self.number);

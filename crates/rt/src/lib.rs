@@ -79,5 +79,5 @@ pub use rate::Rate;
 pub use running::Running;
 pub use segment::Segment;
 pub use serial::open_serial;
-pub use setup::{Cpu, Granted, Outcome, Wish, Wishes, keep_off};
+pub use setup::{Cpu, Granted, Outcome, Wish, Wishes, hurry, keep_off};
 pub use timing::{Timing, Timings};

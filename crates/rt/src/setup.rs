@@ -47,6 +47,15 @@ pub fn keep_off(cpu: usize) -> io::Result<()> {
     system::keep_off(cpu)
 }
 
+/// Has the first thread of another process run before all ordinary ones as well, with this real-time priority; threads that
+/// it starts are ordinary. The process must be there: its number may be another's afterwards.
+///
+/// # Errors
+/// The system refuses it, or knows no such priorities.
+pub fn hurry(process: u32, priority: u8) -> io::Result<()> {
+    system::set_priority_of(process, priority)
+}
+
 /// One of the wishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -155,6 +164,12 @@ impl Granted {
     /// Whether this was asked and granted.
     pub fn has(&self, wish: Wish) -> bool {
         self.granted().any(|outcome| outcome.wish == wish)
+    }
+
+    /// The real-time priority that was granted.
+    pub fn priority(&self) -> Option<u8> {
+        self.granted()
+            .find_map(|outcome| if let Wish::Priority(priority) = outcome.wish { Some(priority) } else { None })
     }
 
     /// What was granted.

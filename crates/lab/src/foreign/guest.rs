@@ -58,12 +58,18 @@ impl Guest {
         })
     }
 
-    /// The same by the clock: it has begun.
+    /// The same by the clock: it has begun. A loop of a real-time priority gives a process of its own the next lower one, so
+    /// that nothing ordinary comes between question and torque.
     ///
     /// # Errors
     /// As [`Guest::new`]; [`Error::ForeignRate`] where its samples leave it no time; [`Error::Brought`] where it does not
     /// begin.
-    pub(crate) fn by_the_clock(foreign: Foreign, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
+    pub(crate) fn by_the_clock(
+        foreign: Foreign,
+        model: &Model<f64>,
+        settings: &Settings<f64>,
+        priority: Option<u8>,
+    ) -> Result<Self, Error> {
         if foreign.role() == Role::Controller && settings.divider() < 2 && !foreign.answers_at_once() {
             return Err(Error::ForeignRate { tick_rate: settings.tick_rate });
         }
@@ -72,6 +78,10 @@ impl Guest {
             .foreign
             .begin(guest.period, guest.torque_limit)
             .map_err(|fault| Error::Brought(guest.foreign.told(fault)))?;
+        // Not before: what it does at its begin may take long.
+        if let Some(priority) = priority {
+            guest.foreign.hurry(priority.saturating_sub(1), guest.period);
+        }
         Ok(guest)
     }
 

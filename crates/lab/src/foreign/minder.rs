@@ -5,13 +5,13 @@
 use std::io;
 use std::os::unix::process::ExitStatusExt as _;
 use std::process::{Child, ExitStatus};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use stickslip_core::supervise::ForeignFault;
-use stickslip_rt::{Alarm, Clock as _, MonotonicClock};
+use stickslip_rt::{Alarm, Clock as _, MonotonicClock, hurry};
 
 /// From look to look.
 const LOOK: Duration = Duration::from_millis(5);
@@ -24,6 +24,8 @@ struct Known {
     asked: AtomicU64,
     /// Without an answer for so long it hangs [ns].
     patience: AtomicU64,
+    /// Real-time priority that it is to have; 0 where it stays as it is.
+    priority: AtomicU8,
     ended: OnceLock<ForeignFault>,
 }
 
@@ -51,6 +53,12 @@ impl Minder {
     /// From now on it hangs without an answer for so long.
     pub(super) fn be_patient_for(&self, patience: Duration) {
         self.known.patience.store(nanoseconds(patience), Ordering::Relaxed);
+    }
+
+    /// From now on it runs at this real-time priority, where the system lets it.
+    pub(super) fn hurry(&self, priority: u8) {
+        self.known.priority.store(priority, Ordering::Relaxed);
+        self.thread.iter().for_each(|thread| thread.thread().unpark());
     }
 
     /// From now on an answer is due: the time [ns].
@@ -83,6 +91,12 @@ impl Known {
                 Ok(Some(status)) => return named(status),
                 Ok(None) => {}
                 Err(_) => return ForeignFault::Ended { code: -1 },
+            }
+            // Here nobody else can have its number.
+            match self.priority.swap(0, Ordering::Relaxed) {
+                0 => {}
+                // Refused, it stays an ordinary process.
+                priority => drop(hurry(child.id(), priority)),
             }
             let asked = self.asked.load(Ordering::Relaxed);
             let patience = self.patience.load(Ordering::Relaxed);

@@ -138,6 +138,9 @@ pub(crate) trait Caller: Send {
         true
     }
 
+    /// Runs at this real-time priority from now on where it is a process of its own, asked once in such a period.
+    fn hurry(&self, _priority: u8, _period: Duration) {}
+
     /// Why no answer will come, where that is known.
     fn ended(&self) -> Option<ForeignFault> {
         None
@@ -365,6 +368,12 @@ impl Foreign {
     /// By the clock: whether its torque is there when its sample has been asked for.
     pub fn answers_at_once(&self) -> bool {
         self.caller.answers_at_once()
+    }
+
+    /// A process of its own runs at this real-time priority from now on, where it is asked once in such a period [s] and
+    /// the system lets it.
+    pub(crate) fn hurry(&self, priority: u8, period: f64) {
+        self.caller.hurry(priority, Duration::from_secs_f64(period));
     }
 
     /// By the clock: asks it to begin anew, and does not wait; nothing may be awaited.

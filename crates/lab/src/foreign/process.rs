@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use stickslip_core::supervise::{Fault, ForeignFault};
-use stickslip_rt::{ANSWER, Asker, ModuleSample, hand_over};
+use stickslip_rt::{ANSWER, Answerer, Asker, ModuleSample, hand_over};
 use tempfile::TempDir;
 
 use super::fmu::is_fmu;
@@ -187,6 +187,12 @@ impl Caller for Process {
 
     fn answers_at_once(&self) -> bool {
         false
+    }
+
+    fn hurry(&self, priority: u8, period: Duration) {
+        if Answerer::sleeps_between(period) {
+            self.minder.hurry(priority);
+        }
     }
 
     fn ended(&self) -> Option<ForeignFault> {

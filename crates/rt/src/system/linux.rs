@@ -125,9 +125,15 @@ impl OtherThread {
 
 /// SCHED_FIFO for the calling thread; threads that it starts do not inherit it.
 pub(crate) fn set_priority(priority: u8) -> io::Result<()> {
+    set_priority_of(0, priority)
+}
+
+/// The same for the first thread of a process; 0 is the calling thread.
+pub(crate) fn set_priority_of(process: u32, priority: u8) -> io::Result<()> {
+    let process = process.try_into().map_err(|_| io::Error::from_raw_os_error(libc::ESRCH))?;
     let parameters = libc::sched_param { sched_priority: priority.into() };
-    // SAFETY: `parameters` outlives the call; 0 is the calling thread.
-    result(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameters) })
+    // SAFETY: `parameters` outlives the call.
+    result(unsafe { libc::sched_setscheduler(process, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameters) })
 }
 
 /// Runs the calling thread on this CPU alone.

@@ -53,6 +53,10 @@ pub(crate) fn set_priority(_: u8) -> io::Result<()> {
     Err(refused())
 }
 
+pub(crate) fn set_priority_of(_: u32, _: u8) -> io::Result<()> {
+    Err(refused())
+}
+
 pub(crate) fn pin(_: usize) -> io::Result<()> {
     Err(refused())
 }

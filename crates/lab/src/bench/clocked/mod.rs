@@ -244,7 +244,8 @@ impl ClockedBench {
     /// # Errors
     /// As [`bring`](Self::bring).
     pub(crate) fn seat(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<(), Error> {
-        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, settings)?);
+        let priority = self.running.as_ref().and_then(|running| running.granted().priority());
+        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, settings, priority)?);
         self.role = Some(guest.foreign().role());
         self.send(Some(guest)).map(drop)
     }

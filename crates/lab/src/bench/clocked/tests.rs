@@ -300,7 +300,7 @@ fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64
     let Preset { model, bench, .. } = *preset;
     let (machine, readings) = InProcess::new(preset, 7).unwrap();
     let whose = foreign.role();
-    let guest = Guest::by_the_clock(foreign, &model, &bench).unwrap();
+    let guest = Guest::by_the_clock(foreign, &model, &bench, None).unwrap();
     let mut parameters = design::parameters(&model, &bench).unwrap();
     let software = Software::new(parameters, bench.tick_time());
     role::enter(whose, true, &mut parameters, &model, &bench).unwrap();

@@ -183,6 +183,48 @@ fn a_controller_that_keeps_up_is_followed() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn a_process_of_its_own_runs_before_ordinary_ones_where_the_loop_does() {
+    let preset = slow();
+    let folder = tempfile::tempdir().unwrap();
+    let library = faulty(folder.path(), 10);
+    let torques = |wishes: Wishes| {
+        let mut bench = ClockedBench::virtual_machine(&preset, 1, wishes, None).unwrap();
+        let granted = bench.granted().and_then(|granted| granted.priority());
+        let mut foreign = Foreign::apart(&library, Role::Controller, &here()).unwrap();
+        foreign.set("sample", 0.0).unwrap();
+        foreign.begin(4e-3, 1.0).unwrap();
+        // Awake all the time it would starve others.
+        foreign.hurry(7, 50e-6);
+        std::thread::sleep(Duration::from_millis(50));
+        assert_eq!(foreign.step(&ModuleSample::default()), Ok(0.0), "an ordinary process");
+        crate::experiment::home(&mut bench, &Watch::silent()).unwrap();
+        bench.come_to_rest().unwrap();
+        bench.bring(foreign).unwrap();
+        let angle = bench.step(Order::default()).unwrap().angle;
+        let setpoint = Setpoint { position: angle, ..Setpoint::default() };
+        let mut torque = 0.0_f64;
+        let mut follow = || {
+            for _ in 0..300 {
+                let order = Order { setpoint, control: true, ..Order::default() };
+                if let Some(frame) = bench.hand_over(order)? {
+                    torque = torque.max(frame.command.added_torque);
+                }
+            }
+            bench.drain(&mut |frame| torque = torque.max(frame.command.added_torque))
+        };
+        // On a busy machine it may be late, which is another test's matter.
+        let followed = follow();
+        assert!(matches!(followed, Ok(()) | Err(Error::BenchFault { .. })), "{followed:?}");
+        (granted, torque)
+    };
+    assert_eq!(torques(Wishes::PLAIN), (None, 0.0));
+    let (granted, torque) = torques(Wishes { priority: Some(21), ..Wishes::PLAIN });
+    let expected = if granted.is_some() { 0.2 } else { 0.0 };
+    assert!((torque - expected).abs() < 1e-12, "{granted:?}: {torque}");
+}
+
+#[test]
 fn manoeuvres_by_the_clock_replay_without_the_controller() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);

@@ -206,12 +206,8 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     assert!(compiler.status().expect("there is a compiler").success());
     let loaded = Some(ForeignFile { path: path.clone(), role: Role::Friction, trust: true, ..ForeignFile::default() });
     let file = project.path().join("run.mf4");
-    let start = Start {
-        wishes: Wishes::PLAIN,
-        loaded,
-        record: Some(file.clone()),
-        ..Start::new(slow(), project.path())
-    };
+    let start =
+        Start { wishes: Wishes::PLAIN, loaded, record: Some(file.clone()), ..Start::new(slow(), project.path()) };
     let live = Live::start(start).unwrap();
     at_rest(&live);
     let known = status(&live).loaded.unwrap();

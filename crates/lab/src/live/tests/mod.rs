@@ -21,7 +21,8 @@ const ANN: &str = "ann";
 fn slow() -> Source {
     let mut source = presets::find("clm-bench").unwrap();
     // In a hole of a busy machine the torque is held, and the screw leaves its set-point.
-    let values = [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500"), ("bench.safety.following_error", "50")];
+    let values =
+        [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500"), ("bench.safety.following_error", "50")];
     source.text = parameters::set_all::<crate::Preset<f64>>(&source.text, "t", &values).unwrap();
     source
 }
