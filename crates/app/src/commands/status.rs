@@ -154,7 +154,7 @@ fn page(status: &Status) -> String {
                 format!("{}; {over_budget} of {calls} over {:.0} µs", micros(*call), 1e6 * budget),
             ));
         }
-        lines.extend(loaded.response.map(|times| ("its answers", micros(times))));
+        lines.extend(loaded.response.map(|times| ("its answers", format!("{}; {} late", micros(times), loaded.late))));
     }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));

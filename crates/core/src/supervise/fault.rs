@@ -179,9 +179,9 @@ pub enum ForeignFault {
         /// How long [s].
         time: f64,
     },
-    /// By the clock: its torque was not there when its sample ended. Why, may be known later.
+    /// By the clock: its torque was missing for more ticks than may be missed. Why, may be known later.
     Late {
-        /// How long it had [s].
+        /// How long after its sample began it was not there [s].
         time: f64,
     },
     /// Its torque is no finite number.
@@ -360,8 +360,8 @@ impl ForeignFault {
             ),
             ForeignFault::Late { time } => write!(
                 f,
-                "the {role}'s torque was not there {:.3} ms after its sample began, when it was due. Look for what \
-                 takes so long in its step, and for other programs that take the processor.",
+                "the {role}'s torque was not there {:.3} ms after its sample began. Look for what takes so long in its \
+                 step, and for other programs that take the processor.",
                 1e3 * time
             ),
             ForeignFault::NotANumber => write!(

@@ -62,7 +62,8 @@ pub struct SafetyLimits<T> {
     /// Time in which a motor's winding warms up.
     #[field(symbol = "T_th", unit = "s", range = 0.1..=1e5, default = 30.0)]
     pub thermal_time: T,
-    /// Ticks in a row that may be missed: by the software, or by the answers of a machine behind a link.
+    /// Ticks in a row that may be missed: by the software, by the answers of a machine behind a link, or by the torque of a
+    /// file of one's own.
     #[field(symbol = "n_m", unit = "1", range = 1.0..=1000.0, default = 8.0, whole)]
     pub missed_ticks: T,
     /// How long a bench with torque may be without a command before it is stopped. 0: for ever, it holds its position.

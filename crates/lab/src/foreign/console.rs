@@ -23,7 +23,8 @@ pub(crate) struct Console {
     took: Consumer<Took>,
     calls: Durations,
     responses: Durations,
-    late: u64,
+    over_budget: u64,
+    late: Arc<AtomicU64>,
 }
 
 /// The side within the deadline.
@@ -32,6 +33,7 @@ pub(super) struct Line {
     verdict: Arc<AtomicU64>,
     failed: Arc<AtomicBool>,
     took: Producer<Took>,
+    late: Arc<AtomicU64>,
 }
 
 /// How long a sample took [ns].
@@ -49,8 +51,10 @@ pub(super) fn console(values: &[f64]) -> (Console, Line) {
     let (verdict, failed) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
     let (took_in, took) = RingBuffer::new(CALLS);
     let (calls, responses) = (Durations::default(), Durations::default());
-    let line = Line { values: reader, verdict: verdict.clone(), failed: failed.clone(), took: took_in };
-    (Console { values: writer, verdict, failed, took, calls, responses, late: 0 }, line)
+    let late = Arc::new(AtomicU64::new(0));
+    let line =
+        Line { values: reader, verdict: verdict.clone(), failed: failed.clone(), took: took_in, late: late.clone() };
+    (Console { values: writer, verdict, failed, took, calls, responses, over_budget: 0, late }, line)
 }
 
 impl Console {
@@ -74,14 +78,19 @@ impl Console {
     pub(crate) fn count(&mut self) {
         while let Ok(Took { call, response }) = self.took.pop() {
             self.calls.add(call);
-            self.late += u64::from(call > BUDGET);
+            self.over_budget += u64::from(call > BUDGET);
             response.into_iter().for_each(|time| self.responses.add(time));
         }
     }
 
     /// How long calls took, and how long until their answers were there [ns]; how many took longer than [`BUDGET`].
     pub(crate) fn durations(&self) -> (Quantiles, Quantiles, u64) {
-        (self.calls.quantiles(), self.responses.quantiles(), self.late)
+        (self.calls.quantiles(), self.responses.quantiles(), self.over_budget)
+    }
+
+    /// How many torques were not there when they were due.
+    pub(crate) fn late(&self) -> u64 {
+        self.late.load(Ordering::Relaxed)
     }
 }
 
@@ -100,6 +109,11 @@ impl Line {
     /// It does not control any more.
     pub(super) fn fail(&self) {
         self.failed.store(true, Ordering::Relaxed);
+    }
+
+    /// A torque was not there when it was due.
+    pub(super) fn late(&self) {
+        self.late.fetch_add(1, Ordering::Relaxed);
     }
 
     /// How long a sample took. What finds no room is not counted.
@@ -132,8 +146,10 @@ mod tests {
         line.took(Took { call: BUDGET + 1, response: None });
         line.took(Took { call: 7, response: Some(9) });
         console.count();
-        let (calls, responses, late) = console.durations();
-        assert_eq!((calls.count, responses.count, responses.max, late), (2, 1, 9, 1));
+        let (calls, responses, over_budget) = console.durations();
+        assert_eq!((calls.count, responses.count, responses.max, over_budget), (2, 1, 9, 1));
+        line.late();
+        assert_eq!(console.late(), 1);
         assert!(calls.max > BUDGET);
     }
 }

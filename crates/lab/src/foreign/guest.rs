@@ -1,10 +1,11 @@
 //! What was brought along, on a bench: what it computes in a sample comes into force when that ends.
 //!
 //! In the simulation the bench waits for it. By the clock nobody waits: it is asked when a sample begins, and what is not
-//! there when the sample ends is late. A controller's sample ends with its last tick; that of a friction or a law is one
+//! there when the sample ends is late. Then the last torque is held, and it is not asked again before it has answered; for
+//! as many ticks as a machine behind a link may be silent, and more are a fault. A controller's sample ends with its last tick; that of a friction or a law is one
 //! tick, whose torque is in force from the begin of the next.
 
-use stickslip_core::cycle::{Brought, Sample};
+use stickslip_core::cycle::{Brought, Parameters, Sample};
 use stickslip_core::supervise::{ForeignFault, Role};
 use stickslip_core::tick::Tick;
 
@@ -19,6 +20,7 @@ pub struct Guest {
     /// While this is in force, it is asked.
     stands_in: StandsIn,
     period: f64,
+    tick: f64,
     torque_limit: f64,
     /// Samples since its begin; none where it has to begin first.
     samples: Option<u64>,
@@ -30,7 +32,8 @@ pub struct Guest {
     due: bool,
     /// How long it has for a torque [s].
     allowed: f64,
-    /// Samples whose torque was not there.
+    /// Ticks in a row in which a torque that is due was not there, and samples with such.
+    missing: u64,
     late: u64,
 }
 
@@ -47,6 +50,7 @@ impl Guest {
             torque_limit: role::torque_limit(role, model, settings),
             foreign,
             period,
+            tick,
             samples: None,
             computed: 0.0,
             commanded: 0.0,
@@ -54,6 +58,7 @@ impl Guest {
             due: false,
             // The tick in which a controller's sample ends begins a tick before that.
             allowed: if role == Role::Controller { period - tick } else { period },
+            missing: 0,
             late: 0,
         })
     }
@@ -135,19 +140,25 @@ impl Guest {
         Ok(self.commanded)
     }
 
-    /// Its torque in this tick by the clock: no wait, no allocation, a system call only where it has to be woken.
+    /// Its torque in this tick by the clock: no wait, no allocation, a system call only where it has to be woken. Where it
+    /// is not there when it is due, the last one is held, as the voltages are of a tick that is missed.
     ///
     /// # Errors
-    /// As [`torque`](Self::torque); [`ForeignFault::Late`].
-    pub(crate) fn torque_by_the_clock(&mut self, sample: &Sample, tick: &Tick<f64>) -> Result<Brought, ForeignFault> {
-        let torque = self.not_waited_for(sample, &self.stands_in.turn(sample, tick))?;
+    /// As [`torque`](Self::torque); [`ForeignFault::Late`] where it is missing for more ticks in a row than may be missed.
+    pub(crate) fn torque_by_the_clock(
+        &mut self,
+        sample: &Sample,
+        parameters: &Parameters<f64>,
+    ) -> Result<Brought, ForeignFault> {
+        let turn = self.stands_in.turn(sample, &parameters.tick);
+        let torque = self.not_waited_for(sample, &turn, parameters.safety.missed_ticks)?;
         Ok(role::brought(self.foreign.role(), torque))
     }
 
-    fn not_waited_for(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ForeignFault> {
+    fn not_waited_for(&mut self, sample: &Sample, turn: &Turn, bearable: f64) -> Result<f64, ForeignFault> {
         if self.failed.is_some() || !turn.acts {
             self.due |= self.samples.take().is_some();
-            self.commanded = 0.0;
+            (self.commanded, self.missing) = (0.0, 0);
             // Whatever was awaited comes too late to count.
             let course = self.foreign.look();
             self.due |= self.foreign.take_for_begin();
@@ -157,9 +168,8 @@ impl Guest {
             }
             return self.failed.filter(|_| turn.acts).map_or(Ok(0.0), Err);
         }
-        let torque = self.in_time(sample, turn);
+        let torque = self.in_time(sample, turn).and_then(|()| self.bear(bearable));
         self.fail(torque.err());
-        self.late += u64::from(matches!(self.failed, Some(ForeignFault::Late { .. })));
         torque
     }
 
@@ -168,24 +178,44 @@ impl Guest {
         fault.iter().for_each(|_| self.foreign.fail());
     }
 
-    fn in_time(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ForeignFault> {
-        if turn.begins {
-            // What is still awaited is that of a sample whose end was missed, or a begin.
+    /// Asks where a sample begins, and takes what is there; what is due and not there is missing.
+    fn in_time(&mut self, sample: &Sample, turn: &Turn) -> Result<(), ForeignFault> {
+        let mut open = false;
+        if turn.begins || self.missing > 0 {
+            // What is still awaited is the torque of a sample whose end has passed, or a begin, which may take its time.
             let course = self.take()?;
-            if course == Course::Open && self.samples.is_some() {
-                return Err(ForeignFault::Late { time: self.allowed });
-            }
-            if self.due && course != Course::Open {
+            open = course == Course::Open && (self.samples.is_some() || self.missing > 0);
+            if turn.begins && course == Course::Open {
+                // It is not asked: its time goes on.
+                self.samples = self.samples.map(|samples| samples + 1);
+            } else if turn.begins && self.due {
                 self.foreign.ask_to_begin(self.period, self.torque_limit);
                 self.due = false;
-            } else if course != Course::Open {
+            } else if turn.begins {
                 let samples = self.samples.unwrap_or(0);
                 self.samples = Some(samples + 1);
                 self.foreign.ask(&self.read(samples, sample));
             }
         }
-        if turn.ends && self.take()? == Course::Open {
-            return Err(ForeignFault::Late { time: self.allowed });
+        if turn.ends {
+            open = self.take()? == Course::Open;
+        }
+        self.missing = if open { self.missing + 1 } else { 0 };
+        Ok(())
+    }
+
+    /// The torque in force, where no other one is missing for longer than is bearable [ticks].
+    fn bear(&mut self, bearable: f64) -> Result<f64, ForeignFault> {
+        if self.missing == 1 {
+            self.late += 1;
+            self.foreign.count_late();
+        }
+        if self.missing > 0 {
+            // Where it is known that none will come, nothing is to be waited for.
+            self.foreign.ended().map_or(Ok(()), Err)?;
+        }
+        if self.missing as f64 > bearable {
+            return Err(ForeignFault::Late { time: self.allowed + (self.missing - 1) as f64 * self.tick });
         }
         Ok(self.commanded)
     }

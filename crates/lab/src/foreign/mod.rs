@@ -376,6 +376,11 @@ impl Foreign {
         self.caller.hurry(priority, Duration::from_secs_f64(period));
     }
 
+    /// By the clock: a torque was not there when it was due.
+    pub(crate) fn count_late(&self) {
+        self.line.iter().for_each(Line::late);
+    }
+
     /// By the clock: asks it to begin anew, and does not wait; nothing may be awaited.
     pub(crate) fn ask_to_begin(&mut self, sample_time: f64, torque_limit: f64) {
         let answer = self.caller.ask(Question::Begin(sample_time, torque_limit, &self.values));

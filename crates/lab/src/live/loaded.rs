@@ -105,7 +105,7 @@ impl Live {
         let mut loaded = lock(&self.shared.loaded);
         let loaded = loaded.as_mut()?;
         loaded.console.count();
-        let (calls, responses, late) = loaded.console.durations();
+        let (calls, responses, over_budget) = loaded.console.durations();
         let seconds = |q: stickslip_rt::Quantiles| [q.p50, q.p99, q.p999, q.max].map(|time| time as f64 * 1e-9);
         Some(LoadedStatus {
             role: loaded.file.role.name().into(),
@@ -119,7 +119,8 @@ impl Live {
             call: seconds(calls),
             response: (responses.count > 0).then(|| seconds(responses)),
             budget: BUDGET as f64 * 1e-9,
-            over_budget: late,
+            over_budget,
+            late: loaded.console.late(),
         })
     }
 }

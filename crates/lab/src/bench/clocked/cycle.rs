@@ -191,7 +191,7 @@ impl<M: Io> BenchCycle<M> {
     fn brought(&mut self, command: Option<&Command>) -> Brought {
         let Some(guest) = &mut self.guest else { return Brought::default() };
         let sample = self.software.sample(&self.readings, command);
-        let torque = guest.torque_by_the_clock(&sample, &self.software.parameters().tick);
+        let torque = guest.torque_by_the_clock(&sample, self.software.parameters());
         let late = matches!(self.software.safety().state().fault(), Some(Fault::Foreign(_, ForeignFault::Late { .. })));
         if let Some(fault) = torque.err().or_else(|| late.then(|| guest.reason()).flatten()) {
             // It cannot be refused.

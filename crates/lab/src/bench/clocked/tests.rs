@@ -225,9 +225,14 @@ struct Counts {
     later: bool,
     /// From this sample on it does not answer, until somebody has asked so often why.
     silent_from: u32,
+    /// The answer to this sample comes only after so many looks.
+    slow: (u32, u32),
     asked: std::cell::Cell<u32>,
     waiting: Option<Result<Answer, ForeignFault>>,
 }
+
+/// So often it is asked in vain why it is silent.
+const SILENT: u32 = 14;
 
 impl Counts {
     fn foreign(later: bool, silent_from: u32) -> Foreign {
@@ -235,7 +240,13 @@ impl Counts {
     }
 
     fn foreign_as(role: Role, later: bool, silent_from: u32) -> Foreign {
-        let counts = Counts { samples: 0, later, silent_from, asked: 0.into(), waiting: None };
+        let counts = Counts { samples: 0, later, silent_from, slow: (0, 0), asked: 0.into(), waiting: None };
+        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
+    }
+
+    fn slow(role: Role, sample: u32, looks: u32) -> Foreign {
+        let slow = (sample, looks);
+        let counts = Counts { samples: 0, later: true, silent_from: u32::MAX, slow, asked: 0.into(), waiting: None };
         Foreign::new(role, Description::default(), String::new(), Box::new(counts))
     }
 }
@@ -267,6 +278,11 @@ impl Caller for Counts {
     }
 
     fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
+        let (sample, looks) = &mut self.slow;
+        if self.samples == *sample && *looks > 0 {
+            *looks -= 1;
+            return None;
+        }
         self.waiting.take()
     }
 
@@ -276,7 +292,7 @@ impl Caller for Counts {
 
     fn ended(&self) -> Option<ForeignFault> {
         self.asked.set(self.asked.get() + 1);
-        (self.asked.get() > 5).then_some(ForeignFault::Crashed { signal: 11 })
+        (self.asked.get() > SILENT).then_some(ForeignFault::Crashed { signal: 11 })
     }
 }
 
@@ -292,6 +308,8 @@ fn guiding(rate: f64) -> impl Iterator<Item = Command> {
 fn guided(divider: f64) -> Preset<f64> {
     let mut preset = preset();
     preset.bench.control_divider = divider;
+    // Its clock is simulated, and none is missed but by whoever is brought along.
+    preset.bench.safety.missed_ticks = 8.0;
     preset
 }
 
@@ -366,21 +384,44 @@ fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
 }
 
 #[test]
-fn a_torque_that_is_not_there_when_its_sample_ends_is_a_fault_whose_reason_is_told_later() {
-    let preset = guided(4.0);
-    let (frames, told) = by_the_clock(&preset, Counts::foreign(true, 20));
-    // Its twentieth sample begins in cycle 76 and ends with cycle 79.
+fn a_torque_that_is_missing_for_too_long_is_a_fault_whose_reason_is_told_later() {
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign(true, 20));
+    // Its twentieth sample begins in cycle 76 and ends with cycle 79: eight ticks may be missed.
     let crashed = ForeignFault::Crashed { signal: 11 };
-    assert!(told.len() == 2 && told[0].0 == 79 && told[1] == (85, crashed), "{told:?}");
+    assert!(told.len() == 2 && told[0].0 == 87 && told[1] == (93, crashed), "{told:?}");
     let ForeignFault::Late { time } = told[0].1 else { panic!("{told:?}") };
-    assert!((time - 3e-3).abs() < 1e-12, "{time}");
-    assert!(frames[78].safety.allows_torque() && frames[78].command.added_torque != 0.0);
+    assert!((time - 11e-3).abs() < 1e-12, "{time}");
+    let torque = |cycle: usize| frames[cycle].command.added_torque;
+    assert!(frames[86].safety.allows_torque() && torque(78) != torque(74));
+    assert!((79..87).all(|cycle| torque(cycle) == torque(78)), "it is held");
     let stopped = |frame: &Frame| frame.safety.fault();
-    assert_eq!(stopped(&frames[79]), Some(Fault::Foreign(Role::Controller, told[0].1)));
-    assert_eq!(stopped(&frames[84]), Some(Fault::Foreign(Role::Controller, told[0].1)));
-    assert!(frames[85..].iter().all(|frame| stopped(frame) == Some(Fault::Foreign(Role::Controller, crashed))));
-    assert!(frames[79..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
+    assert_eq!(stopped(&frames[87]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert_eq!(stopped(&frames[92]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert!(frames[93..].iter().all(|frame| stopped(frame) == Some(Fault::Foreign(Role::Controller, crashed))));
+    assert!(frames[87..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
     assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
+}
+
+#[test]
+fn a_torque_that_is_late_comes_into_force_when_it_is_there_and_the_next_sample_is_asked_for_as_ever() {
+    let mut preset = guided(4.0);
+    // The twentieth sample ends with cycle 79, and from then on each cycle looks.
+    let (frames, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 3));
+    assert_eq!(told, []);
+    let torque = |cycle: usize| frames[cycle].command.added_torque;
+    assert!(torque(79) == torque(78) && torque(80) == torque(78), "held");
+    assert!(torque(81) == torque(78) && torque(82) != torque(78), "it comes");
+    // The sample that began in cycle 80 was not asked for; the next is in force from its end on.
+    assert!((82..87).all(|cycle| torque(cycle) == torque(82)) && torque(87) != torque(82) && torque(91) != torque(87));
+
+    preset.bench.safety.missed_ticks = 2.0;
+    let (_, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 20));
+    assert!(matches!(told[..], [(81, ForeignFault::Late { .. }), ..]), "{told:?}");
+
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
+    assert_eq!(told, []);
+    let torque = |cycle: usize| frames[cycle].command.added_load_torque;
+    assert!((20..25).all(|cycle| torque(cycle) == torque(19)) && torque(25) != torque(19) && torque(26) != torque(25));
 }
 
 #[test]
@@ -403,17 +444,15 @@ fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
 }
 
 #[test]
-fn a_friction_that_is_not_there_a_tick_later_is_late_and_named() {
+fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
     let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign_as(Role::Friction, true, 20));
     let crashed = ForeignFault::Crashed { signal: 11 };
     // Its twentieth sample is asked for in cycle 19.
-    assert!(
-        told.len() == 2 && told[0] == (20, ForeignFault::Late { time: 1e-3 }) && told[1] == (26, crashed),
-        "{told:?}"
-    );
-    let named = frames[26].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
+    assert!(told.len() == 2 && told[0].0 == 28 && told[1] == (34, crashed), "{told:?}");
+    assert!(matches!(told[0].1, ForeignFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{told:?}");
+    let named = frames[34].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
     assert!(named.contains("the friction's library crashed"), "{named}");
-    assert!(frames[20..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
+    assert!(frames[28..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
     assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
 }
 

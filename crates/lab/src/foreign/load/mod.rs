@@ -152,7 +152,7 @@ pub fn load(
     Ok(loaded)
 }
 
-/// The same by the clock: what is not computed when its sample ends is late, and ends it.
+/// The same by the clock: what is not computed when its sample ends is late; for too long, it ends it.
 ///
 /// # Errors
 /// As [`load`]; [`Error::ForeignRate`]; [`Error::RealTime`]; [`Error::BenchFault`] where the clock could not be kept.
@@ -265,8 +265,12 @@ impl Loaded {
             let there = there.map(|(time, which)| format!("{} ({which})", micro(time))).join(", ");
             let when =
                 if responses.count > 0 { format!("was there after {there}") } else { "is computed at once".into() };
+            let held = match late {
+                0 => "none came too late".into(),
+                _ => format!("{late} came too late, and the last one was held meanwhile"),
+            };
             remarks.push(format!(
-                "By the clock its torque {when}, of the {} that it has from the begin of its sample; {late} came too late.",
+                "By the clock its torque {when}, of the {} that it has from the begin of its sample; {held}.",
                 micro((1e9 * allowed) as u64)
             ));
         }

@@ -9,7 +9,6 @@
 
 #include <fenv.h>
 #include <math.h>
-#include <sched.h>
 #include <stdlib.h>
 #include <time.h>
 
@@ -90,10 +89,6 @@ int32_t stickslip_step(void *of, const stickslip_sample *sample, double *torque)
     if (count == when + 1.0) {
         nanosleep(&(struct timespec){.tv_nsec = 200000000}, NULL);
     }
-#elif FAULT == 10
-    /* None: its torque tells its real-time priority, 10 mN m for each; 0 where it has none. */
-    struct sched_param own;
-    *torque = sched_getparam(0, &own) ? NAN : 1e-2 * own.sched_priority;
 #endif
     return 0;
 }

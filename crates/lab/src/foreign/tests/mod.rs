@@ -28,8 +28,7 @@ const AS: &str = "STICKSLIP_TEST_ROLE";
 pub(super) fn here() -> Host {
     let program = std::env::current_exe().expect("a program has a path");
     let test = "foreign::tests::hosts";
-    // With one thread the test runs on the first one of the process, as the program's own host does.
-    let call = format!("exec '{}' --exact {test} --nocapture --test-threads=1", program.display());
+    let call = format!("exec '{}' --exact {test} --nocapture", program.display());
     let words = "for last; do role=\"$word\"; word=\"$last\"; done";
     let script = format!("{words}; {HOSTED}=\"$last\" {AS}=\"$role\" {MAPPED}=\"$2\" {call}");
     let arguments = ["-c".into(), script.into()];

@@ -149,6 +149,8 @@ pub struct LoadedStatus {
     pub budget: f64,
     /// How many took longer.
     pub over_budget: u64,
+    /// How many torques were not there when they were due: the last one was held meanwhile.
+    pub late: u64,
 }
 
 /// What runs.
