@@ -1117,6 +1117,8 @@ export type LoadedStatus = {
   hash: string
   /** What it is: `C library`, `FMU 2.0`. */
   kind: string
+  /** How many torques were not there when they were due: the last one was held meanwhile. */
+  late: number
   /** What it calls itself. */
   name: string
   /** How many took longer. */
