@@ -80,6 +80,16 @@ impl Printer<'_> {
     }
 }
 
+/// What says of a program which code it has, declared and defined.
+pub(super) fn epk(name: &str, text: &str) -> (String, String) {
+    let about = "Which code this is. A calibration tool compares it with that of its description; a linker that drops what \
+                 nobody uses must be told to keep it.";
+    let length = text.len() + 1;
+    let declaration =
+        format!("{}extern const char {name}_epk[{length}];\n\n", prose::comment("", &prose::plain(about)));
+    (declaration, format!("const char {name}_epk[{length}] =\n    \"{text}\";\n"))
+}
+
 /// Statements that set each number of a struct.
 pub(super) fn assign<F: Precision>(base: &str, tree: &Tree, values: &[f64]) -> String {
     let number = |(path, value): (&String, &f64)| {

@@ -24,6 +24,7 @@ mod types;
 mod uses;
 mod vectors;
 
+use sha2::{Digest as _, Sha256};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
@@ -58,10 +59,14 @@ pub struct CSource {
     /// void NAME_init(NAME_state *s);                       /* the state at the start */
     /// NAME_status NAME_step(const NAME_parameters *p, NAME_state *s, const NAME_input *in, double dt,
     ///                       NAME_output *out);             /* stickslip_core::block::guarded */
+    /// extern const char NAME_epk[];                        /* `epk` */
     /// ```
     pub header: String,
     /// `NAME.c`.
     pub source: String,
+    /// Which code this is: version, name and a hash of all else that both files say. A program has it as `NAME_epk`, where
+    /// calibration tools compare it with their description.
+    pub epk: String,
 }
 
 /// A name that C would not take.
@@ -102,7 +107,15 @@ pub fn print<F: Precision>(program: &Program, name: &str) -> Result<CSource, Not
         return Err(NotAName(name.into()));
     }
     let printer = Printer::new(program, name);
-    Ok(CSource { header: printer.header::<F>(), source: printer.source::<F>() })
+    let (header, source) = (printer.header::<F>(), printer.source::<F>());
+    let hash = Sha256::new().chain_update(&header).chain_update(&source).finalize();
+    let hash: String = hash[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+    let epk = format!("stickslip {} {name} {hash}", env!("CARGO_PKG_VERSION"));
+    let (declaration, definition) = interface::epk(name, &epk);
+    // The declaration stands before the end of the guard.
+    let end = header.rfind("#endif").expect("a header is guarded");
+    let header = format!("{}{declaration}{}", &header[..end], &header[end..]);
+    Ok(CSource { header, source: source + &definition, epk })
 }
 
 struct Printer<'a> {

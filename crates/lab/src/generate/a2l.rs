@@ -6,7 +6,8 @@
 
 use std::path::Path;
 
-use object::{Object as _, ObjectSymbol as _, SymbolKind};
+use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SymbolKind};
+use stickslip_codegen::c;
 use stickslip_codegen::record::Program;
 use stickslip_codegen::tree::Tree;
 use stickslip_core::fields::{Field, Kind};
@@ -54,7 +55,8 @@ pub(super) struct Placed<'a> {
 /// Describes the code of a block, as [`generate`] makes it.
 ///
 /// # Errors
-/// As [`generate`]; [`Error::Program`] where a variable is not in the program, or is not as long as its struct.
+/// As [`generate`]; [`Error::Program`] where a variable is not in the program, or is not as long as its struct, or where the
+/// program says that it has other code.
 pub fn code_description(
     block: &str,
     preset: &Preset<f64>,
@@ -94,6 +96,12 @@ pub(super) fn describe(
         next += bytes;
         placed.push(Placed { group, tree, symbol, address });
     }
+    let epk = epk(program, prefix, precision)?;
+    let addressed = match &symbols {
+        Some(symbols) => symbols.epk(&format!("{prefix}_epk"), &epk)?,
+        None => None,
+    };
+    let addressed = addressed.map_or_else(String::new, |at| format!(" ADDR_EPK {at:#x}"));
     let order = if symbols.is_some_and(|it| !it.little) { "MSB_FIRST" } else { "MSB_LAST" };
     let Objects { text: objects, counts } =
         objects(&placed, precision, |placed, offset| format!("SYMBOL_LINK {} {offset}", quoted(&placed.symbol)));
@@ -103,13 +111,23 @@ pub(super) fn describe(
          /begin MODULE {prefix} {help}\n    \
          /begin MOD_COMMON \"\" BYTE_ORDER {order} ALIGNMENT_BYTE 1 ALIGNMENT_WORD 2 ALIGNMENT_LONG 4 \
          ALIGNMENT_FLOAT32_IEEE 4 ALIGNMENT_FLOAT64_IEEE 8 /end MOD_COMMON\n    \
-         /begin MOD_PAR \"\" VERSION \"{version}\" EPK \"stickslip {version} {prefix}\" /end MOD_PAR\n    \
+         /begin MOD_PAR \"\" VERSION \"{version}\"{addressed} EPK {epk} /end MOD_PAR\n    \
          /begin RECORD_LAYOUT number FNC_VALUES 1 {kind} ROW_DIR DIRECT /end RECORD_LAYOUT\n\
          {objects}  /end MODULE\n/end PROJECT\n",
+        epk = quoted(&epk),
         help = quoted(top.help.lines().next().unwrap_or_default()),
     );
     let variables = placed.into_iter().map(|it| (it.symbol, it.address)).collect();
     Ok(CodeDescription { text, variables, measurements: counts[0], parameters: counts[1] })
+}
+
+/// Which code a block is written as.
+fn epk(program: &Program, prefix: &str, precision: Precision) -> Result<String, Error> {
+    let code = match precision {
+        Precision::Double => c::print::<f64>(program, prefix),
+        Precision::Single => c::print::<f32>(program, prefix),
+    };
+    Ok(code?.epk)
 }
 
 /// Bytes of a number, its kind, the largest.
@@ -187,6 +205,7 @@ fn cell(path: String, address: u64, field: &'static Field, largest: f64) -> Cell
 /// The variables of a linked program.
 struct Symbols {
     path: std::path::PathBuf,
+    bytes: Vec<u8>,
     /// Name, address, bytes.
     known: Vec<(String, u64, u64)>,
     little: bool,
@@ -205,7 +224,25 @@ impl Symbols {
             .filter(|it| it.is_definition() && it.kind() == SymbolKind::Data)
             .filter_map(|it| Some((it.name().ok()?.to_owned(), it.address(), it.size())))
             .collect();
-        Ok(Symbols { path: path.into(), known, little: program.is_little_endian() })
+        let little = program.is_little_endian();
+        Ok(Symbols { path: path.into(), bytes, known, little })
+    }
+
+    /// Where the program says which code it has; `None` if it does not. `Err` if that is other code.
+    fn epk(&self, symbol: &str, epk: &str) -> Result<Option<u64>, Error> {
+        let Some((_, address, size)) = self.known.iter().find(|known| known.0 == symbol) else { return Ok(None) };
+        let program = object::File::parse(&*self.bytes).ok();
+        let sections = program.iter().flat_map(|program| program.sections());
+        let said = sections.filter_map(|section| section.data_range(*address, *size).ok().flatten()).next();
+        let said = said.unwrap_or_default().strip_suffix(b"\0").unwrap_or_default();
+        if said != epk.as_bytes() {
+            return Err(Error::Program {
+                path: self.path.clone(),
+                reason: format!("it has the code \"{}\", this describes \"{epk}\"", said.escape_ascii()),
+                remedy: "Build it with the files that are generated now, of the same preset and precision.",
+            });
+        }
+        Ok(Some(*address))
     }
 
     /// The address of a variable that is to be so long.
@@ -312,8 +349,10 @@ mod tests {
         for (symbol, at) in &made.variables {
             assert_eq!(*at, address(symbol), "{symbol}");
         }
-        // The third of the state: ω_f.
         let file = strict(&made.text);
+        let memory = file.project.module[0].mod_par.as_ref().expect("it is described");
+        assert_eq!(u64::from(memory.addr_epk[0].address), address("pid_epk"));
+        // The third of the state: ω_f.
         let third = file.project.module[0].measurement.iter().find(|m| m.get_name() == "state.filtered_velocity");
         let third = third.and_then(|m| m.ecu_address.as_ref()).expect("it is described").address;
         assert_eq!(u64::from(third), address("axis_state") + 16);
@@ -334,5 +373,29 @@ mod tests {
         let message = refused(Precision::Double, names(), &folder.path().join("pid.c"));
         assert!(message.contains("pid.c") && message.contains("ELF"), "{message}");
         assert!(refused(Precision::Double, names(), &folder.path().join("none")).contains("none"));
+    }
+
+    #[test]
+    fn a_program_that_has_other_code_is_refused_and_one_that_does_not_say_gets_no_address() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = linked(folder.path(), Precision::Double);
+        let epk = generate("pid", &preset(), Precision::Double, None).expect("a block of the catalogue");
+        let epk = self::epk(&epk.program, "pid", Precision::Double).expect("a good name");
+        let mut bytes = std::fs::read(&path).expect("it was linked");
+        let at = bytes.windows(epk.len()).position(|window| window == epk.as_bytes()).expect("the program says it");
+        let described = || {
+            let variables = Variables { names: names(), program: Some(&path) };
+            code_description("pid", &preset(), Precision::Double, None, &variables)
+        };
+        bytes[at + epk.len() - 1] ^= 1;
+        std::fs::write(&path, &bytes).expect("it can be written");
+        let message = described().expect_err("another code").to_string();
+        assert!(message.contains("it has the code \"stickslip ") && message.contains(&epk), "{message}");
+        // A linker that was not told to keep it leaves the name out.
+        let symbol = bytes.windows(8).position(|window| window == b"\0pid_epk").expect("its name is in the table");
+        bytes[symbol + 1] = b'q';
+        std::fs::write(&path, &bytes).expect("it can be written");
+        let text = described().expect("all that is described is there").text;
+        assert!(!text.contains("ADDR_EPK") && text.contains(&epk), "{text}");
     }
 }
