@@ -6,6 +6,8 @@ import type { Call, Item, Machine, Status } from './protocol'
 
 /** From question to question [ms]. */
 const LOOK = 100
+/** So many messages can be read again. */
+const TOLD = 200
 /** Values that are older are not shown as if they were new [ms]. */
 const STALE = 1500
 
@@ -39,6 +41,8 @@ class Bench {
   heard = $state(0)
   now = $state(Date.now())
   messages = $state.raw<Message[]>([])
+  /** All that was said, also what has gone from sight, with its time. */
+  told = $state.raw<(Message & { at: Date })[]>([])
   name = $state(stored('stickslip.name', ''))
   theme = $state<Theme>(stored('stickslip.theme', 'system') as Theme)
   speed = $state(Number(stored('stickslip.speed', '0')))
@@ -165,6 +169,7 @@ class Bench {
   #tell(message: Message) {
     const id = ++this.#message
     this.messages = [...this.messages.slice(-2), { ...message, id }]
+    this.told = [...this.told.slice(1 - TOLD), { ...message, id, at: new Date() }]
     setTimeout(() => this.dismiss(id), message.kind === 'warning' || message.next ? 15_000 : 8_000)
   }
 

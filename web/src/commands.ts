@@ -31,6 +31,7 @@ const common: Command[] = [
   { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.barred },
   { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
   { name: 'Keys', key: '?', run: () => (view.keys = true) },
+  { name: 'Messages', key: 'Shift M', run: () => (view.told = true) },
   { name: 'Unit of speed', key: 'U', run: () => bench.nextSpeed() },
   { name: 'Theme', key: 'Shift D', run: () => bench.nextTheme() },
   { name: 'Operate', key: '', run: () => void bench.order({ call: 'operate' }) },

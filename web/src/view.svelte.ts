@@ -5,6 +5,7 @@ class View {
   query = $state(location.search)
   palette = $state(false)
   keys = $state(false)
+  told = $state(false)
   /** The group of parameters that is open beside the window. */
   group = $state<{ name: string; path: string } | null>(null)
 
@@ -27,6 +28,7 @@ class View {
   close(): boolean {
     if (this.palette) this.palette = false
     else if (this.keys) this.keys = false
+    else if (this.told) this.told = false
     else if (this.group) this.group = null
     else return false
     return true

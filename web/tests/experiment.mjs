@@ -140,6 +140,15 @@ await play(async (scene) => {
     await scene.seen(ann, 'friction-downloaded')
     await ann.getByRole('button', { name: 'Undo' }).click()
     await ann.getByRole('button', { name: /Download to target/ }).waitFor()
+    // A message goes by itself; what was said can be read again.
+    await ann.getByText(/in force since cycle/).waitFor({ state: 'hidden' })
+    await ann.keyboard.press('Shift+M')
+    const messages = ann.getByRole('dialog', { name: 'Messages' })
+    await messages.getByRole('row', { name: /in force since cycle/ }).waitFor()
+    await scene.accessible(ann, 'messages')
+    await scene.seen(ann, 'messages')
+    await ann.keyboard.press('Escape')
+    await messages.waitFor({ state: 'hidden' })
   })
   await scene.step('a fault says what it was and what to do', async () => {
     await ann.evaluate(async () => {
