@@ -103,23 +103,27 @@ fn the_law_of_the_examples_renders_as_the_one_of_the_house() {
 }
 
 #[test]
-fn each_fault_of_a_friction_is_named_with_its_role_and_the_bench_lives_on() {
+fn each_fault_of_a_friction_or_a_law_is_named_with_its_role_and_the_bench_lives_on() {
     let said = [
-        (0, "the friction's library crashed (signal 11"),
-        (1, "the friction has not answered for 0.200 s"),
-        (2, "the friction's torque is no finite number"),
-        (4, "the friction says that it failed (code 7)"),
+        (0, "library crashed (signal 11"),
+        (1, "has not answered for 0.200 s"),
+        (2, "torque is no finite number"),
+        (4, "says that it failed (code 7)"),
     ];
-    for (fault, said) in said {
-        let folder = tempfile::tempdir().unwrap();
-        let library = faulty_friction(folder.path(), fault);
-        let patience = Duration::from_millis(200);
-        let foreign = Foreign::apart_within(&library, Role::Friction, &here(), patience).unwrap();
-        // What is measured is stopped; that it is homed again behind it, `load` itself makes sure of.
-        let loaded = load(&residual(), foreign, SHORT, 1, None, &Watch::silent()).unwrap();
-        let told = loaded.fault.as_deref().unwrap_or("nothing");
-        assert!(told.contains(said), "{fault}: {told}");
-        assert!(loaded.summary().value("rendered.rms").is_none());
+    for role in [Role::Friction, Role::Law] {
+        for (fault, said) in said {
+            let folder = tempfile::tempdir().unwrap();
+            let library = faulty_friction(folder.path(), fault);
+            let patience = Duration::from_millis(200);
+            let foreign = Foreign::apart_within(&library, role, &here(), patience).unwrap();
+            // What is measured is stopped; that it is homed again behind it, `load` itself makes sure of.
+            let loaded = load(&residual(), foreign, SHORT, 1, None, &Watch::silent()).unwrap();
+            let told = loaded.fault.as_deref().unwrap_or("nothing");
+            assert!(told.contains(said) && told.contains(&format!("the {role}")), "{role} {fault}: {told}");
+            assert!(loaded.summary().value("rendered.rms").is_none());
+            // Behind it the preset's own law renders.
+            assert_eq!(loaded.summary().value("own.rms").is_some(), role == Role::Law);
+        }
     }
 }
 
