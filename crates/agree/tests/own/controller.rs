@@ -1,19 +1,16 @@
 //! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, in the loop, in sweeps.
 
-#[path = "../examples/own_controller.rs"]
+#[path = "../../../lab/examples/own_controller.rs"]
 mod own_controller;
 
 use own_controller::SlidingMode;
-use stickslip::bench::Wishes;
-use stickslip::foreign::{Foreign, ForeignFile, ModuleSample, Role, load::load};
+use stickslip::foreign::{Foreign, ModuleSample, Role, load::load};
 use stickslip::generate::{Variables, Version, module_of};
-use stickslip::live::protocol::{Answer, Call};
-use stickslip::live::{Live, Start};
-use stickslip::xcp::Layout;
-use stickslip::xcp::a2l::{Doors, describe};
 use stickslip::{Preset, Watch, parameters};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::ControllerInput;
+
+use crate::served::Served;
 
 /// Its library, opened here.
 fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> Foreign {
@@ -83,35 +80,16 @@ fn it_is_in_the_loop_of_a_bench_as_fmu_and_for_calibration_tools() {
 fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
     let project = tempfile::tempdir().expect("a temporary folder");
     let module = module_of(&SlidingMode::<f64>::default(), "sliding_mode", 1e-3).expect("a name that C takes");
-    let path = project.path().join("sliding_mode.so");
-    std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
-    let mut source = parameters::presets::find("clm-bench").expect("it is built in");
-    let rate = [("bench.tick_rate", "1000")];
-    source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
-    let loaded = Some(ForeignFile { path, trust: true, ..ForeignFile::default() });
-    let start = Start { wishes: Wishes::PLAIN, loaded, ..Start::new(source, project.path()) };
-    let live = Live::start(start).expect("it starts");
-    let ask = |call| live.call("ann", call).expect("an answer");
-    let Answer::Items { items } = ask(Call::Items {}) else { panic!("no items") };
-    let item = |path: &str| items.iter().find(|item| item.path == path).expect("it is listed");
-    let who = item("position_controller");
+    let served = Served::with(module.library().expect("a C compiler"), Role::Controller, project.path());
+    let who = served.item("position_controller");
     assert_eq!((who.choice.as_deref(), who.options.len()), (Some("loaded"), 2));
-    let slope = item("loaded.slope");
+    let slope = served.item("loaded.slope");
     assert_eq!((slope.value, slope.minimum, slope.maximum, &*slope.unit), (Some(25.0), Some(0.1), Some(1e3), "1/s"));
     assert!(slope.help.starts_with("Slope of the line"), "{}", slope.help);
-    let Answer::Signals { signals, .. } = ask(Call::Signals {}) else { panic!("no signals") };
-    assert!(signals.iter().any(|signal| signal.name == "added_torque"), "its torque in the scope");
-    let described = describe(&Layout::with(1000.0, &live.entries()), Doors::default());
-    let (_, messages) = a2lfile::load_from_string(&described, None, true).expect("a reader of others takes it");
-    assert!(messages.is_empty(), "{messages:?}");
-    assert!(
-        ["slope", "amplitude", "layer"]
-            .iter()
-            .all(|name| described.contains(&format!("CHARACTERISTIC loaded.{name} ")))
-    );
-    let values = [("loaded.slope".to_owned(), "30".to_owned())].into();
-    assert!(matches!(ask(Call::Set { values }), Answer::Entered { differences, .. } if differences.len() == 1));
-    live.stop();
+    assert!(served.signals().contains(&"added_torque".to_owned()), "its torque in the scope");
+    served.describes(&["slope", "amplitude", "layer"]);
+    assert_eq!(served.set("loaded.slope", "30"), 1);
+    served.stop();
 }
 
 mod swept {

@@ -1,24 +1,20 @@
 //! A friction model in one file of Rust becomes C, FMU, A2L and a library on a served bench, and is swept.
 
-#[path = "../examples/own_friction.rs"]
+#[path = "../../../lab/examples/own_friction.rs"]
 mod own_friction;
 
 use std::process::Command;
 
 use own_friction::HessSoom;
-use stickslip::bench::Wishes;
-use stickslip::foreign::{Foreign, ForeignFile, ModuleSample, Role};
+use stickslip::foreign::{Foreign, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, friction_module_of, own_friction};
-use stickslip::live::protocol::{Answer, Call};
-use stickslip::live::{Live, Start};
 use stickslip::sweep::{Arithmetic, Plan, Variant, sweep};
-use stickslip::xcp::Layout;
-use stickslip::xcp::a2l::{Doors, describe};
-use stickslip::{Preset, parameters};
 use stickslip_core::control::Pid;
 use stickslip_core::drive::TwoMass;
 use stickslip_core::friction::{Bend, Bristle as _, advance};
 use stickslip_core::ideal::IdealAxis;
+
+use crate::served::Served;
 
 #[test]
 fn it_slides_on_its_curve() {
@@ -59,37 +55,21 @@ fn its_c_computes_its_bits_and_it_is_an_fmu_and_described() {
 fn as_a_library_on_a_served_bench_it_is_in_selector_form_scope_and_description() {
     let project = tempfile::tempdir().expect("a temporary folder");
     let module = friction_module_of(&HessSoom::<f64>::default(), "hess_soom", 1e-3).expect("a name that C takes");
-    let path = project.path().join("hess_soom.so");
-    std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
-    let mut library = Foreign::trusted(&path, Role::Friction).expect("a library of five functions");
+    let served = Served::with(module.library().expect("a C compiler"), Role::Friction, project.path());
+    let mut library = Foreign::trusted(&served.library, Role::Friction).expect("a library of five functions");
     library.begin(50e-6, 1.0).expect("it begins");
     let sliding = ModuleSample { estimated_velocity: -1.5, ..ModuleSample::default() };
     let torque = (0..20_000).fold(0.0, |_, _| library.step(&sliding).expect("a torque"));
     assert!((torque + 0.24).abs() < 1e-9, "half of the drop, against the motion: {torque}");
 
-    let mut source = parameters::presets::find("clm-bench").expect("it is built in");
-    let rate = [("bench.tick_rate", "1000")];
-    source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
-    let loaded = Some(ForeignFile { path, role: Role::Friction, trust: true, ..ForeignFile::default() });
-    let start = Start { wishes: Wishes::PLAIN, loaded, ..Start::new(source, project.path()) };
-    let live = Live::start(start).expect("it starts");
-    let ask = |call| live.call("ann", call).expect("an answer");
-    let Answer::Items { items } = ask(Call::Items {}) else { panic!("no items") };
-    let item = |path: &str| items.iter().find(|item| item.path == path).expect("it is listed");
-    let who = item("rendered_friction");
+    let who = served.item("rendered_friction");
     assert_eq!((who.choice.as_deref(), who.options.len()), (Some("loaded"), 2));
-    let drop = item("loaded.drop_velocity");
+    let drop = served.item("loaded.drop_velocity");
     assert_eq!((drop.value, drop.minimum, drop.maximum, &*drop.unit), (Some(1.5), Some(1e-6), Some(1e3), "rad/s"));
     assert!(drop.help.starts_with("Speed at which half"), "{}", drop.help);
-    let Answer::Signals { signals, .. } = ask(Call::Signals {}) else { panic!("no signals") };
-    assert!(signals.iter().any(|signal| signal.name == "added_load_torque"), "its torque in the scope");
-    let described = describe(&Layout::with(1000.0, &live.entries()), Doors::default());
-    let (_, messages) = a2lfile::load_from_string(&described, None, true).expect("a reader of others takes it");
-    assert!(messages.is_empty(), "{messages:?}");
-    for name in ["breakaway_torque", "drop_velocity", "bristle_stiffness"] {
-        assert!(described.contains(&format!("CHARACTERISTIC loaded.{name} ")), "{name}");
-    }
-    live.stop();
+    assert!(served.signals().contains(&"added_load_torque".to_owned()), "its torque in the scope");
+    served.describes(&["breakaway_torque", "drop_velocity", "bristle_stiffness"]);
+    served.stop();
 }
 
 #[test]
