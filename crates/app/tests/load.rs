@@ -51,6 +51,26 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     assert!(measures.len() == 2 && measures.iter().all(|it| it.as_f64().is_some_and(|it| it > 1e-6)), "{measures:?}");
     assert_eq!(ranked(), said, "from what is kept");
 
+    // The same with other gains is another one; without them it is that from before, to the digit.
+    let both = "benchmark --quick --controller ./p_pi.so --controller ./p_pi.so,position_gain=15 --friction nominal \
+                 --manoeuvre sine_0.5hz --out out";
+    let two = run(env!("CARGO_BIN_EXE_stickslip"), &both.split_whitespace().collect::<Vec<_>>(), folder);
+    assert!(two.status.success(), "{}", text(&two.stderr));
+    let deviation = |name: &str| {
+        let ending = format!("{name}_nominal_as_believed.json");
+        let path = cells().map(|it| it.expect("a file").path()).find(|path| path.to_string_lossy().ends_with(&ending));
+        let cell = std::fs::read_to_string(path.expect("its")).expect("text");
+        serde_json::from_str::<serde_json::Value>(&cell).expect("JSON")["runs"][0][1][0].as_f64()
+    };
+    let [as_it_is, softer] =
+        ["__p_pi_so", "__p_pi_so_position_gain_15"].map(|name| deviation(name).expect("a deviation"));
+    assert!(softer > 1.5 * as_it_is, "{as_it_is} {softer} rad");
+    for (set, told) in [("position_gain=soft", "position_gain=soft"), ("position_gian=15", "position_gain")] {
+        let refused = format!("benchmark --controller ./p_pi.so,{set} --out out");
+        let refused = run(env!("CARGO_BIN_EXE_stickslip"), &refused.split(' ').collect::<Vec<_>>(), folder);
+        assert!(!refused.status.success() && text(&refused.stderr).contains(told), "{}", text(&refused.stderr));
+    }
+
     // Another file of this name is another controller: one that fails is named, and the others are ranked.
     compile(folder, &["-Dstickslip_step=elsewhere"]);
     let missing = text(&run(env!("CARGO_BIN_EXE_stickslip"), &words, folder).stderr);

@@ -53,8 +53,8 @@ pub(crate) struct Benchmark {
 fn controller_help() -> String {
     format!(
         "A controller: {}; a parameter file (*.toml), whose controller, filter, compensation and hold run as they are \
-         stated; or one of your own, as `stickslip load` takes one: a shared library, an FMU or a function in Python. The \
-         first is the reference of the others",
+         stated; or one of your own, as `stickslip load` takes one: a shared library, an FMU or a function in Python, \
+         with values of its parameters where some are set (servo.so,gain=6). The first is the reference of the others",
         entrants()
     )
 }

@@ -26,7 +26,7 @@ const SLIDING: f64 = 10.0;
 /// A controller with compensation and hold, and what it is called.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entrant {
-    /// A base and what is added to it, joined by `+`; or the file that it comes from.
+    /// A base and what is added to it, joined by `+`; or the file that it comes from, with the values that are set.
     pub name: String,
     source: Source,
 }
@@ -164,19 +164,29 @@ impl Entrant {
     }
 
     /// The same, or a controller of one's own: a shared library, an FMU, a function in Python (*.py), of which a library is
-    /// made in the folder.
+    /// made in the folder. Values of its parameters may follow the file: `servo.so,gain=6,damping=0.1`.
     ///
     /// # Errors
-    /// As [`Entrant::find`] and [`ForeignFile::open`](crate::foreign::ForeignFile::open).
+    /// As [`Entrant::find`] and [`ForeignFile::open`](crate::foreign::ForeignFile::open); a value that is no number.
     pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
-        let path = Path::new(name);
+        let (path, values) = name.split_once(',').unwrap_or((name, ""));
+        let path = Path::new(path);
         let is_file = path.extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
         if !is_file {
             return Entrant::find(name);
         }
         // Each in a folder of its own.
         let own: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-        Ok(Entrant { name: name.into(), source: Source::Loaded(Loaded::open(path, &folder.join(own))?) })
+        let value = |text: &str| {
+            let (name, value) = text.split_once('=')?;
+            Some((name.trim().to_owned(), value.trim().parse().ok()?))
+        };
+        let values = values.split(',').filter(|text| !text.is_empty()).map(|text| {
+            let problem = || format!("\"{text}\" sets no parameter of it: write NAME=VALUE, with a number");
+            value(text).ok_or_else(|| Error::Foreign { path: path.into(), problem: problem() })
+        });
+        let loaded = Loaded::open(path, values.collect::<Result<_, _>>()?, &folder.join(own))?;
+        Ok(Entrant { name: name.into(), source: Source::Loaded(loaded) })
     }
 
     /// Runs it in a manoeuvre, `preset` being [what it is on](Self::on); `None` where it did not come to its end.
@@ -196,7 +206,7 @@ impl Entrant {
 
     /// What its results follow from besides parameters.
     pub(super) fn follows_from(&self) -> &str {
-        if let Source::Loaded(loaded) = &self.source { loaded.hash() } else { "" }
+        if let Source::Loaded(loaded) = &self.source { loaded.follows_from() } else { "" }
     }
 
     /// What it failed of first, where it is one of a file of its own.

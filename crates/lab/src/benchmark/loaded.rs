@@ -20,26 +20,29 @@ pub(super) struct Loaded(Arc<Opened>);
 
 struct Opened {
     file: ForeignFile,
-    hash: String,
+    /// SHA-256 of what it was made of, with the values that were given.
+    follows_from: String,
     idle: Mutex<Vec<Foreign>>,
     /// What it failed of first.
     fault: Mutex<Option<Fault>>,
 }
 
 impl Loaded {
-    /// Opens it, and makes a library of it in the folder where it is a function in Python.
-    pub(super) fn open(path: &Path, folder: &Path) -> Result<Self, Error> {
-        let given = ForeignFile { path: path.into(), ..ForeignFile::default() };
+    /// Opens it with these values, and makes a library of it in the folder where it is a function in Python.
+    pub(super) fn open(path: &Path, values: Vec<(String, f64)>, folder: &Path) -> Result<Self, Error> {
+        let given = ForeignFile { path: path.into(), values, ..ForeignFile::default() };
         let file = given.made(folder, &mut |_| {})?;
         let first = file.open(folder, &mut |_| {})?;
         // What it was made of: a compiler may write other bytes each time.
         let hash = given.hash()?;
-        Ok(Loaded(Arc::new(Opened { file, hash, idle: Mutex::new(vec![first]), fault: Mutex::default() })))
+        let set = given.values.iter().map(|(name, value)| format!(", {name}={value}"));
+        let follows_from = hash + &set.collect::<String>();
+        Ok(Loaded(Arc::new(Opened { file, follows_from, idle: Mutex::new(vec![first]), fault: Mutex::default() })))
     }
 
-    /// SHA-256 of its file.
-    pub(super) fn hash(&self) -> &str {
-        &self.0.hash
+    /// What its results follow from.
+    pub(super) fn follows_from(&self) -> &str {
+        &self.0.follows_from
     }
 
     /// What it failed of first, if it did.
@@ -91,12 +94,12 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 
 impl fmt::Debug for Loaded {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{:?}, SHA-256 {}", self.0.file, self.0.hash)
+        write!(f, "{:?}, SHA-256 {}", self.0.file, self.0.follows_from)
     }
 }
 
 impl PartialEq for Loaded {
     fn eq(&self, other: &Self) -> bool {
-        (&self.0.file, &self.0.hash) == (&other.0.file, &other.0.hash)
+        (&self.0.file, &self.0.follows_from) == (&other.0.file, &other.0.follows_from)
     }
 }
