@@ -8,7 +8,6 @@ use stickslip::design::software;
 use stickslip::judged::{ABREAST, Abreast, Judged};
 use stickslip::{Preset, parameters};
 use stickslip_core::control::reference::{Reference, Sine};
-use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::Order;
 
 /// Seconds of the bench in a round.
@@ -41,7 +40,7 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
             let tick = software(&preset.model, settings)?;
             benches.push(Judged::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let abreast = Judged::<Lanes<f64, ABREAST>>::of(&benches).ok_or("as many benches as lanes")?;
+        let abreast = Judged::abreast(&benches).ok_or("as many benches as lanes")?;
         let begin = Instant::now();
         let together = black_box(run(abreast, preset.bench.tick_rate));
         wide = wide.min(begin.elapsed().as_secs_f64());

@@ -25,13 +25,20 @@ pub(crate) fn map<J: Sync, R: Send>(
             done.lock().expect("no worker panics with the lock").push((index, result));
         }
     };
+    on(threads.min(jobs.len()), &worker);
+    let mut results: Vec<Option<Result<R, Error>>> = jobs.iter().map(|_| None).collect();
+    for (index, result) in done.into_inner().expect("all workers have ended") {
+        results[index] = Some(result);
+    }
+    results.into_iter().flatten().collect()
+}
+
+/// On so many threads, this one among them. Compiled once for all kinds of work.
+fn on(threads: usize, worker: &(dyn Fn() + Sync)) {
     std::thread::scope(|scope| {
-        for _ in 1..threads.min(jobs.len()) {
+        for _ in 1..threads {
             scope.spawn(worker);
         }
         worker();
     });
-    let mut done = done.into_inner().expect("all workers have ended");
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
 }

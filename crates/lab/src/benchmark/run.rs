@@ -1,7 +1,6 @@
 //! One entrant in one manoeuvre, on one machine or on several side by side.
 
 use stickslip_core::control::reference::{Generator, Setpoint};
-use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{Order, Tick};
 
 use super::Manoeuvre;
@@ -97,7 +96,7 @@ pub(crate) fn run_abreast(
             }
         }
         waiting = others;
-        let wide = if benches.len() < WORTH_LANES { None } else { Judged::<Lanes<f64, ABREAST>>::of(&benches) };
+        let wide = if benches.len() < WORTH_LANES { None } else { Judged::abreast(&benches) };
         let courses = match wide {
             Some(bench) => follow(bench, &mut runs, None, watch)?,
             None => {
@@ -267,7 +266,7 @@ mod tests {
         assert!(bench(1, 2).beside(&bench(0, 2)));
         assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");
         assert!(!bench(1, 3).beside(&bench(0, 2)), "another noise");
-        let wide = |count: usize| Judged::<Lanes<f64, 2>>::of(&vec![bench(0, 2); count]).is_some();
-        assert_eq!([wide(0), wide(1), wide(2), wide(3)], [false, true, true, false]);
+        let wide = |count: usize| Judged::abreast(&vec![bench(0, 2); count]).is_some();
+        assert_eq!([0, 1, ABREAST, ABREAST + 1].map(wide), [false, true, true, false]);
     }
 }

@@ -1,14 +1,12 @@
-//! Machines side by side: one a lane, in the widest vectors that the processor has.
+//! Machines side by side: one a lane.
 
-use multiversion::multiversion;
 use stickslip_core::fields::{Field, Fields, Variant, Walk};
-use stickslip_core::scalar::{Lanes, Scalar};
+use stickslip_core::scalar::Scalar;
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
+pub use stickslip_wide::ABREAST;
+use stickslip_wide::Wide;
 
 use super::Judged;
-
-/// Machines side by side: one vector of the widest registers.
-pub const ABREAST: usize = 8;
 
 /// A number that stands for one run, or for several side by side.
 pub trait Abreast: Scalar {
@@ -41,13 +39,11 @@ impl Abreast for f64 {
     }
 }
 
-impl<const N: usize> Abreast for Lanes<f64, N> {
-    #[inline]
+impl Abreast for Wide {
     fn lane(self, lane: usize) -> f64 {
         self.0[lane]
     }
 
-    #[inline]
     fn with_lane(mut self, lane: usize, value: f64) -> Self {
         self.0[lane] = value;
         self
@@ -60,28 +56,16 @@ impl<const N: usize> Abreast for Lanes<f64, N> {
         input: BenchInput<Self>,
         dt: Self,
     ) -> TickOutput<Self> {
-        vectors(bench, steps, state, &input, dt)
+        stickslip_wide::tick(bench, steps, state, &input, dt)
     }
 }
 
-/// Chosen at run time by what the processor can do; the bits are the same in all of them.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn vectors<const N: usize>(
-    bench: &VirtualBench<Lanes<f64, N>>,
-    steps: usize,
-    state: &mut BenchState<Lanes<f64, N>>,
-    input: &BenchInput<Lanes<f64, N>>,
-    dt: Lanes<f64, N>,
-) -> TickOutput<Lanes<f64, N>> {
-    bench.tick_of(steps, state, *input, dt)
-}
-
-impl<const N: usize> Judged<Lanes<f64, N>> {
+impl Judged {
     /// Machines side by side, each [`beside`](Judged::beside) the first; lanes that are left repeat the last. `None`
     /// where there is no machine, or where there are more than lanes.
-    pub fn of(machines: &[Judged]) -> Option<Self> {
+    pub fn abreast(machines: &[Judged]) -> Option<Judged<Wide>> {
         let (first, last) = (machines.first()?, machines.last()?);
-        if machines.len() > N {
+        if machines.len() > ABREAST {
             return None;
         }
         let of = |lane: usize| machines.get(lane).unwrap_or(last);
@@ -95,9 +79,7 @@ impl<const N: usize> Judged<Lanes<f64, N>> {
             cycle: first.cycle,
         })
     }
-}
 
-impl Judged {
     /// Whether it may run in a lane beside another: all is the same but numbers.
     pub fn beside(&self, other: &Judged) -> bool {
         let schedule = |it: &Judged| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
@@ -108,9 +90,9 @@ impl Judged {
 }
 
 /// One struct of many: number by number, one a lane.
-fn gather<P: Fields<f64>, const N: usize>(lane: impl Fn(usize) -> P) -> P::With<Lanes<f64, N>> {
-    let mut all = lane(0).map(&mut Lanes::of);
-    for index in 1..N {
+fn gather<P: Fields<f64>>(lane: impl Fn(usize) -> P) -> P::With<Wide> {
+    let mut all = lane(0).map(&mut Wide::of);
+    for index in 1..ABREAST {
         let numbers = contents(lane(index)).numbers;
         all.contents(&mut Put { numbers: numbers.into_iter(), lane: index });
     }
@@ -123,8 +105,8 @@ struct Put {
     lane: usize,
 }
 
-impl<const N: usize> Walk<Lanes<f64, N>> for Put {
-    fn number(&mut self, _: &'static Field, value: &mut Lanes<f64, N>) {
+impl Walk<Wide> for Put {
+    fn number(&mut self, _: &'static Field, value: &mut Wide) {
         value.0[self.lane] = self.numbers.next().expect("a struct has as many numbers over any kind");
     }
 }
