@@ -10,6 +10,7 @@ mod dist;
 mod documentation;
 mod guide;
 mod licences;
+mod pace;
 mod programs;
 mod python;
 mod study;

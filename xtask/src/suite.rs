@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::pace::slowness;
+
 /// What a stage that found no fault has to say.
 pub(crate) enum Outcome {
     /// All checked.
@@ -54,7 +56,8 @@ pub(crate) struct Suite {
 }
 
 impl Suite {
-    /// Runs a stage. It fails by itself or by taking more than 1.5 × its budget; the next stages run all the same.
+    /// Runs a stage. It fails by itself or by taking more than 1.5 × its budget, which is stretched where the machine is
+    /// slow before and behind it; the next stages run all the same.
     pub(crate) fn stage(
         &mut self,
         name: &str,
@@ -63,29 +66,34 @@ impl Suite {
     ) {
         println!("\n== {name}");
         let mut counts = Counts::default();
+        let before = slowness();
         let start = Instant::now();
         let outcome = work(&mut counts);
-        self.finish(name, budget, start.elapsed(), counts, outcome);
+        let took = start.elapsed();
+        self.finish(name, budget, (took, 0.5 * (before + slowness())), counts, outcome);
     }
 
     fn finish(
         &mut self,
         name: &str,
         budget: Duration,
-        took: Duration,
+        (took, slowness): (Duration, f64),
         counts: Counts,
         outcome: Result<Outcome, String>,
     ) {
-        let time = format!("{name}: {:.1} s of {} s", took.as_secs_f64(), budget.as_secs());
+        let machine = if slowness > 1.1 { format!(", the machine {slowness:.1} times slower") } else { String::new() };
+        let time = format!("{name}: {:.1} s of {} s{machine}", took.as_secs_f64(), budget.as_secs());
         println!("== {time}");
         self.times.push(time);
         self.counts.passed += counts.passed;
         self.counts.failed += counts.failed;
         self.counts.skipped += counts.skipped;
         let outcome = match outcome {
-            Ok(_) if took > budget.mul_f64(1.5) => {
-                Err(format!("took {:.1} s, more than 1.5 × its budget of {} s", took.as_secs_f64(), budget.as_secs()))
-            }
+            Ok(_) if took > budget.mul_f64(1.5 * slowness) => Err(format!(
+                "took {:.1} s, more than 1.5 × its budget of {} s{machine}",
+                took.as_secs_f64(),
+                budget.as_secs()
+            )),
             other => other,
         };
         match outcome {
@@ -136,7 +144,7 @@ mod tests {
 
     fn finished(took: Duration, counts: Counts, outcome: Result<Outcome, String>) -> Suite {
         let mut suite = Suite::default();
-        suite.finish("stage", 10 * SECOND, took, counts, outcome);
+        suite.finish("stage", 10 * SECOND, (took, 1.0), counts, outcome);
         suite
     }
 
@@ -163,6 +171,18 @@ mod tests {
         assert!(!slow.passed());
         assert!(slow.summary().contains("failed: stage: took 16.0 s, more than 1.5 × its budget of 10 s\n"));
         assert!(finished(14 * SECOND, Counts::default(), Ok(Outcome::Passed)).passed());
+    }
+
+    #[test]
+    fn a_slow_machine_stretches_the_budget() {
+        let on_slow = |took| {
+            let mut suite = Suite::default();
+            suite.finish("stage", 10 * SECOND, (took, 2.0), Counts::default(), Ok(Outcome::Passed));
+            suite
+        };
+        assert!(on_slow(29 * SECOND).passed());
+        let beyond = on_slow(31 * SECOND).summary();
+        assert!(beyond.contains("failed: stage: took 31.0 s") && beyond.contains("the machine 2.0 times slower"));
     }
 
     #[test]

@@ -1,0 +1,53 @@
+//! How fast a machine is now: machines that are rented share their processors, and the same work takes twice as long on
+//! the next one, or an hour later.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// What it takes where the budgets are from: two cores of an AMD EPYC (Zen 5) that nobody else uses.
+const REFERENCE: Duration = Duration::from_millis(150);
+/// So many numbers are sorted: more than caches hold, and with as many branches as a compiler has.
+const NUMBERS: usize = 3_000_000;
+
+/// How many times longer a piece of work takes on all cores now than where the budgets are from; 1 at least.
+pub(crate) fn slowness() -> f64 {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let took = std::thread::scope(|scope| {
+        let cores: Vec<_> = (0..cores).map(|_| scope.spawn(|| work(NUMBERS))).collect();
+        cores.into_iter().map(|core| core.join().expect("it only sorts")).max()
+    });
+    times(took.unwrap_or_default())
+}
+
+fn times(took: Duration) -> f64 {
+    (took.as_secs_f64() / REFERENCE.as_secs_f64()).max(1.0)
+}
+
+/// How long sorting takes.
+fn work(numbers: usize) -> Duration {
+    let start = Instant::now();
+    let mut random = 1u64;
+    let next = || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        random
+    };
+    let mut numbers: Vec<u64> = std::iter::repeat_with(next).take(numbers).collect();
+    numbers.sort_unstable();
+    black_box(numbers);
+    start.elapsed()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slow_machine_is_known_and_a_fast_one_is_none() {
+        assert_eq!(times(3 * REFERENCE), 3.0);
+        assert_eq!(times(REFERENCE / 2), 1.0);
+        assert!(work(2 * NUMBERS) > work(NUMBERS / 10));
+        assert!((1.0..1e3).contains(&slowness()));
+    }
+}
