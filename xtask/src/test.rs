@@ -44,7 +44,7 @@ pub(crate) fn test() -> Result<(), String> {
     suite.stage("format", seconds(10), |_| {
         only_with(tools.rustfmt, "rustfmt", || run(&mut cargo(&["fmt", "--all", "--check"])))
     });
-    suite.stage("lints", seconds(170), |_| {
+    suite.stage("lints", seconds(250), |_| {
         let lints = ["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "-D", "warnings"];
         only_with(tools.clippy, "clippy", || run(&mut cargo(&lints)))
     });
@@ -62,7 +62,7 @@ pub(crate) fn test() -> Result<(), String> {
             Ok(Outcome::Skipped(format!("built for this machine only, not for {BARE_TARGET}")))
         }
     });
-    suite.stage("Windows compiles", seconds(100), |_| {
+    suite.stage("Windows compiles", seconds(130), |_| {
         if !tools.windows_target {
             return Ok(Outcome::Skipped(format!("target {WINDOWS_TARGET} is missing")));
         }
@@ -72,13 +72,13 @@ pub(crate) fn test() -> Result<(), String> {
     });
     let packages = python::prepare(&target);
     let mut compiled = Vec::new();
-    suite.stage("tests compile", seconds(750), |_| {
+    suite.stage("tests compile", seconds(950), |_| {
         // Without the examples: the lints have checked them, and tests of their own hold what they compute.
         let tests = ["test", "--workspace", "--tests", "--locked", "--quiet"];
         compiled = programs::compile(&copy, &mut cargo(&tests))?;
         Ok(Outcome::Passed)
     });
-    suite.stage("tests", seconds(650), |counts| {
+    suite.stage("tests", seconds(950), |counts| {
         let programs = programs::run(compiled, &target, counts);
         let documented = run_counting(&mut cargo(&["test", "--workspace", "--doc", "--locked", "--quiet"]), counts);
         match (programs?, documented?) {
