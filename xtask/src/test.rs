@@ -96,7 +96,7 @@ pub(crate) fn test() -> Result<(), String> {
         built()?;
         python::check(packages, &copy, &target, &program, counts)
     });
-    suite.stage("page", seconds(400), |_| {
+    suite.stage("page", seconds(500), |_| {
         let web = copy.join("web");
         if !tools::works("node") || !tools::works("npm") {
             return Ok(Outcome::Skipped("npm is missing".into()));
