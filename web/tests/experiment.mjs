@@ -147,7 +147,8 @@ await play(async (scene) => {
     await messages.getByRole('row', { name: /in force since cycle/ }).waitFor()
     await scene.accessible(ann, 'messages')
     await scene.seen(ann, 'messages')
-    await ann.keyboard.press('Escape')
+    // Not by Esc, which stops first.
+    await messages.getByRole('button', { name: 'Close' }).click()
     await messages.waitFor({ state: 'hidden' })
   })
   await scene.step('a fault says what it was and what to do', async () => {
