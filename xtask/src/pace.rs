@@ -4,7 +4,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// What it takes where the budgets are from: two cores of an AMD EPYC (Zen 5) that nobody else uses.
+/// About what it takes where the budgets are from: two cores of an AMD EPYC while few others use it.
 const REFERENCE: Duration = Duration::from_millis(150);
 /// So many numbers are sorted: more than caches hold, and with as many branches as a compiler has.
 const NUMBERS: usize = 3_000_000;

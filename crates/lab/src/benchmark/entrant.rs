@@ -169,12 +169,14 @@ impl Entrant {
     /// # Errors
     /// As [`Entrant::find`] and [`ForeignFile::open`](crate::foreign::ForeignFile::open); a value that is no number.
     pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
-        let (path, values) = name.split_once(',').unwrap_or((name, ""));
-        let path = Path::new(path);
-        let is_file = path.extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
-        if !is_file {
+        let is_own =
+            |path: &str| Path::new(path).extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
+        // A comma may be in the name of the file, too.
+        let parts = name.match_indices(',').map(|(at, _)| (&name[..at], &name[at + 1..]));
+        let Some((path, values)) = parts.chain([(name, "")]).find(|(path, _)| is_own(path)) else {
             return Entrant::find(name);
-        }
+        };
+        let path = Path::new(path);
         // Each in a folder of its own.
         let own: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let value = |text: &str| {
