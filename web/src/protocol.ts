@@ -449,8 +449,8 @@ export type Answer = {
   answer: "losses"
   /** Cycles that recorders and viewers did not get, the newest last. */
   lost: Loss[]
-  /** Deadlines that were missed, the newest last. */
-  overruns: Loss[]
+  /** Cycles that were held: a deadline was missed, or a virtual machine waited for a command; the newest last. */
+  held: Loss[]
 }
   | {
   answer: "report"
@@ -679,7 +679,7 @@ export type Choice = {
 export type ClockStatus = {
   /** A whole cycle, likewise. */
   cycle: [number, number, number, number]
-  /** Cycles whose deadline was missed. */
+  /** Cycles that were held: a deadline was missed, or a virtual machine waited for a command. */
   held: number
   /** From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest. */
   lateness: [number, number, number, number]

@@ -121,7 +121,7 @@ await play(async (scene) => {
     await scene.seen(ann, 'losses')
     await list.getByRole('button', { name: 'Close' }).click()
     await list.waitFor({ state: 'detached' })
-    await ann.getByRole('button', { name: /overruns/ }).press('Enter')
+    await ann.getByRole('button', { name: /held cycles/ }).press('Enter')
     await ann.getByRole('group', { name: /deadline was missed/ }).waitFor()
   })
 })

@@ -26,6 +26,8 @@ pub struct Sample {
     /// Deadlines that were missed: voltages stood and nothing was computed. A virtual machine waited meanwhile; of one
     /// of steel the numbers of these cycles are passed over.
     pub held: u64,
+    /// Ticks through which a virtual machine waited for a command that was late.
+    pub waited: u64,
 }
 
 /// What changed between two cycles.
@@ -53,7 +55,7 @@ pub enum What {
 pub fn tap(cycles: usize) -> (Tap, Stream) {
     let (producer, consumer) = RingBuffer::new(cycles);
     let (changes, changes_out) = mpsc::channel();
-    let samples = Samples { ring: producer, lost: 0, held: 0 };
+    let samples = Samples { ring: producer, lost: 0, held: 0, waited: 0 };
     (Tap { samples, changes }, Stream { samples: consumer, changes: changes_out })
 }
 
@@ -70,16 +72,17 @@ pub(super) struct Samples {
     ring: Producer<Sample>,
     lost: u64,
     held: u64,
+    waited: u64,
 }
 
 impl Samples {
     /// A cycle. Where there is no room it is counted.
     pub(super) fn offer(&mut self, frame: &Frame) {
-        let sample = Sample { frame: *frame, lost: self.lost, held: self.held };
-        (self.lost, self.held) = match self.ring.push(sample) {
-            Ok(()) => (0, 0),
-            Err(PushError::Full(_)) => (self.lost + 1, self.held),
-        };
+        let Samples { ring, lost, held, waited } = self;
+        match ring.push(Sample { frame: *frame, lost: *lost, held: *held, waited: *waited }) {
+            Ok(()) => (*lost, *held, *waited) = (0, 0, 0),
+            Err(PushError::Full(_)) => *lost += 1,
+        }
     }
 
     /// A cycle. Where there is no room this waits, unless nobody is there any more.
@@ -93,6 +96,11 @@ impl Samples {
     /// A cycle was held.
     pub(super) fn hold(&mut self) {
         self.held += 1;
+    }
+
+    /// A tick passed without a cycle, since a command was late.
+    pub(super) fn wait_for_command(&mut self) {
+        self.waited += 1;
     }
 }
 
@@ -134,14 +142,16 @@ mod tests {
         let mut give = |tap: &mut Tap| tap.samples.offer(&software.step(Measurement::default(), None));
         (0..5).for_each(|_| give(&mut tap));
         tap.samples.hold();
-        let known = |sample: Option<Sample>| sample.map(|s| (s.frame.cycle, s.lost, s.held));
-        assert_eq!(known(stream.sample()), Some((0, 0, 0)));
-        assert_eq!(known(stream.sample()), Some((1, 0, 0)));
+        tap.samples.wait_for_command();
+        tap.samples.wait_for_command();
+        let known = |sample: Option<Sample>| sample.map(|s| (s.frame.cycle, s.lost, s.held, s.waited));
+        assert_eq!(known(stream.sample()), Some((0, 0, 0, 0)));
+        assert_eq!(known(stream.sample()), Some((1, 0, 0, 0)));
         assert_eq!(known(stream.sample()), None);
         give(&mut tap);
         give(&mut tap);
-        assert_eq!(known(stream.sample()), Some((5, 3, 1)), "2, 3 and 4 found no room");
-        assert_eq!(known(stream.sample()), Some((6, 0, 0)));
+        assert_eq!(known(stream.sample()), Some((5, 3, 1, 2)), "2, 3 and 4 found no room");
+        assert_eq!(known(stream.sample()), Some((6, 0, 0, 0)));
         assert!(!stream.is_closed());
         drop(tap);
         assert!(stream.is_closed());

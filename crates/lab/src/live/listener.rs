@@ -37,7 +37,10 @@ pub(super) fn run(mut stream: Stream, shared: &Arc<Shared>) {
         let mut recorder = lock(&shared.recorder);
         while let Some(sample) = stream.sample() {
             let signals = Signals::of(&sample.frame);
-            gaps = (gaps.0 + sample.held, gaps.1 + sample.lost);
+            gaps = (gaps.0 + sample.held + sample.waited, gaps.1 + sample.lost);
+            if sample.waited > 0 {
+                lock(&shared.waits).push(sample.frame.cycle, sample.waited, Lost::Waiting);
+            }
             if sample.lost > 0 {
                 lock(&shared.losses).push(sample.frame.cycle, sample.lost, Lost::Watching);
             }

@@ -1,4 +1,4 @@
-//! Cycles that were lost and deadlines that were missed: when, how many, why, and what to do.
+//! Cycles that were lost or held: when, how many, why, and what to do.
 
 use std::collections::VecDeque;
 
@@ -24,13 +24,15 @@ pub struct Loss {
     pub remedy: String,
 }
 
-/// What was lost between two cycles that came through.
-#[derive(Clone, Copy, Debug)]
+/// What happened between two cycles that came through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lost {
     /// On the way to whoever watches.
     Watching,
     /// On the way into the recording.
     Recording,
+    /// Nothing: the machine waited for commands.
+    Waiting,
 }
 
 /// The newest of them: cycle, cycles, where.
@@ -47,9 +49,10 @@ impl Losses {
 }
 
 impl Live {
-    /// Lost cycles and missed deadlines, each the newest last.
+    /// Lost cycles, and those that were held, each the newest last.
     pub(super) fn losses(&self) -> [Vec<Loss>; 2] {
         let lost = lock(&self.shared.losses).0.iter().map(Loss::of).collect();
+        let waits: Vec<_> = lock(&self.shared.waits).0.iter().map(Loss::of).collect();
         let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
         let histograms = lock(&self.shared.histograms);
         let newest = histograms.overruns.len().saturating_sub(MOST);
@@ -60,7 +63,9 @@ impl Live {
             remedy: "`stickslip doctor` finds what the system may do besides; `--cpu N` leaves a CPU to the loop."
                 .into(),
         };
-        [lost, histograms.overruns[newest..].iter().map(overrun).collect()]
+        let mut held: Vec<_> = histograms.overruns[newest..].iter().map(overrun).chain(waits).collect();
+        held.sort_by_key(|loss| loss.cycle);
+        [lost, held]
     }
 }
 
@@ -74,6 +79,10 @@ impl Loss {
             Lost::Recording => (
                 "The disk took the recording slower than cycles came.",
                 "The loop itself went on. Record onto a faster disk, and nothing else meanwhile.",
+            ),
+            Lost::Waiting => (
+                "Commands of the experiment were late; the virtual machine waited for them.",
+                "The results are the same; a machine of steel would have come to rest. Close what computes besides.",
             ),
         };
         Loss { cycle, count, cause: cause.into(), remedy: remedy.into() }

@@ -153,6 +153,7 @@ struct Shared {
     measured: Mutex<Measured>,
     at_rest: Mutex<SoFar>,
     losses: Mutex<Losses>,
+    waits: Mutex<Losses>,
     /// The replay that was asked for last.
     again: Mutex<again::Current>,
     /// The record that is simulated.
@@ -253,6 +254,7 @@ impl Live {
             measured: Mutex::default(),
             at_rest: Mutex::default(),
             losses: Mutex::default(),
+            waits: Mutex::default(),
             again: Mutex::default(),
             opened: Mutex::default(),
             target: Target::new(machine, bench.granted()),
@@ -415,8 +417,8 @@ impl Live {
                 Ok(Answer::AdvisedPreload(self.advise_preload(&values)?))
             }
             Call::Losses {} => {
-                let [lost, overruns] = self.losses();
-                Ok(Answer::Losses { lost, overruns })
+                let [lost, held] = self.losses();
+                Ok(Answer::Losses { lost, held })
             }
             Call::Rendered { run } => Ok(Answer::Rendered(Box::new(self.rendered(run)?))),
             Call::SaveReport {} => self.save_report(),

@@ -166,7 +166,7 @@ mod tests {
         let mut bench = VirtualBench::new(&preset, 1).unwrap();
         let mut give = |scribe: &mut Scribe| {
             let frame = bench.step(Command::default()).unwrap();
-            scribe.sample(&Sample { frame, lost: 0, held: 0 })
+            scribe.sample(&Sample { frame, lost: 0, held: 0, waited: 0 })
         };
         assert_eq!((0..10).map(|_| give(&mut scribe)).max(), Some(0));
         scribe.room = 0;

@@ -197,7 +197,7 @@ fn a_record_that_claims_a_cycle_that_cannot_be_is_refused() {
     let mut frame = bench.step(Command::default()).unwrap();
     for cycle in [0, 1 << 40] {
         frame.cycle = cycle;
-        writer.sample(&Sample { frame, lost: 0, held: 0 }).unwrap();
+        writer.sample(&Sample { frame, lost: 0, held: 0, waited: 0 }).unwrap();
     }
     writer.finish().unwrap();
     let refused = Record::read(&path).unwrap_err().to_string();

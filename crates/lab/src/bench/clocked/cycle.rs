@@ -1,7 +1,13 @@
 //! What runs within the deadline: readings and commands in, voltages out, the software, frames out.
 //!
+//! A virtual machine waits for a command that is late, as it does where a deadline was missed: what an experiment gets is
+//! then as without a clock.
+//!
 //! What the software computed in the tick before is written at the begin of a tick, before it computes anew: the machine
 //! has a whole tick to answer.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer};
 use stickslip_core::cycle::{Brought, Change, Command, Frame, Software, Voltages};
@@ -83,6 +89,10 @@ pub(super) struct BenchCycle<M> {
     pub(super) urgent: Consumer<Change>,
     pub(super) answers: Producer<Answer>,
     pub(super) flow: Flow,
+    /// Ticks in a row through which a command may be waited for, those of now, and all there were.
+    pub(super) patience: u64,
+    pub(super) waiting: u64,
+    pub(super) waited: Arc<AtomicU64>,
     /// Who controls the position instead, or gives the friction or the law; who comes next, and who goes: what it has is
     /// freed elsewhere.
     pub(super) guest: Option<Box<Guest>>,
@@ -105,9 +115,18 @@ pub(super) enum Flow {
     Behind,
 }
 
+/// What an experiment has for a tick.
+enum Due {
+    Command(Command),
+    /// It has none, and the bench does without.
+    Nothing,
+    /// It is late, and the machine waits.
+    Late,
+}
+
 impl<M: Io> BenchCycle<M> {
     /// The command of this tick, after the changes before it.
-    fn command(&mut self, cycle: u64) -> Option<Command> {
+    fn command(&mut self, cycle: u64) -> Due {
         if let Ok(change) = self.urgent.pop() {
             let refusal = self.software.change(&change).err();
             let (safety, zero) = (self.software.safety().state(), self.software.safety().zero());
@@ -118,8 +137,8 @@ impl<M: Io> BenchCycle<M> {
         while let Ok(entry) = self.entries.pop() {
             match entry {
                 Entry::Command(command) if self.flow != Flow::Behind => {
-                    self.flow = Flow::Streaming;
-                    return Some(command);
+                    (self.flow, self.waiting) = (Flow::Streaming, 0);
+                    return Due::Command(command);
                 }
                 Entry::Command(_) => {}
                 Entry::Change => {
@@ -149,11 +168,18 @@ impl<M: Io> BenchCycle<M> {
                 Entry::Pause | Entry::Resume => self.flow = Flow::Paused,
             }
         }
-        if self.flow == Flow::Streaming {
-            self.flow = Flow::Behind;
-            self.reply(Reply::Starved(cycle));
+        if self.flow != Flow::Streaming {
+            return Due::Nothing;
         }
-        None
+        // A stop, for one, waits for nobody.
+        let waits = self.machine.waits() && self.software.safety().state().allows_torque();
+        if waits && self.waiting < self.patience {
+            self.waiting += 1;
+            return Due::Late;
+        }
+        (self.flow, self.waiting) = (Flow::Behind, 0);
+        self.reply(Reply::Starved(cycle));
+        Due::Nothing
     }
 
     fn reply(&mut self, reply: Reply) {
@@ -234,7 +260,17 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
             return next;
         }
         self.asked.answer(&mut self.software, &mut self.readings, &mut self.machine);
-        let command = self.command(cycle);
+        let command = match self.command(cycle) {
+            Due::Command(command) => Some(command),
+            Due::Nothing => None,
+            Due::Late => {
+                lap.done(COMMANDS);
+                self.ahead = Some(self.readings);
+                self.waited.fetch_add(1, Ordering::Relaxed);
+                self.samples.iter_mut().for_each(Samples::wait_for_command);
+                return Next::Continue;
+            }
+        };
         lap.done(COMMANDS);
         let before = self.software.safety().state();
         let next = self.write();

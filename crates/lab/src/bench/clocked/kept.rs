@@ -13,6 +13,8 @@ pub struct Clocked {
     pub summary: Executed,
     /// Lateness, and the time of each block.
     pub histograms: Histograms,
+    /// Ticks through which a virtual machine waited for a command that was late.
+    pub waited: u64,
     /// What the system granted.
     pub granted: Granted,
 }
@@ -38,6 +40,7 @@ impl Clocked {
             .result("timing.cycles", self.summary.cycles as f64, "1")
             .result("timing.missed", self.summary.missed as f64, "1")
             .result("timing.overruns", self.summary.overruns as f64, "1")
+            .result("timing.waited", self.waited as f64, "1")
             .result("timing.lost", self.histograms.lost as f64, "1");
         for (name, _, values) in self.distributions() {
             for (quantile, value) in QUANTILES.iter().zip(values) {
@@ -66,6 +69,14 @@ impl Clocked {
                 self.summary.cycles,
                 self.summary.missed,
                 worst.sentence(&BLOCKS)
+            ));
+        }
+        if self.waited > 0 {
+            warnings.push(format!(
+                "The virtual machine waited {} of {} cycles for commands that were late: the experiment took longer than \
+                 by its clock, its results are the same. Machines of steel do not wait. Close other programs, and see \
+                 what `stickslip doctor` finds.",
+                self.waited, self.summary.cycles,
             ));
         }
         warnings.extend(refusals(&self.granted));

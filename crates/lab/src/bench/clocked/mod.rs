@@ -1,8 +1,8 @@
 //! The bench by the clock: software and machine on an executive, the experiment on the thread of whoever calls.
 //!
 //! Commands go ahead of the clock by a lead, so that an experiment may be late by as much without anybody noticing;
-//! frames come back behind them. Where an experiment falls further behind, the set-point comes to rest under control and
-//! the experiment is told. Between experiments the set-point rests.
+//! frames come back behind them. Where an experiment falls further behind, a virtual machine waits; one of steel does not:
+//! the set-point comes to rest under control and the experiment is told. Between experiments the set-point rests.
 
 mod cycle;
 mod kept;
@@ -12,6 +12,7 @@ mod tests;
 mod urgent;
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -41,6 +42,8 @@ use crate::{Error, Preset, design};
 
 /// How far commands go ahead of the clock [s]: several times what a plain system lets a thread wait now and then.
 const LEAD: f64 = 0.05;
+/// How long a virtual machine waits for a command beyond that [s]: longer, and who sends them has stopped.
+const WAIT: f64 = 1.0;
 /// Deadlines in a row that may be missed: by a machine that stands still meanwhile, and by one of steel.
 const PATIENCE: u32 = 1000;
 const STEEL_PATIENCE: u32 = 10;
@@ -89,6 +92,9 @@ pub struct ClockedBench {
     end: String,
     collector: Option<JoinHandle<()>>,
     histograms: Arc<Mutex<Histograms>>,
+    /// How late a command may be [s], and the ticks through which the machine waited for one.
+    lateness: f64,
+    waited: Arc<AtomicU64>,
     urgent: Option<Urgent>,
     keyframes: Option<Keyframes>,
     traffic: Option<Arc<Traffic>>,
@@ -138,7 +144,8 @@ impl ClockedBench {
         let (replies_in, replies) = RingBuffer::new(2 * most);
         let (preload, traffic) = (machine.preload(), machine.traffic());
         // A virtual machine waits: only one that is too slow for its rate is to end.
-        let stop_after = Some(if machine.waits() { PATIENCE } else { STEEL_PATIENCE });
+        let (stop_after, wait) = if machine.waits() { (PATIENCE, WAIT) } else { (STEEL_PATIENCE, 0.0) };
+        let waited = Arc::new(AtomicU64::new(0));
         let parameters = design::parameters(model, settings)?;
         let (urgent, urgent_out, answers) = urgent(told.clone());
         let (keyframes, asked) = keyframes();
@@ -154,6 +161,9 @@ impl ClockedBench {
             urgent: urgent_out,
             answers,
             flow: Flow::Paused,
+            patience: (wait * settings.tick_rate) as u64,
+            waiting: 0,
+            waited: waited.clone(),
             guest: None,
             guests: guests_out,
             gone: gone_in,
@@ -161,7 +171,7 @@ impl ClockedBench {
             asked,
         };
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
-        let plan = Plan { overrun: OverrunPolicy { stop_after, ..plan.overrun }, ..plan };
+        let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
         let clock = wishes.clock(plan.period);
         let (running, mut timings) = Running::start(plan, wishes, clock, cycle)?;
         let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
@@ -203,6 +213,8 @@ impl ClockedBench {
             end: String::new(),
             collector: Some(collector),
             histograms,
+            lateness: LEAD + wait,
+            waited,
             urgent: Some(urgent),
             keyframes: Some(keyframes),
             traffic,
@@ -337,7 +349,8 @@ impl ClockedBench {
         let _ = self.take();
         self.collector.take()?.join().ok()?;
         let histograms = self.histograms.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        Some(Clocked { summary, histograms, granted })
+        let waited = self.waited.load(Ordering::Relaxed);
+        Some(Clocked { summary, histograms, waited, granted })
     }
 
     /// Sends an entry, or keeps it until there is a lead of commands.
@@ -463,7 +476,7 @@ impl ClockedBench {
             reason: format!(
                 "the experiment fell behind the clock by more than {:.0} ms; the set-point came to rest. Close other \
                  programs, and see what `stickslip doctor` finds.",
-                1e3 * LEAD
+                1e3 * self.lateness
             ),
         }
     }

@@ -62,12 +62,12 @@ pub enum Answer {
     AtRest(Box<MeasuredAtRest>),
     /// A preload of the friction wheel.
     AdvisedPreload(AdvisedPreload),
-    /// What was lost.
+    /// What was lost or held.
     Losses {
         /// Cycles that recorders and viewers did not get, the newest last.
         lost: Vec<Loss>,
-        /// Deadlines that were missed, the newest last.
-        overruns: Vec<Loss>,
+        /// Cycles that were held: a deadline was missed, or a virtual machine waited for a command; the newest last.
+        held: Vec<Loss>,
     },
     /// A report that was written.
     Report {

@@ -185,7 +185,7 @@ pub struct ClockStatus {
     /// Share of a tick that a cycle takes: median.
     #[serde(default)]
     pub load: f64,
-    /// Cycles whose deadline was missed.
+    /// Cycles that were held: a deadline was missed, or a virtual machine waited for a command.
     pub held: u64,
     /// Cycles that found no room on their way to recorders and viewers.
     pub lost: u64,

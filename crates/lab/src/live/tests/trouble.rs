@@ -136,7 +136,7 @@ fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
 fn missed_deadlines_are_told_with_their_cause() {
     let (live, _project) = live();
     let losses = |live: &Live| match live.call("looks", Call::Losses {}).unwrap() {
-        Answer::Losses { lost, overruns } => (lost, overruns),
+        Answer::Losses { lost, held } => (lost, held),
         other => panic!("{other:?}"),
     };
     let overrun = stickslip_rt::Overrun {
@@ -148,9 +148,13 @@ fn missed_deadlines_are_told_with_their_cause() {
     };
     lock(&live.shared.histograms).overruns.push(overrun);
     lock(&live.shared.losses).push(9, 4, losses::Lost::Watching);
-    let (lost, overruns) = losses(&live);
-    let told = overruns.iter().find(|one| one.cycle == 7).unwrap();
+    lock(&live.shared.waits).push(6, 2, losses::Lost::Waiting);
+    let (lost, held) = losses(&live);
+    let told = held.iter().find(|one| one.cycle == 7).unwrap();
     assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");
+    let waited = held.iter().find(|one| one.cycle == 6).unwrap();
+    assert!(waited.count == 2 && waited.cause.contains("commands") && !waited.remedy.is_empty(), "{waited:?}");
+    assert!(held.is_sorted_by_key(|one| one.cycle));
     assert!(lost.iter().any(|one| (one.cycle, one.count) == (9, 4)));
     live.stop().unwrap();
 }
