@@ -27,9 +27,9 @@ pub(crate) fn dist() -> Result<(), String> {
         println!("skipped: {MUSL} cannot be had ({remedy}); {GLIBC} is linked statically instead");
         GLIBC
     };
-    let build = ["build", "--release", "--locked", "--package", "stickslip-cli", "--target", target];
+    let build = ["build", "--profile", "shipped", "--locked", "--package", "stickslip-cli", "--target", target];
     run(cargo(&root, build).env("RUSTFLAGS", "-C target-feature=+crt-static -C strip=symbols"))?;
-    let built = root.join("target").join(target).join("release/stickslip");
+    let built = root.join("target").join(target).join("shipped/stickslip");
 
     let name = format!("stickslip-{}-{target}", env!("CARGO_PKG_VERSION"));
     let dist = root.join("target/dist");
