@@ -27,7 +27,7 @@ const COMPUTING: [&str; 8] = [
     "crates/lab/src/lib.rs",
     "crates/codegen/tests/long/main.rs",
     "crates/codegen/tests/clean.rs",
-    "crates/lab/tests/processor/main.rs",
+    "crates/agree/tests/processor/main.rs",
     "crates/agree/tests/agree.rs",
     "crates/core/src/lib.rs",
     "crates/lab/tests/linear/main.rs",

@@ -18,6 +18,9 @@ use super::LIMIT;
 use super::run::{Bytes, Record, Run};
 use super::target::{M4F, M7, Main, Target, compiler};
 
+/// Makes the table.
+const COMMAND: &str = "UPDATE_EXPECT=1 cargo test -p stickslip-agree --test processor table";
+
 /// Steps that are counted; a count differs by the data only in the compiler's double arithmetic.
 const STEPS: usize = 2_000;
 
@@ -133,7 +136,7 @@ pub fn check(rows: &[Row]) {
     for (then, now) in committed.iter().zip(rows) {
         let tolerance = if then["compiler"] == compiler() { 0.02 } else { 0.3 };
         if let Some(complaint) = differs(then, now, tolerance) {
-            panic!("{complaint}. If that is meant: UPDATE_EXPECT=1 cargo test -p stickslip --test processor table");
+            panic!("{complaint}. If that is meant: {COMMAND}");
         }
     }
 }
@@ -153,7 +156,7 @@ pub fn differs(then: &Value, now: &Row, tolerance: f64) -> Option<String> {
 }
 
 fn write(rows: &[Row]) {
-    let mut summary = Summary::new("UPDATE_EXPECT=1 cargo test -p stickslip --test processor table");
+    let mut summary = Summary::new(COMMAND);
     let mut text = String::from(HEAD);
     let _ = writeln!(text, "\nCompiler: {}, `-O2 -mthumb`.\n", compiler());
     text += "| processor | arithmetic | block | code | library | parameters | state | stack | instructions a \
