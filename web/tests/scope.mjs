@@ -179,6 +179,9 @@ await play(async (scene) => {
     assert.equal(await button('Forget slope').count(), 0)
   })
   await scene.step('a change of a parameter is an event as well', async () => {
+    // A picture is shown once all of it is there: of a minute that takes most of one.
+    await point(/estimated velocity/, 0.5, 0.5)
+    for (let i = 0; i < 10; i++) await ann.mouse.wheel(0, -200)
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await dock.getByRole('combobox', { name: 'Event' }).selectOption('change')
     await button('Single').click()
