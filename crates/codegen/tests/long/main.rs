@@ -40,7 +40,7 @@ struct Ticks {
 
 /// Compiling takes half a second in each way: the extremes only. A block of more operations would take several seconds; what
 /// compilers make of calls that they replace shows in the blocks that it consists of.
-const USUAL: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0, inlined: 1_000 };
+const USUAL: Ticks = Ticks { single: SHORT, double_other: 0, single_other: 0, inlined: 300 };
 /// With the variable `STICKSLIP_LONG` set: everything, but for blocks that would be compiled half a minute.
 const FULL: Ticks = Ticks { single: MILLION, double_other: MILLION, single_other: MILLION, inlined: 10_000 };
 
