@@ -447,10 +447,10 @@ export type Answer = {
 }
   | {
   answer: "losses"
-  /** Cycles that recorders and viewers did not get, the newest last. */
-  lost: Loss[]
   /** Cycles that were held: a deadline was missed, or a virtual machine waited for a command; the newest last. */
   held: Loss[]
+  /** Cycles that recorders and viewers did not get, the newest last. */
+  lost: Loss[]
 }
   | {
   answer: "report"
