@@ -153,7 +153,10 @@ fn missed_deadlines_are_told_with_their_cause() {
     let told = held.iter().find(|one| one.cycle == 7).unwrap();
     assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");
     let waited = held.iter().find(|one| one.cycle == 6).unwrap();
-    assert!(waited.count == 2 && waited.cause.contains("virtual machine waited") && !waited.remedy.is_empty(), "{waited:?}");
+    assert!(
+        waited.count == 2 && waited.cause.contains("virtual machine waited") && !waited.remedy.is_empty(),
+        "{waited:?}"
+    );
     assert!(held.is_sorted_by_key(|one| one.cycle));
     assert!(lost.iter().any(|one| (one.cycle, one.count) == (9, 4)));
     live.stop().unwrap();
