@@ -25,7 +25,7 @@ pub struct Loss {
 }
 
 /// What happened between two cycles that came through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Lost {
     /// On the way to whoever watches.
     Watching,
