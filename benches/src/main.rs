@@ -5,7 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod controllers;
-#[path = "../../crates/lab/examples/soak/crowd.rs"]
+#[path = "../../crates/stickslip/examples/soak/crowd.rs"]
 mod crowd;
 mod dask;
 #[cfg(unix)]

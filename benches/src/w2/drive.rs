@@ -2,7 +2,6 @@
 
 use std::error::Error;
 
-use stickslip::sweep::{Arithmetic, Plan, SweptFriction, Variant};
 use stickslip_core::Fields;
 use stickslip_core::control::Cascade;
 use stickslip_core::drive::TwoMass;
@@ -10,6 +9,7 @@ use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::{Bristle, DampingVelocity, ElastoPlastic, Fading, LuGre, Release, Stribeck};
 use stickslip_core::ideal::IdealAxis;
 use stickslip_core::scalar::{Lanes, Scalar};
+use stickslip_sweep::{Arithmetic, Plan, SweptFriction, Variant};
 
 use super::peers::Case;
 

@@ -14,8 +14,8 @@ use std::path::Path;
 
 use drive::{Bristles, Constant, cpu_seconds, elasto_plastic, plan, variants};
 use peers::{Case, Rk4, Server};
-use stickslip::sweep::{Arithmetic, Course, RUNGS, SweptFriction, Variant, on_rung, sweep};
 use stickslip_core::control::Cascade;
+use stickslip_sweep::{Arithmetic, Course, RUNGS, SweptFriction, Variant, on_rung, sweep};
 
 /// Samples of the motion: 10 s.
 const SAMPLES: usize = 10_001;

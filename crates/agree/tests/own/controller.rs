@@ -1,11 +1,12 @@
 //! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, in the loop, in sweeps.
 
-#[path = "../../../lab/examples/own_controller.rs"]
+#[path = "../../../stickslip/examples/own_controller.rs"]
 mod own_controller;
 
 use own_controller::SlidingMode;
-use stickslip::foreign::{Foreign, ModuleSample, Role, load::load};
+use stickslip::foreign::{Foreign, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, module_of};
+use stickslip::load::load;
 use stickslip::{Preset, Watch, parameters};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::ControllerInput;
@@ -93,12 +94,12 @@ fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
 }
 
 mod swept {
-    use stickslip::sweep::{Arithmetic, Plan, SweptLaw, Variant, sweep};
     use stickslip_core::drive::TwoMass;
     use stickslip_core::fields::Fields as _;
     use stickslip_core::friction::{ElastoPlastic, LuGre};
     use stickslip_core::ideal::IdealAxis;
     use stickslip_core::scalar::Scalar;
+    use stickslip_sweep::{Arithmetic, Plan, SweptLaw, Variant, sweep};
 
     use super::SlidingMode;
 

@@ -1,6 +1,6 @@
 //! A friction model in one file of Rust becomes C, FMU, A2L and a library on a served bench, and is swept.
 
-#[path = "../../../lab/examples/own_friction.rs"]
+#[path = "../../../stickslip/examples/own_friction.rs"]
 mod own_friction;
 
 use std::process::Command;
@@ -8,11 +8,11 @@ use std::process::Command;
 use own_friction::HessSoom;
 use stickslip::foreign::{Foreign, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, friction_module_of, own_friction};
-use stickslip::sweep::{Arithmetic, Plan, Variant, sweep};
 use stickslip_core::control::Pid;
 use stickslip_core::drive::TwoMass;
 use stickslip_core::friction::{Bend, Bristle as _, advance};
 use stickslip_core::ideal::IdealAxis;
+use stickslip_sweep::{Arithmetic, Plan, Variant, sweep};
 
 use crate::served::Served;
 

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use clap::Args;
 use stickslip::Watch;
+use stickslip::live::capture_report::Capture;
 use stickslip::live::protocol::{Answer, Call};
-use stickslip::workflow::capture::Capture;
 
 use crate::failure::Failure;
 use crate::serve::{Client, unexpected};

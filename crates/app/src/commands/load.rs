@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use stickslip::bench::Wishes;
-use stickslip::foreign::load::{load, load_by_the_clock};
 use stickslip::foreign::{ForeignFile, Role};
+use stickslip::load::{load, load_by_the_clock};
 use stickslip::{Error, Watch};
 
 use crate::failure::Failure;

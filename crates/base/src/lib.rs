@@ -1,0 +1,30 @@
+//! The shared floor of stickslip: units and quantities with uncertainty, presets and parameter files, figures, tables and
+//! reports, progress and cancellation, and the errors that every crate above can return.
+#![forbid(unsafe_code)]
+
+mod error;
+pub mod figure;
+pub mod filter;
+pub mod isolated;
+pub mod noise;
+pub mod output;
+pub mod parallel;
+pub mod parameters;
+pub mod preset;
+pub mod quantity;
+pub mod report;
+pub mod statistics;
+pub mod summary;
+pub mod table;
+pub mod units;
+pub mod watch;
+
+pub use error::Error;
+pub use preset::{
+    AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
+    DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
+    FriedlandParkChoice, LawChoice, Model, NetworkChoice, NotchChoice, Observation, Poles, PredictiveFeedback, Preset,
+    Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+};
+pub use summary::Summary;
+pub use watch::Watch;

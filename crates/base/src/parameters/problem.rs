@@ -1,0 +1,200 @@
+//! What is wrong with a parameter file: every problem, each with place, values and remedy.
+
+use std::fmt;
+
+use stickslip_core::fields::{Field, ParameterError, Variant};
+
+use super::number;
+
+/// All problems of one file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterProblems {
+    /// The file, as the user named it.
+    pub file: String,
+    /// In the order of the file.
+    pub problems: Vec<Problem>,
+}
+
+/// One problem.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Problem {
+    /// Line in the file, from 1; `None` if what is wrong is not in the file but follows from defaults.
+    pub line: Option<usize>,
+    /// Dotted path; empty where the text is no TOML.
+    pub path: String,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+/// What can be wrong with a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fault {
+    /// The text is not TOML.
+    Syntax {
+        /// What the parser says.
+        message: String,
+    },
+    /// There is no such parameter.
+    Unknown {
+        /// The full path of the known name most like it.
+        nearest: Option<String>,
+        /// What there is in this table.
+        known: Vec<&'static str>,
+    },
+    /// The parameter belongs to a variant that is not chosen.
+    OtherVariant {
+        /// The key of the choice.
+        tag: &'static str,
+        /// The variant that is chosen.
+        chosen: &'static str,
+        /// The variant that has this parameter.
+        owner: &'static str,
+    },
+    /// No such variant.
+    UnknownVariant {
+        /// What the file says.
+        value: String,
+        /// What there is to choose from.
+        variants: Vec<&'static str>,
+    },
+    /// Something else stands where a number, flag, list, table or name should.
+    WrongType {
+        /// What should stand there.
+        expected: String,
+        /// What does.
+        got: String,
+    },
+    /// The number is too small or too large.
+    OutOfRange {
+        /// The number [in the unit].
+        value: f64,
+        /// Smallest allowed.
+        minimum: f64,
+        /// Largest allowed.
+        maximum: f64,
+        /// The default.
+        default: f64,
+        /// Unit of all of them.
+        unit: &'static str,
+    },
+    /// NaN or infinite.
+    NotFinite {
+        /// The number.
+        value: f64,
+        /// Smallest allowed.
+        minimum: f64,
+        /// Largest allowed.
+        maximum: f64,
+        /// Unit.
+        unit: &'static str,
+    },
+    /// A fraction where only whole numbers make sense.
+    NotWhole {
+        /// The number.
+        value: f64,
+        /// Unit.
+        unit: &'static str,
+    },
+    /// A law between parameters does not hold.
+    Law {
+        /// Value, relation, bound and remedy; the field is relative to the struct that states the law.
+        law: ParameterError,
+        /// Unit of value and bound.
+        unit: &'static str,
+    },
+}
+
+impl Fault {
+    pub(super) fn unknown_variant(value: &str, variants: &'static [Variant]) -> Self {
+        Fault::UnknownVariant { value: value.into(), variants: variants.iter().map(|variant| variant.name).collect() }
+    }
+
+    /// The fault of a number as the value of a field, if it has one.
+    pub fn of_number(value: f64, field: &'static Field) -> Option<Self> {
+        let Field { minimum, maximum, default, unit, .. } = *field;
+        if !value.is_finite() {
+            Some(Fault::NotFinite { value, minimum, maximum, unit })
+        } else if !(minimum..=maximum).contains(&value) {
+            Some(Fault::OutOfRange { value, minimum, maximum, default, unit })
+        } else if field.kind != stickslip_core::fields::Kind::Real && value.fract() != 0.0 {
+            Some(Fault::NotWhole { value, unit })
+        } else {
+            None
+        }
+    }
+}
+
+impl std::error::Error for ParameterProblems {}
+
+impl fmt::Display for ParameterProblems {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (index, problem) in self.problems.iter().enumerate() {
+            if index > 0 {
+                writeln!(f)?;
+            }
+            problem.write(f, &self.file)?;
+        }
+        Ok(())
+    }
+}
+
+impl Problem {
+    /// One line: what, both values, where, remedy.
+    fn write(&self, f: &mut fmt::Formatter, file: &str) -> fmt::Result {
+        let path = &self.path;
+        let place = self.line.map_or_else(|| file.to_string(), |line| format!("{file}:{line}"));
+        match &self.fault {
+            Fault::Syntax { message } => {
+                write!(f, "{place} is not TOML: {message}. Write `name = value` lines below [table] headings.")
+            }
+            Fault::Unknown { nearest: Some(nearest), .. } => {
+                write!(f, "{path} is not known ({place}). Did you mean {nearest}?")
+            }
+            Fault::Unknown { nearest: None, known } => {
+                write!(f, "{path} is not known ({place}). Known here: {}.", known.join(", "))
+            }
+            Fault::OtherVariant { tag, chosen, owner } => write!(
+                f,
+                "{path} does not belong to {tag} = \"{chosen}\" ({place}). Choose \"{owner}\", which has it, or delete it."
+            ),
+            Fault::UnknownVariant { value, variants } => {
+                write!(f, "{path} = \"{value}\" is not known ({place}). Choose one of: {}.", variants.join(", "))
+            }
+            Fault::WrongType { expected, got } => write!(f, "{path} is {got} ({place}). Write {expected}."),
+            Fault::OutOfRange { value, minimum, maximum, default, unit } => {
+                let (given, range) = (number::with_unit(*value, unit), number::range(*minimum, *maximum, unit));
+                let remedy = range_remedy(*value, *minimum..=*maximum, *default, unit);
+                write!(f, "{path} = {given} is outside {range} ({place}). {remedy}")
+            }
+            Fault::NotFinite { value, minimum, maximum, unit } => {
+                let range = number::range(*minimum, *maximum, unit);
+                write!(f, "{path} = {value} is not a finite number ({place}). Write one within {range}.")
+            }
+            Fault::NotWhole { value, unit } => {
+                let (given, rounded) = (number::with_unit(*value, unit), number::with_unit(value.round(), unit));
+                write!(f, "{path} = {given} is not a whole number ({place}). Write {rounded}, for example.")
+            }
+            Fault::Law { law, unit } => {
+                // A bound is computed: its last digits say nothing, unless they are the ones that matter.
+                let bound = match number::rounded(law.bound, 5).parse() {
+                    Ok(rounded) if rounded != law.value => rounded,
+                    _ => law.bound,
+                };
+                let (value, bound) = (number::with_unit(law.value, unit), number::with_unit(bound, unit));
+                write!(f, "{path} = {value} must be {} {bound} ({place}). {}", law.relation, law.remedy)
+            }
+        }
+    }
+}
+
+/// The likeliest mistake behind a number outside its range.
+fn range_remedy(value: f64, range: std::ops::RangeInclusive<f64>, default: f64, unit: &str) -> String {
+    let thousandth = value / 1000.0;
+    if value < 0.0 && *range.start() >= 0.0 && range.contains(&-value) {
+        "It is a magnitude; drop the sign.".into()
+    } else if value > *range.end() && unit != "1" && range.contains(&thousandth) {
+        format!("Values are in {unit}: a thousandth of it would be {}.", number::text(thousandth))
+    } else {
+        format!("The default is {}.", number::with_unit(default, unit))
+    }
+}

@@ -1,0 +1,335 @@
+//! What a preset file holds: the virtual machine as it is, what the software believes of it, and how the bench runs.
+
+mod compensation;
+mod controller;
+
+pub use compensation::{
+    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
+    FrictionObserverChoice, FriedlandParkChoice, NetworkChoice,
+};
+pub use controller::{
+    ArmDamping, ControllerChoice, ControllerMatrices, DampedArm, Disturbances, FilterChoice, NotchChoice, Observation,
+    Poles, PredictiveFeedback, Quadratic, Regulation, ShaperChoice, StateFeedback, Vibration,
+};
+use stickslip_core::Fields;
+use stickslip_core::control::compensation::Hold;
+use stickslip_core::drive::{Arm, LoadAmplifier, TwoMass, Winding};
+use stickslip_core::fields::{ParameterError, at_least, at_most};
+use stickslip_core::friction::{Bristles, Friction, Stribeck};
+use stickslip_core::plant::Plant;
+use stickslip_core::scalar::Scalar;
+use stickslip_core::supervise::{HomingPlan, SafetyLimits};
+use stickslip_core::tick::{Decoder, Scaling};
+
+/// A whole parameter set. Truth and belief are apart: controller, observer, law and experiments see `model` alone.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(check = Preset::check)]
+pub struct Preset<T> {
+    /// The virtual machine, with its mismatch and its faults.
+    pub plant: Plant<T>,
+    /// What controller, observer, law and experiments believe. It starts as the data sheet and is changed only by
+    /// measurements.
+    pub model: Model<T>,
+    /// How the bench runs.
+    pub bench: Settings<T>,
+}
+
+/// What the software believes of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Model<T> {
+    /// Masses, coupling and screw.
+    pub drive: TwoMass<T>,
+    /// The drive motor.
+    pub motor: Winding<T>,
+    /// The load motor.
+    pub load_motor: Winding<T>,
+    /// Its amplifier.
+    pub load_amplifier: LoadAmplifier<T>,
+    /// Scaling of instruments and servo amplifier.
+    pub scaling: Scaling<T>,
+    /// The encoder's counts.
+    pub encoder: Decoder<T>,
+    /// Lag of servo amplifier and tacho together: it bounds how stiff a velocity loop may be.
+    #[field(symbol = "τ", unit = "s", range = 0.0..=0.1, default = 0.85e-3)]
+    pub drive_lag: T,
+    /// Lag of the servo amplifier alone; the rest of the lag above is the tacho's.
+    #[field(symbol = "τ_s", unit = "s", range = 2e-5..=2e-2, default = 0.32e-3)]
+    pub servo_lag: T,
+    /// Noise of the tacho at the converter, RMS.
+    #[field(symbol = "σ_u", unit = "V", range = 0.0..=1.0, default = 3e-3)]
+    pub tacho_noise: T,
+    /// Commutator ripple of the tacho, as a share of its voltage.
+    #[field(symbol = "r_T", unit = "1", range = 0.0..=0.5, default = 0.01)]
+    pub tacho_ripple: T,
+    /// Noise density of the accelerometer, one-sided.
+    #[field(symbol = "S_n", unit = "m/s^2/√Hz", range = 0.0..=1.0, default = 2.207e-3)]
+    pub accelerometer_noise: T,
+    /// Natural frequency of the accelerometer, second order.
+    #[field(symbol = "f_0", unit = "Hz", range = 10.0..=1e5, default = 1000.0)]
+    pub accelerometer_bandwidth: T,
+    /// Damping ratio of the accelerometer.
+    #[field(symbol = "ζ", unit = "1", range = 0.05..=2.0, default = 0.7)]
+    pub accelerometer_damping: T,
+    /// Friction of the drive motor's brushes and bearings: entered, or measured with the coupling open. It is no
+    /// friction of the load and is subtracted.
+    pub motor_friction: Friction<T>,
+    /// Friction on the load side, friction wheel included, as last measured.
+    pub own: Stribeck<T>,
+    /// The bristles under it, as a presliding measurement shows them: for the laws that render presliding.
+    pub own_bristles: Bristles<T>,
+    /// How far the machine may be from all this.
+    pub doubt: Doubt<T>,
+}
+
+/// What may be wrong with a belief: the law that the bench picks by itself must bear it. The defaults are what a careful
+/// identification leaves; a calibration of the bench replaces them by what it found.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Doubt<T> {
+    /// Torque of the drive per torque of the load motor, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 4e-3)]
+    pub drive_torque: T,
+    /// Load inertia, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
+    pub load_inertia: T,
+    /// Stiffness of the coupling, as a share: a law that follows fast does not bear much of it.
+    #[field(unit = "1", range = 0.0..=0.5, default = 2e-3)]
+    pub coupling_stiffness: T,
+    /// Breakaway and kinetic torque of the own friction, as a share.
+    #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
+    pub friction: T,
+    /// Ripple of the own friction over a turn of the screw, as a share: no characteristic contains it.
+    #[field(unit = "1", range = 0.0..=0.5, default = 0.04)]
+    pub ripple: T,
+    /// Stiffness of the own bristles, as a share.
+    #[field(unit = "1", range = 0.0..=0.9, default = 0.25)]
+    pub bristle_stiffness: T,
+}
+
+/// How the bench runs.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Settings<T> {
+    /// Rate of sensors, observer, rendering law and load-motor current control.
+    #[field(symbol = "f_tick", unit = "Hz", range = 500.0..=20_000.0, default = 4000.0)]
+    pub tick_rate: T,
+    /// Ticks per sample of the position controller. 0: so many that it runs at 1 kHz, at least 1.
+    #[field(symbol = "n_c", unit = "1", range = 0.0..=1000.0, whole)]
+    pub control_divider: T,
+    /// Longest step of the virtual machine; a tick has a whole number of equal ones.
+    #[field(symbol = "h", unit = "s", range = 1e-7..=25e-6, default = 25e-6)]
+    pub plant_step: T,
+    /// Decay rates of the velocity observer, three real poles.
+    #[field(symbol = "p", unit = "1/s", range = 1.0..=2000.0, default = 250.0)]
+    pub observer_poles: [T; 3],
+    /// The position controller.
+    pub controller: ControllerChoice<T>,
+    /// Filter of its torque.
+    pub filter: FilterChoice<T>,
+    /// What motions are shaped with.
+    pub shaper: ShaperChoice<T>,
+    /// Compensation of friction beside it.
+    pub compensation: CompensationChoice<T>,
+    /// What holds a position against stiction.
+    pub hold: Hold<T>,
+    /// The characteristic to be rendered.
+    pub desired: Stribeck<T>,
+    /// The bristles under it, for the laws that render presliding.
+    pub desired_bristles: Bristles<T>,
+    /// The rendering law.
+    pub law: LawChoice<T>,
+    /// The elastic arm that is rendered besides friction, though the carriage does not carry it.
+    pub arm: Arm<T>,
+    /// Half width of the fade-out interval of the paper's law.
+    #[field(symbol = "Ω_fade", unit = "rad/s", range = 0.0..=10.0, default = 0.3)]
+    pub fade_velocity: T,
+    /// What stops the bench.
+    pub safety: SafetyLimits<T>,
+    /// How the index is searched.
+    pub homing: HomingPlan<T>,
+}
+
+/// How the difference of desired and own friction is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+#[fields(tag = "kind")]
+pub enum LawChoice<T> {
+    /// The paper's: static difference, sign of the estimated velocity, fade-out around standstill.
+    Paper,
+    /// The same with a smooth sign instead of the fade-out.
+    Smooth,
+    /// Karnopp's: within a band around standstill the load motor takes up what the drive applies.
+    Karnopp,
+    /// Desired less own friction, both with bristles, on an observer that contains the drive and its friction.
+    Bristle,
+    /// The same with the friction that the model lacks estimated as one torque.
+    Residual(Residual<T>),
+    /// A virtual load with the desired friction, which the load is made to follow.
+    Admittance(Tracking<T>),
+    /// The one that does best in a simulation of what is believed of the machine, off by what may be wrong with it.
+    Auto,
+}
+
+/// How a torque that the model lacks is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Residual<T> {
+    /// How fast it wanders: more follows a friction that is off, less lets less noise through.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.03)]
+    pub missing_torque: T,
+}
+
+/// How a virtual load is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
+pub struct Tracking<T> {
+    /// Bandwidth, critically damped.
+    #[field(symbol = "ω_t", unit = "rad/s", range = 1.0..=1000.0, default = 350.0)]
+    pub bandwidth: T,
+    /// How fast the torque that the model lacks wanders: more follows a friction that is off, less lets less noise
+    /// through.
+    #[field(symbol = "q_r", unit = "N m √Hz", range = 1e-5..=10.0, default = 0.1)]
+    pub missing_torque: T,
+}
+
+impl<T: Scalar> Settings<T> {
+    /// Time of a tick [s].
+    pub fn tick_time(&self) -> T {
+        T::of(1.0) / self.tick_rate
+    }
+}
+
+impl Settings<f64> {
+    /// Ticks per sample of the position controller.
+    pub fn divider(&self) -> u64 {
+        if self.control_divider > 0.0 {
+            self.control_divider as u64
+        } else {
+            (self.tick_rate / 1000.0).round().max(1.0) as u64
+        }
+    }
+
+    /// Sampling time of the position controller [s].
+    pub fn control_period(&self) -> f64 {
+        self.tick_time() * self.divider() as f64
+    }
+
+    /// Steps of the virtual machine in a tick, and the length of one [s].
+    pub fn plant_steps(&self) -> (usize, f64) {
+        // A hair off a whole number is rounding, not another step.
+        let steps = (self.tick_time() / self.plant_step - 1e-9).ceil().max(1.0);
+        (steps as usize, self.tick_time() / steps)
+    }
+}
+
+impl Preset<f64> {
+    /// Whether this law and this arm go together: a virtual load does not feel the arm, and the load follows it.
+    pub fn bears_arm(law: &LawChoice<f64>, arm: &Arm<f64>) -> bool {
+        !matches!((law, arm), (LawChoice::Admittance(_), Arm::Elastic(_)))
+    }
+
+    /// The virtual machine must be able to take its step, and the step to show the jitter of the ticks.
+    fn check(&self) -> Result<(), ParameterError> {
+        let step = self.bench.plant_steps().1;
+        self.plant.check_step(step).map_err(|error| ParameterError { field: "bench.plant_step", ..error })?;
+        let jitter = self.plant.tick_jitter;
+        if jitter > 0.0 {
+            let remedy = "Jitter is made of whole steps of the virtual machine: take steps that are at most as long.";
+            at_most("bench.plant_step", step, jitter, remedy).check()?;
+            let remedy = "A tick's instant lies between its neighbours': let it wander less, or tick more slowly.";
+            at_most("plant.tick_jitter", jitter, self.bench.tick_time() / 8.0, remedy).check()?;
+        }
+        let observed = matches!(self.bench.compensation, CompensationChoice::DisturbanceObserver(_));
+        if let (Some(feedback), true) = (self.bench.controller.feedback(), observed) {
+            let remedy = "The disturbance observer beside it compensates the load already: choose one of both.";
+            let name = match self.bench.controller {
+                ControllerChoice::Predictive(_) => "bench.controller.feedback.compensates_load",
+                _ => "bench.controller.compensates_load",
+            };
+            at_most(name, feedback.compensates_load, 0.0, remedy).check()?;
+        }
+        if let (Some(_), FilterChoice::Notch(notch)) = (self.bench.controller.feedback(), self.bench.filter) {
+            let remedy =
+                "State feedback damps the coupling itself and must know the torque that acts: take one of both.";
+            at_most("bench.filter.width", notch.width, 0.0, remedy).check()?;
+        }
+        if let ControllerChoice::Linear(matrices) = self.bench.controller {
+            let remedy = "Matrices are for one sampling time: make them for that of the bench \
+                          (bench.tick_rate, bench.control_divider), or change the bench.";
+            let (stated, period) = (matrices.sampling_time, self.bench.control_period());
+            at_most("bench.controller.sampling_time", stated, period * (1.0 + 1e-9), remedy).check()?;
+            at_least("bench.controller.sampling_time", stated, period * (1.0 - 1e-9), remedy).check()?;
+        }
+        if let (Arm::Elastic(arm), false) = (self.bench.arm, Self::bears_arm(&self.bench.law, &self.bench.arm)) {
+            let remedy = "The admittance law makes the load follow one that does not feel the arm: render it beside \
+                          another law (bench.law.kind), or no arm (bench.arm.kind = \"nothing\").";
+            at_most("bench.arm.inertia", arm.inertia, 0.0, remedy).check()?;
+        }
+        if let FilterChoice::Notch(notch) = self.bench.filter {
+            let frequency = notch.angular_frequency(&self.model.drive) / std::f64::consts::TAU;
+            let remedy = "A notch needs more than two samples a period: control faster, or put it lower.";
+            at_most("bench.filter.frequency", frequency, 0.45 / self.bench.control_period(), remedy).check()?;
+        }
+        at_most(
+            "bench.fade_velocity",
+            self.bench.fade_velocity,
+            self.bench.safety.speed,
+            "The fade-out interval lies within the speeds that the bench may reach.",
+        )
+        .check()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_is_compensated_once() {
+        let mut preset = Preset::<f64>::default();
+        let feedback = StateFeedback { compensates_load: 1.0, ..StateFeedback::default() };
+        preset.bench.controller = ControllerChoice::StateFeedback(feedback);
+        assert_eq!(preset.check(), Ok(()));
+        preset.bench.compensation = CompensationChoice::DisturbanceObserver(DisturbanceObserverChoice::default());
+        assert_eq!(preset.check().unwrap_err().field, "bench.controller.compensates_load");
+        preset.bench.controller = ControllerChoice::StateFeedback(StateFeedback::default());
+        assert_eq!(preset.check(), Ok(()));
+    }
+
+    #[test]
+    fn matrices_for_another_sampling_time_are_refused() {
+        let with = |sampling_time: f64| {
+            let mut preset = Preset::<f64>::default();
+            preset.bench.controller =
+                ControllerChoice::Linear(ControllerMatrices { sampling_time, ..ControllerMatrices::default() });
+            preset.check().map_err(|error| error.field)
+        };
+        assert_eq!(with(1e-3), Ok(()));
+        assert_eq!([0.5e-3, 1.001e-3].map(with), [Err("bench.controller.sampling_time"); 2]);
+    }
+
+    #[test]
+    fn a_notch_that_its_sampling_cannot_make_or_a_state_feedback_does_not_know_is_refused() {
+        let with = |frequency: f64, controller: ControllerChoice<f64>| {
+            let mut preset = Preset::<f64>::default();
+            preset.bench.filter = FilterChoice::Notch(NotchChoice { frequency, ..NotchChoice::default() });
+            preset.bench.controller = controller;
+            preset.check().map_err(|error| error.field)
+        };
+        let cascade = Preset::<f64>::default().bench.controller;
+        assert_eq!(with(0.0, cascade), Ok(()));
+        assert_eq!(with(460.0, cascade), Err("bench.filter.frequency"));
+        let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
+        assert_eq!(with(100.0, state_feedback), Err("bench.filter.width"));
+    }
+
+    #[test]
+    fn a_jitter_that_the_step_cannot_show_or_the_tick_cannot_bear_is_refused() {
+        let with = |jitter: f64, step: f64| {
+            let mut preset = Preset::<f64>::default();
+            preset.plant.tick_jitter = jitter;
+            preset.bench.plant_step = step;
+            preset.check().map_err(|error| error.field)
+        };
+        // The default tick of 250 µs.
+        assert_eq!(with(0.0, 25e-6), Ok(()));
+        assert_eq!(with(10e-6, 10e-6), Ok(()));
+        assert_eq!(with(10e-6, 25e-6), Err("bench.plant_step"));
+        assert_eq!(with(40e-6, 25e-6), Err("plant.tick_jitter"));
+    }
+}

@@ -1,0 +1,226 @@
+//! A report: a document of numbers (`report.json`), and the page that is made of it (`report.html`), one file that
+//! holds everything and is readable in ten years without this program.
+//!
+//! The page is a function of the document alone: saved, read and rendered again it has the same bytes. Times that a
+//! run took are therefore no part of it; they stand in `summary.json`.
+//!
+//! ```
+//! use stickslip::quantity::Estimate;
+//! use stickslip::report::{Provenance, Report};
+//!
+//! let report = Report::new("Friction of an axis", Provenance::new("stickslip demo", Some(1), ""))
+//!     .summary("The axis breaks away at 0.3 N·m.")
+//!     .key("breakaway torque M_S", Estimate::new(0.2994, "N m").with_half_width(0.004))
+//!     .heading("Own friction");
+//! assert!(report.html().contains("<i>M</i><sub>S</sub>"));
+//! assert_eq!(Report::from_json(&report.to_json()).unwrap(), report);
+//! ```
+
+mod compare;
+mod figure;
+mod html;
+mod json;
+mod map;
+mod table;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+pub use table::{Cell, Table};
+
+use crate::figure::{Figure, Map};
+use crate::quantity::Estimate;
+use crate::{Error, Summary, output};
+
+/// Title, summary, key numbers and sections in their order, and where they come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    title: String,
+    summary: String,
+    key: Vec<Key>,
+    sections: Vec<Section>,
+    /// One; several where reports were put together.
+    provenance: Vec<Provenance>,
+}
+
+/// A number that a reader looks for first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Key {
+    name: String,
+    number: Estimate,
+}
+
+/// What it takes to get the same report again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// The command line.
+    pub command: String,
+    /// Version of the program.
+    pub version: String,
+    /// Commit that the program was built from, where the build said it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commit: Option<String>,
+    /// Seed of the noise; none where nothing was drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// All parameters, as in a file.
+    pub parameters: String,
+}
+
+impl Provenance {
+    /// Of this program. The commit is that of the environment variable `STICKSLIP_COMMIT` at build time: a build from
+    /// an archive, where nobody can know it, has none, and no build script has to ask for it.
+    pub fn new(command: impl Into<String>, seed: Option<u64>, parameters: impl Into<String>) -> Self {
+        let commit = option_env!("STICKSLIP_COMMIT").filter(|commit| !commit.is_empty()).map(Into::into);
+        let version = env!("CARGO_PKG_VERSION").into();
+        Provenance { command: command.into(), version, commit, seed, parameters: parameters.into() }
+    }
+}
+
+/// A part of a report.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "content", rename_all = "lowercase")]
+pub enum Section {
+    /// The title of a report within a report.
+    Part(String),
+    /// The title of what follows.
+    Heading(String),
+    /// Some sentences.
+    Paragraph(String),
+    /// Sentences of equal rank.
+    List(Vec<String>),
+    /// Rows of text or of estimates.
+    Table(Table),
+    /// A figure with its caption: what one sees, and the numbers.
+    Figure {
+        /// The figure.
+        figure: Box<Figure>,
+        /// The caption, without its number.
+        caption: String,
+    },
+    /// A map with its caption; it counts as a figure.
+    Map {
+        /// The map.
+        map: Box<Map>,
+        /// The caption, without its number.
+        caption: String,
+    },
+}
+
+impl Report {
+    /// A report without sections.
+    pub fn new(title: impl Into<String>, provenance: Provenance) -> Self {
+        let (title, provenance) = (title.into(), vec![provenance]);
+        Self { title, summary: String::new(), key: Vec::new(), sections: Vec::new(), provenance }
+    }
+
+    /// What came out, in a sentence or two with the numbers.
+    pub fn summary(self, text: impl Into<String>) -> Self {
+        Self { summary: text.into(), ..self }
+    }
+
+    /// Adds a key number; they stand together below the summary.
+    pub fn key(mut self, name: impl Into<String>, number: Estimate) -> Self {
+        self.key.push(Key { name: name.into(), number });
+        self
+    }
+
+    /// Adds a heading.
+    pub fn heading(self, text: impl Into<String>) -> Self {
+        self.section(Section::Heading(text.into()))
+    }
+
+    /// Adds a paragraph.
+    pub fn paragraph(self, text: impl Into<String>) -> Self {
+        self.section(Section::Paragraph(text.into()))
+    }
+
+    /// Adds a list.
+    pub fn list(self, items: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        self.section(Section::List(items.into_iter().map(Into::into).collect()))
+    }
+
+    /// Adds a table.
+    pub fn table(self, table: Table) -> Self {
+        self.section(Section::Table(table))
+    }
+
+    /// Adds a figure with its caption.
+    pub fn figure(self, figure: Figure, caption: impl Into<String>) -> Self {
+        self.section(Section::Figure { figure: Box::new(figure), caption: caption.into() })
+    }
+
+    /// Adds a map with its caption.
+    pub fn map(self, map: Map, caption: impl Into<String>) -> Self {
+        self.section(Section::Map { map: Box::new(map), caption: caption.into() })
+    }
+
+    /// Adds any section.
+    pub fn section(mut self, section: Section) -> Self {
+        self.sections.push(section);
+        self
+    }
+
+    /// What came out, in words.
+    pub fn told(&self) -> &str {
+        &self.summary
+    }
+
+    /// The key numbers by name.
+    pub fn keys(&self) -> impl Iterator<Item = (&str, &Estimate)> {
+        self.key.iter().map(|key| (key.name.as_str(), &key.number))
+    }
+
+    /// Its parts in their order.
+    pub fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// Where its numbers come from; several where reports were put together.
+    pub fn provenance(&self) -> &[Provenance] {
+        &self.provenance
+    }
+
+    /// The whole page.
+    pub fn html(&self) -> String {
+        html::page(self)
+    }
+
+    /// Writes the report, these figures as files of their own, and last the summary, which names all files of the folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write_all<'a>(
+        &self,
+        mut summary: Summary,
+        figures: impl IntoIterator<Item = (&'a str, &'a Figure)>,
+        directory: &Path,
+    ) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        for (name, figure) in figures {
+            output::write(&directory.join(name), figure.svg())?;
+            summary.file(name);
+        }
+        for name in self.write(directory)? {
+            summary.file(name);
+        }
+        summary.write(directory)?;
+        Ok(summary)
+    }
+
+    /// Writes `report.json` and `report.html` into a folder; returns their names.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path) -> Result<[&'static str; 2], Error> {
+        let names = ["report.json", "report.html"];
+        for (name, text) in names.into_iter().zip([self.to_json(), self.html()]) {
+            output::write(&directory.join(name), text)?;
+        }
+        Ok(names)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,588 @@
+use stickslip_core::control::reference::Setpoint;
+use stickslip_core::supervise::{MachineFault, Request};
+use stickslip_core::tick::Measurement;
+
+use super::*;
+use crate::foreign::{Answer, Caller, Description, ModuleSample, Question};
+use crate::home;
+use crate::remote::{LinkFault, PlantServer};
+use crate::{Arrival, VirtualBench, Voltages};
+use stickslip_base::Watch;
+use stickslip_base::parameters::presets;
+
+fn preset() -> Preset<f64> {
+    let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    // A slow tick, and many that may be missed, so that a busy machine keeps the clock.
+    preset.bench.tick_rate = 1000.0;
+    preset.bench.safety.missed_ticks = 100.0;
+    preset
+}
+
+fn bench() -> ClockedBench {
+    ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, None).unwrap()
+}
+
+/// Commands of somebody who is away for a while behind the 150th of 200: what he is told.
+fn away_for(milliseconds: u64, bench: &mut ClockedBench) -> Option<String> {
+    home(bench, &Watch::silent()).unwrap();
+    let mut moving = |k: u32| {
+        if k == 150 {
+            thread::sleep(Duration::from_millis(milliseconds));
+        }
+        let setpoint = Setpoint { position: f64::from(k) * 5e-3, velocity: 5.0, acceleration: 0.0 };
+        bench.hand_over(Command { setpoint, control: true, mark: 7, ..Command::default() }).err()
+    };
+    (0..200).find_map(&mut moving).map(|error| error.to_string())
+}
+
+#[test]
+fn a_virtual_machine_waits_for_commands_that_are_late_and_says_so() {
+    let (tap, mut stream) = crate::tap::tap(1 << 14);
+    let mut bench = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, Some(tap)).unwrap();
+    assert_eq!(away_for(400, &mut bench), None);
+    bench.drain(&mut |_| {}).unwrap();
+    let kept = bench.stop().unwrap();
+    // The commands handed over ahead last 50 ms; what a busy machine misses meanwhile is not waited for, and it may oversleep.
+    assert!(kept.waited >= 100, "{}", kept.waited);
+    assert!(kept.warnings().iter().any(|warning| warning.contains("commands that were late")));
+    let samples: Vec<_> = std::iter::from_fn(|| stream.sample()).collect();
+    assert!(samples.windows(2).all(|pair| pair[1].frame.cycle == pair[0].frame.cycle + 1), "time stood still");
+    assert_eq!(samples.iter().map(|sample| sample.waited).sum::<u64>(), kept.waited);
+    let marked = samples.iter().filter(|sample| sample.frame.command.mark == 7);
+    let steps: Vec<_> = marked.map(|sample| sample.frame.command.setpoint.position).collect();
+    assert_eq!(steps, (0..200).map(|k| f64::from(k) * 5e-3).collect::<Vec<_>>(), "nothing was dropped");
+}
+
+#[test]
+fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let steel = Breaking { machine, ticks: u32::MAX, link: false };
+    let steel = ClockedBench::over(&preset, steel, readings, Wishes::PLAIN, None).unwrap();
+    falls_behind(steel, 400, 50);
+    falls_behind(bench(), 2000, 1050);
+}
+
+fn falls_behind(mut bench: ClockedBench, away: u64, limit: u32) {
+    let said = away_for(away, &mut bench).expect("it was late");
+    bench.set_controller(bench.parameters().tick.control.controller, 1).unwrap();
+    assert!(said.contains(&format!("fell behind the clock by more than {limit} ms")), "{said}");
+    let frame = bench.step(Command::default()).unwrap();
+    assert_eq!(frame.command.mark, 0, "what came late was dropped");
+    assert!(bench.safety().allows_torque(), "nothing was wrong with the machine");
+    // Of all changes none is left behind or taken for another.
+    bench.change(Change::Request(Request::Stop)).unwrap();
+    assert_eq!(bench.safety(), SafetyState::Ready);
+    // At most 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
+    assert!((0.01..0.8).contains(&frame.angle), "{}", frame.angle);
+}
+
+#[test]
+fn a_request_that_is_not_admitted_is_refused_with_what_to_do_first() {
+    let mut bench = bench();
+    let refused = bench.change(Change::Request(Request::Start)).unwrap_err();
+    assert!(refused.to_string().contains("Home or arm first"), "{refused}");
+    bench.change(Change::Request(Request::Home)).unwrap();
+    assert_eq!(bench.safety(), SafetyState::Homing);
+    assert!(matches!(bench.set_preload(1.5), Err(Error::OutOfRange { .. })));
+}
+
+/// A machine whose tacho breaks, or whose link does, after so many ticks.
+struct Breaking {
+    machine: InProcess,
+    ticks: u32,
+    link: bool,
+}
+
+impl Io for Breaking {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.ticks = self.ticks.saturating_sub(1);
+        let readings = self.machine.exchange(voltages)?;
+        match (self.ticks, self.link) {
+            (0, true) => Err(LinkFault::Doubled { sequence: 1 }),
+            (0, false) => Ok(Measurement { tacho_voltage: f64::NAN, ..readings }),
+            _ => Ok(readings),
+        }
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+fn breaking(link: bool) -> String {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let machine = Breaking { machine, ticks: 500, link };
+    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap_err().to_string()
+}
+
+#[test]
+fn a_sensor_or_a_link_that_breaks_ends_the_experiment_with_its_reason() {
+    assert!(breaking(false).contains("tacho velocity is no number"));
+    assert!(breaking(true).contains("came twice"));
+}
+
+/// A machine that is slower than its tick.
+struct Slow(InProcess);
+
+impl Io for Slow {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        thread::sleep(Duration::from_millis(3));
+        self.0.exchange(voltages)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.0.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.0.preload()
+    }
+}
+
+#[test]
+fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 1).unwrap();
+    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, Wishes::PLAIN, None).unwrap();
+    let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
+    let said = ended.expect("ten overruns in a row end it").to_string();
+    assert!(said.contains("machine") && said.contains("doctor"), "{said}");
+}
+
+#[test]
+fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
+    let (tap, mut stream) = crate::tap::tap(1 << 14);
+    let mut bench = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, Some(tap)).unwrap();
+    home(&mut bench, &Watch::silent()).unwrap();
+    let mut urgent = bench.urgent().unwrap();
+    // Commands are handed over ahead of the clock; behind them a change would wait.
+    let mut parameters = *bench.parameters();
+    parameters.safety.speed = 300.0;
+    let angle = bench.step(Command::default()).unwrap().angle;
+    let hold = Command { setpoint: Setpoint { position: angle, ..Setpoint::default() }, ..Command::default() };
+    let mut entered = None;
+    for mark in 1..=1000 {
+        bench.hand_over(Command { mark, ..hold }).unwrap();
+        if mark == 500 {
+            entered = Some(urgent.change(Change::Parameters(parameters)).unwrap());
+        }
+    }
+    bench.drain(&mut |_| {}).unwrap();
+    let refused = urgent.change(Change::Request(Request::Home)).unwrap_err();
+    assert!(matches!(refused, Error::Refused(_)), "{refused}");
+    urgent.change(Change::Request(Request::Stop)).unwrap();
+    bench.outstanding().unwrap();
+    assert_eq!(bench.take().map(|_| bench.safety()).unwrap(), SafetyState::Ready);
+    bench.stop();
+    let changes: Vec<_> = std::iter::from_fn(|| stream.change()).collect();
+    let told: Vec<_> = changes.iter().rev().take(3).map(|changed| changed.cycle).collect();
+    assert!(told[2] == entered.unwrap() && told[1] <= told[0], "{told:?}");
+    let mut frames = std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame);
+    let last_before = frames.find(|frame| frame.command.mark == 500).unwrap();
+    assert!(entered.unwrap() < last_before.cycle, "{entered:?}: not behind what was handed over before it");
+    // The loop is gone: so it is said, and not waited for.
+    let gone = urgent.change(Change::Request(Request::Start)).unwrap_err();
+    assert!(matches!(gone, Error::BenchFault { .. }), "{gone}");
+}
+
+/// A machine some of whose answers do not come.
+struct Absent {
+    machine: InProcess,
+    answer: Option<Measurement<f64>>,
+    tick: u64,
+    away: std::ops::Range<u64>,
+    written: mpsc::Sender<Voltages<f64>>,
+}
+
+impl Io for Absent {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        self.machine.exchange(voltages)
+    }
+
+    fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
+        let _ = self.written.send(voltages);
+        self.tick = tick;
+        self.answer = Some(self.machine.exchange(voltages)?);
+        Ok(None)
+    }
+
+    fn finish(&mut self) -> Arrival {
+        let away = self.away.contains(&self.tick);
+        self.answer.take().filter(|_| !away).map_or(Arrival::Missing, Arrival::Readings)
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        self.machine.set_preload(preload)
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.preload()
+    }
+}
+
+/// Somebody whose torques tell its samples: it answers at once or, asked by the clock, when somebody looks.
+struct Counts {
+    samples: u32,
+    later: bool,
+    /// From this sample on it does not answer, until somebody has asked so often why.
+    silent_from: u32,
+    /// The answer to this sample comes only after so many looks.
+    slow: (u32, u32),
+    asked: std::cell::Cell<u32>,
+    waiting: Option<Result<Answer, ForeignFault>>,
+}
+
+/// So often it is asked in vain why it is silent.
+const SILENT: u32 = 14;
+
+impl Counts {
+    fn foreign(later: bool, silent_from: u32) -> Foreign {
+        Self::foreign_as(Role::Controller, later, silent_from)
+    }
+
+    fn foreign_as(role: Role, later: bool, silent_from: u32) -> Foreign {
+        let counts = Counts { samples: 0, later, silent_from, slow: (0, 0), asked: 0.into(), waiting: None };
+        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
+    }
+
+    fn slow(role: Role, sample: u32, looks: u32) -> Foreign {
+        let slow = (sample, looks);
+        let counts = Counts { samples: 0, later: true, silent_from: u32::MAX, slow, asked: 0.into(), waiting: None };
+        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
+    }
+}
+
+impl Caller for Counts {
+    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ForeignFault> {
+        self.samples = 0;
+        Ok(())
+    }
+
+    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ForeignFault> {
+        self.samples += 1;
+        let deviation = sample.reference_position - sample.measured_angle;
+        let beside = sample.estimated_velocity + sample.measured_load_torque + sample.commanded_torque;
+        let torque = 0.5 * deviation + 1e-3 * f64::from(self.samples) + 1e-4 * sample.time + 1e-3 * beside;
+        Ok(Answer { torque, time: 7, refused: 0 })
+    }
+
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ForeignFault>> {
+        let answer = match question {
+            Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer::default()),
+            Question::Step(sample, values) => self.step(sample, values),
+        };
+        if !self.later {
+            return Some(answer);
+        }
+        self.waiting = Some(answer).filter(|_| self.samples < self.silent_from);
+        None
+    }
+
+    fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
+        let (sample, looks) = &mut self.slow;
+        if self.samples == *sample && *looks > 0 {
+            *looks -= 1;
+            return None;
+        }
+        self.waiting.take()
+    }
+
+    fn answers_at_once(&self) -> bool {
+        !self.later
+    }
+
+    fn ended(&self) -> Option<ForeignFault> {
+        self.asked.set(self.asked.get() + 1);
+        (self.asked.get() > SILENT).then_some(ForeignFault::Crashed { signal: 11 })
+    }
+}
+
+/// Commands with a gap in the control and one in rendering, for a bench that homes.
+fn guiding(rate: f64) -> impl Iterator<Item = Command> {
+    (0..400).map(move |k| {
+        let time = f64::from(k) / rate;
+        let setpoint = Setpoint { position: 0.3 * (20.0 * time).sin(), ..Setpoint::default() };
+        Command { setpoint, control: !(101..109).contains(&k), render: !(203..207).contains(&k), ..Command::default() }
+    })
+}
+
+fn guided(divider: f64) -> Preset<f64> {
+    let mut preset = preset();
+    preset.bench.control_divider = divider;
+    // Its clock is simulated, and none is missed but by whoever is brought along.
+    preset.bench.safety.missed_ticks = 8.0;
+    preset
+}
+
+/// What each cycle saw and computed by the clock with a controller that was brought along, and what was told of it.
+fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64, ForeignFault)>) {
+    let Preset { model, bench, .. } = *preset;
+    let (machine, readings) = InProcess::new(preset, 7).unwrap();
+    let whose = foreign.role();
+    let guest = Guest::by_the_clock(foreign, &model, &bench, None).unwrap();
+    let mut parameters = design::parameters(&model, &bench).unwrap();
+    let software = Software::new(parameters, bench.tick_time());
+    role::enter(whose, true, &mut parameters, &model, &bench).unwrap();
+    let (mut entries_in, entries) = RingBuffer::new(500);
+    let (mut changes_in, changes) = RingBuffer::new(2);
+    let (mut guests_in, guests) = RingBuffer::new(1);
+    let (replies_in, mut replies) = RingBuffer::new(1000);
+    let (tap, mut stream) = crate::tap::tap(1000);
+    let (_urgent, urgent, answers) = urgent(None);
+    let (gone, _gone) = RingBuffer::new(1);
+    changes_in.push(Change::Request(Request::Home)).unwrap();
+    changes_in.push(Change::Parameters(parameters)).unwrap();
+    assert!(guests_in.push(Box::new(guest)).is_ok());
+    let entries_of_all = [Entry::Change, Entry::Guest, Entry::Change].into_iter();
+    for entry in entries_of_all.chain(guiding(bench.tick_rate).map(Entry::Command)).chain([Entry::Pause]) {
+        entries_in.push(entry).unwrap();
+    }
+    let cycle = BenchCycle {
+        software,
+        machine,
+        readings,
+        ahead: Some(readings),
+        silent: 0,
+        entries,
+        changes,
+        replies: replies_in,
+        urgent,
+        answers,
+        flow: Flow::Paused,
+        patience: 0,
+        waiting: 0,
+        waited: Arc::default(),
+        guest: None,
+        guests,
+        gone,
+        samples: Some(tap.samples),
+        asked: keyframe::keyframes().1,
+    };
+    let plan = Plan { warm_up: 0, cycles: Some(400), ..Plan::new(Duration::from_millis(1)) };
+    let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
+    executive.run(&stickslip_rt::SimulatedClock::default());
+    let told = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
+        Reply::Brought { cycle, fault, .. } => Some((cycle, fault)),
+        _ => None,
+    });
+    let told = told.collect();
+    (std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect(), told)
+}
+
+#[test]
+fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
+    for (divider, later) in [(1.0, false), (4.0, false), (2.0, true), (4.0, true), (7.0, true)] {
+        let preset = guided(divider);
+        let (clocked, told) = by_the_clock(&preset, Counts::foreign(later, u32::MAX));
+        assert_eq!(told, []);
+        let mut bench = VirtualBench::new(&preset, 7).unwrap();
+        bench.change(Change::Request(Request::Home)).unwrap();
+        bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+        let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
+        assert!(simulated.iter().any(|frame| frame.command.added_torque > 0.02), "it controls");
+        for (now, then) in clocked.iter().zip(&simulated) {
+            assert_eq!(now, then, "{divider} {later}");
+        }
+        assert_eq!(clocked.len(), simulated.len());
+    }
+}
+
+#[test]
+fn a_torque_that_is_missing_for_too_long_is_a_fault_whose_reason_is_told_later() {
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign(true, 20));
+    // Its twentieth sample begins in cycle 76 and ends with cycle 79: eight ticks may be missed.
+    let crashed = ForeignFault::Crashed { signal: 11 };
+    assert!(told.len() == 2 && told[0].0 == 87 && told[1] == (93, crashed), "{told:?}");
+    let ForeignFault::Late { time } = told[0].1 else { panic!("{told:?}") };
+    assert!((time - 11e-3).abs() < 1e-12, "{time}");
+    let torque = |cycle: usize| frames[cycle].command.added_torque;
+    assert!(frames[86].safety.allows_torque() && torque(78) != torque(74));
+    assert!((79..87).all(|cycle| torque(cycle) == torque(78)), "it is held");
+    let stopped = |frame: &Frame| frame.safety.fault();
+    assert_eq!(stopped(&frames[87]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert_eq!(stopped(&frames[92]), Some(Fault::Foreign(Role::Controller, told[0].1)));
+    assert!(frames[93..].iter().all(|frame| stopped(frame) == Some(Fault::Foreign(Role::Controller, crashed))));
+    assert!(frames[87..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
+    assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
+}
+
+#[test]
+fn a_torque_that_is_late_comes_into_force_when_it_is_there_and_the_next_sample_is_asked_for_as_ever() {
+    let mut preset = guided(4.0);
+    // The twentieth sample ends with cycle 79, and from then on each cycle looks.
+    let (frames, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 3));
+    assert_eq!(told, []);
+    let torque = |cycle: usize| frames[cycle].command.added_torque;
+    assert!(torque(79) == torque(78) && torque(80) == torque(78), "held");
+    assert!(torque(81) == torque(78) && torque(82) != torque(78), "it comes");
+    // The sample that began in cycle 80 was not asked for; the next is in force from its end on.
+    assert!((82..87).all(|cycle| torque(cycle) == torque(82)) && torque(87) != torque(82) && torque(91) != torque(87));
+
+    preset.bench.safety.missed_ticks = 2.0;
+    let (_, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 20));
+    assert!(matches!(told[..], [(81, ForeignFault::Late { .. }), ..]), "{told:?}");
+
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
+    assert_eq!(told, []);
+    let torque = |cycle: usize| frames[cycle].command.added_load_torque;
+    assert!((20..25).all(|cycle| torque(cycle) == torque(19)) && torque(25) != torque(19) && torque(26) != torque(25));
+}
+
+#[test]
+fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
+    for (role, later) in [(Role::Friction, false), (Role::Friction, true), (Role::Law, false), (Role::Law, true)] {
+        let mut preset = guided(4.0);
+        // At so slow a tick the controller of the preset does not hold a load without friction.
+        preset.bench.safety.following_error = 100.0;
+        let (clocked, told) = by_the_clock(&preset, Counts::foreign_as(role, later, u32::MAX));
+        assert_eq!(told, []);
+        let mut bench = VirtualBench::new(&preset, 7).unwrap();
+        bench.change(Change::Request(Request::Home)).unwrap();
+        bench.bring(Counts::foreign_as(role, false, u32::MAX)).unwrap();
+        let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
+        let torque = |k: usize| simulated[k].command.added_load_torque;
+        assert!(torque(0) == 0.0 && torque(1) != 0.0 && torque(203) == 0.0 && torque(207) == 0.0 && torque(208) != 0.0);
+        assert!(simulated.iter().all(|frame| frame.command.added_torque == 0.0), "{role}: the drive is the preset's");
+        assert_eq!(clocked, simulated, "{role} {later}");
+    }
+}
+
+#[test]
+fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
+    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign_as(Role::Friction, true, 20));
+    let crashed = ForeignFault::Crashed { signal: 11 };
+    // Its twentieth sample is asked for in cycle 19.
+    assert!(told.len() == 2 && told[0].0 == 28 && told[1] == (34, crashed), "{told:?}");
+    assert!(matches!(told[0].1, ForeignFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{told:?}");
+    let named = frames[34].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
+    assert!(named.contains("the friction's library crashed"), "{named}");
+    assert!(frames[28..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
+    assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
+}
+
+#[test]
+fn samples_that_leave_a_controller_in_another_process_no_time_are_refused() {
+    let mut bench = ClockedBench::virtual_machine(&guided(1.0), 1, Wishes::PLAIN, None).unwrap();
+    let refused = bench.bring(Counts::foreign(true, u32::MAX)).unwrap_err().to_string();
+    assert!(refused.contains("in every tick of 1000 Hz") && refused.contains("--trust"), "{refused}");
+    bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+    assert!(bench.take_back(&guided(1.0).bench).unwrap().is_some());
+    assert!(bench.take_back(&guided(1.0).bench).unwrap().is_none());
+}
+
+/// Homing's begin, some changes, and an idle time behind, tick after tick without a clock: what each cycle saw and
+/// computed.
+fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) -> Vec<Frame> {
+    let (_guests, guests) = RingBuffer::new(1);
+    let (gone, _gone) = RingBuffer::new(1);
+    const TICKS: usize = 600;
+    let preset = preset();
+    let (mut entries_in, entries) = RingBuffer::new(2 * TICKS);
+    let (mut changes_in, changes) = RingBuffer::new(4);
+    let (replies, _replies) = RingBuffer::new(2 * TICKS);
+    let (_urgent, urgent, answers) = urgent(None);
+    let (tap, mut stream) = crate::tap::tap(TICKS);
+    changes_in.push(Change::Request(Request::Home)).unwrap();
+    entries_in.push(Entry::Change).unwrap();
+    for k in 0..TICKS / 2 {
+        if k == 200 {
+            entries_in.push(Entry::Preload(0.5)).unwrap();
+        }
+        let torque = 0.5 * f64::from(u8::from(k % 100 < 50));
+        entries_in.push(Entry::Command(Command { added_torque: torque, ..Command::default() })).unwrap();
+    }
+    for change in later {
+        changes_in.push(*change).unwrap();
+        entries_in.push(Entry::Change).unwrap();
+        entries_in.push(Entry::Command(Command { added_torque: 0.4, ..Command::default() })).unwrap();
+    }
+    entries_in.push(Entry::Pause).unwrap();
+    let parameters = design::parameters(&preset.model, &preset.bench).unwrap();
+    let software = Software::new(parameters, preset.bench.tick_time());
+    let (samples, ahead, silent, flow) = (Some(tap.samples), Some(readings), 0, Flow::Paused);
+    let cycle = BenchCycle {
+        software,
+        machine,
+        readings,
+        ahead,
+        silent,
+        entries,
+        changes,
+        replies,
+        urgent,
+        answers,
+        flow,
+        patience: 0,
+        waiting: 0,
+        waited: Arc::default(),
+        guest: None,
+        guests,
+        gone,
+        samples,
+        asked: keyframe::keyframes().1,
+    };
+    let plan = Plan { warm_up: 0, cycles: Some(TICKS as u64), ..Plan::new(Duration::from_millis(1)) };
+    let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
+    assert_eq!(executive.run(&stickslip_rt::SimulatedClock::default()).cycles, TICKS as u64);
+    std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect()
+}
+
+#[test]
+fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
+    let preset = preset();
+    let (machine, readings) = InProcess::new(&preset, 7).unwrap();
+    let here = ticks(machine, readings, &[]);
+    assert!(here.len() == 600 && here[300].angle != here[0].angle, "it moves");
+    let folder = tempfile::tempdir().unwrap();
+    for address in ["udp:127.0.0.1:0".into(), format!("shm:{}", folder.path().join("axis").display())] {
+        let mut server = PlantServer::bind(&address.parse().unwrap(), &preset, 7).unwrap();
+        let address = server.address().clone();
+        let serving = thread::spawn(move || server.serve(true, &Watch::silent()));
+        let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).unwrap();
+        assert_eq!(here, ticks(machine.patient(), readings, &[]), "{address}");
+        let served = serving.join().unwrap().unwrap();
+        // A last one switches the torque off.
+        assert_eq!((served.ticks, served.held, served.refused), (601, 0, 0));
+    }
+}
+
+/// The same with a machine that is away for so many ticks, where 100 are borne: cycles, and what was written in each.
+fn away(ticks_away: u64) -> (Vec<Frame>, Vec<Voltages<f64>>) {
+    let (machine, readings) = InProcess::new(&preset(), 1).unwrap();
+    let (written, voltages) = mpsc::channel();
+    let machine = Absent { machine, answer: None, tick: 0, away: 120..120 + ticks_away, written };
+    let later = [Change::Request(Request::Acknowledge), Change::Request(Request::Home)];
+    (ticks(machine, readings, &later), voltages.try_iter().collect())
+}
+
+#[test]
+fn where_answers_are_missing_what_was_written_is_held_and_commands_wait() {
+    let (frames, written) = away(10);
+    assert_eq!(frames.len(), 590, "nothing was computed without readings");
+    let gap = frames.windows(2).find(|pair| pair[1].cycle != pair[0].cycle + 1).unwrap();
+    assert_eq!((gap[0].cycle, gap[1].cycle), (120, 131), "the number of a cycle is time");
+    assert_eq!([gap[0].safety, gap[1].safety], [SafetyState::Homing; 2]);
+    assert!(written[121] != Voltages::default() && written[121..=131].iter().all(|held| *held == written[121]));
+    assert!(written[132] != written[131]);
+}
+
+#[test]
+fn one_more_ends_the_torque_and_the_bench_goes_on_and_homes_when_the_machine_is_back() {
+    let (frames, written) = away(101);
+    let fault = SafetyState::Fault(Fault::Machine(MachineFault::Silent { ticks: 101 }));
+    let first = frames.iter().position(|frame| frame.safety == fault).unwrap();
+    assert_eq!((first, frames[first].cycle), (121, 221));
+    assert_eq!(written[222..400], [Voltages::default(); 178], "the tick of the fault takes them, and they stay so");
+    // Behind the commands of the experiment that it ended.
+    let homing = frames.iter().rposition(|frame| frame.safety == SafetyState::Homing).unwrap();
+    assert!(homing == frames.len() - 1 && frames[homing].cycle == 599);
+    let voltage = |frame: &&Frame| frame.signals.servo_voltage != 0.0;
+    assert_eq!(frames[first..].iter().filter(voltage).count(), 1, "one command had torque again");
+}

@@ -1,0 +1,42 @@
+//! Homing by index search.
+
+use stickslip_core::supervise::{Homing, HomingInput, HomingProgress, Request};
+
+use crate::{Bench, Change, Command};
+use stickslip_base::{Error, Watch};
+
+/// Searches the index and makes it the screw's zero; the bench is then running, at rest near its zero.
+///
+/// # Errors
+/// [`Error::BenchFault`] where no index comes, or supervision stops the search; [`Error::Cancelled`].
+pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+    bench.change(Change::Request(Request::Home))?;
+    // One tick without torque tells where the screw is.
+    let first = bench.step(Command::default())?;
+    let dt = bench.settings().tick_time();
+    let mut search = Homing::begin(bench.settings().homing, first.angle);
+    let mut input = HomingInput { angle: first.angle, index: None };
+    loop {
+        let (setpoint, progress) = search.step(input, dt);
+        match progress {
+            HomingProgress::Moving => {}
+            HomingProgress::Homed { index } => {
+                bench.change(Change::Homed(index))?;
+                return bench.change(Change::Request(Request::Start));
+            }
+            HomingProgress::Failed(fault) => {
+                bench.change(Change::HomingFailed(fault))?;
+                return Err(Error::BenchFault { cycle: first.cycle, reason: fault.to_string() });
+            }
+        }
+        let frame = bench.hand_over(Command { setpoint, control: true, ..Command::default() })?;
+        input.index = None;
+        if let Some(frame) = frame {
+            let index = (frame.signals.index > 0.5).then_some(frame.signals.index_angle);
+            input = HomingInput { angle: frame.angle, index };
+            if frame.cycle % 4096 == 0 {
+                watch.stage("homing", 0.0)?;
+            }
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! A change as a line of text, as it stands in a record: a word and its numbers, which read back to the bit.
+
+use std::fmt::Write as _;
+
+use stickslip_core::cycle::Change;
+use stickslip_core::supervise::{ForeignFault, HomingFault, MachineFault, Request, Role};
+
+use super::numbers::{from_numbers, numbers};
+use crate::tap::What;
+
+const REQUESTS: [(&str, Request); 6] = [
+    ("home", Request::Home),
+    ("arm", Request::Arm),
+    ("start", Request::Start),
+    ("stop", Request::Stop),
+    ("off", Request::Off),
+    ("acknowledge", Request::Acknowledge),
+];
+
+/// The line.
+pub(super) fn line(what: &What) -> String {
+    match what {
+        What::Preload(preload) => format!("preload {preload}"),
+        What::Fault(injection) => format!("fault {injection}"),
+        What::Software(Change::Request(request), _) => {
+            let name = REQUESTS.iter().find(|(_, known)| known == request).map_or("", |(name, _)| name);
+            format!("request {name}")
+        }
+        What::Software(Change::Homed(index), _) => format!("homed {index}"),
+        What::Software(Change::HomingFailed(fault), _) => match *fault {
+            HomingFault::NoIndex { travel } => format!("no_index {travel}"),
+            HomingFault::IndexLost { expected } => format!("index_lost {expected}"),
+            HomingFault::IndexMoved { first, second } => format!("index_moved {first} {second}"),
+            HomingFault::NotANumber => "index_not_a_number".into(),
+        },
+        What::Software(Change::MachineFailed(fault), _) => match *fault {
+            MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
+            MachineFault::Anew => "machine_anew".into(),
+        },
+        What::Software(Change::ForeignFailed(role, fault), _) => match *fault {
+            ForeignFault::Crashed { signal } => format!("{role}_crashed {signal}"),
+            ForeignFault::Ended { code } => format!("{role}_ended {code}"),
+            ForeignFault::Silent { time } => format!("{role}_silent {time}"),
+            ForeignFault::NotANumber => format!("{role}_not_a_number"),
+            ForeignFault::Failed { code } => format!("{role}_failed {code}"),
+            ForeignFault::FloatingPoint => format!("{role}_floating_point"),
+            ForeignFault::Late { time } => format!("{role}_late {time}"),
+        },
+        What::Software(Change::Parameters(parameters), _) => {
+            let mut text = String::from("parameters");
+            for number in numbers(parameters) {
+                // A string takes whatever it is given.
+                let _ = write!(text, " {number}");
+            }
+            text
+        }
+    }
+}
+
+/// What a line says; none if it is no such line. Whether it was refused is not known any more: it will be again.
+pub(super) fn parse(line: &str) -> Option<What> {
+    let mut words = line.split(' ');
+    let kind = words.next()?;
+    if kind == "request" {
+        let name = words.next()?;
+        let (_, request) = REQUESTS.iter().find(|(known, _)| *known == name)?;
+        return words.next().is_none().then_some(What::Software(Change::Request(*request), None));
+    }
+    if kind == "fault" {
+        let injection = words.next()?.parse().ok()?;
+        return words.next().is_none().then_some(What::Fault(injection));
+    }
+    let numbers = words.map(|word| word.parse().ok()).collect::<Option<Vec<f64>>>()?;
+    let change = match (kind, &numbers[..]) {
+        ("preload", [preload]) => return Some(What::Preload(*preload)),
+        ("homed", [index]) => Change::Homed(*index),
+        ("no_index", [travel]) => Change::HomingFailed(HomingFault::NoIndex { travel: *travel }),
+        ("index_lost", [expected]) => Change::HomingFailed(HomingFault::IndexLost { expected: *expected }),
+        ("index_moved", [first, second]) => {
+            Change::HomingFailed(HomingFault::IndexMoved { first: *first, second: *second })
+        }
+        ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
+        ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
+        ("machine_anew", []) => Change::MachineFailed(MachineFault::Anew),
+        ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
+        _ => {
+            let (role, fault) = kind.split_once('_')?;
+            let role = Role::find(role)?;
+            Change::ForeignFailed(role, foreign_fault(fault, &numbers)?)
+        }
+    };
+    Some(What::Software(change, None))
+}
+
+fn foreign_fault(kind: &str, numbers: &[f64]) -> Option<ForeignFault> {
+    Some(match (kind, numbers) {
+        ("crashed", [signal]) => ForeignFault::Crashed { signal: *signal as i32 },
+        ("ended", [code]) => ForeignFault::Ended { code: *code as i32 },
+        ("silent", [time]) => ForeignFault::Silent { time: *time },
+        ("not_a_number", []) => ForeignFault::NotANumber,
+        ("failed", [code]) => ForeignFault::Failed { code: *code as i32 },
+        ("floating_point", []) => ForeignFault::FloatingPoint,
+        ("late", [time]) => ForeignFault::Late { time: *time },
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip_core::cycle::Parameters;
+
+    use super::*;
+
+    #[test]
+    fn every_change_comes_back_from_its_line() {
+        let mut parameters = Parameters::default();
+        parameters.tick.control_period = 0.1 + 0.2;
+        parameters.safety.speed = f64::INFINITY;
+        let requests = REQUESTS.map(|(_, request)| Change::Request(request));
+        let others = [
+            Change::Homed(-1.0 / 3.0),
+            Change::HomingFailed(HomingFault::NoIndex { travel: 9.5 }),
+            Change::HomingFailed(HomingFault::IndexLost { expected: 1e-300 }),
+            Change::HomingFailed(HomingFault::IndexMoved { first: 1.0, second: -2.0 }),
+            Change::HomingFailed(HomingFault::NotANumber),
+            Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
+            Change::MachineFailed(MachineFault::Anew),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Crashed { signal: 11 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Ended { code: -3 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Silent { time: 0.1 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::NotANumber),
+            Change::ForeignFailed(Role::Controller, ForeignFault::Failed { code: 7 }),
+            Change::ForeignFailed(Role::Controller, ForeignFault::FloatingPoint),
+            Change::ForeignFailed(Role::Friction, ForeignFault::Late { time: 7.5e-4 }),
+            Change::ForeignFailed(Role::Law, ForeignFault::NotANumber),
+            Change::Parameters(parameters),
+        ];
+        let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));
+        let fault = What::Fault("counts-lost=0.03@1.25s".parse().unwrap());
+        for what in software.chain([What::Preload(0.28), fault]) {
+            assert_eq!(parse(&line(&what)), Some(what), "{}", line(&what));
+        }
+    }
+
+    #[test]
+    fn what_is_no_such_line_is_nothing() {
+        for line in [
+            "",
+            "homed",
+            "homed one",
+            "homed 1 2",
+            "request",
+            "request fly",
+            "request home 1",
+            "fault dragon@1s",
+            "parameters 1",
+            "no",
+        ] {
+            assert_eq!(parse(line), None, "{line}");
+        }
+    }
+}

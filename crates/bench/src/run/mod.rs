@@ -1,0 +1,77 @@
+//! A run as a record of itself: every cycle, every change with its cycle, and what it takes to run it again.
+
+mod change;
+mod course;
+mod numbers;
+mod read;
+mod recorder;
+mod replay;
+mod signals;
+mod simulate;
+mod story;
+#[cfg(test)]
+mod tests;
+
+pub use course::{Alignment, Course, align, course};
+pub use read::Stored;
+pub use recorder::{About, Recorded, Recorder, RunWriter};
+pub use recorder::{BEGIN, PRESET, SCHEMA};
+pub use replay::{Difference, Replayed, replay};
+pub use signals::{STATES, state_name};
+pub use signals::{Signals, channels};
+pub use simulate::{Simulated, Trace, Wanted};
+pub use story::{Happened, story};
+
+use stickslip_core::cycle::Parameters;
+
+use crate::Keyframe;
+use crate::tap::{Changed, Sample, Stream};
+use stickslip_base::Preset;
+
+/// A recorded run.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// The bench.
+    pub preset: Preset<f64>,
+    /// Seed of the virtual machine's noise; none where the machine was elsewhere.
+    pub seed: Option<u64>,
+    /// What the software computed with at first.
+    pub initial: Parameters<f64>,
+    /// All of its state at the begin, where that is not the first cycle of the bench.
+    pub state: Option<Vec<f64>>,
+    /// The cycles, with their numbers.
+    pub cycles: Vec<(u64, Signals<f64>)>,
+    /// What changed, in its order.
+    pub changes: Vec<Changed>,
+    /// Cycles that found no room, each with the cycle behind them.
+    pub lost: Vec<(u64, u64)>,
+}
+
+impl Record {
+    /// Nothing yet.
+    pub fn new(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>) -> Self {
+        let preset = *preset;
+        Record { preset, seed, initial, state: None, cycles: Vec::new(), changes: Vec::new(), lost: Vec::new() }
+    }
+
+    /// Nothing yet, of a bench that runs already.
+    pub fn from(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>, keyframe: &Keyframe) -> Self {
+        Record { state: Some(keyframe.numbers.clone()), ..Self::new(preset, seed, initial) }
+    }
+
+    /// Takes what is there.
+    pub fn take(&mut self, stream: &mut Stream) {
+        while let Some(Sample { frame, lost, .. }) = stream.sample() {
+            self.cycles.push((frame.cycle, Signals::of(&frame)));
+            if lost > 0 {
+                self.lost.push((frame.cycle, lost));
+            }
+        }
+        self.changes.extend(std::iter::from_fn(|| stream.change()));
+    }
+
+    /// Length of a tick [s].
+    pub fn tick_time(&self) -> f64 {
+        self.preset.bench.tick_time()
+    }
+}

@@ -1,0 +1,85 @@
+//! All numbers of a struct in a row, to the bit: for what no person writes.
+
+use stickslip_core::fields::Fields;
+use stickslip_core::kept::{Keep, fields};
+
+/// The chosen variants, numbers and fixed counts in the order of declaration.
+pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
+    let mut collect = Collect(Vec::new());
+    let mut copy = *values;
+    fields(&mut collect, &mut copy);
+    collect.0
+}
+
+/// The struct that has these numbers; none if they are not as many as it takes, or name a variant that there is not.
+pub(super) fn from_numbers<P: Fields<f64> + Default>(numbers: &[f64]) -> Option<P> {
+    let mut restore = Restore::new(numbers);
+    let mut values = P::default();
+    fields(&mut restore, &mut values);
+    restore.fits().then_some(values)
+}
+
+struct Collect(Vec<f64>);
+
+impl Keep for Collect {
+    fn number(&mut self, value: &mut f64) {
+        self.0.push(*value);
+    }
+}
+
+/// Gives numbers back.
+pub(super) struct Restore<'a> {
+    numbers: std::slice::Iter<'a, f64>,
+    fits: bool,
+}
+
+impl<'a> Restore<'a> {
+    pub(super) fn new(numbers: &'a [f64]) -> Self {
+        Restore { numbers: numbers.iter(), fits: true }
+    }
+
+    /// Whether each had its place, and each place its number.
+    pub(super) fn fits(mut self) -> bool {
+        self.fits && self.numbers.next().is_none()
+    }
+}
+
+impl Keep for Restore<'_> {
+    fn number(&mut self, value: &mut f64) {
+        match self.numbers.next() {
+            Some(number) => *value = *number,
+            None => self.fits = false,
+        }
+    }
+
+    fn misfit(&mut self) {
+        self.fits = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stickslip_core::cycle::Parameters;
+
+    use super::*;
+    use stickslip_base::preset::LawChoice;
+    use stickslip_base::{Preset, parameters};
+    use stickslip_design as design;
+
+    #[test]
+    fn every_bit_of_a_bench_comes_back_and_nothing_else_does() {
+        let mut preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
+        preset.bench.law = LawChoice::Bristle;
+        let mut bench = design::parameters(&preset.model, &preset.bench).unwrap();
+        bench.tick.law = stickslip_simulate::rendering_law(&preset.model, &preset.bench).unwrap();
+        let numbers = numbers(&bench);
+        assert_eq!(from_numbers::<Parameters<f64>>(&numbers), Some(bench), "fixed counts included");
+        assert_eq!(from_numbers::<Parameters<f64>>(&numbers[1..]), None);
+        assert_eq!(from_numbers::<Parameters<f64>>(&[&numbers[..], &[0.0]].concat()), None);
+        // The variant of the law is among the first numbers that are small and whole; another variant has other numbers.
+        let mut wrong = numbers.clone();
+        let place = numbers.iter().position(|number| *number == 4.0).unwrap();
+        wrong[place] = 1e9;
+        assert_ne!(from_numbers::<Parameters<f64>>(&wrong), Some(bench));
+    }
+}

@@ -1,0 +1,211 @@
+//! A controller, a friction or a law that was loaded from a file, as parameters beside those of the preset: whether it is
+//! in the loop, and its numbers.
+//!
+//! They are in no parameter file, since they belong to its own; changed, undone, listed and given addresses they
+//! are like all others.
+
+use std::collections::BTreeMap;
+
+use stickslip_core::fields::{Field, Kind, Shape, Variant};
+
+use crate::foreign::{Description, Foreign, Role, role};
+use stickslip_base::parameters::schema::nearest;
+use stickslip_base::parameters::{Entry, Fault, ParameterProblems, Problem, Value};
+use stickslip_base::preset::Settings;
+use stickslip_base::{Error, parameters};
+
+/// Where its numbers stand.
+const GROUP: &str = "loaded";
+const PRESET: &str = "preset";
+
+/// The parameter that says whether what was loaded for a role is in the loop.
+pub fn selector(role: Role) -> &'static str {
+    match role {
+        Role::Controller => "position_controller",
+        Role::Friction => "rendered_friction",
+        Role::Law => "rendering_law",
+    }
+}
+
+/// The same, as a field.
+fn choice(role: Role) -> Field {
+    let (help, preset, loaded) = match role {
+        Role::Controller => (
+            "Who controls the position.",
+            "The controller of the parameters, bench.controller.",
+            "The controller that was loaded from a file.",
+        ),
+        Role::Friction => (
+            "Which friction is rendered.",
+            "The friction of the parameters, bench.desired.",
+            "The friction that was loaded from a file.",
+        ),
+        Role::Law => (
+            "Which law renders.",
+            "The law of the parameters, bench.law.",
+            "The law that was loaded from a file: its torque is all of the load motor's.",
+        ),
+    };
+    let variants =
+        [(PRESET, preset), (GROUP, loaded)].map(|(name, help)| Variant { name, help, shape: Shape::Group(&[]) });
+    let name = selector(role);
+    Field {
+        name,
+        symbol: "",
+        unit: "",
+        minimum: f64::NEG_INFINITY,
+        maximum: f64::INFINITY,
+        default: 1.0,
+        help,
+        kind: Kind::Real,
+        shape: Shape::Choice { tag: name, variants: Box::leak(Box::new(variants)) },
+    }
+}
+
+/// What was loaded: its parameters, and what it was begun with.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    choice: &'static Field,
+    fields: Vec<(&'static Field, bool)>,
+    begun: Chosen,
+    /// Time from sample to sample [s].
+    period: f64,
+}
+
+/// What is chosen of it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Chosen {
+    role: Role,
+    /// Whether it is in the loop.
+    acts: bool,
+    values: BTreeMap<&'static str, f64>,
+}
+
+impl Loaded {
+    /// With the values that it has, on a bench of these settings. Its texts stay until the program ends, as those of all
+    /// fields do.
+    pub fn new(foreign: &Foreign, settings: &Settings<f64>) -> Self {
+        let (Description { parameters, .. }, role) = (foreign.description(), foreign.role());
+        let leaked = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
+        let field = |parameter: &crate::foreign::ModuleParameter| Field {
+            name: leaked(&parameter.name),
+            symbol: "",
+            unit: leaked(&parameter.unit),
+            minimum: parameter.minimum,
+            maximum: parameter.maximum,
+            default: parameter.initial,
+            help: leaked(&parameter.help),
+            kind: Kind::Real,
+            shape: Shape::Number,
+        };
+        let fields: Vec<(&'static Field, bool)> =
+            parameters.iter().map(|parameter| (&*Box::leak(Box::new(field(parameter))), parameter.fixed)).collect();
+        let values = fields.iter().zip(foreign.values()).map(|((field, _), value)| (field.name, *value)).collect();
+        let choice = Box::leak(Box::new(choice(role)));
+        Loaded { choice, fields, begun: Chosen { role, acts: true, values }, period: role::period(role, settings) }
+    }
+
+    /// What it was begun with.
+    pub(super) fn begun(&self) -> Chosen {
+        self.begun.clone()
+    }
+
+    /// The same of another file, as far as this has such numbers and admits them.
+    pub(super) fn taken_over(&self, from: &Chosen) -> Chosen {
+        let kept = |field: &&'static Field| {
+            let value = from.values.get(field.name).copied();
+            value
+                .filter(|value| (field.minimum..=field.maximum).contains(value))
+                .unwrap_or(self.begun.values[field.name])
+        };
+        let values = self.fields.iter().map(|(field, _)| (field.name, kept(field))).collect();
+        Chosen { values, ..*from }
+    }
+
+    /// The numbers in the order of its parameters.
+    pub(super) fn values(&self, chosen: &Chosen) -> Vec<f64> {
+        self.fields.iter().map(|(field, _)| chosen.values[field.name]).collect()
+    }
+
+    /// As parameters.
+    pub(super) fn entries(&self, chosen: &Chosen) -> Vec<Entry> {
+        let who = if chosen.acts { GROUP } else { PRESET };
+        let entry = |(field, _): &(&'static Field, bool)| Entry {
+            path: format!("{GROUP}.{}", field.name),
+            field,
+            value: Value::Number(chosen.values[field.name]),
+        };
+        let first = Entry { path: self.choice.name.into(), field: self.choice, value: Value::Variant(who) };
+        std::iter::once(first).chain(self.fields.iter().map(entry)).collect()
+    }
+
+    /// The same with these changes: paths and values.
+    ///
+    /// # Errors
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that is wrong.
+    pub(super) fn with<'a>(
+        &self,
+        chosen: &Chosen,
+        changes: impl Iterator<Item = (&'a str, &'a str)>,
+    ) -> Result<Chosen, Error> {
+        let (mut chosen, mut problems) = (chosen.clone(), Vec::new());
+        for (path, value) in changes {
+            let value = value.trim();
+            let fault = if path == self.choice.name {
+                chosen.acts = value == GROUP;
+                let known = [PRESET, GROUP];
+                (!known.contains(&value)).then(|| Fault::UnknownVariant { value: value.into(), variants: known.into() })
+            } else {
+                let name = path.strip_prefix(GROUP).and_then(|rest| rest.strip_prefix('.')).unwrap_or_default();
+                let Some((field, _)) = self.fields.iter().find(|(field, _)| field.name == name) else {
+                    let names = self.fields.iter().map(|(field, _)| field.name);
+                    let nearest = nearest(name, names).map(|name| format!("{GROUP}.{name}"));
+                    return Err(Error::UnknownParameter { path: path.into(), nearest });
+                };
+                match value.parse::<f64>() {
+                    Ok(number) => {
+                        chosen.values.insert(field.name, number);
+                        Fault::of_number(number, field)
+                    }
+                    Err(_) => Some(Fault::WrongType { expected: "a number".into(), got: format!("{value:?}") }),
+                }
+            };
+            problems.extend(fault.map(|fault| Problem { line: None, path: path.into(), fault }));
+        }
+        if problems.is_empty() {
+            return Ok(chosen);
+        }
+        Err(ParameterProblems { file: format!("the loaded {}", chosen.role), problems }.into())
+    }
+
+    /// Why it cannot become `after` while a bench runs, which has these settings then.
+    pub(super) fn fixed(&self, before: &Chosen, after: &Chosen, settings: &Settings<f64>) -> Result<(), Error> {
+        let Some(role) = after.acting() else { return Ok(()) };
+        let refused = |path: String, why: &str, then: &str| {
+            let way = format!("let that of the preset take its place ({} = {PRESET})", self.choice.name);
+            Err(Error::NotWhileRunning { path, remedy: format!("The loaded {role} {why}: {way}{then}.") })
+        };
+        if role::period(role, settings).to_bits() != self.period.to_bits() {
+            let then = ", change them, and open the loaded one again";
+            return refused("bench.control_divider".into(), "was opened for other samples", then);
+        }
+        let changed =
+            |name: &str| before.values.get(name).map(|value| value.to_bits()) != Some(after.values[name].to_bits());
+        let fixed = self.fields.iter().find(|(field, fixed)| *fixed && before.acts && changed(field.name));
+        fixed.map_or(Ok(()), |(field, _)| {
+            refused(format!("{GROUP}.{}", field.name), "takes it when it begins", " meanwhile")
+        })
+    }
+}
+
+impl Chosen {
+    /// The role in which it is in the loop, if it is.
+    pub(super) fn acting(&self) -> Option<Role> {
+        self.acts.then_some(self.role)
+    }
+}
+
+/// Whether a path is one of what was loaded.
+pub fn is_of_it(path: &str) -> bool {
+    Role::ALL.into_iter().any(|role| path == selector(role)) || parameters::within(path, GROUP)
+}

@@ -1,0 +1,117 @@
+use super::*;
+use stickslip_base::parameters::presets;
+
+fn tuning() -> Tuning {
+    Tuning::new(presets::find("clm-bench").unwrap()).unwrap()
+}
+
+fn change(path: &str, value: &str) -> Vec<(String, String)> {
+    vec![(path.into(), value.into())]
+}
+
+fn gain(tuning: &Tuning) -> f64 {
+    match tuning.preset().bench.controller {
+        ControllerChoice::Cascade(cascade) => cascade.position_gain,
+        other => panic!("the preset's controller is a cascade: {other:?}"),
+    }
+}
+
+const GAIN: &str = "bench.controller.position_gain";
+
+#[test]
+fn a_change_is_proposed_entered_undone_and_redone() {
+    let mut tuning = tuning();
+    let before = gain(&tuning);
+    let proposal = tuning.set(&change(GAIN, "11.5")).unwrap();
+    assert_eq!(gain(&tuning), before, "a proposal changes nothing");
+    assert_eq!((proposal.differences.len(), proposal.margin), (1, None), "the rendering law stays");
+    let parameters = proposal.parameters(Correction::Nothing).unwrap();
+    let Preset { model, bench, .. } = proposal.preset();
+    assert_eq!(parameters.tick.control, design::axis_control(model, bench).unwrap());
+    tuning.entered(proposal);
+    assert_eq!((gain(&tuning), tuning.can_undo()), (11.5, (true, false)));
+    assert_eq!(tuning.differences()[0].path, GAIN);
+
+    tuning.entered(tuning.undo().unwrap());
+    assert_eq!((gain(&tuning), tuning.can_undo()), (before, (false, true)));
+    assert!(matches!(tuning.undo(), Err(Error::NothingToUndo { .. })));
+    tuning.entered(tuning.redo().unwrap());
+    assert_eq!(gain(&tuning), 11.5);
+    assert!(matches!(tuning.redo(), Err(Error::NothingToUndo { .. })));
+
+    // What is changed behind an undo takes the place of what was undone; the reference is one more step.
+    tuning.entered(tuning.undo().unwrap());
+    tuning.entered(tuning.set(&change(GAIN, "12")).unwrap());
+    assert_eq!(tuning.can_undo(), (true, false));
+    tuning.entered(tuning.reset().unwrap());
+    assert_eq!((gain(&tuning), tuning.differences().len(), tuning.can_undo()), (before, 0, (true, false)));
+    // The same once more is no step.
+    tuning.entered(tuning.reset().unwrap());
+    tuning.entered(tuning.undo().unwrap());
+    assert_eq!(gain(&tuning), 12.0);
+}
+
+#[test]
+fn values_that_belong_together_enter_together_or_not_at_all() {
+    let tuning = tuning();
+    let ends = |lower: &str, upper: &str| {
+        let safety = |name: &str, value: &str| (format!("bench.safety.{name}"), value.to_owned());
+        tuning.set(&[safety("lower_end", lower), safety("upper_end", upper)])
+    };
+    // Either alone would leave no stroke: the ends are -157 and 157.
+    let proposal = ends("200", "300").unwrap();
+    assert_eq!(proposal.preset().bench.safety.lower_end, 200.0);
+    let refused = ends("300", "200").unwrap_err().to_string();
+    assert!(refused.contains("upper_end") && refused.contains("stroke"), "{refused}");
+    let refused = tuning.set(&[(GAIN.into(), "5".into()), ("bench.no".into(), "1".into())]).unwrap_err();
+    assert!(matches!(refused, Error::UnknownParameter { .. }));
+}
+
+#[test]
+fn what_a_running_bench_cannot_change_is_refused_with_the_way_to_do_it() {
+    let tuning = tuning();
+    for (path, value) in
+        [("plant.drive.load_inertia", "1e-3"), ("bench.tick_rate", "2000"), ("bench.plant_step", "2e-5")]
+    {
+        let refused = tuning.set(&change(path, value)).unwrap_err();
+        assert!(matches!(&refused, Error::NotWhileRunning { path: named, .. } if named == path), "{refused}");
+        assert!(refused.to_string().contains("anew"), "{refused}");
+    }
+}
+
+#[test]
+fn another_desired_friction_brings_its_margin_and_one_that_cannot_be_is_refused() {
+    let tuning = tuning();
+    let proposal = tuning.set(&change("bench.law.kind", "bristle")).unwrap();
+    assert!(proposal.margin.is_some());
+    assert!(matches!(proposal.parameters(Correction::Nothing).unwrap().tick.law, Law::Bristle(_)));
+    let refused = tuning.set(&change("bench.desired.breakaway_torque", "90")).unwrap_err();
+    assert!(matches!(refused, Error::NotRenderable(_)), "{refused}");
+    // Where nothing can be rendered anyway, as at 1 kHz, there must be a way back.
+    let mut source = presets::find("clm-bench").unwrap();
+    source.text = parameters::set::<Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
+    let slow = Tuning::new(source).unwrap();
+    assert!(matches!(slow.renderable(), Err(Error::NotRenderable(_))));
+    assert_eq!(slow.set(&change("bench.law.kind", "bristle")).unwrap().margin, None);
+}
+
+#[test]
+fn sets_are_saved_under_names_that_stay_in_their_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = Sets::new(&folder.path().join("sets"));
+    let mut tuning = tuning();
+    assert!(sets.names().is_empty());
+    let missing = sets.find("stiff").unwrap_err().to_string();
+    assert!(missing.contains("None is saved"), "{missing}");
+    tuning.entered(tuning.set(&change(GAIN, "11.5")).unwrap());
+    sets.save("stiff", tuning.text()).unwrap();
+    tuning.entered(tuning.reset().unwrap());
+    tuning.entered(tuning.load(sets.find("stiff").unwrap()).unwrap());
+    assert_eq!((gain(&tuning), sets.names()), (11.5, vec!["stiff".to_owned()]));
+    assert!(tuning.text().contains('#'), "comments stay");
+    let missing = sets.find("stif").unwrap_err().to_string();
+    assert!(missing.contains("stiff"), "{missing}");
+    for name in ["", "../stiff", "a/b", "a.b", &"x".repeat(65)] {
+        assert!(sets.save(name, "").is_err() && sets.find(name).is_err(), "{name}");
+    }
+}

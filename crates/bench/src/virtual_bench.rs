@@ -1,0 +1,99 @@
+//! The virtual machine in this process, faster than real time.
+
+use stickslip_core::block::Block as _;
+use stickslip_core::kept::{Keep, count, fields};
+use stickslip_core::plant::{Plant, PlantInput, PlantState, VirtualMachine};
+use stickslip_core::tick::Measurement;
+
+use super::io::{Io, check_preload};
+use super::lockstep::LockstepBench;
+use super::remote::LinkFault;
+use stickslip_base::noise::{Normals, Ticks};
+use stickslip_base::{Error, Preset};
+use stickslip_core::cycle::Voltages;
+use stickslip_simulate::integrator;
+
+/// The virtual machine with the noise of a seed.
+#[derive(Clone, Debug)]
+pub struct InProcess {
+    machine: VirtualMachine<f64>,
+    state: PlantState<f64>,
+    normals: Normals,
+    ticks: Ticks,
+    /// Step of the virtual machine [s].
+    step: f64,
+    /// Ticks since it was switched on.
+    cycle: u64,
+}
+
+impl InProcess {
+    /// The machine of a preset, at rest, with its first readings.
+    ///
+    /// # Errors
+    /// A step too long for the virtual machine.
+    pub fn new(preset: &Preset<f64>, seed: u64) -> Result<(Self, Measurement<f64>), Error> {
+        let (steps, step) = preset.bench.plant_steps();
+        let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, step)? };
+        let ticks = Ticks::new(steps, step, preset.plant.tick_jitter);
+        let mut state = PlantState::default();
+        state.machine.angle = preset.plant.start_angle;
+        // One tick at rest fills the pickups and gives the first readings.
+        let readings = machine.step(&mut state, PlantInput::default(), preset.bench.tick_time());
+        Ok((InProcess { machine, state, normals: Normals::new(seed), ticks, step, cycle: 0 }, readings))
+    }
+}
+
+impl Io for InProcess {
+    fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
+        let acting = PlantInput {
+            servo_voltage: voltages.servo_voltage,
+            amplifier_voltage: voltages.amplifier_voltage,
+            external_torque: 0.0,
+            noise: self.normals.of_tick(self.cycle),
+        };
+        let steps = self.ticks.steps(&self.normals, self.cycle);
+        self.cycle += 1;
+        Ok(self.machine.take(steps, &mut self.state, acting, self.step))
+    }
+
+    fn waits(&self) -> bool {
+        true
+    }
+
+    fn keep(&mut self, keep: &mut dyn Keep) {
+        // Its parts and the seed are those of the preset and the run.
+        let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
+        keep.number(&mut machine.parts.plant.wheel.preload);
+        fields(keep, state);
+        count(keep, cycle);
+    }
+
+    fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
+        check_preload(preload)?;
+        self.machine.parts.plant.wheel.preload = preload;
+        Ok(())
+    }
+
+    fn preload(&self) -> f64 {
+        self.machine.parts.plant.wheel.preload
+    }
+}
+
+/// The virtual machine behind the software of the bench.
+pub type VirtualBench = LockstepBench<InProcess>;
+
+impl VirtualBench {
+    /// The bench of a preset, switched on and at rest.
+    ///
+    /// # Errors
+    /// A step too long for the virtual machine; whatever the design of observer and current control refuses.
+    pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
+        let (machine, readings) = InProcess::new(preset, seed)?;
+        Self::over(&preset.model, &preset.bench, machine, readings)
+    }
+
+    /// The virtual machine as it truly is. Nothing that measures may ask for it.
+    pub fn truth(&self) -> &Plant<f64> {
+        &self.machine.machine.parts.plant
+    }
+}

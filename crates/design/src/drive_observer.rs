@@ -1,0 +1,314 @@
+//! The observer with the drive's model inside: its step, and its gains by a stationary Kalman filter.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use nalgebra::DMatrix;
+use stickslip_core::drive::{TwoMass, Winding};
+use stickslip_core::estimate::{AccelerationSensor, DriveModel, DriveObserver, ObserverGains};
+use stickslip_core::friction::Friction;
+
+use super::{kalman_filter, zero_order_hold};
+use stickslip_base::Error;
+use stickslip_base::preset::{Model, Settings};
+
+/// How far the model is trusted: what may be wrong with it, as white noise on its rates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trust {
+    /// How fast the torque that the model lacks wanders [N m/√s].
+    pub missing_torque: f64,
+    /// Torque noise of the drive motor [N m/√Hz].
+    pub motor_torque: f64,
+    /// How fast the accelerometer's offset wanders [m/s²/√s].
+    pub offset: f64,
+}
+
+impl Default for Trust {
+    fn default() -> Self {
+        Trust { missing_torque: 0.03, motor_torque: 1e-4, offset: 1e-3 }
+    }
+}
+
+/// Speed for which the gains at high speed are made [rad/s].
+const FAST: f64 = 30.0;
+
+/// Longest step of the observer's model [s]; and where it compensates friction in the control of a position, which needs
+/// to know it less well than the rendering, but with two steps a sample at least: with one a sine of 2 Hz at 4 kHz has half
+/// as much deviation again.
+const LONGEST_STEP: f64 = 125e-6;
+const LONGEST_FOR_CONTROL: f64 = 250e-6;
+
+/// Noise of a reading [V RMS]: a converter of 16 bits over ±10 V with one step of noise, and its own rounding.
+pub(super) const CONVERTER_NOISE: f64 = 20.0 / 65536.0 * 1.04;
+
+/// Order of the states of the linear filter.
+const STATES: usize = 9;
+
+/// What is corrected: everything, or what encoder and tacho show.
+const ALL: [usize; STATES] = [0, 1, 2, 3, 4, 5, 6, 7, 8];
+const WITHOUT_ACCELEROMETER: [usize; 6] = [0, 1, 2, 3, 4, 6];
+
+/// The observer of the drive that is believed.
+///
+/// # Errors
+/// As the design functions.
+pub fn drive_observer(
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+    trust: &Trust,
+) -> Result<DriveObserver<f64>, Error> {
+    corrected_drive(model, (settings.tick_time(), LONGEST_STEP), trust, &ALL)
+}
+
+/// The same sampled with `dt` [s] by encoder and tacho alone, of a load that carries this friction and no load motor.
+///
+/// # Errors
+/// As the design functions.
+pub(super) fn unloaded_drive(
+    model: &Model<f64>,
+    friction: Friction<f64>,
+    dt: f64,
+    trust: &Trust,
+) -> Result<DriveObserver<f64>, Error> {
+    let mut observer = corrected_drive(model, (dt, LONGEST_FOR_CONTROL.min(0.5 * dt)), trust, &WITHOUT_ACCELEROMETER)?;
+    observer.model = without_load_motor(model, friction, dt / observer.steps as f64);
+    observer.gains.current = 0.0;
+    observer.fast_gains.current = 0.0;
+    Ok(observer)
+}
+
+/// The same without any correction, in steps of at most `longest` [s]: the believed drive itself.
+pub(super) fn simulated_drive(
+    model: &Model<f64>,
+    friction: Friction<f64>,
+    dt: f64,
+    longest: f64,
+) -> Result<DriveObserver<f64>, Error> {
+    let steps = steps_within(dt, longest);
+    let step = dt / steps as f64;
+    let observer = believed_drive(model, step)?;
+    Ok(DriveObserver { steps, model: without_load_motor(model, friction, step), ..observer })
+}
+
+/// The believed drive with this friction on the load, in steps of this length [s]: nothing flows in a load motor in which
+/// nothing is induced.
+fn without_load_motor(model: &Model<f64>, friction: Friction<f64>, step: f64) -> DriveModel<f64> {
+    let winding = Winding { torque_constant: 0.0, ..model.load_motor };
+    DriveModel::new(model.drive, winding, model.servo_lag, model.motor_friction, friction, step)
+}
+
+/// How many steps of at most `longest` make `dt` [s].
+fn steps_within(dt: f64, longest: f64) -> usize {
+    (dt / longest - 1e-9).ceil().max(1.0) as usize
+}
+
+/// The observer of the drive whose measurements correct these states, sampled with `dt` in steps of at most `longest` [s].
+fn corrected_drive(
+    model: &Model<f64>,
+    (dt, longest): (f64, f64),
+    trust: &Trust,
+    states: &[usize],
+) -> Result<DriveObserver<f64>, Error> {
+    let steps = steps_within(dt, longest);
+    let observer = believed_drive(model, dt / steps as f64)?;
+    let linear = Linear::new(model, dt, trust)?;
+    let [gains, fast_gains] = [0.0, FAST].map(|speed| linear.gains(model, speed, states));
+    // Where the ripple is as large as what a tacho at standstill is off by; without ripple both sets are alike.
+    let ripple_velocity = (slow_tacho(model) / model.tacho_ripple).min(1e6);
+    Ok(DriveObserver { steps, gains: gains?, fast_gains: fast_gains?, ripple_velocity, ..observer })
+}
+
+/// Between servo amplifier and tacho what is left of both lags [s].
+pub(super) fn tacho_lag(model: &Model<f64>) -> f64 {
+    (model.drive_lag - model.servo_lag).max(1e-6)
+}
+
+/// The drive and its pickups as believed, in steps of this length [s]; nothing corrects it yet.
+pub fn believed_drive(model: &Model<f64>, step: f64) -> Result<DriveObserver<f64>, Error> {
+    let own = model.own_bristles.under(model.own);
+    let prepared = DriveModel::new(model.drive, model.load_motor, model.servo_lag, model.motor_friction, own, step);
+    let omega = TAU * model.accelerometer_bandwidth;
+    let damping = 2.0 * model.accelerometer_damping * omega;
+    let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -omega * omega, -damping]);
+    let (phi, gamma) = zero_order_hold(&a, &DMatrix::from_row_slice(2, 1, &[0.0, omega * omega]), step)?;
+    let row = |i: usize| [phi[(i, 0)], phi[(i, 1)], gamma[(i, 0)]];
+    Ok(DriveObserver {
+        model: prepared,
+        steps: 1,
+        tacho_share: 1.0 - libm::exp(-step / tacho_lag(model)),
+        accelerometer: AccelerationSensor { carriage_ratio: model.drive.carriage_ratio(), flow: [row(0), row(1)] },
+        gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
+        fast_gains: ObserverGains { current: 0.0, ..ObserverGains::default() },
+        ripple_velocity: 1.0,
+    })
+}
+
+/// Deviation of the tacho's readings at standstill [rad/s].
+pub(super) fn slow_tacho(model: &Model<f64>) -> f64 {
+    libm::hypot(model.tacho_noise, CONVERTER_NOISE) / model.scaling.tacho
+}
+
+/// Order of the states of the drive's masses: φ, δ, Ω_M, Ω.
+pub(super) const MOTION: usize = 4;
+
+/// The rates of angle, twist, motor velocity and velocity from these four; torques come on top.
+pub(super) fn motion(drive: &TwoMass<f64>) -> DMatrix<f64> {
+    let (c, d) = (drive.coupling_stiffness, drive.coupling_damping);
+    let (per_motor, per_load) = (1.0 / drive.motor_inertia, 1.0 / drive.load_inertia);
+    let mut a = DMatrix::<f64>::zeros(MOTION, MOTION);
+    a[(0, 3)] = 1.0;
+    (a[(1, 2)], a[(1, 3)]) = (1.0, -1.0);
+    (a[(2, 1)], a[(2, 2)], a[(2, 3)]) = (-c * per_motor, -d * per_motor, d * per_motor);
+    (a[(3, 1)], a[(3, 2)], a[(3, 3)]) = (c * per_load, d * per_load, -d * per_load);
+    a
+}
+
+/// Covariance of what white noise of these densities on the rates adds to the states in `dt` [s].
+pub(super) fn sampled_noise(a: &DMatrix<f64>, density: &DMatrix<f64>, dt: f64) -> Result<DMatrix<f64>, Error> {
+    let nothing = DMatrix::zeros(a.nrows(), 1);
+    let (whole, half) = (zero_order_hold(a, &nothing, dt)?.0, zero_order_hold(a, &nothing, 0.5 * dt)?.0);
+    // Simpson's rule of ∫ e^(A·s)·N·e^(Aᵀ·s) ds.
+    Ok((density + 4.0 * &half * density * half.transpose() + &whole * density * whole.transpose()) * (dt / 6.0))
+}
+
+/// The linear drive over a tick: φ, δ, Ω_M, Ω, missing torque, offset, tacho, accelerometer value and rate.
+struct Linear {
+    /// What becomes of each state.
+    phi: DMatrix<f64>,
+    /// What encoder, tacho and accelerometer show of it.
+    shown: DMatrix<f64>,
+    /// Covariance of what is added to the states.
+    q: DMatrix<f64>,
+}
+
+impl Linear {
+    fn new(model: &Model<f64>, dt: f64, trust: &Trust) -> Result<Self, Error> {
+        let drive = &model.drive;
+        let omega = TAU * model.accelerometer_bandwidth;
+        let ratio = drive.carriage_ratio();
+        let tacho_lag = tacho_lag(model);
+        let mut a = DMatrix::<f64>::zeros(STATES, STATES);
+        a.view_mut((0, 0), (MOTION, MOTION)).copy_from(&motion(drive));
+        a[(3, 4)] = -1.0 / drive.load_inertia;
+        (a[(6, 2)], a[(6, 6)]) = (1.0 / tacho_lag, -1.0 / tacho_lag);
+        a[(7, 8)] = 1.0;
+        // The sensor feels the load's acceleration: its row of the rates.
+        for column in 0..STATES {
+            a[(8, column)] = omega * omega * ratio * a[(3, column)];
+        }
+        a[(8, 7)] -= omega * omega;
+        a[(8, 8)] -= 2.0 * model.accelerometer_damping * omega;
+
+        let mut noise = DMatrix::<f64>::zeros(STATES, STATES);
+        noise[(2, 2)] = (trust.motor_torque / drive.motor_inertia).powi(2);
+        noise[(4, 4)] = trust.missing_torque.powi(2);
+        noise[(5, 5)] = trust.offset.powi(2);
+        // One-sided density S: white noise of S²/2.
+        noise[(8, 8)] = 0.5 * (omega * omega * model.accelerometer_noise).powi(2);
+        let (phi, _) = zero_order_hold(&a, &DMatrix::zeros(STATES, 1), dt)?;
+        let q = sampled_noise(&a, &noise, dt)?;
+
+        let mut shown = DMatrix::<f64>::zeros(3, STATES);
+        shown[(0, 0)] = 1.0;
+        shown[(1, 6)] = 1.0;
+        (shown[(2, 5)], shown[(2, 7)]) = (1.0, 1.0);
+        Ok(Linear { phi, shown, q })
+    }
+
+    /// Gains of the stationary filter for these states at a speed [rad/s]; 0 for the others, and for sensors that show
+    /// none of them alone.
+    fn gains(&self, model: &Model<f64>, speed: f64, states: &[usize]) -> Result<ObserverGains<f64>, Error> {
+        let sensors: Vec<usize> = if states.len() < STATES { vec![0, 1] } else { vec![0, 1, 2] };
+        let deviations = [
+            TAU / model.encoder.counts_per_revolution / 12f64.sqrt(),
+            libm::hypot(slow_tacho(model), model.tacho_ripple * speed * FRAC_1_SQRT_2),
+            CONVERTER_NOISE / model.scaling.accelerometer,
+        ];
+        let variances = sensors.iter().map(|&sensor| deviations[sensor] * deviations[sensor]);
+        let r = DMatrix::from_diagonal(&nalgebra::DVector::from_iterator(sensors.len(), variances));
+        let among = |matrix: &DMatrix<f64>| matrix.select_rows(states).select_columns(states);
+        let shown = self.shown.select_rows(&sensors).select_columns(states);
+        let filter = kalman_filter(&among(&self.phi), &shown, &among(&self.q), &r)?;
+        let row = |state: usize| {
+            let place = states.iter().position(|&other| other == state);
+            std::array::from_fn(|sensor| place.and_then(|row| filter.gain.get((row, sensor))).copied().unwrap_or(0.0))
+        };
+        Ok(ObserverGains {
+            angle: row(0),
+            twist: row(1),
+            motor_velocity: row(2),
+            velocity: row(3),
+            torque: row(4),
+            offset: row(5),
+            tacho: row(6),
+            acceleration: row(7),
+            acceleration_rate: row(8),
+            current: 0.3,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stickslip_base::Preset;
+    use stickslip_base::parameters::presets;
+    use stickslip_core::fields::Fields as _;
+
+    /// Largest magnitude of a pole of the observer's error with the gains of a speed over the ripple velocity.
+    fn slowest_pole(linear: &Linear, observer: &DriveObserver<f64>, ratio: f64) -> f64 {
+        let share = 1.0 / (1.0 + ratio * ratio);
+        let gains = observer.gains.merge(&observer.fast_gains, &mut |slow, fast| fast + share * (slow - fast));
+        let rows = [
+            gains.angle,
+            gains.twist,
+            gains.motor_velocity,
+            gains.velocity,
+            gains.torque,
+            gains.offset,
+            gains.tacho,
+            gains.acceleration,
+            gains.acceleration_rate,
+        ];
+        let gain = DMatrix::from_fn(STATES, 3, |row, column| rows[row][column]);
+        let error = &linear.phi * (DMatrix::identity(STATES, STATES) - gain * &linear.shown);
+        error.complex_eigenvalues().iter().map(|pole| libm::hypot(pole.re, pole.im)).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_error_dies_out_at_every_speed() {
+        for name in ["clm-bench", "prototype", "clm-real"] {
+            let mut preset: Preset<f64> = presets::find(name).expect("a preset").read().expect("a sound one");
+            preset.model.tacho_ripple = 0.02;
+            for rate in [1000.0, 4000.0, 10_000.0] {
+                preset.bench.tick_rate = rate;
+                let (model, dt, trust) = (&preset.model, 1.0 / rate, Trust { missing_torque: 0.1, ..Trust::default() });
+                let linear = Linear::new(model, dt, &trust).expect("a linear drive");
+                let observer = drive_observer(model, &preset.bench, &trust).expect("an observer");
+                for ratio in [0.0, 0.3, 1.0, 3.0, 10.0, 1e6] {
+                    let pole = slowest_pole(&linear, &observer, ratio);
+                    assert!(pole < 1.0, "{name} at {rate} Hz, {ratio} of the ripple velocity: {pole}");
+                }
+                // The guard fires: nothing holds an observer that listens to no encoder.
+                let deaf = ObserverGains::default();
+                let deaf = DriveObserver { gains: deaf, fast_gains: deaf, ..observer };
+                assert!(slowest_pole(&linear, &deaf, 0.0) > 0.999_999);
+            }
+        }
+    }
+
+    #[test]
+    fn the_tacho_counts_for_less_where_it_ripples() {
+        let mut preset: Preset<f64> = presets::find("prototype").expect("a preset").read().expect("a sound one");
+        let observer = |preset: &Preset<f64>| {
+            drive_observer(&preset.model, &preset.bench, &Trust::default()).expect("an observer")
+        };
+        preset.model.tacho_ripple = 0.0;
+        let smooth = observer(&preset);
+        assert_eq!(smooth.gains, smooth.fast_gains);
+        preset.model.tacho_ripple = 0.01;
+        let rippled = observer(&preset);
+        assert_eq!(rippled.gains, smooth.gains);
+        let [slow, fast] = [rippled.gains, rippled.fast_gains].map(|gains| gains.motor_velocity[1].abs());
+        assert!(fast < 0.05 * slow, "{fast} against {slow}");
+    }
+}

@@ -1,0 +1,61 @@
+//! The rendering law that is chosen, prepared for the bench.
+
+use stickslip_core::estimate::DriveObserver;
+use stickslip_core::render::{Admittance, BristleDifference, Karnopp, Law, SmoothDifference};
+
+use crate::{Trust, difference_torque, drive_observer};
+use stickslip_base::Error;
+use stickslip_base::preset::{LawChoice, Model, Settings};
+
+/// How far the drive is looked ahead from the next tick, when a voltage begins to act: to the middle of the sample in
+/// which the current gets there [samples].
+const AHEAD: f64 = 1.5;
+
+/// The rendering law that `settings.law` names, for the model of the machine. `None` for `auto`: which law that is, only
+/// simulations tell (`stickslip_simulate::rendering_law`).
+///
+/// # Errors
+/// As the design of the observer.
+pub fn named_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Option<Law<f64>>, Error> {
+    let paper = difference_torque(&settings.desired, model, settings);
+    let (desired, own, torque_limit) = (paper.desired, paper.own, paper.torque_limit);
+    let observer = |missing_torque| drive_observer(model, settings, &Trust { missing_torque, ..Trust::default() });
+    let rendered = settings.desired_bristles.under(desired);
+    let bristle = |observer| {
+        Law::Bristle(BristleDifference { ahead: ahead(&observer), observer, desired: rendered, torque_limit })
+    };
+    Ok(Some(match settings.law {
+        LawChoice::Paper => Law::Paper(paper),
+        LawChoice::Smooth => {
+            let smoothing_velocity = settings.fade_velocity.max(1e-4);
+            Law::Smooth(SmoothDifference { desired, own, smoothing_velocity, torque_limit })
+        }
+        LawChoice::Karnopp => {
+            let band = settings.fade_velocity.max(1e-4);
+            Law::Karnopp(Karnopp { desired, own, band, torque_limit, ..Karnopp::default() })
+        }
+        LawChoice::Bristle => {
+            let mut observer = observer(Trust::default().missing_torque)?;
+            observer.gains.torque = [0.0; 3];
+            observer.fast_gains.torque = [0.0; 3];
+            bristle(observer)
+        }
+        LawChoice::Residual(residual) => bristle(observer(residual.missing_torque)?),
+        LawChoice::Admittance(tracking) => {
+            let observer = observer(tracking.missing_torque)?;
+            Law::Admittance(Admittance {
+                ahead: ahead(&observer),
+                observer,
+                desired: rendered,
+                bandwidth: tracking.bandwidth,
+                torque_limit,
+            })
+        }
+        LawChoice::Auto => return Ok(None),
+    }))
+}
+
+/// Steps of the observer's model from the begin of what is looked ahead to its end.
+fn ahead(observer: &DriveObserver<f64>) -> (usize, usize) {
+    (0, (AHEAD * observer.steps as f64).round() as usize)
+}

@@ -1,0 +1,284 @@
+//! The axis that a position controller sees, as it is believed, for small deviations.
+
+use stickslip_core::block::Block as _;
+use stickslip_core::control::{
+    CurrentControl, CurrentControlInput, CurrentControlState, VelocityObserver, VelocityObserverInput,
+    VelocityObserverState,
+};
+use stickslip_core::drive::Arm;
+use stickslip_core::estimate::{DriveObserver, DriveObserverInput, DriveObserverState, DriveState};
+use stickslip_core::fields::Fields as _;
+use stickslip_core::friction::Model as FrictionModel;
+use stickslip_core::render::Law;
+use stickslip_core::scalar::{Dual, Scalar};
+
+use super::linearise::{count, keep, slopes};
+use super::{Port, StateSpace};
+use crate::{believed_drive, load_current_control, velocity_observer};
+use stickslip_base::Error;
+use stickslip_base::preset::{Model, Settings};
+
+/// Longest step of the believed machine [s].
+const STEP: f64 = 25e-6;
+/// |Ω| has no slope at exactly no velocity [rad/s].
+const CREEP: f64 = 1e-9;
+/// Steps in which bristles bend until they slide, at most.
+const BENDING: usize = 400_000;
+
+/// What the load does about which the axis is linearised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Operating {
+    /// It slides at this velocity [rad/s]: its bristles are bent as far as they go.
+    Sliding(f64),
+    /// It rests on bristles that are not bent. The drive motor's own friction is left out: it is small, and a motor that
+    /// slips is what a controller must bear.
+    Stuck,
+}
+
+/// Number of the inputs and outputs of an [`axis`].
+pub mod port {
+    /// Input: torque commanded of the drive motor [N m].
+    pub const TORQUE: usize = 0;
+    /// Input: torque against positive motion of the load [N m].
+    pub const LOAD: usize = 1;
+    /// Output: angle of the encoder, as if it had no counts [rad].
+    pub const ANGLE: usize = 0;
+    /// Output: velocity of the motor by the tacho [rad/s].
+    pub const TACHO: usize = 1;
+    /// Output: true velocity of the load [rad/s].
+    pub const VELOCITY: usize = 2;
+}
+
+/// The believed axis from commanded torque and load torque to encoder angle, tacho and load velocity, sampled with the
+/// tick. A command is written in one tick and acts from the next one's begin on: the tick's own delay is in it.
+///
+/// Drive, coupling, friction, lags of servo amplifier and tacho, and the load motor held without current by its control
+/// on the velocity observer: what its voltage does late is damping. An elastic arm is on it where the controller of
+/// `settings` believes in one. Quantisation and noise have no slope.
+///
+/// # Errors
+/// What the design of observer and current control refuses; a speed at which the bristles do not come to slide.
+pub fn axis(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
+    // The load's torque waits for nobody: only the command is late.
+    Ok(acting_at_once(model, settings, at)?.late_input(port::TORQUE)?.trimmed())
+}
+
+/// The same at the rate of the position controller: its torque comes into force one of its samples late and is held over
+/// the next.
+///
+/// # Errors
+/// As [`axis`].
+pub fn axis_under_control(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
+    let slow = acting_at_once(model, settings, at)?.slower(settings.divider() as usize)?;
+    Ok(slow.late_input(port::TORQUE)?.trimmed())
+}
+
+fn acting_at_once(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<StateSpace, Error> {
+    let axis = Axis::new(model, settings, at)?;
+    let state = axis.state(at)?;
+    let wide = Axis {
+        machine: axis.machine.map(&mut Dual::of),
+        steps: axis.steps,
+        observer: axis.observer.map(&mut Dual::of),
+        current: axis.current.map(&mut Dual::of),
+        arm: axis.arm.map(&mut Dual::of),
+        dt: Dual::of(axis.dt),
+    };
+    let states = count(&state.machine) + count(&state.observer) + count(&state.current) + 1 + state.arm.len();
+    let torque = state.machine.drive.motor_torque;
+    let system = slopes(states, 2, axis.dt, |mut seed| {
+        let mut state = State {
+            machine: state.machine.map(&mut seed),
+            observer: state.observer.map(&mut seed),
+            current: state.current.map(&mut seed),
+            voltage: seed(state.voltage),
+            arm: state.arm.map(&mut seed),
+        };
+        let (torque, load) = (seed(torque), seed(0.0));
+        let shown = [state.machine.drive.angle, state.machine.tacho, state.machine.drive.velocity];
+        wide.tick(&mut state, torque, load);
+        let mut found = Vec::new();
+        keep(&state.machine, &mut found);
+        keep(&state.observer, &mut found);
+        keep(&state.current, &mut found);
+        found.push(state.voltage);
+        found.extend(state.arm);
+        found.extend(shown);
+        found
+    })?;
+    let system = if at == Operating::Stuck { anchored(system, &state.machine) } else { system };
+    let port = |name: &str, unit: &str| Port::new(name, unit);
+    Ok(system.named(
+        vec![port("commanded_torque", "N m"), port("load_torque", "N m")],
+        vec![port("measured_angle", "rad"), port("measured_motor_velocity", "rad/s"), port("velocity", "rad/s")],
+    ))
+}
+
+/// The angle of a load that is stuck counted from where its bristles are anchored. Nothing moves that point while they do
+/// not slide: left in, it would be a state that no controller reaches and that never dies out.
+fn anchored(mut system: StateSpace, machine: &DriveObserverState<f64>) -> StateSpace {
+    let [mut of_angle, mut of_deflection] = [*machine; 2];
+    of_angle.drive.angle = f64::NAN;
+    of_deflection.drive.load_memory.deflection = f64::NAN;
+    let [angle, deflection] = [of_angle, of_deflection].map(|marked| {
+        let (mut index, mut found) = (0, 0);
+        marked.map(&mut |value: f64| {
+            if value.is_nan() {
+                found = index;
+            }
+            index += 1;
+            value
+        });
+        found
+    });
+    // φ = z + anchor: what the angle does, the deflection does, and the anchor's own row is left out.
+    let follows = system.a.column(angle).into_owned();
+    let mut with_deflection = system.a.column_mut(deflection);
+    with_deflection += follows;
+    let shown = system.c.column(angle).into_owned();
+    let mut with_deflection = system.c.column_mut(deflection);
+    with_deflection += shown;
+    let kept: Vec<usize> = (0..system.order()).filter(|&i| i != angle).collect();
+    StateSpace {
+        a: system.a.select_rows(&kept).select_columns(&kept),
+        b: system.b.select_rows(&kept),
+        c: system.c.select_columns(&kept),
+        ..system
+    }
+}
+
+/// The believed machine, and what of the software acts without a position controller.
+struct Axis<T> {
+    /// Drive and pickups, corrected by nothing.
+    machine: DriveObserver<T>,
+    /// Steps of the machine in a tick.
+    steps: usize,
+    observer: VelocityObserver<T>,
+    current: CurrentControl<T>,
+    arm: Arm<T>,
+    dt: T,
+}
+
+/// All that moves.
+#[derive(Clone, Copy)]
+struct State<T: Scalar> {
+    machine: DriveObserverState<T>,
+    observer: VelocityObserverState<T>,
+    current: CurrentControlState<T>,
+    /// Voltage of the load motor, computed in the tick before.
+    voltage: T,
+    /// Twist of an arm and its rate.
+    arm: [T; 2],
+}
+
+impl Axis<f64> {
+    fn new(model: &Model<f64>, settings: &Settings<f64>, at: Operating) -> Result<Self, Error> {
+        let mut model = *model;
+        if at == Operating::Stuck {
+            model.motor_friction.model = FrictionModel::Nothing;
+        }
+        let arm = settings.controller.arm();
+        model.drive.load_inertia += arm.rigid_inertia();
+        let dt = settings.tick_time();
+        let steps = (dt / STEP - 1e-9).ceil().max(1.0) as usize;
+        Ok(Axis {
+            machine: believed_drive(&model, dt / steps as f64)?,
+            steps,
+            observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+            current: load_current_control(&Law::Off, &model, settings)?,
+            arm,
+            dt,
+        })
+    }
+
+    /// Where nothing changes but the angle.
+    fn state(&self, at: Operating) -> Result<State<f64>, Error> {
+        let velocity = match at {
+            Operating::Sliding(velocity) => velocity,
+            Operating::Stuck => CREEP,
+        };
+        let mut machine = DriveObserverState { started: 1.0, ..DriveObserverState::default() };
+        let drive = &mut machine.drive;
+        (drive.velocity, drive.motor_velocity) = (velocity, velocity);
+        let voltage = -self.current.torque_constant * velocity;
+        if matches!(at, Operating::Sliding(_)) {
+            machine = self.bent(machine, voltage)?;
+        }
+        machine.tacho = velocity;
+        let observer = VelocityObserverState { velocity, ..VelocityObserverState::at(0.0) };
+        Ok(State { machine, observer, current: CurrentControlState::default(), voltage, arm: [0.0; 2] })
+    }
+
+    /// The bristles as they are after sliding for long, and the torques that go with them.
+    fn bent(&self, mut machine: DriveObserverState<f64>, voltage: f64) -> Result<DriveObserverState<f64>, Error> {
+        let step = self.dt / self.steps as f64;
+        let velocity = machine.drive.velocity;
+        let held = DriveObserverInput { voltage, ..DriveObserverInput::default() };
+        for _ in 0..BENDING {
+            let before = machine.drive;
+            self.machine.follow(&mut machine, &held, step, |_, _| {});
+            let now = machine.drive;
+            let torque = now.load_resistance + now.motor_resistance;
+            machine.drive = DriveState {
+                angle: 0.0,
+                velocity,
+                motor_velocity: velocity,
+                load_current: 0.0,
+                twist: now.load_resistance / self.machine.model.drive.coupling_stiffness,
+                motor_torque: torque,
+                ..now
+            };
+            let bend = |drive: &DriveState<f64>| [drive.load_memory.deflection, drive.motor_memory.deflection];
+            let (bent, earlier) = (bend(&now), bend(&before));
+            let changed = (bent[0] - earlier[0]).abs() + (bent[1] - earlier[1]).abs();
+            let settled = (now.load_resistance - before.load_resistance).abs() <= 1e-14 * now.load_resistance.abs();
+            if settled && changed <= 1e-13 * (bent[0].abs() + bent[1].abs()) {
+                machine.acceleration = 0.0;
+                machine.acceleration_rate = 0.0;
+                return Ok(machine);
+            }
+        }
+        Err(Error::OutOfRange {
+            name: "the velocity at which the load slides",
+            value: velocity,
+            unit: "rad/s",
+            minimum: 1e-3,
+            maximum: 1e3,
+            remedy: "Take a speed at which the load slides rather than creeps.",
+        })
+    }
+}
+
+impl<T: Scalar> Axis<T> {
+    /// One tick with the torque that the servo amplifier is given over it [N m] and the torque against the load [N m].
+    fn tick(&self, state: &mut State<T>, motor_torque: T, load_torque: T) {
+        let machine = &mut state.machine;
+        let seen = VelocityObserverInput { angle: machine.drive.angle, acceleration: machine.acceleration };
+        let estimate = self.observer.run(&mut state.observer, seen, self.dt);
+        let demand = CurrentControlInput {
+            reference_current: T::of(0.0),
+            measured_current: machine.drive.load_current,
+            estimated_velocity: estimate.velocity,
+        };
+        let asked = self.current.run(&mut state.current, demand, self.dt).voltage;
+        machine.residual = load_torque;
+        let held = DriveObserverInput { voltage: state.voltage, motor_torque, ..DriveObserverInput::default() };
+        let step = self.dt / T::of(self.steps as f64);
+        for _ in 0..self.steps {
+            let Arm::Elastic(arm) = &self.arm else {
+                self.machine.follow(machine, &held, step, |_, _| {});
+                continue;
+            };
+            // What an arm does to the carriage acts at the middle of the step, as in the virtual machine.
+            let (half, before) = (T::of(0.5) * step, machine.drive.velocity);
+            let [twist, rate] = &mut state.arm;
+            *twist += half * *rate;
+            let torque = arm.torque(*twist, *rate);
+            machine.residual = load_torque - torque;
+            self.machine.follow(machine, &held, step, |_, _| {});
+            *rate = *rate - torque * step / arm.inertia - (machine.drive.velocity - before);
+            *twist += half * *rate;
+        }
+        state.voltage = asked;
+    }
+}

@@ -1,0 +1,106 @@
+//! From blocks to linear systems, with exact slopes.
+
+use nalgebra::DMatrix;
+use stickslip_core::block::Block;
+use stickslip_core::fields::Fields;
+use stickslip_core::scalar::{Dual, Scalar};
+
+use super::{Port, StateSpace};
+use stickslip_base::Error;
+use stickslip_base::parameters::{Value, flatten};
+
+/// Derivatives taken at once.
+pub(crate) const WIDTH: usize = 6;
+
+/// A number with as many derivatives as are taken at once.
+pub(crate) type Wide = Dual<WIDTH>;
+
+/// A block for small deviations from a state and an input: one sample of `dt` [s] is one step of it.
+///
+/// Slopes are those of dual numbers, exact; the state need not be one of rest. What depends on a signal by a threshold
+/// stays on the side where it is, and converters and counters have the slope 0.
+///
+/// # Errors
+/// A slope that is no number.
+pub fn linearise<B>(block: &B, state: &B::State, input: &B::Input, dt: f64) -> Result<StateSpace, Error>
+where
+    B: Block<f64>,
+    B::With<Wide>:
+        Block<Wide, State = <B::State as Fields<f64>>::With<Wide>, Input = <B::Input as Fields<f64>>::With<Wide>>,
+{
+    let wide: B::With<Wide> = block.map(&mut Dual::of);
+    let states = count(state);
+    let inputs = count(input);
+    let system = slopes(states, inputs, dt, |mut seed| {
+        let (mut state, input) = (state.map(&mut seed), input.map(&mut seed));
+        let output = wide.step(&mut state, input, Dual::of(dt));
+        let mut found = Vec::new();
+        keep(&state, &mut found);
+        keep(&output, &mut found);
+        found
+    })?;
+    let mut copy = *state;
+    let output = block.step(&mut copy, *input, dt);
+    Ok(system.named(ports(input), ports(&output)))
+}
+
+/// How many numbers a struct has.
+pub(crate) fn count<F: Fields<f64>>(values: &F) -> usize {
+    let mut count = 0;
+    values.map(&mut |value: f64| {
+        count += 1;
+        value
+    });
+    count
+}
+
+/// The numbers of a struct behind those that are there.
+pub(crate) fn keep<F: Fields<Wide>>(values: &F, found: &mut Vec<Wide>) {
+    values.map(&mut |value: Wide| {
+        found.push(value);
+        value
+    });
+}
+
+/// Name and unit of each number; a choice is no number.
+fn ports<F: Fields<f64>>(values: &F) -> Vec<Port> {
+    let numbers = flatten(values).into_iter().filter(|entry| matches!(entry.value, Value::Number(_)));
+    numbers.map(|entry| Port::new(entry.path, entry.field.unit)).collect()
+}
+
+/// The slopes of a step. `run` has its states, then its inputs seeded in this order, and gives the new states and then
+/// the outputs; it is called once for each [`WIDTH`] of them.
+pub(crate) fn slopes(
+    states: usize,
+    inputs: usize,
+    dt: f64,
+    mut run: impl FnMut(&mut dyn FnMut(f64) -> Wide) -> Vec<Wide>,
+) -> Result<StateSpace, Error> {
+    let columns = states + inputs;
+    let mut all = DMatrix::zeros(0, columns);
+    for first in (0..columns.max(1)).step_by(WIDTH) {
+        let mut index = 0usize;
+        let found = run(&mut |value| {
+            let slot = index.wrapping_sub(first);
+            index += 1;
+            if slot < WIDTH { Dual::variable(value, slot) } else { Dual::of(value) }
+        });
+        if first == 0 {
+            all = DMatrix::zeros(found.len(), columns);
+        }
+        for (row, value) in found.iter().enumerate() {
+            for slot in 0..WIDTH.min(columns - first) {
+                all[(row, first + slot)] = value.gradient[slot];
+            }
+        }
+    }
+    let outputs = all.nrows() - states;
+    let part = |row, column, rows, columns| all.view((row, column), (rows, columns)).into_owned();
+    StateSpace::new(
+        part(0, 0, states, states),
+        part(0, states, states, inputs),
+        part(states, 0, outputs, states),
+        part(states, states, outputs, inputs),
+        Some(dt),
+    )
+}

@@ -1,0 +1,399 @@
+//! The fair tuning: one criterion and the same limits for every controller.
+//!
+//!   min ln IAE + 0.3·ln ê   of the angle after a step of the load torque, the load sliding,
+//!
+//! under M_s ≤ 1.8 sliding and stuck, M_s ≤ 2.5 in the corners of load inertia and coupling stiffness, and a noise of the
+//! commanded torque of at most 4 % of its limit. By Nelder and Mead's simplex on the logarithms of the gains, from several
+//! starts; what is beyond a limit is paid for at a price that no gain of the criterion is worth.
+
+use nalgebra::Complex;
+use stickslip_core::control::AxisControl;
+use stickslip_core::fields::{Field, Fields as _, Walk};
+
+use super::super::{position_controller, torque_filter};
+use super::{CORNER_LIMIT, CORNERS, Operating, PositionLoop, SENSITIVITY_LIMIT, size};
+use crate::linear::{StateSpace, axis_under_control, port};
+use stickslip_base::Error;
+use stickslip_base::preset::{ControllerChoice, DampedArm, Model, Regulation, Settings, StateFeedback};
+use stickslip_base::watch::Watch;
+
+/// Largest noise of the commanded torque, as a share of its limit.
+pub const NOISE_LIMIT: f64 = 0.04;
+/// Time in which the angle after a step of the load torque counts [s].
+const HORIZON: f64 = 2.0;
+/// Price of a limit that is exceeded, per share of it, and of a loop that is not stable.
+const PRICE: f64 = 30.0;
+const UNSTABLE: f64 = 1e3;
+/// A grid of frequencies does not see the very top of a peak.
+const GRID: f64 = 0.995;
+/// Factors of all gains from which the search starts.
+const STARTS: [f64; 3] = [1.0, 0.5, 1.7];
+/// What a search from where the last one ended must gain for another.
+const WORTH_IT: f64 = 2e-3;
+/// Values of the criterion that a start may ask for.
+const EVALUATIONS: usize = 220;
+
+/// A controller that was tuned, and at what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tuned {
+    /// The controller.
+    pub controller: ControllerChoice<f64>,
+    /// Integral of |angle| after a load torque of 1 N m [rad s].
+    pub absolute_error: f64,
+    /// Largest |angle| after it [rad].
+    pub peak: f64,
+    /// Noise of the commanded torque [N m RMS].
+    pub noise_torque: f64,
+}
+
+/// A machine on which a controller is judged.
+struct Bed {
+    axis: StateSpace,
+    /// From commanded torque to angle and tacho, at the frequencies of the grid.
+    response: Vec<[Complex<f64>; 2]>,
+    frequencies: Vec<f64>,
+    limit: f64,
+}
+
+/// Tunes the gains of a controller; its kind, limits and switches stay.
+///
+/// # Errors
+/// What the linearisation refuses; [`Error::NotSolvable`] where no start led to a loop that keeps the limits;
+/// [`Error::Cancelled`].
+pub fn tune(
+    controller: &ControllerChoice<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+    velocity: f64,
+    watch: &Watch,
+) -> Result<Tuned, Error> {
+    if let ControllerChoice::Linear(_) = controller {
+        let what = "a tuning of a controller that is stated by its matrices";
+        return Err(Error::NotSolvable { what, remedy: "Tune it where its matrices were made." });
+    }
+    // The axis has the arm that this controller believes in.
+    let beds = beds(model, &Settings { controller: *controller, ..*settings }, velocity)?;
+    let designed = |gains: &[f64]| {
+        let stated = with_gains(controller, gains);
+        let filter = torque_filter(model, settings);
+        Ok::<_, Error>((stated, AxisControl { filter, ..position_controller(&stated, model, settings)?.into() }))
+    };
+    let torque_limit = controller.torque_limit();
+    let judge = |gains: &[f64]| match designed(gains) {
+        Ok((_, controller)) => price(&beds, &controller, torque_limit, model).map(|(price, _)| price),
+        // Beyond what can be designed nothing is worth trying.
+        Err(_) => Ok(PRICE * UNSTABLE),
+    };
+    let mut asked = 0;
+    let mut search = |start: &[f64]| {
+        simplex(start, EVALUATIONS, |gains| {
+            asked += 1;
+            watch.stage("tune", (asked as f64 / (EVALUATIONS * (STARTS.len() + 1)) as f64).min(0.99))?;
+            judge(gains)
+        })
+    };
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for factor in STARTS {
+        let start: Vec<f64> = gains(controller).iter().map(|gain| gain + libm::log(factor)).collect();
+        let found = search(&start)?;
+        if best.as_ref().is_none_or(|(least, _)| found.0 < *least) {
+            best = Some(found);
+        }
+    }
+    // Along a limit a simplex collapses before it is at its end: it begins anew from there.
+    while let Some((least, gains)) = &best {
+        let again = search(gains)?;
+        if again.0 > least - WORTH_IT {
+            break;
+        }
+        best = Some(again);
+    }
+    let nothing = Error::NotSolvable {
+        what: "a tuning within the limits of sensitivity and noise",
+        remedy: "Start from softer gains, or make the believed machine stiffer or its sensors quieter.",
+    };
+    let Some((_, gains)) = best else { return Err(nothing) };
+    let (controller, parameters) = designed(&gains)?;
+    let (_, outcome) = price(&beds, &parameters, torque_limit, model)?;
+    outcome.filter(|outcome| outcome.beyond <= 0.01).map_or(Err(nothing), |outcome| {
+        let Outcome { absolute_error, peak, noise_torque, .. } = outcome;
+        Ok(Tuned { controller, absolute_error, peak, noise_torque })
+    })
+}
+
+/// The machine as believed, sliding and stuck, and its corners.
+fn beds(model: &Model<f64>, settings: &Settings<f64>, velocity: f64) -> Result<Vec<Bed>, Error> {
+    let mut beds = Vec::new();
+    for at in [Operating::Sliding(velocity), Operating::Stuck] {
+        beds.push(Bed::new(model, settings, at, SENSITIVITY_LIMIT)?);
+        for load_inertia in CORNERS {
+            for coupling_stiffness in CORNERS {
+                let mut off = *model;
+                off.drive.load_inertia *= load_inertia;
+                off.drive.coupling_stiffness *= coupling_stiffness;
+                beds.push(Bed::new(&off, settings, at, CORNER_LIMIT)?);
+            }
+        }
+    }
+    Ok(beds)
+}
+
+impl Bed {
+    fn new(model: &Model<f64>, settings: &Settings<f64>, at: Operating, limit: f64) -> Result<Self, Error> {
+        let axis = axis_under_control(model, settings, at)?;
+        let torque = axis.select(&[port::TORQUE], &[port::ANGLE, port::TACHO])?;
+        let slowest = 1.0;
+        let frequencies: Vec<f64> = torque.channel(0, 0)?.frequencies()?.into_iter().filter(|&f| f > slowest).collect();
+        let infinite = Complex::new(f64::INFINITY, 0.0);
+        let at_once =
+            |frequency: &f64| torque.at_frequency(*frequency).map_or([infinite; 2], |g| [g[(0, 0)], g[(1, 0)]]);
+        let response = frequencies.iter().map(at_once).collect();
+        Ok(Bed { axis, response, frequencies, limit })
+    }
+
+    /// Peak of the sensitivity on the grid.
+    fn sensitivity(&self, back: &StateSpace) -> f64 {
+        let gains = back.responses(&self.frequencies).zip(&self.response).filter_map(|(controller, [angle, tacho])| {
+            let controller = controller?;
+            Some(1.0 / size(Complex::new(1.0, 0.0) - controller[(0, 0)] * angle - controller[(0, 1)] * tacho))
+        });
+        gains.fold(0.0, f64::max)
+    }
+}
+
+/// What a controller comes to.
+struct Outcome {
+    absolute_error: f64,
+    peak: f64,
+    noise_torque: f64,
+    /// Share by which it exceeds limits, all together.
+    beyond: f64,
+}
+
+/// The price of a controller, and what it comes to where all loops are stable.
+fn price(
+    beds: &[Bed],
+    controller: &AxisControl<f64>,
+    torque_limit: f64,
+    model: &Model<f64>,
+) -> Result<(f64, Option<Outcome>), Error> {
+    let (mut radius, mut beyond) = (0.0f64, 0.0);
+    let mut first = None;
+    let dt = beds.first().and_then(|bed| bed.axis.dt).unwrap_or(HORIZON);
+    let controller = PositionLoop::controller(*controller, dt, 0.0)?;
+    for bed in beds {
+        let closes = PositionLoop { axis: bed.axis.clone(), controller: controller.clone() };
+        let closed = closes.closed()?;
+        let slowest = closed.poles()?.iter().map(|&pole| size(pole)).fold(0.0, f64::max);
+        radius = radius.max(slowest);
+        if slowest < 1.0 {
+            beyond += (closes.back().map(|back| bed.sensitivity(&back))? / (GRID * bed.limit) - 1.0).max(0.0);
+        }
+        first = first.or(Some((closes, closed)));
+    }
+    let Some((closes, closed)) = first.filter(|_| radius < 1.0) else { return Ok((UNSTABLE * radius, None)) };
+    let noise_torque = closes.noise_torque(&closed, model)?;
+    beyond += (noise_torque / (NOISE_LIMIT * torque_limit) - 1.0).max(0.0);
+    let answers = closed.channel(2, 0)?.step_response((HORIZON / dt) as usize, dt)?;
+    let absolute_error = dt * answers.iter().map(|angle| angle.abs()).sum::<f64>();
+    let peak = answers.iter().fold(0.0, |peak: f64, angle| peak.max(angle.abs()));
+    let criterion = libm::log(absolute_error) + 0.3 * libm::log(peak);
+    Ok((criterion + PRICE * beyond, Some(Outcome { absolute_error, peak, noise_torque, beyond })))
+}
+
+/// Logarithms of what is tuned.
+fn gains(controller: &ControllerChoice<f64>) -> Vec<f64> {
+    // A gain of 0 has no logarithm: it starts small.
+    tuned_values(&mut { *controller }).into_iter().map(|gain| libm::log(gain.max(1e-6))).collect()
+}
+
+/// What is tuned of a controller.
+fn tuned_values(controller: &mut ControllerChoice<f64>) -> Vec<&mut f64> {
+    match controller {
+        ControllerChoice::Cascade(it) => vec![&mut it.position_gain, &mut it.velocity_gain, &mut it.integral_gain],
+        ControllerChoice::Pid(it) => {
+            let filtered = (it.use_tacho < 0.5).then_some(&mut it.filter_time);
+            let gains = [&mut it.proportional_gain, &mut it.integral_gain, &mut it.derivative_gain];
+            gains.into_iter().chain(filtered).collect()
+        }
+        // Whoever made them knows what to change.
+        ControllerChoice::Linear(_) => Vec::new(),
+        ControllerChoice::StateFeedback(it) => tuned_feedback(it),
+        // Its limits are stated.
+        ControllerChoice::Predictive(it) => tuned_feedback(&mut it.feedback),
+    }
+}
+
+/// What is tuned of a state feedback.
+fn tuned_feedback(it: &mut StateFeedback<f64>) -> Vec<&mut f64> {
+    let integrates = it.compensates_load < 0.5;
+    let mut values = match &mut it.regulator {
+        Regulation::Quadratic(wanted) => {
+            let integral = integrates.then_some(&mut wanted.integral_time);
+            let twist = if let DampedArm::Elastic(arm) = &mut it.arm { Some(&mut arm.twist) } else { None };
+            let deviations = [&mut wanted.angle, &mut wanted.velocity, &mut wanted.vibration];
+            deviations.into_iter().chain(integral).chain(twist).collect()
+        }
+        Regulation::Poles(it) => {
+            let integral = integrates.then_some(&mut it.integral_rate);
+            let pairs = [&mut it.bandwidth, &mut it.damping, &mut it.vibration_damping];
+            pairs.into_iter().chain(integral).collect::<Vec<_>>()
+        }
+    };
+    let believed = it.observer.disturbances_mut();
+    values.extend([&mut believed.load_torque, &mut believed.motor_torque]);
+    values
+}
+
+/// The controller with these gains.
+fn with_gains(controller: &ControllerChoice<f64>, gains: &[f64]) -> ControllerChoice<f64> {
+    let mut controller = *controller;
+    for (target, gain) in tuned_values(&mut controller).into_iter().zip(gains) {
+        *target = libm::exp(*gain);
+    }
+    controller.contents(&mut WithinRange);
+    controller
+}
+
+/// What a file would refuse is not tried.
+struct WithinRange;
+
+impl Walk<f64> for WithinRange {
+    fn number(&mut self, field: &'static Field, value: &mut f64) {
+        *value = value.clamp(field.minimum, field.maximum);
+    }
+}
+
+/// The lowest value and where it is, by Nelder and Mead's simplex (1965) with the usual factors.
+fn simplex(
+    start: &[f64],
+    evaluations: usize,
+    mut judge: impl FnMut(&[f64]) -> Result<f64, Error>,
+) -> Result<(f64, Vec<f64>), Error> {
+    /// First edges, and how close the corners come before it ends.
+    const EDGE: f64 = 0.3;
+    const END: f64 = 1e-3;
+    let mut left = evaluations;
+    let mut at = |point: Vec<f64>| {
+        left = left.saturating_sub(1);
+        Ok::<_, Error>((judge(&point)?, point, left))
+    };
+    let mut corners = Vec::new();
+    for k in 0..=start.len() {
+        let mut point = start.to_vec();
+        if k > 0 {
+            point[k - 1] += EDGE;
+        }
+        let (value, point, _) = at(point)?;
+        corners.push((value, point));
+    }
+    loop {
+        corners.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let count = corners.len();
+        let worst = corners[count - 1].clone();
+        let spread = (0..start.len()).map(|j| (worst.1[j] - corners[0].1[j]).abs()).fold(0.0, f64::max);
+        let middle: Vec<f64> = (0..start.len())
+            .map(|j| corners[..count - 1].iter().map(|corner| corner.1[j]).sum::<f64>() / (count - 1) as f64)
+            .collect();
+        let along = |factor: f64| (0..start.len()).map(|j| middle[j] + factor * (worst.1[j] - middle[j])).collect();
+        let (value, point, left) = at(along(-1.0))?;
+        let better = if value < corners[0].0 {
+            let (further, far, _) = at(along(-2.0))?;
+            if further < value { Some((further, far)) } else { Some((value, point)) }
+        } else if value < corners[count - 2].0 {
+            Some((value, point))
+        } else {
+            let (near, close, _) = at(along(if value < worst.0 { -0.5 } else { 0.5 }))?;
+            (near < worst.0.min(value)).then_some((near, close))
+        };
+        match better {
+            Some(better) => corners[count - 1] = better,
+            None => {
+                let best = corners[0].1.clone();
+                for corner in &mut corners[1..] {
+                    let point = corner.1.iter().zip(&best).map(|(x, b)| 0.5 * (x + b)).collect();
+                    let (value, point, _) = at(point)?;
+                    *corner = (value, point);
+                }
+            }
+        }
+        if left == 0 || spread < END {
+            corners.sort_by(|one, other| one.0.total_cmp(&other.0));
+            return Ok(corners.swap_remove(0));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{cascade_as_pid, corners};
+    use stickslip_base::parameters::presets;
+    use stickslip_base::{Preset, StateFeedback};
+    use stickslip_core::control::{Cascade, Pid, PositionController};
+
+    #[test]
+    fn the_simplex_walks_down_a_crooked_valley() {
+        let rosenbrock = |p: &[f64]| Ok((1.0 - p[0]).powi(2) + 100.0 * (p[1] - p[0] * p[0]).powi(2));
+        let (value, point) = simplex(&[-1.2, 1.0], 1000, rosenbrock).unwrap();
+        assert!(value < 1e-5 && (point[0] - 1.0).abs() < 1e-2, "{value} at {point:?}");
+    }
+
+    #[test]
+    fn no_tuning_leaves_what_a_file_admits() {
+        let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
+        for controller in [ControllerChoice::Cascade(Cascade::default()), state_feedback] {
+            for gain in [-80.0, 80.0] {
+                let mut preset = Preset::<f64>::default();
+                preset.bench.controller = with_gains(&controller, &vec![gain; gains(&controller).len()]);
+                let text = stickslip_base::parameters::write_commented(&preset);
+                let read: Preset<f64> = stickslip_base::parameters::read(&text, "tuned").unwrap();
+                assert_eq!(read.bench.controller, preset.bench.controller);
+            }
+        }
+    }
+
+    #[test]
+    fn a_fair_tuning_keeps_all_limits_and_pid_and_cascade_come_out_alike() {
+        let preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+        let cascade = Cascade::default();
+        let tuned = |controller| tune(&controller, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap();
+        let [one, other] =
+            [ControllerChoice::Cascade(cascade), ControllerChoice::Pid(cascade_as_pid(&cascade))].map(tuned);
+        let state_feedback = tuned(ControllerChoice::StateFeedback(StateFeedback::default()));
+        let both = [Operating::Sliding(10.0), Operating::Stuck];
+        for found in [one, other, state_feedback] {
+            let controller = position_controller(&found.controller, &preset.model, &preset.bench).unwrap();
+            for at in both {
+                let closes = PositionLoop::new(controller, &preset.model, &preset.bench, at).unwrap();
+                let quality = closes.quality(&preset.model).unwrap();
+                // A hundredth is what the search may leave.
+                assert!(quality.stable && quality.margins.sensitivity.value <= 1.01 * SENSITIVITY_LIMIT, "{quality:?}");
+            }
+            let worst = corners(controller, &preset.model, &preset.bench, &both).unwrap()[0];
+            assert!(worst.sensitivity <= 1.01 * CORNER_LIMIT, "{worst:?}");
+            assert!(found.noise_torque <= 1.01 * NOISE_LIMIT * cascade.torque_limit);
+        }
+        // The same family, but the cascade's zeros are real, and its integral acts on the motor's side of the coupling.
+        assert!((1.0..1.5).contains(&(one.absolute_error / other.absolute_error)), "{one:?} {other:?}");
+        // Who knows the coupling's twist holds the load better.
+        assert!(state_feedback.absolute_error < 0.7 * one.absolute_error, "{one:?} {state_feedback:?}");
+        let before = beds(&preset.model, &preset.bench, 10.0).unwrap();
+        let (_, before) =
+            price(&before, &PositionController::Cascade(cascade).into(), cascade.torque_limit, &preset.model).unwrap();
+        assert!(before.is_none_or(|before| before.beyond > 0.0 || before.absolute_error > one.absolute_error));
+    }
+
+    #[test]
+    fn limits_that_no_gain_keeps_are_refused() {
+        let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+        // A tacho of nothing but noise, and a drive that may do next to nothing.
+        preset.model.tacho_noise = 1.0;
+        let matrices = ControllerChoice::Linear(stickslip_base::preset::ControllerMatrices::default());
+        let error = tune(&matrices, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err();
+        assert!(error.to_string().contains("Tune it where"), "{error}");
+        let pid = ControllerChoice::Pid(Pid { torque_limit: 1e-6, ..Pid::default() });
+        let refused = tune(&pid, &preset.model, &preset.bench, 10.0, &Watch::silent()).unwrap_err().to_string();
+        assert!(refused.contains("within the limits of sensitivity and noise"), "{refused}");
+    }
+}

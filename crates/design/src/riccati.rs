@@ -1,0 +1,273 @@
+//! The stationary Kalman filter, and its mirror image, the linear quadratic regulator.
+
+use nalgebra::DMatrix;
+
+use super::{finite, square};
+use stickslip_base::Error;
+
+/// Doublings until the filter's covariance is known to rounding: 2⁴⁰ samples.
+const DOUBLINGS: usize = 40;
+
+/// A stationary Kalman filter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KalmanFilter {
+    /// Gain K of x̂ = x̄ + K·(y − C·x̄), a row a state and a column an output.
+    pub gain: DMatrix<f64>,
+    /// Covariance of the estimate x̂.
+    pub covariance: DMatrix<f64>,
+}
+
+/// The stationary Kalman filter for x⁺ = A·x + w, y = C·x + v with white w and v of
+/// covariance Q and R.
+///
+/// Structured doubling of P = A·P·Aᵀ − A·P·Cᵀ·(C·P·Cᵀ + R)⁻¹·C·P·Aᵀ + Q (Chu, Fan, Lin 2005): k steps are 2ᵏ samples.
+///
+/// # Errors
+/// What is no number, R that is not positive definite, and what does not converge: a state that neither the outputs
+/// show nor dies out.
+pub fn kalman_filter(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<KalmanFilter, Error> {
+    let order = square("the system matrix", a)?;
+    let inverse = inverse_of_weight(r)?;
+    let covariance = stationary(a.transpose(), c.transpose() * inverse * c, q).ok_or_else(unobservable)?;
+    finite("the covariance of the filter", &covariance)?;
+    let innovation = c * &covariance * c.transpose() + r;
+    let gain = innovation.lu().solve(&(c * &covariance)).ok_or_else(unobservable)?.transpose();
+    finite("the gain of the filter", &gain)?;
+    let covariance = (DMatrix::<f64>::identity(order, order) - &gain * c) * covariance;
+    Ok(KalmanFilter { gain, covariance })
+}
+
+/// What no output shows and does not die out.
+fn unobservable() -> Error {
+    let remedy = "Measure more, or leave out the states that the outputs do not show.";
+    Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+}
+
+/// What no input reaches and does not die out.
+fn uncontrollable() -> Error {
+    let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
+    Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+}
+
+/// R⁻¹ of a positive definite R.
+fn inverse_of_weight(r: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
+    square("the weight R", r)?;
+    let remedy = "Give each output a noise, or each input a cost, that is above 0.";
+    let indefinite = || Error::NotSolvable { what: "the inverse of the weight R", remedy };
+    Ok(r.clone().cholesky().ok_or_else(indefinite)?.inverse())
+}
+
+/// The solution X of X = S·X·Sᵀ − … for `step` Sᵀ, what is seen G and the source Q, by structured doubling; `None` where it
+/// does not exist.
+fn stationary(mut step: DMatrix<f64>, mut seen: DMatrix<f64>, source: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let identity = DMatrix::<f64>::identity(step.nrows(), step.nrows());
+    let mut covariance = source.clone();
+    for _ in 0..DOUBLINGS {
+        let lu = (&identity + &seen * &covariance).lu();
+        let forward = lu.solve(&step)?;
+        let spread = (&identity + &covariance * &seen).lu().solve(&step.transpose())?;
+        let more = step.transpose() * &covariance * &forward;
+        seen = &seen + &step * &seen * &spread;
+        step = &step * &forward;
+        covariance += &more;
+        covariance = 0.5 * (&covariance + covariance.transpose());
+        seen = 0.5 * (&seen + seen.transpose());
+        if more.amax() <= 1e-14 * covariance.amax() {
+            return Some(covariance);
+        }
+    }
+    None
+}
+
+/// A state feedback u = −K·x with the least cost.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regulator {
+    /// Gain K, a row an input and a column a state.
+    pub gain: DMatrix<f64>,
+    /// Cost P of a state: xᵀ·P·x is what it costs to bring it to rest.
+    pub cost: DMatrix<f64>,
+}
+
+/// The feedback u = −K·x of x⁺ = A·x + B·u with the least ∑ xᵀ·Q·x + 2·xᵀ·N·u + uᵀ·R·u: the Kalman filter of the dual
+/// system. Without `cross` N is 0.
+///
+/// # Errors
+/// What is no number, R that is not positive definite, and what does not converge: a state that the inputs do not reach and that
+/// does not die out.
+pub fn linear_quadratic_regulator(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+    cross: Option<&DMatrix<f64>>,
+) -> Result<Regulator, Error> {
+    square("the system matrix", a)?;
+    let inverse = inverse_of_weight(r)?;
+    // With a cross term: u = v − R⁻¹·Nᵀ·x takes it away.
+    let shift = cross.map(|n| &inverse * n.transpose());
+    let (moved, weight) = match (&shift, cross) {
+        (Some(shift), Some(n)) => (a - b * shift, q - n * shift),
+        _ => (a.clone(), q.clone()),
+    };
+    let cost = stationary(moved.clone(), b * inverse * b.transpose(), &weight).ok_or_else(uncontrollable)?;
+    finite("the cost of the regulator", &cost)?;
+    let weighed = b.transpose() * &cost;
+    let gain = (&weighed * b + r).lu().solve(&(weighed * moved)).ok_or_else(uncontrollable)?;
+    finite("the gain of the regulator", &gain)?;
+    Ok(Regulator { gain: shift.map_or_else(|| gain.clone(), |shift| &gain + shift), cost })
+}
+
+/// The feedback u = −K·x of ẋ = A·x + B·u with the least ∫ xᵀ·Q·x + uᵀ·R·u dt.
+///
+/// Aᵀ·P + P·A − P·B·R⁻¹·Bᵀ·P + Q = 0 becomes that of a sampled system by the bilinear map (A + γ)/(A − γ), whose
+/// doubling is that of [`linear_quadratic_regulator`] (Chu, Fan, Lin 2005).
+///
+/// # Errors
+/// As [`linear_quadratic_regulator`].
+pub fn continuous_regulator(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<Regulator, Error> {
+    let order = square("the system matrix", a)?;
+    let inverse = inverse_of_weight(r)?;
+    let reached = b * &inverse * b.transpose();
+    finite("the system matrix", a)?;
+    // Beyond every pole, so that none is mapped far out; powers of two round nothing.
+    let rate = libm::exp2(libm::ceil(libm::log2(2.0 * a.norm().max(reached.norm()).max(1e-300))));
+    let identity = DMatrix::<f64>::identity(order, order);
+    let back = (a - rate * &identity).try_inverse().ok_or_else(uncontrollable)?;
+    let joint = (a.transpose() - rate * &identity + q * &back * &reached).lu();
+    let weight = 2.0 * rate * joint.solve(&(q * &back)).ok_or_else(uncontrollable)?;
+    let both = (a - rate * &identity + &reached * back.transpose() * q).lu();
+    let step = &identity + 2.0 * rate * both.solve(&identity).ok_or_else(uncontrollable)?;
+    let seen = 2.0 * rate * both.solve(&(&reached * back.transpose())).ok_or_else(uncontrollable)?;
+    let half = |matrix: DMatrix<f64>| 0.5 * (&matrix + matrix.transpose());
+    let cost = stationary(step, half(seen), &half(weight)).ok_or_else(uncontrollable)?;
+    finite("the cost of the regulator", &cost)?;
+    Ok(Regulator { gain: inverse * b.transpose() * &cost, cost })
+}
+
+/// The stationary Kalman–Bucy filter for ẋ = A·x + w, y = C·x + v with white w and v of densities Q and R: the gain L of
+/// x̂˙ = A·x̂ + L·(y − C·x̂), and the covariance of x̂. It is the dual of [`continuous_regulator`].
+///
+/// # Errors
+/// As [`kalman_filter`].
+pub fn kalman_bucy_filter(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    r: &DMatrix<f64>,
+) -> Result<KalmanFilter, Error> {
+    let dual = continuous_regulator(&a.transpose(), &c.transpose(), q, r).map_err(|error| match error {
+        Error::NotReachable { .. } => unobservable(),
+        error => error,
+    })?;
+    Ok(KalmanFilter { gain: dual.gain.transpose(), covariance: dual.cost })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_double_integrator_has_the_regulator_of_the_textbook() {
+        // Q = diag(1, 0), R = 1: K = [1, √2].
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]);
+        let b = DMatrix::from_row_slice(2, 1, &[0.0, 1.0]);
+        let q = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 0.0]);
+        let one = DMatrix::from_element(1, 1, 1.0);
+        let regulator = continuous_regulator(&a, &b, &q, &one).unwrap();
+        let root = 2f64.sqrt();
+        assert!((regulator.gain - DMatrix::from_row_slice(1, 2, &[1.0, root])).amax() < 1e-12);
+        assert!((regulator.cost - DMatrix::from_row_slice(2, 2, &[root, 1.0, 1.0, root])).amax() < 1e-12);
+        let filter = kalman_bucy_filter(&a.transpose(), &b.transpose(), &q, &one).unwrap();
+        assert!((filter.gain - DMatrix::from_row_slice(2, 1, &[1.0, root])).amax() < 1e-12);
+        let refused = continuous_regulator(&a, &DMatrix::zeros(2, 1), &q, &one).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+        let refused = kalman_bucy_filter(&a, &DMatrix::zeros(1, 2), &q, &one).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+    }
+
+    #[test]
+    fn a_wandering_number_is_filtered_as_the_closed_form_says() {
+        // x⁺ = x + w, y = x + v with unit variances: P̄ = P̄ − P̄²/(P̄ + 1) + 1, the golden ratio; K = P̄/(P̄ + 1).
+        let one = DMatrix::from_element(1, 1, 1.0);
+        let filter = kalman_filter(&one, &one, &one, &one).expect("an observable number");
+        let golden = 0.5 * (1.0 + 5f64.sqrt());
+        assert!((filter.gain[(0, 0)] - golden / (golden + 1.0)).abs() < 1e-12);
+        assert!((filter.covariance[(0, 0)] - golden / (golden + 1.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_covariance_is_that_of_the_filter_run_for_long() {
+        let dt = 1e-3;
+        let a = DMatrix::from_row_slice(2, 2, &[1.0, dt, 0.0, 1.0]);
+        let c = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let (q, r) = (DMatrix::from_row_slice(2, 2, &[1e-9, 0.0, 0.0, 1e-4]), DMatrix::from_element(1, 1, 1e-6));
+        let filter = kalman_filter(&a, &c, &q, &r).expect("an observable motion");
+        let mut p = DMatrix::<f64>::identity(2, 2);
+        for _ in 0..20_000 {
+            let ahead = &a * &p * a.transpose() + &q;
+            let gain = &ahead * c.transpose() / (&c * &ahead * c.transpose() + &r)[(0, 0)];
+            p = (DMatrix::identity(2, 2) - &gain * &c) * ahead;
+        }
+        assert!((&p - &filter.covariance).norm() < 1e-9 * p.norm(), "{p} {}", filter.covariance);
+    }
+
+    #[test]
+    fn a_state_that_no_input_reaches_is_refused_unless_it_dies_out() {
+        let one = DMatrix::identity(2, 2);
+        let b = DMatrix::from_row_slice(2, 1, &[1.0, 0.0]);
+        let r = DMatrix::from_element(1, 1, 1.0);
+        let regulator = |slow: f64| {
+            let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, slow]);
+            linear_quadratic_regulator(&a, &b, &one, &r, None)
+        };
+        assert!(regulator(1.1).is_err());
+        // The golden section, as for the filter.
+        let gain = regulator(0.5).expect("the rest dies out").gain;
+        assert!((gain[0] - (5f64.sqrt() - 1.0) / 2.0).abs() < 1e-12, "{gain}");
+    }
+
+    #[test]
+    fn what_nobody_sees_and_does_not_die_out_is_refused() {
+        let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 0.0, 1.1]);
+        let c = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let noise = DMatrix::identity(2, 2);
+        assert!(kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 1.0)).is_err());
+        assert!(
+            kalman_filter(&a, &c, &noise, &DMatrix::from_element(1, 1, 0.0)).is_err(),
+            "without noise there is nothing to weigh"
+        );
+    }
+
+    #[test]
+    fn what_neither_dies_out_nor_is_seen_or_reached_has_no_stationary_solution() {
+        let a = DMatrix::<f64>::identity(2, 2);
+        let seen = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let (q, r) = (DMatrix::identity(2, 2), DMatrix::from_element(1, 1, 1.0));
+        let refused = kalman_filter(&a, &seen, &q, &r).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+        let refused = linear_quadratic_regulator(&a, &seen.transpose(), &q, &r, None).unwrap_err();
+        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+    }
+
+    #[test]
+    fn a_weight_that_is_not_positive_is_refused() {
+        let one = DMatrix::<f64>::identity(1, 1);
+        for weight in [-1.0, 0.0] {
+            let r = DMatrix::from_element(1, 1, weight);
+            let refused = kalman_filter(&one, &one, &one, &r).unwrap_err().to_string();
+            assert!(refused.contains("above 0"), "{refused}");
+            let refused = linear_quadratic_regulator(&one, &one, &one, &r, None).unwrap_err().to_string();
+            assert!(refused.contains("above 0"), "{refused}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The software side of the bench from what is believed of the machine.
+
+use stickslip_core::control::{Cascade, CurrentControl};
+use stickslip_core::cycle::Parameters;
+use stickslip_core::friction::Stribeck;
+use stickslip_core::render::{Correction, DifferenceTorque, Law};
+use stickslip_core::supervise::Brake;
+use stickslip_core::tick::Tick;
+
+use super::{
+    arm_rendering, axis_control, current_control, predictive_current_control, speed_holder, velocity_observer,
+};
+use stickslip_base::Error;
+use stickslip_base::preset::{Model, Settings};
+
+/// Share of a current's deviation that is made up in a sample.
+const SHARE: f64 = 0.7;
+
+/// The software side for what is believed of the machine and how the bench runs; the rendering law is off.
+///
+/// # Errors
+/// Whatever [`velocity_observer`], [`current_control`] and [`arm_rendering`] refuse.
+pub fn software(model: &Model<f64>, settings: &Settings<f64>) -> Result<Tick<f64>, Error> {
+    let dt = settings.tick_time();
+    Ok(Tick {
+        scaling: model.scaling,
+        decoder: model.encoder,
+        observer: velocity_observer(settings.observer_poles, model.drive.screw_lead, dt)?,
+        law: Law::Off,
+        correction: Correction::Nothing,
+        arm: arm_rendering(model, settings)?,
+        current: load_current_control(&Law::Off, model, settings)?,
+        control: axis_control(model, settings)?,
+        control_period: settings.control_period(),
+    })
+}
+
+/// All that the software computes with, for what is believed of the machine and how the bench runs; the rendering law
+/// is off.
+///
+/// # Errors
+/// As [`software`] and [`brake`].
+pub fn parameters(model: &Model<f64>, settings: &Settings<f64>) -> Result<Parameters<f64>, Error> {
+    Ok(Parameters {
+        tick: software(model, settings)?,
+        safety: settings.safety,
+        brake: brake(model, settings)?,
+        drive_torque_constant: model.motor.torque_constant,
+    })
+}
+
+/// The brake of supervision, as stiff as [`speed_holder`] at the tacho. The encoder sits behind the coupling: there the
+/// loop crosses at a tenth of the coupling's resonance, whose peak then stays below 1 down to a damping of 5 %.
+///
+/// # Errors
+/// As [`speed_holder`].
+pub fn brake(model: &Model<f64>, settings: &Settings<f64>) -> Result<Brake<f64>, Error> {
+    let Model { drive, scaling, .. } = model;
+    let tacho_gain = speed_holder(Cascade::default(), drive, model.drive_lag, settings.tick_time())?.velocity_gain;
+    let resonance = drive.vibration();
+    Ok(Brake {
+        inertia: drive.inertia(),
+        tacho_gain,
+        encoder_gain: tacho_gain.min(0.1 * drive.inertia() * resonance),
+        torque_limit: scaling.servo_limit * scaling.torque_per_volt,
+    })
+}
+
+/// Current control of the load motor under a law: predictive where the law's observer predicts the current, else PI.
+///
+/// # Errors
+/// Whatever [`current_control`] refuses.
+pub fn load_current_control(
+    law: &Law<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> Result<CurrentControl<f64>, Error> {
+    let (winding, dt) = (&model.load_motor, settings.tick_time());
+    let base = CurrentControl {
+        torque_constant: winding.torque_constant,
+        current_limit: model.load_amplifier.current_limit,
+        voltage_limit: model.load_amplifier.supply_voltage,
+        amplifier_gain: model.load_amplifier.gain,
+        ..CurrentControl::default()
+    };
+    match law {
+        Law::Bristle(_) | Law::Admittance(_) => {
+            predictive_current_control(base, winding.resistance, winding.inductance, SHARE, dt)
+        }
+        Law::Off | Law::Paper(_) | Law::Smooth(_) | Law::Karnopp(_) => {
+            current_control(base, winding.resistance, winding.inductance, dt)
+        }
+    }
+}
+
+/// The paper's law for this desired characteristic, up to the torque of the load motor's largest current.
+pub fn difference_torque(
+    desired: &Stribeck<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> DifferenceTorque<f64> {
+    DifferenceTorque {
+        desired: *desired,
+        own: model.own,
+        fade_velocity: settings.fade_velocity,
+        torque_limit: model.load_amplifier.current_limit * model.load_motor.torque_constant,
+    }
+}

@@ -1,0 +1,196 @@
+//! Numbers that were identified, each with its uncertainty, and what the software is to believe for them.
+
+use std::f64::consts::TAU;
+
+use stickslip_core::friction::{Bristle as _, Bristles, LuGre};
+use stickslip_core::scalar::{Dual, Scalar as _};
+
+use super::fit::Solution;
+use super::parameters::{Index, PARAMETERS, SOUGHT, Sought, sloped, start, values};
+use super::response::LOAD_VELOCITY;
+use super::segment::{LEAD_IN, predict};
+use super::uncertainty::Known;
+use stickslip_base::preset::{Doubt, Model};
+use stickslip_base::quantity::Estimate;
+use stickslip_fit::{PARAMETERS as OWN, StribeckFit};
+
+/// Standard uncertainty over the value beyond which a number is not believed.
+const UNKNOWN: f64 = 0.25;
+
+/// A number that was identified.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identified {
+    /// Stable name.
+    pub key: &'static str,
+    /// In words, with its symbol.
+    pub words: &'static str,
+    /// Unit as in a field.
+    pub unit: &'static str,
+    /// What was believed before; NaN where nothing was.
+    pub believed: f64,
+    /// Estimate.
+    pub value: f64,
+    /// Standard uncertainty.
+    pub standard_uncertainty: f64,
+    /// Ends of the 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+impl Identified {
+    pub(super) fn new(
+        key: &'static str,
+        words: &'static str,
+        unit: &'static str,
+        believed: f64,
+        value: f64,
+        known: Known,
+    ) -> Self {
+        let Known { standard, half } = known;
+        let ci95 = [value - half, value + half];
+        Identified { key, words, unit, believed, value, standard_uncertainty: standard, ci95 }
+    }
+
+    /// Whether the data tell it.
+    pub fn known(&self) -> bool {
+        self.standard_uncertainty <= UNKNOWN * self.value.abs() || self.key.ends_with("offset")
+    }
+
+    /// With half the width of its interval.
+    pub fn estimate(&self) -> Estimate {
+        Estimate::new(self.value, self.unit).with_half_width(0.5 * (self.ci95[1] - self.ci95[0]))
+    }
+}
+
+/// Numbers of the fit of the drive, in the order of [`Index`] up to the brushes; then servo and tacho lag together.
+pub(super) fn drive(believed: &Model<f64>, solution: &Solution) -> Vec<Identified> {
+    let (before, mut now) = (start(believed), sloped(&solution.coordinates));
+    now[Index::BristleDamping as usize] *= Dual::of(1.0 / unfaded(&believed.own_bristles, solution));
+    // In no data sheet that the software has.
+    let unstated = [
+        Index::ServoLag,
+        Index::TachoLag,
+        Index::AccelerometerFrequency,
+        Index::AccelerometerDamping,
+        Index::AccelerometerOffset,
+        Index::CurrentOffset,
+        Index::SlidingSlope,
+    ];
+    let number = |i: usize| {
+        let Sought { key, words, unit, .. } = SOUGHT[i];
+        let believed = if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] };
+        Identified::new(key, words, unit, believed, now[i].value, solution.known(&now[i]))
+    };
+    use Index::{BrushDamping, BrushStiffness, RippleCosine, RippleSine, TachoCosine, TachoSine};
+    let hidden = [RippleCosine, RippleSine, BrushStiffness, BrushDamping, TachoSine, TachoCosine];
+    let shown = (0..PARAMETERS).filter(|i| hidden.iter().all(|index| *index as usize != *i));
+    let lag = now[Index::ServoLag as usize] + now[Index::TachoLag as usize];
+    let words = "lag of servo and tacho together";
+    let both = Identified::new("drive_lag", words, "s", believed.drive_lag, lag.value, solution.known(&lag));
+    shown.map(number).chain([both]).collect()
+}
+
+/// Share of the bristles' damping at rest that the load felt while it was shaken: σ₁ fades with speed, and a linear drive
+/// takes up as much power with the mean of σ₁(Ω) weighted by Ω².
+fn unfaded(bristles: &Bristles<f64>, solution: &Solution) -> f64 {
+    let unit = LuGre { bristle_damping: 1.0, fading: bristles.fading, ..LuGre::default() };
+    let at = values(&solution.coordinates);
+    let (mut faded, mut whole) = (0.0, 0.0);
+    for segment in solution.segments.iter().filter(|segment| segment.is_stuck()) {
+        predict(&at, &segment.own, segment, &solution.setting, |k, state, _| {
+            let square = if k < LEAD_IN { 0.0 } else { state[LOAD_VELOCITY] * state[LOAD_VELOCITY] };
+            faded += square * unit.damping(state[LOAD_VELOCITY]);
+            whole += square;
+        });
+    }
+    if whole > 0.0 { faded / whole } else { 1.0 }
+}
+
+/// The Stribeck curve, its torques no surer than the scale of the drive torque.
+pub(super) fn friction(believed: &Model<f64>, own: &StribeckFit, scale: &Identified) -> Vec<Identified> {
+    let before = &believed.own;
+    let before = [before.breakaway_torque, before.kinetic_torque, before.stribeck_velocity, before.viscous_friction];
+    let share = scale.standard_uncertainty / scale.value;
+    let number = |(k, (key, words, unit)): (usize, &(&'static str, &'static str, &'static str))| {
+        let value = own.parameters[k];
+        let of_scale = if *unit == "rad/s" { 0.0 } else { share * value };
+        let wider = libm::hypot(own.standard_errors[k], of_scale) / own.standard_errors[k];
+        Identified {
+            key,
+            words,
+            unit,
+            believed: before[k],
+            value,
+            standard_uncertainty: wider * own.standard_errors[k],
+            ci95: own.ci95[k].map(|end| value + wider * (end - value)),
+        }
+    };
+    OWN.iter().enumerate().map(number).collect()
+}
+
+/// Which experiment would tell a number.
+pub(super) fn remedy(key: &str) -> &'static str {
+    match key {
+        "bristle_stiffness" | "bristle_damping" => {
+            "Shake the load longer at rest, or with more of its breakaway torque."
+        }
+        "accelerometer_frequency" | "accelerometer_damping" => "Excite to higher frequencies.",
+        "coupling_damping" | "coupling_stiffness" => "Excite the drive's resonance more: a larger acceleration.",
+        "viscous_friction" | "sliding_slope" => "Let the speed swing more, or measure friction at higher speeds.",
+        _ => "Record longer, or with a larger acceleration.",
+    }
+}
+
+/// What may still be wrong: a standard uncertainty of each number, and the ripple that no characteristic contains.
+fn doubt(believed: &Doubt<f64>, numbers: &[Identified]) -> Doubt<f64> {
+    let find = |key: &str| numbers.iter().find(|number| number.key == key);
+    let share = |key: &str, otherwise: f64| {
+        find(key)
+            .filter(|number| number.known())
+            .map_or(otherwise, |number| number.standard_uncertainty / number.value.abs())
+    };
+    let friction = |key| share(key, believed.friction);
+    Doubt {
+        drive_torque: share("torque_per_volt", believed.drive_torque),
+        load_inertia: share("load_inertia", believed.load_inertia),
+        coupling_stiffness: share("coupling_stiffness", believed.coupling_stiffness),
+        friction: friction("breakaway_torque").max(friction("kinetic_torque")),
+        ripple: find("friction_ripple").map_or(0.0, |number| number.value),
+        bristle_stiffness: share("bristle_stiffness", believed.bristle_stiffness),
+    }
+}
+
+/// What is believed from now on.
+pub(super) fn model(believed: &Model<f64>, numbers: &[Identified]) -> Model<f64> {
+    let mut model = *believed;
+    let mut frequency = TAU * model.accelerometer_bandwidth;
+    let places: [(&str, &mut f64); 20] = [
+        ("torque_per_volt", &mut model.scaling.torque_per_volt),
+        ("tacho", &mut model.scaling.tacho),
+        ("accelerometer", &mut model.scaling.accelerometer),
+        ("motor_inertia", &mut model.drive.motor_inertia),
+        ("load_inertia", &mut model.drive.load_inertia),
+        ("coupling_stiffness", &mut model.drive.coupling_stiffness),
+        ("coupling_damping", &mut model.drive.coupling_damping),
+        ("torque_constant", &mut model.load_motor.torque_constant),
+        ("resistance", &mut model.load_motor.resistance),
+        ("inductance", &mut model.load_motor.inductance),
+        ("drive_lag", &mut model.drive_lag),
+        ("servo_lag", &mut model.servo_lag),
+        ("accelerometer_frequency", &mut frequency),
+        ("accelerometer_damping", &mut model.accelerometer_damping),
+        ("bristle_stiffness", &mut model.own_bristles.stiffness),
+        ("bristle_damping", &mut model.own_bristles.damping),
+        ("breakaway_torque", &mut model.own.breakaway_torque),
+        ("kinetic_torque", &mut model.own.kinetic_torque),
+        ("stribeck_velocity", &mut model.own.stribeck_velocity),
+        ("viscous_friction", &mut model.own.viscous_friction),
+    ];
+    for (key, place) in places {
+        if let Some(number) = numbers.iter().find(|number| number.key == key).filter(|number| number.known()) {
+            *place = number.value;
+        }
+    }
+    model.accelerometer_bandwidth = frequency / TAU;
+    model.doubt = doubt(&believed.doubt, numbers);
+    model
+}

@@ -1,0 +1,153 @@
+//! The bench identifies itself: scales, masses, coupling, lags, the load motor, and its own friction.
+//!
+//! Three experiments through converters and counters alone. Both motors are excited by multisines while the axis turns
+//! fast, each way; friction is measured at constant speeds; the load is shaken at rest, far below breakaway. In the first
+//! and the last the drive is a linear system, fitted to everything that was measured at once (output error), friction
+//! at constant speeds comes from [`measure_friction`]. What the software believes is where the search starts.
+//!
+//! # What can be known
+//!
+//! Angles come from the encoder's lines and the clock, absolutely; with them tacho and accelerometer calibrate
+//! themselves. The load motor's K_L is its back-EMF, volts over rad/s, and thereby its torque per current. Every
+//! torque of the bench, inertias and stiffness with them, is measured against that torque: their scale is no truer than
+//! the current sensor's volts per ampere, and K_L and R no truer than the gain of the load amplifier. Both are taken from
+//! the data sheet. The virtual machine shows its integrator here: its steps of 25 µs shift a millisecond's lags by 1 µs
+//! and inertias by a thousandth, more than the intervals of a quiet bench; with steps of 5 µs it is the machine of its
+//! equations. The friction of the drive motor itself is entered, not measured. An offset of the load amplifier looks
+//! like one of the current sensor. The delay of the computation, one tick, is known; what is estimated are the lags of
+//! servo amplifier and tacho behind it.
+
+mod fit;
+mod identified;
+mod least_squares;
+mod noise;
+mod outcome;
+mod parameters;
+mod record;
+mod response;
+mod segment;
+mod tacho_ripple;
+mod uncertainty;
+
+pub use identified::Identified;
+pub use outcome::{Calibration, Trace};
+pub use record::CalibrationPlan;
+
+use parameters::Index;
+use response::CHANNELS;
+
+use crate::{FrictionCurve, FrictionPlan, give_back, hold_speed, measure_friction};
+use stickslip_base::preset::{Model, Settings};
+use stickslip_base::{Error, Watch};
+use stickslip_bench::{Bench, Command};
+use stickslip_fit::{CurvePoint, StribeckFit, fit_stribeck};
+
+/// Torque constants of motors that turn a bench [N m/A].
+const LOAD_MOTORS: [f64; 2] = [1e-4, 10.0];
+
+/// Plan of the friction measurement within a calibration.
+pub fn friction_plan() -> FrictionPlan<f64> {
+    FrictionPlan { slowest: 0.2, fastest: 40.0, speeds: 11.0, settling_time: 0.2, ..FrictionPlan::default() }
+}
+
+impl CalibrationPlan<f64> {
+    /// Bench time that a calibration takes [s], without homing.
+    pub fn bench_time(&self, model: &Model<f64>, settings: &Settings<f64>) -> f64 {
+        let friction = friction_plan().duration(0.0, settings.tick_time());
+        self.turning_time(model.own.stribeck_velocity) + friction + self.resting_time()
+    }
+}
+
+/// Whether a bench has what a calibration needs.
+///
+/// # Errors
+/// [`Error::OutOfRange`] without a load motor.
+pub fn calibratable(model: &Model<f64>) -> Result<(), Error> {
+    let [minimum, maximum] = LOAD_MOTORS;
+    let value = model.load_motor.torque_constant;
+    if value < minimum {
+        let (name, unit) = ("the torque constant of the load motor", "N m/A");
+        let remedy =
+            "Without a load motor no torque of the bench has a scale; identify an axis from a recording instead.";
+        return Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy });
+    }
+    Ok(())
+}
+
+/// Calibrates a bench that is homed and running.
+///
+/// # Errors
+/// As [`calibratable`]; [`Error::NotHomed`]; [`Error::BenchFault`]; [`Error::Cancelled`]; [`Error::TooFew`] where too few plateaus slid.
+pub fn calibrate(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
+    let (model, settings) = (*bench.model(), *bench.settings());
+    calibratable(&model)?;
+    if bench.zero().is_none() {
+        return Err(Error::NotHomed);
+    }
+    let dt = settings.tick_time();
+    let first = bench.step(Command::default())?.cycle;
+    hold_speed(bench)?;
+    let turning = record::turning(plan, bench, watch);
+    let mut segments = give_back(bench, turning)?;
+    let curve = measure_friction(&friction_plan(), bench, false, watch)?;
+    let rubbed = curve.fit()?.curve();
+    segments.extend(record::resting(plan, rubbed.breakaway_torque, bench, watch)?);
+    let last = bench.step(Command::default())?.cycle;
+
+    let setting = segment::Setting { dt, carriage_ratio: model.drive.carriage_ratio(), ripple_order: 0, rubbed };
+    let start = parameters::coordinates(&parameters::start(&model));
+    let solution = fit::fit(start, segments, setting, rough(&model), watch)?;
+    let at = parameters::values(&solution.coordinates);
+    let own = own_friction(&curve, &model, &at)?;
+    Ok(Calibration::new(&model, &solution, curve, own, (last - first) as f64 * dt))
+}
+
+/// How far the channels may be off before the model is near: ten counts, 1 rad/s, a twentieth of g, 50 mA.
+fn rough(model: &Model<f64>) -> [f64; CHANNELS] {
+    let scaling = &model.scaling;
+    [10.0 * model.encoder.resolution(), scaling.tacho, 0.5 * scaling.accelerometer, 0.05]
+}
+
+/// The Stribeck curve of a measurement that took the data sheet for true, mean of both directions.
+fn own_friction(
+    curve: &FrictionCurve,
+    model: &Model<f64>,
+    at: &[f64; parameters::PARAMETERS],
+) -> Result<StribeckFit, Error> {
+    let scale = at[Index::TorquePerVolt as usize] / model.scaling.torque_per_volt;
+    // The control holds a current of 0 by the sensor: its offset flows.
+    let load_torque = -at[Index::TorqueConstant as usize] * at[Index::CurrentOffset as usize];
+    let corrected = |point: CurvePoint| {
+        // What the motor itself rubs was subtracted in true torque.
+        let motor = model.motor_friction.steady_torque(point.velocity, 0.0, 0.0);
+        let torque = (point.torque + motor) * scale - motor - load_torque;
+        CurvePoint { torque, standard_error: point.standard_error * scale, ..point }
+    };
+    let points: Vec<CurvePoint> = curve.points().into_iter().map(corrected).collect();
+    fit_stribeck(&symmetric(&points), &FrictionCurve::FIT)
+}
+
+/// Points without what both directions have in common, offset and asymmetry, which no symmetric curve has: each takes
+/// half the difference to its counterpart at the opposite velocity, and a point without one falls out.
+fn symmetric(points: &[CurvePoint]) -> Vec<CurvePoint> {
+    let mean = |point: &CurvePoint| {
+        let opposite = |other: &&CurvePoint| (other.velocity / point.velocity + 1.0).abs() < 0.1;
+        let other = points.iter().find(opposite)?;
+        let standard_error = libm::hypot(point.standard_error, other.standard_error) * std::f64::consts::FRAC_1_SQRT_2;
+        Some(CurvePoint { torque: 0.5 * (point.torque - other.torque), standard_error, ..*point })
+    };
+    points.iter().filter_map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_both_directions_have_in_common_is_no_part_of_a_symmetric_curve() {
+        let point = |velocity: f64, torque: f64| CurvePoint { velocity, torque, standard_error: 1e-3 };
+        let left = symmetric(&[point(1.0, 0.25), point(-1.01, -0.15), point(7.0, 0.3)]);
+        assert_eq!(left.iter().map(|p| p.torque).collect::<Vec<_>>(), [0.2, -0.2]);
+        assert!((left[0].standard_error / 1e-3 - 1.0).abs() < 1e-12);
+    }
+}

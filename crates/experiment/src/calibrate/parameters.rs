@@ -1,0 +1,174 @@
+//! What is identified: names, units, and where the search starts.
+
+use stickslip_core::scalar::{Dual, Scalar};
+
+use stickslip_base::preset::Model;
+
+/// How many numbers the fit seeks.
+pub(super) const PARAMETERS: usize = 25;
+
+/// Their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub(super) enum Index {
+    TorquePerVolt,
+    MotorInertia,
+    LoadInertia,
+    CouplingStiffness,
+    CouplingDamping,
+    ServoLag,
+    TachoScale,
+    TachoLag,
+    AccelerometerScale,
+    AccelerometerFrequency,
+    AccelerometerDamping,
+    AccelerometerOffset,
+    TorqueConstant,
+    Resistance,
+    Inductance,
+    CurrentOffset,
+    SlidingSlope,
+    RippleCosine,
+    RippleSine,
+    BristleStiffness,
+    BristleDamping,
+    BrushStiffness,
+    BrushDamping,
+    TachoSine,
+    TachoCosine,
+}
+
+/// A number that is sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sought {
+    /// Key of the result.
+    pub(super) key: &'static str,
+    /// Words.
+    pub(super) words: &'static str,
+    /// Unit as in a field.
+    pub(super) unit: &'static str,
+    /// 0 for a positive number, which is sought by its logarithm; else the scale of one that may have either sign.
+    pub(super) scale: f64,
+}
+
+const fn positive(key: &'static str, words: &'static str, unit: &'static str) -> Sought {
+    Sought { key, words, unit, scale: 0.0 }
+}
+
+const fn signed(key: &'static str, words: &'static str, unit: &'static str, scale: f64) -> Sought {
+    Sought { key, words, unit, scale }
+}
+
+/// In the order of [`Index`].
+pub(super) const SOUGHT: [Sought; PARAMETERS] = [
+    positive("torque_per_volt", "torque per volt of the servo k_u", "N m/V"),
+    positive("motor_inertia", "motor inertia J_M", "kg m^2"),
+    positive("load_inertia", "load inertia J_L", "kg m^2"),
+    positive("coupling_stiffness", "coupling stiffness c", "N m/rad"),
+    positive("coupling_damping", "coupling damping d", "N m s/rad"),
+    positive("servo_lag", "lag of the servo amplifier", "s"),
+    positive("tacho", "tacho constant K_T", "V s/rad"),
+    positive("tacho_lag", "lag of the tacho", "s"),
+    positive("accelerometer", "accelerometer sensitivity S_a", "V/(m/s^2)"),
+    positive("accelerometer_frequency", "natural frequency of the accelerometer", "rad/s"),
+    positive("accelerometer_damping", "damping ratio of the accelerometer", "1"),
+    signed("accelerometer_offset", "accelerometer offset a_0", "m/s^2", 0.1),
+    positive("torque_constant", "torque constant of the load motor K_L", "N m/A"),
+    positive("resistance", "resistance of the load motor R", "Ω"),
+    positive("inductance", "inductance of the load motor L", "H"),
+    signed("current_offset", "offset of the current sensor", "A", 0.01),
+    signed("sliding_slope", "slope of friction at high speed", "N m s/rad", 1e-4),
+    signed("ripple_cosine", "ripple of friction over the turn, cosine", "1", 0.01),
+    signed("ripple_sine", "ripple of friction over the turn, sine", "1", 0.01),
+    positive("bristle_stiffness", "bristle stiffness σ₀", "N m/rad"),
+    positive("bristle_damping", "bristle damping σ₁", "N m s/rad"),
+    // Brushes without bristles have none, towards which a logarithm goes; below 0 the motor would swing by itself.
+    positive("brush_stiffness", "bristle stiffness of the brushes", "N m/rad"),
+    positive("brush_damping", "damping of the brushes at rest", "N m s/rad"),
+    signed("tacho_sine", "ripple of the tacho, sine", "1", 0.01),
+    signed("tacho_cosine", "ripple of the tacho, cosine", "1", 0.01),
+];
+
+impl Index {
+    /// What the data tell little of at first and nothing else hangs on: its steps are cut short alone.
+    pub(super) fn is_loose(index: usize) -> bool {
+        use Index::{AccelerometerDamping, AccelerometerFrequency, BristleDamping, BristleStiffness};
+        use Index::{BrushDamping, BrushStiffness};
+        let instrument = [AccelerometerDamping, AccelerometerFrequency];
+        let bristles = [BristleDamping, BristleStiffness, BrushDamping, BrushStiffness];
+        instrument.iter().chain(&bristles).any(|known| *known as usize == index)
+    }
+}
+
+/// Where the search starts: the data sheet, and for what is in none, what is usual.
+pub(super) fn start(model: &Model<f64>) -> [f64; PARAMETERS] {
+    let scaling = &model.scaling;
+    let lag = model.drive_lag.max(1e-4);
+    [
+        scaling.torque_per_volt,
+        model.drive.motor_inertia,
+        model.drive.load_inertia,
+        model.drive.coupling_stiffness,
+        model.drive.coupling_damping.max(1e-4),
+        0.4 * lag,
+        scaling.tacho,
+        0.6 * lag,
+        scaling.accelerometer,
+        std::f64::consts::TAU * 1000.0,
+        0.7,
+        0.0,
+        model.load_motor.torque_constant,
+        model.load_motor.resistance,
+        model.load_motor.inductance,
+        0.0,
+        model.own.viscous_friction,
+        0.0,
+        0.0,
+        model.own_bristles.stiffness,
+        model.own_bristles.damping.max(1e-3),
+        1.0,
+        0.01,
+        0.0,
+        0.0,
+    ]
+}
+
+/// From coordinates of the search to values.
+///
+/// What the data know best, sums of inertias and the resonance, are coordinates of their own: in the inertias themselves
+/// the way to the minimum would be a narrow bend.
+pub(super) fn values<T: Scalar>(coordinates: &[T; PARAMETERS]) -> [T; PARAMETERS] {
+    let mut values: [T; PARAMETERS] = std::array::from_fn(|i| match SOUGHT[i].scale {
+        0.0 => coordinates[i].exp(),
+        scale => coordinates[i] * T::of(scale),
+    });
+    let [ratio, inertia] = [values[Index::MotorInertia as usize], values[Index::LoadInertia as usize]];
+    let share = ratio / (T::of(1.0) + ratio);
+    let reduced = inertia * share * (T::of(1.0) - share);
+    values[Index::MotorInertia as usize] = inertia * share;
+    values[Index::LoadInertia as usize] = inertia * (T::of(1.0) - share);
+    for index in [Index::CouplingStiffness, Index::CouplingDamping] {
+        values[index as usize] *= reduced;
+    }
+    values
+}
+
+/// From values to coordinates of the search.
+pub(super) fn coordinates(values: &[f64; PARAMETERS]) -> [f64; PARAMETERS] {
+    let mut plain = *values;
+    let [motor, load] = [values[Index::MotorInertia as usize], values[Index::LoadInertia as usize]];
+    plain[Index::MotorInertia as usize] = motor / load;
+    plain[Index::LoadInertia as usize] = motor + load;
+    for index in [Index::CouplingStiffness, Index::CouplingDamping] {
+        plain[index as usize] *= (motor + load) / (motor * load);
+    }
+    std::array::from_fn(|i| match SOUGHT[i].scale {
+        0.0 => libm::log(plain[i]),
+        scale => plain[i] / scale,
+    })
+}
+
+/// The values with their slopes over the coordinates.
+pub(super) fn sloped(at: &[f64; PARAMETERS]) -> [Dual<PARAMETERS>; PARAMETERS] {
+    values(&std::array::from_fn(|i| Dual::variable(at[i], i)))
+}

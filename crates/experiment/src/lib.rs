@@ -1,0 +1,78 @@
+//! Experiments: named recipes that run on any [`Bench`].
+//!
+//! A plan is a struct of parameters, an experiment a function, a result data with uncertainty. The same recipe runs
+//! on the virtual bench and on hardware; it may not look into the virtual machine.
+//!
+//! An experiment that is cancelled hands back what it has, marked as not `complete`; only where nothing was gained is
+//! it [`Error::Cancelled`].
+#![forbid(unsafe_code)]
+
+mod breakaway;
+pub mod calibrate;
+pub mod demo;
+mod friction;
+
+mod learning;
+pub mod library;
+pub mod load;
+mod next_speeds;
+mod part;
+mod plan;
+mod plateau;
+mod presliding;
+mod rendering;
+mod response;
+mod tracking;
+pub mod truth;
+pub mod workflow;
+
+pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
+pub use friction::hold_speed;
+pub use friction::{FrictionCurve, measure_friction};
+pub use learning::{Learned, LearningPlan, Repetition, learn_torque};
+pub use next_speeds::{Addition, Goal, next_speeds};
+pub use part::Part;
+pub use plan::{FrictionPlan, Phase};
+pub use plateau::{Block, Dropped, Plateau};
+pub use presliding::{Loop, Presliding, PreslidingPlan, measure_presliding};
+pub use rendering::{
+    PreloadAdvice, Pressed, advise_preload, advise_preload_from, expected_deviation, expected_inside_fade,
+    sweep_through_standstill,
+};
+pub use response::{Answer, COHERENT, Line, Response, ResponsePlan, measure_response};
+pub use stickslip_bench::home;
+pub use tracking::{Followed, Motion, Tracked, TrackedSample, TrackingPlan, record_tracking};
+
+use stickslip_base::Error;
+use stickslip_bench::{Bench, Change};
+use stickslip_design as design;
+
+/// Standard uncertainty of what lies anywhere within a range, over its width: 1/√12 (GUM, 4.3.7).
+const UNIFORM: f64 = 0.288_675_134_594_812_9;
+
+/// Gives the axis back to the controller under test, at rest where the experiment was cancelled on its way.
+///
+/// # Errors
+/// How the experiment ended; what ends the way to rest.
+pub(crate) fn give_back<R>(bench: &mut dyn Bench, ended: Result<R, Error>) -> Result<R, Error> {
+    if matches!(ended, Err(Error::Cancelled)) {
+        bench.come_to_rest()?;
+    }
+    let settings = *bench.settings();
+    let mut parameters = *bench.parameters();
+    parameters.tick.control = design::axis_control(bench.model(), &settings)?;
+    parameters.tick.control_period = settings.control_period();
+    bench.change(Change::Parameters(parameters))?;
+    ended
+}
+
+/// How an experiment ended: `true` if it is complete, `false` if it was cancelled and something was gained.
+///
+/// # Errors
+/// The end itself: any failure, and [`Error::Cancelled`] where nothing was gained.
+fn kept(ended: Result<(), Error>, gained: bool) -> Result<bool, Error> {
+    match ended {
+        Err(Error::Cancelled) if gained => Ok(false),
+        ended => ended.map(|()| true),
+    }
+}

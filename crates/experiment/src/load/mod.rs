@@ -1,0 +1,399 @@
+//! What was brought along on the virtual bench, simulated or by the clock: a controller in standard manoeuvres, beside the
+//! preset's own; a friction and a law by the friction that is felt under them.
+
+mod manoeuvres;
+mod rendered;
+
+use std::fs;
+use std::path::Path;
+
+use manoeuvres::Manoeuvres;
+use rendered::Rendered;
+use stickslip_rt::Quantiles;
+
+use crate::home;
+use stickslip_base::figure::Figure;
+use stickslip_base::preset::Settings;
+use stickslip_base::report::{Provenance, Report, Table};
+use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
+use stickslip_bench::foreign::{BUDGET, Description, Foreign, Role, Signal, role};
+use stickslip_bench::run::{About, Recorder};
+use stickslip_bench::tap::Tap;
+use stickslip_bench::{Bench, Change, Clocked, ClockedBench, Request, VirtualBench, Wishes};
+
+/// What came of it.
+pub struct Loaded {
+    preset: Preset<f64>,
+    seed: u64,
+    foreign: Foreign,
+    /// Its calls in the loop, and how many of them took longer than [`BUDGET`].
+    durations: (Quantiles, u64),
+    done: Done,
+    /// What ended it before its time.
+    pub fault: Option<String>,
+    /// How the clock was kept.
+    pub clocked: Option<Clocked>,
+    lateness: Option<Lateness>,
+}
+
+/// What is done with it, by its role.
+enum Done {
+    Manoeuvres(Manoeuvres),
+    Friction(Rendered),
+}
+
+impl Done {
+    /// What fits into a duration [s].
+    fn planned(role: Role, preset: &Preset<f64>, duration: f64) -> Self {
+        match role {
+            Role::Controller => Done::Manoeuvres(Manoeuvres::planned(preset, duration)),
+            Role::Friction | Role::Law => Done::Friction(Rendered::planned(role, preset, duration)),
+        }
+    }
+
+    /// With what was brought along in the loop.
+    fn with(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.with(preset, bench, watch),
+            Done::Friction(rendered) => rendered.with(bench, watch),
+        }
+    }
+
+    /// With what the preset has in its place.
+    fn without(&mut self, preset: &Preset<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.without(preset, bench, watch),
+            Done::Friction(rendered) => rendered.without(bench, watch),
+        }
+    }
+
+    /// Names of files, figures and captions.
+    fn figures(&self, preset: &Preset<f64>) -> Vec<(String, Figure, String)> {
+        match self {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.figures(),
+            Done::Friction(rendered) => rendered.figures(preset),
+        }
+    }
+}
+
+/// By the clock: how long it had for a torque [s], and how many were not there in time.
+type Lateness = (f64, u64);
+
+/// A bench that takes somebody's file along.
+trait Takes: Bench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error>;
+
+    /// Without it again; by the clock with how long it had, and how often it was late.
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error>;
+
+    /// The fault that ended something, unless it was none of the bench.
+    fn fault(&mut self, error: Error) -> Result<String, Error>;
+}
+
+impl Takes for VirtualBench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        self.bring(foreign)
+    }
+
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
+        Ok(self.take_back(settings)?.map(|foreign| (foreign, None)))
+    }
+
+    fn fault(&mut self, error: Error) -> Result<String, Error> {
+        match error {
+            Error::BenchFault { reason, .. } => Ok(reason),
+            error => Err(error),
+        }
+    }
+}
+
+impl Takes for ClockedBench {
+    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
+        self.bring(foreign)
+    }
+
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
+        let guest = self.take_back(settings)?;
+        Ok(guest.map(|guest| {
+            let lateness = guest.lateness();
+            (guest.into_foreign(), Some(lateness))
+        }))
+    }
+
+    fn fault(&mut self, error: Error) -> Result<String, Error> {
+        // An experiment may also fall behind, or the loop end.
+        match self.named_fault() {
+            Ok(Some(fault)) => Ok(fault.to_string()),
+            _ => Err(error),
+        }
+    }
+}
+
+/// Runs a controller through the manoeuvres that fit into a duration [s], the first in any case, and then the preset's own
+/// through the same; under a friction or a law the friction is measured, at as many speeds as fit, and under the preset's
+/// law as well beside a law. The run is recorded where a file is named.
+///
+/// # Errors
+/// What the bench refuses, as [`VirtualBench::bring`]; [`Error::Cancelled`]. A fault of what was brought along is a result.
+pub fn load(
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    record: Option<&Path>,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
+    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
+    let mut bench = VirtualBench::new(preset, seed)?;
+    tap.into_iter().for_each(|tap| bench.tap(tap));
+    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    drop(bench);
+    recorder.map(Recorder::finish).transpose()?;
+    Ok(loaded)
+}
+
+/// The same by the clock: what is not computed when its sample ends is late; for too long, it ends it.
+///
+/// # Errors
+/// As [`load`]; [`Error::ForeignRate`]; [`Error::RealTime`]; [`Error::BenchFault`] where the clock could not be kept.
+pub fn load_by_the_clock(
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    record: Option<&Path>,
+    wishes: Wishes,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
+    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
+    let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
+    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    let clocked = bench.stop();
+    recorder.map(Recorder::finish).transpose()?;
+    Ok(Loaded { clocked, ..loaded })
+}
+
+/// Who records the run, where a file is named.
+fn recorded(
+    preset: &Preset<f64>,
+    foreign: &Foreign,
+    seed: u64,
+    record: Option<&Path>,
+) -> Result<Option<(Recorder, Tap)>, Error> {
+    let Some(path) = record else { return Ok(None) };
+    if path.exists() {
+        fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
+    }
+    // The torques replay without the file; which one gave them is told by this.
+    let command = format!("stickslip load ({})", foreign.words());
+    let about = About { command, preset: *preset, seed: Some(seed) };
+    Recorder::start(path, &about).map(Some)
+}
+
+fn run(
+    bench: &mut impl Takes,
+    preset: &Preset<f64>,
+    foreign: Foreign,
+    duration: f64,
+    seed: u64,
+    watch: &Watch,
+) -> Result<Loaded, Error> {
+    home(bench, watch)?;
+    bench.come_to_rest()?;
+    let mut done = Done::planned(foreign.role(), preset, duration);
+    bench.bring(foreign)?;
+    let fault = match done.with(preset, bench, watch) {
+        Err(error @ Error::BenchFault { .. }) => Some(bench.fault(error)?),
+        ended => ended.map(|()| None)?,
+    };
+    // The bench lives on, whatever became of it.
+    let (mut foreign, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
+    let fault = fault.map(|reason| match foreign.said() {
+        Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
+        None => reason,
+    });
+    if fault.is_some() {
+        bench.change(Change::Request(Request::Acknowledge))?;
+        home(bench, watch)?;
+        bench.come_to_rest()?;
+    }
+    done.without(preset, bench, watch)?;
+    let durations = foreign.durations();
+    if let (Done::Friction(rendered), None) = (&mut done, &fault) {
+        rendered.ask(&mut foreign, preset);
+    }
+    Ok(Loaded { preset: *preset, seed, foreign, durations, done, fault, clocked: None, lateness })
+}
+
+impl Loaded {
+    /// What a reader should know.
+    pub fn remarks(&self) -> Vec<String> {
+        let description = self.foreign.description();
+        let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.foreign.hash())];
+        if let Done::Friction(rendered) = &self.done {
+            remarks.extend(rendered.lead(&self.preset));
+        }
+        let is_fmu = !description.signals.is_empty();
+        remarks.extend(is_fmu.then(|| self.connected()));
+        remarks.extend(description.notes.iter().cloned());
+        let mut kept = 0;
+        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+            // A model has many parameters; what was set is what counts.
+            if is_fmu && parameter.initial.to_bits() == value.to_bits() {
+                kept += 1;
+                continue;
+            }
+            let unit = if parameter.unit == "1" { String::new() } else { format!(" {}", parameter.unit) };
+            remarks.push(format!("{} = {value}{unit}: {}", parameter.name, parameter.help));
+        }
+        if kept > 0 {
+            remarks.push(format!("{kept} parameters and inputs have the values of the FMU."));
+        }
+        let (calls, late) = self.durations;
+        let micro = |time: u64| format!("{:.2} µs", 1e-3 * time as f64);
+        remarks.push(format!(
+            "A call took {} (median), {} (99 %), {} (largest); {late} of {} took longer than {}.",
+            micro(calls.p50),
+            micro(calls.p99),
+            micro(calls.max),
+            calls.count,
+            micro(BUDGET)
+        ));
+        if let Some((allowed, late)) = self.lateness {
+            let responses = self.foreign.responses();
+            let there = [(responses.p50, "median"), (responses.p99, "99 %"), (responses.max, "largest")];
+            let there = there.map(|(time, which)| format!("{} ({which})", micro(time))).join(", ");
+            let when =
+                if responses.count > 0 { format!("was there after {there}") } else { "is computed at once".into() };
+            let held = match late {
+                0 => "none came too late".into(),
+                _ => format!("{late} came too late, and the last one was held meanwhile"),
+            };
+            remarks.push(format!(
+                "By the clock its torque {when}, of the {} that it has from the begin of its sample; {held}.",
+                micro((1e9 * allowed) as u64)
+            ));
+        }
+        remarks.extend(self.clocked.iter().flat_map(Clocked::warnings));
+        match &self.fault {
+            Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
+            None => remarks.extend(self.foreign.said().map(|said| format!("It said: {}.", said.trim_end_matches('.')))),
+        }
+        remarks
+    }
+
+    /// What an FMU is, and how it is connected.
+    fn connected(&self) -> String {
+        let Description { kind, tool, step, signals, .. } = self.foreign.description();
+        let tool = tool.as_ref().map_or(String::new(), |tool| format!(" by {tool}"));
+        let one = |signal: &Signal| {
+            let unit = if signal.unit.is_empty() { String::new() } else { format!(" [{}]", signal.unit) };
+            format!("{} is {}{unit}", signal.name, signal.variable)
+        };
+        let signals: Vec<String> = signals.iter().map(one).collect();
+        let period = role::period(self.foreign.role(), &self.preset.bench);
+        // A sample is a whole number of its steps, up to rounding.
+        let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
+        let steps = step
+            .filter(apart)
+            .map_or(String::new(), |step| format!(" It is made for steps of {step} s, and a sample has {period} s."));
+        format!("{kind}{tool}: {}.{steps}", signals.join(", "))
+    }
+
+    /// Deviations of it, and of what the preset has in its place.
+    pub fn table(&self) -> Table {
+        match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.table(),
+            Done::Friction(rendered) => rendered.table(&self.preset),
+        }
+    }
+
+    /// The numbers, under their stable names.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("load");
+        match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.tell(&mut summary),
+            Done::Friction(rendered) => rendered.tell(&self.preset, &mut summary),
+        }
+        let (calls, late) = self.durations;
+        for (name, time) in [("p50", calls.p50), ("p99", calls.p99), ("largest", calls.max)] {
+            summary.result(&format!("call.{name}"), 1e-9 * time as f64, "s");
+        }
+        summary.result("call.count", calls.count as f64, "1").result("call.over_budget", late as f64, "1");
+        if let Some((allowed, late)) = self.lateness {
+            let responses = self.foreign.responses();
+            for (name, time) in [("p50", responses.p50), ("p99", responses.p99), ("largest", responses.max)] {
+                summary.result(&format!("response.{name}"), 1e-9 * time as f64, "s");
+            }
+            summary.result("response.allowed", allowed, "s").result("response.late", late as f64, "1");
+        }
+        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
+        summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
+        let description = self.foreign.description();
+        summary.row([
+            ("kind", self.foreign.role().name().into()),
+            ("name", description.name.clone().into()),
+            ("form", description.kind.clone().into()),
+            ("tool", description.tool.clone().into()),
+            ("sha256", self.foreign.hash().into()),
+            ("fault", self.fault.clone().into()),
+        ]);
+        for Signal { name, variable, unit } in &description.signals {
+            summary.row([
+                ("kind", "signal".into()),
+                ("name", name.clone().into()),
+                ("variable", variable.clone().into()),
+                ("unit", unit.clone().into()),
+            ]);
+        }
+        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+            summary.row([
+                ("kind", "parameter".into()),
+                ("name", parameter.name.clone().into()),
+                ("value", (*value).into()),
+                ("unit", parameter.unit.clone().into()),
+            ]);
+        }
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
+        let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
+        let report = report.summary(self.lead()).table(self.table());
+        let report = self
+            .done
+            .figures(&self.preset)
+            .into_iter()
+            .fold(report, |report, (_, figure, caption)| report.figure(figure, caption));
+        let report = report.heading("What was loaded, and how it ran").list(self.remarks());
+        self.clocked.iter().fold(report, |report, clocked| {
+            report.table(clocked.table().caption("How the clock was kept, all cycles."))
+        })
+    }
+
+    /// What came of it, in a sentence or two.
+    fn lead(&self) -> String {
+        let stopped = self.fault.iter().map(|fault| format!("The bench stopped: {fault}"));
+        let came = match &self.done {
+            Done::Manoeuvres(manoeuvres) => manoeuvres.lead(),
+            Done::Friction(rendered) => rendered.lead(&self.preset),
+        };
+        stopped.chain(came).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Writes figures, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        for (name, figure, _) in self.done.figures(&self.preset) {
+            output::write(&directory.join(&name), figure.svg())?;
+            summary.file(&name);
+        }
+        self.report(command).write_all(summary, [], directory)
+    }
+}

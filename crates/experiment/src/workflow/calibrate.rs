@@ -1,0 +1,186 @@
+//! Calibration: the bench identifies itself, and what it believes from then on is a file.
+
+use std::path::Path;
+
+use super::draw::{Captioned, curve, friction, plateaus};
+use super::write_columns;
+use crate::calibrate::{Calibration, CalibrationPlan, Identified, Trace, calibratable, calibrate};
+use crate::home;
+use stickslip_base::figure::{Axis, Figure, Role, Series};
+use stickslip_base::quantity::{Estimate, number};
+use stickslip_base::report::{Cell, Provenance, Report, Table};
+use stickslip_base::table::Column;
+use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
+use stickslip_bench::remote::{Address, RemoteBench};
+use stickslip_bench::{Bench, VirtualBench};
+
+/// Name of the file that other commands take as `--preset`.
+pub const CALIBRATED: &str = "calibrated.toml";
+
+/// A calibration with what it takes to run it again.
+#[derive(Clone, Debug)]
+pub struct CalibrationRun {
+    /// The bench as it was believed.
+    pub preset: Preset<f64>,
+    /// Seed of the virtual machine's noise; `None` where the machine is another's.
+    pub seed: Option<u64>,
+    /// What was found.
+    pub calibration: Calibration,
+}
+
+/// Switches a virtual bench on, homes and calibrates it.
+///
+/// # Errors
+/// As [`calibrate`].
+pub fn calibrate_run(
+    plan: &CalibrationPlan<f64>,
+    preset: &Preset<f64>,
+    seed: u64,
+    watch: &Watch,
+) -> Result<CalibrationRun, Error> {
+    let mut bench = VirtualBench::new(preset, seed)?;
+    let calibration = calibrated(plan, &mut bench, watch)?;
+    Ok(CalibrationRun { preset: *preset, seed: Some(seed), calibration })
+}
+
+/// The same with the machine that is served at an address; of the preset only model and settings count.
+///
+/// # Errors
+/// As [`calibrate`]; [`Error::BenchFault`] where the machine does not answer.
+pub fn calibrate_remote(
+    plan: &CalibrationPlan<f64>,
+    preset: &Preset<f64>,
+    address: Address,
+    watch: &Watch,
+) -> Result<CalibrationRun, Error> {
+    let mut bench = RemoteBench::connect(preset, &address)?;
+    let calibration = calibrated(plan, &mut bench, watch)?;
+    Ok(CalibrationRun { preset: *preset, seed: None, calibration })
+}
+
+fn calibrated(plan: &CalibrationPlan<f64>, bench: &mut dyn Bench, watch: &Watch) -> Result<Calibration, Error> {
+    calibratable(bench.model())?;
+    home(bench, watch)?;
+    calibrate(plan, bench, watch)
+}
+
+impl CalibrationRun {
+    /// The preset with what the software is to believe from now on.
+    pub fn calibrated(&self) -> Preset<f64> {
+        Preset { model: self.calibration.model, ..self.preset }
+    }
+
+    /// The numbers, under their stable names.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new("calibrate");
+        for Identified { key, unit, value, ci95, .. } in &self.calibration.values {
+            summary.with_interval(&format!("calibrate.{key}"), *value, *ci95, unit);
+        }
+        for Trace { channel, unit, rms, .. } in &self.calibration.traces {
+            let name = channel.split(' ').next().unwrap_or(channel);
+            summary.result(&format!("calibrate.residual.{name}"), *rms, unit);
+        }
+        summary
+            .result("calibrate.tacho_ripple_order", self.calibration.tacho_ripple_order as f64, "1")
+            .result("calibrate.not_identifiable", self.unknown() as f64, "1")
+            .result("calibrate.bench_time", self.calibration.duration, "s");
+        summary
+    }
+
+    fn unknown(&self) -> usize {
+        self.calibration.values.iter().filter(|number| !number.known()).count()
+    }
+
+    /// What was believed, and what is.
+    pub fn table(&self) -> Table {
+        let head = Table::new(["number", "calibrated", "by the data sheet"]);
+        self.calibration.values.iter().fold(head, |table, identified| {
+            let believed = if identified.believed.is_finite() {
+                Cell::Estimate(Estimate::new(identified.believed, identified.unit))
+            } else {
+                "not stated".into()
+            };
+            table.row([identified.words.into(), Cell::Estimate(identified.estimate()), believed])
+        })
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, self.seed, parameters::write_commented(&self.preset));
+        let calibration = &self.calibration;
+        let identified = calibration.values.len() - self.unknown();
+        let report = Report::new("Calibration of the bench", provenance).summary(format!(
+            "The bench identified {identified} numbers of itself in {} s by its own experiments, with 95\u{a0}% \
+             intervals.",
+            number(calibration.duration, 0)
+        ));
+        let keys = ["torque_per_volt", "load_inertia", "coupling_stiffness"].into_iter();
+        let report = keys
+            .filter_map(|key| calibration.value(key))
+            .fold(report, |report, found| report.key(found.words, found.estimate()))
+            .table(self.table().caption(
+                "What was identified, with its 95\u{a0}% interval, and what was believed. The scale of all torques is \
+                 the current sensor's, by the load motor's back-EMF.",
+            ))
+            .list(calibration.warnings.clone());
+        self.figures().into_iter().fold(report, |report, (_, figure, caption)| report.figure(figure, caption))
+    }
+
+    /// Measured and predicted motion, and the friction.
+    fn figures(&self) -> Vec<Captioned> {
+        let files = ["angle.svg", "tacho.svg", "accelerometer.svg", "current.svg"];
+        let traces = files.into_iter().zip(&self.calibration.traces).skip(1);
+        let figure = |(name, trace): (&'static str, &Trace)| {
+            let points = |column: usize| trace.points.iter().map(move |point| (point[0], point[column]));
+            let figure = Figure::new(format!("Measured and predicted: {}", trace.channel))
+                .x(Axis::new("time", "s"))
+                .y(Axis::new(trace.channel, trace.unit))
+                .series(Series::points(Role::Measured, "measured", points(1)))
+                .series(Series::line(Role::Fitted, "predicted", points(2)));
+            let left = Estimate::new(trace.rms, trace.unit);
+            let caption = format!(
+                "Both motors excited at speed, a piece of the run: simulated from what went to the converters alone. Over \
+                 all of it the fit leaves {left} rms."
+            );
+            (name, figure, caption)
+        };
+        let calibration = &self.calibration;
+        let fastest = calibration.own.speeds[1];
+        let own = friction("Own friction")
+            .series(Series::line(Role::Fitted, "fit", curve(&calibration.model.own, fastest)))
+            .series(plateaus(Role::Measured, &calibration.curve));
+        let caption = "Friction at constant speeds in torques of the servo's data sheet, and its Stribeck curve in \
+                       calibrated ones.";
+        traces.map(figure).chain([("friction.svg", own, caption.into())]).collect()
+    }
+
+    /// Writes the calibrated preset, figures, data, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        output::create_folder(directory)?;
+        let mut summary = self.summary();
+        output::write(&directory.join(CALIBRATED), parameters::write_commented(&self.calibrated()))?;
+        summary.file(CALIBRATED);
+        for (name, figure, _) in self.figures() {
+            output::write(&directory.join(name), figure.svg())?;
+            summary.file(name);
+        }
+        write_columns(&mut summary, "traces", &self.columns(), directory)?;
+        self.report(command).write_all(summary, [], directory)
+    }
+
+    fn columns(&self) -> Vec<Column> {
+        let traces = &self.calibration.traces;
+        let column = |name: String, unit: &str, values: Vec<f64>| Column { name, unit: unit.into(), values };
+        let values = |trace: &Trace, index: usize| trace.points.iter().map(|point| point[index]).collect();
+        let time = traces.first().map(|trace| column("time".into(), "s", values(trace, 0)));
+        let both = traces.iter().flat_map(|trace| {
+            let name = trace.channel.split(' ').next().unwrap_or(trace.channel);
+            [("measured", 1), ("predicted", 2)]
+                .map(|(what, index)| column(format!("{what}_{name}"), trace.unit, values(trace, index)))
+        });
+        time.into_iter().chain(both).collect()
+    }
+}

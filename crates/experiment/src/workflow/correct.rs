@@ -1,0 +1,225 @@
+//! Render, measure again, correct the torque over the speed by what is missing, and so on, as long as it helps.
+//!
+//! The correction is a table over the speed, without a model of what is wrong. What it cannot mend stays: a friction
+//! that depends on the direction, and a law whose sign is wrong by noise.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+use stickslip_core::friction::Stribeck;
+use stickslip_core::render::{CORRECTION_POINTS, Correction, CorrectionTable};
+
+use super::render::{Rendering, faded_below, render};
+use crate::{FrictionCurve, FrictionPlan};
+use stickslip_base::{Error, Watch};
+use stickslip_bench::Bench;
+
+/// Share of what is missing that a correction adds: a loop that repeats itself stays calm below 1.
+const GAIN: f64 = 0.8;
+
+/// Torque missing at a speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Missing {
+    /// Speed [rad/s].
+    pub speed: f64,
+    /// Desired minus measured, positive where more has to brake [N m].
+    pub torque: f64,
+    /// Standard error [N m].
+    pub standard_error: f64,
+}
+
+/// Why no further correction was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Stopped {
+    /// What is missing lies within the error of its measurement.
+    WithinError,
+    /// The last correction did not help by more than the error of its measurement.
+    NoBetter,
+    /// As many as were asked for were made.
+    Enough,
+    /// Fewer than two plateaus slid: no table goes through them.
+    TooFew,
+    /// The user cancelled.
+    Cancelled,
+    /// Supervision took the torque away under the last correction, with its reason.
+    Fault(String),
+}
+
+impl fmt::Display for Stopped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stopped::WithinError => f.write_str("what is missing lies within the error of its measurement"),
+            Stopped::NoBetter => f.write_str("the last correction did not help; the one before it is kept"),
+            Stopped::Enough => f.write_str("as many corrections were made as were asked for"),
+            Stopped::TooFew => f.write_str("fewer than two plateaus slid, and no table goes through them"),
+            Stopped::Cancelled => f.write_str("it was cancelled"),
+            Stopped::Fault(reason) => {
+                write!(f, "the last correction ended in a fault ({reason}); the one before it is kept")
+            }
+        }
+    }
+}
+
+/// One measurement, with the correction that was in force.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Iteration<R> {
+    /// What was added to the law.
+    pub correction: Correction<f64>,
+    /// RMS of what is missing [N m].
+    pub error: f64,
+    /// Standard error of that RMS [N m].
+    pub uncertainty: f64,
+    /// The measurement.
+    pub measured: R,
+}
+
+/// A series of measurements and corrections.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corrected<R> {
+    /// In their order; the first is without correction.
+    pub iterations: Vec<Iteration<R>>,
+    /// The one whose correction is kept, never worse than the first.
+    pub kept: usize,
+    /// Why it ended.
+    pub stopped: Stopped,
+}
+
+impl<R> Corrected<R> {
+    /// The measurement under the correction that is kept.
+    pub fn best(&self) -> &Iteration<R> {
+        &self.iterations[self.kept]
+    }
+}
+
+/// Measures, corrects by what is missing, measures again, at most `corrections` times. The speeds of `table` say where
+/// it may correct.
+///
+/// # Errors
+/// Those of the measurement, but a cancellation or a fault after the first one.
+pub fn correct<R>(
+    table: CorrectionTable<f64>,
+    corrections: usize,
+    missing: impl Fn(&R) -> Vec<Missing>,
+    mut measure: impl FnMut(Correction<f64>) -> Result<R, Error>,
+) -> Result<Corrected<R>, Error> {
+    let (mut table, mut correction) =
+        (CorrectionTable { torque: [0.0; CORRECTION_POINTS], ..table }, Correction::Nothing);
+    let (mut iterations, mut kept): (Vec<Iteration<R>>, usize) = (Vec::new(), 0);
+    let stopped = loop {
+        let measured = match measure(correction) {
+            Err(Error::Cancelled) if !iterations.is_empty() => break Stopped::Cancelled,
+            Err(Error::BenchFault { reason, .. }) if !iterations.is_empty() => break Stopped::Fault(reason),
+            ended => ended?,
+        };
+        let lacking = missing(&measured);
+        let [error, uncertainty] = rms(&lacking);
+        let last = iterations.len();
+        iterations.push(Iteration { correction, error, uncertainty, measured });
+        let before = &iterations[kept];
+        // Not `error ≥ …`: an error that is none is no better.
+        let better = error < before.error - (uncertainty + before.uncertainty);
+        if last > 0 && !better {
+            break Stopped::NoBetter;
+        }
+        kept = last;
+        if lacking.len() < 2 {
+            break Stopped::TooFew;
+        }
+        if within_error(&lacking) {
+            break Stopped::WithinError;
+        }
+        if last == corrections {
+            break Stopped::Enough;
+        }
+        let more = smooth(&table, &lacking);
+        for (torque, more) in table.torque.iter_mut().zip(more) {
+            *torque += GAIN * more;
+        }
+        correction = Correction::Table(table);
+    };
+    Ok(Corrected { iterations, kept, stopped })
+}
+
+/// RMS of what is missing, and its standard error [N m].
+pub(super) fn rms(missing: &[Missing]) -> [f64; 2] {
+    let n = missing.len() as f64;
+    let mean = |of: fn(&Missing) -> f64| missing.iter().map(of).sum::<f64>() / n;
+    let square = mean(|point| point.torque * point.torque);
+    let noise = mean(|point| point.standard_error * point.standard_error);
+    [square.sqrt(), (noise / n).sqrt()]
+}
+
+/// Whether noise alone would leave as much: χ² below its mean and two standard deviations.
+fn within_error(missing: &[Missing]) -> bool {
+    let n = missing.len() as f64;
+    let squares: f64 = missing.iter().map(|point| (point.torque / point.standard_error).powi(2)).sum();
+    squares <= n + 2.0 * (2.0 * n).sqrt()
+}
+
+/// What is missing at the points of a table, by least squares: each measured point weighs as its error is small, and
+/// neighbours differ by about the RMS of all. Where nothing was measured the next value holds.
+fn smooth(table: &CorrectionTable<f64>, missing: &[Missing]) -> [f64; CORRECTION_POINTS] {
+    let [scale, _] = rms(missing);
+    let n = missing.len();
+    let (low, high) = (libm::log(table.slowest), libm::log(table.fastest));
+    let mut rows = DMatrix::zeros(n + CORRECTION_POINTS - 1, CORRECTION_POINTS);
+    let mut wanted = DVector::zeros(rows.nrows());
+    for (row, point) in missing.iter().enumerate() {
+        let last = (CORRECTION_POINTS - 1) as f64;
+        let place = ((libm::log(point.speed) - low) / (high - low) * last).clamp(0.0, last);
+        let k = (place as usize).min(CORRECTION_POINTS - 2);
+        // An error that says 0 would weigh without end.
+        let weight = 1.0 / point.standard_error.max(1e-3 * scale);
+        rows[(row, k)] = weight * (1.0 - (place - k as f64));
+        rows[(row, k + 1)] = weight * (place - k as f64);
+        wanted[row] = weight * point.torque;
+    }
+    for k in 0..CORRECTION_POINTS - 1 {
+        (rows[(n + k, k)], rows[(n + k, k + 1)]) = (-1.0 / scale, 1.0 / scale);
+    }
+    let qr = rows.qr();
+    let found = qr.r().solve_upper_triangular(&(qr.q().transpose() * wanted));
+    // Singular without a point: then nothing is known to be missing.
+    found.map_or([0.0; CORRECTION_POINTS], |found| std::array::from_fn(|k| found[k]))
+}
+
+/// Where a correction by this plan may correct, for a law that renders nothing up to a speed [rad/s].
+pub fn table(plan: &FrictionPlan<f64>, begin: f64) -> CorrectionTable<f64> {
+    let slowest = plan.speeds().find(|speed| *speed > begin).unwrap_or(plan.fastest);
+    CorrectionTable { begin, slowest, fastest: plan.fastest, ..CorrectionTable::default() }
+}
+
+/// What a measured curve lacks of the desired friction on each plateau that counts, beyond a speed [rad/s].
+pub fn missing(curve: &FrictionCurve, desired: &Stribeck<f64>, begin: f64) -> Vec<Missing> {
+    let kept = curve.kept().filter(|plateau| plateau.set_velocity.abs() > begin);
+    let missing = kept.map(|plateau| Missing {
+        speed: plateau.velocity.abs(),
+        torque: plateau.set_velocity.signum() * (desired.torque(plateau.velocity) - plateau.torque),
+        standard_error: plateau.standard_error,
+    });
+    missing.collect()
+}
+
+/// Renders the desired friction and corrects it by measuring again, at most `corrections` times; the correction that
+/// is kept is in force on the bench.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_corrected(
+    plan: &FrictionPlan<f64>,
+    desired: &Stribeck<f64>,
+    corrections: usize,
+    bench: &mut dyn Bench,
+    watch: &Watch,
+) -> Result<Corrected<Rendering>, Error> {
+    let table = table(plan, faded_below(bench.settings()));
+    let corrected = correct(table, corrections, Rendering::missing, |correction| {
+        bench.set_correction(correction)?;
+        render(plan, desired, bench, watch)
+    })?;
+    bench.set_correction(corrected.best().correction)?;
+    Ok(corrected)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+use super::*;
+use crate::home;
+use stickslip_base::parameters::presets;
+use stickslip_bench::VirtualBench;
+
+/// A bench on which so much of a correction arrives, with an error of its law that a correction can mend and one that
+/// it cannot.
+fn bench(arrives: f64, mendable: f64, stays: f64) -> impl FnMut(Correction<f64>) -> Result<Vec<Missing>, Error> {
+    move |correction| {
+        let missing = |k: i32| {
+            let speed = 0.4 * libm::pow(1.6, f64::from(k / 2));
+            let corrected = arrives * correction.correct(0.0, speed, 1e-3);
+            let torque = mendable * libm::exp(-speed / 5.0) - corrected + if k % 2 == 0 { stays } else { -stays };
+            Missing { speed, torque, standard_error: 1e-5 }
+        };
+        Ok((0..18).map(missing).collect())
+    }
+}
+
+fn table() -> CorrectionTable<f64> {
+    CorrectionTable { begin: 0.3, slowest: 0.4, fastest: 50.0, ..CorrectionTable::default() }
+}
+
+fn run(
+    corrections: usize,
+    bench: impl FnMut(Correction<f64>) -> Result<Vec<Missing>, Error>,
+) -> Corrected<Vec<Missing>> {
+    correct(table(), corrections, Vec::clone, bench).unwrap()
+}
+
+#[test]
+fn each_correction_leaves_a_fifth() {
+    let corrected = run(3, bench(1.0, 0.01, 0.0));
+    assert_eq!((corrected.kept, corrected.stopped.clone()), (3, Stopped::Enough));
+    for pair in corrected.iterations.windows(2) {
+        let left = pair[1].error / pair[0].error;
+        assert!((left - 0.2).abs() < 0.02, "{left}");
+    }
+}
+
+#[test]
+fn it_ends_within_the_error_of_the_measurement() {
+    let corrected = run(20, bench(1.0, 0.01, 0.0));
+    assert_eq!(corrected.stopped, Stopped::WithinError);
+    assert!(corrected.iterations.len() < 8 && corrected.best().error < 2e-5);
+    let nothing = run(20, bench(1.0, 0.0, 0.0));
+    assert_eq!((nothing.iterations.len(), nothing.stopped.clone()), (1, Stopped::WithinError));
+}
+
+#[test]
+fn what_no_table_mends_stops_it_and_it_is_never_worse() {
+    // At each speed one direction lacks what the other has too much.
+    let corrected = run(20, bench(1.0, 0.01, 0.004));
+    assert_eq!(corrected.stopped, Stopped::NoBetter);
+    assert!(corrected.iterations.len() < 10, "{}", corrected.iterations.len());
+    assert!(corrected.best().error < 0.7 * corrected.iterations[0].error);
+}
+
+#[test]
+fn a_correction_that_makes_it_worse_is_taken_back() {
+    // Four times as much arrives, or it arrives with the other sign.
+    for arrives in [4.0, -1.0] {
+        let corrected = run(20, bench(arrives, 0.01, 0.0));
+        assert_eq!((corrected.iterations.len(), corrected.kept, corrected.stopped.clone()), (2, 0, Stopped::NoBetter));
+        assert!(corrected.iterations[1].error > corrected.iterations[0].error);
+        assert_eq!(corrected.best().correction, Correction::Nothing);
+    }
+}
+
+#[test]
+fn no_number_is_no_improvement() {
+    let mut cycle = 0.0;
+    let corrected = run(20, |_| {
+        cycle += 1.0;
+        let torque = if cycle > 1.0 { f64::NAN } else { 0.01 };
+        Ok(vec![Missing { speed: 1.0, torque, standard_error: 1e-5 }; 3])
+    });
+    assert_eq!((corrected.kept, corrected.stopped.clone()), (0, Stopped::NoBetter));
+}
+
+#[test]
+fn a_cancellation_or_a_fault_keeps_what_there_is_and_too_few_plateaus_end_it() {
+    let mut whole = bench(1.0, 0.01, 0.0);
+    let mut cycle = 0;
+    let corrected = run(20, |correction| {
+        cycle += 1;
+        if cycle > 2 { Err(Error::Cancelled) } else { whole(correction) }
+    });
+    assert_eq!((corrected.iterations.len(), corrected.kept, corrected.stopped.clone()), (2, 1, Stopped::Cancelled));
+    let mut whole = bench(1.0, 0.01, 0.0);
+    let fault = || Error::BenchFault { cycle: 9, reason: "too fast".into() };
+    let corrected =
+        run(20, |correction| if correction == Correction::Nothing { whole(correction) } else { Err(fault()) });
+    assert_eq!((corrected.kept, corrected.stopped.clone()), (0, Stopped::Fault("too fast".into())));
+    let few = run(20, |_| Ok(vec![Missing { speed: 1.0, torque: 0.01, standard_error: 1e-5 }]));
+    assert_eq!((few.kept, few.stopped.clone()), (0, Stopped::TooFew));
+    assert!(correct(table(), 1, Vec::clone, |_| Err::<Vec<Missing>, _>(Error::Cancelled)).is_err());
+}
+
+#[test]
+fn where_nothing_was_measured_the_next_value_holds_and_sure_points_weigh_more() {
+    let point = |speed: f64, torque: f64, standard_error: f64| Missing { speed, torque, standard_error };
+    let mut table = table();
+    table.torque = smooth(&table, &[point(2.0, 0.01, 1e-6), point(5.0, 0.02, 1e-6)]);
+    assert!((table.torque_at(2.0) - 0.01).abs() < 1e-6 && (table.torque_at(5.0) - 0.02).abs() < 1e-6);
+    // The points beside the two measured speeds lie on the line through them.
+    let [first, last] = [0, 23].map(|k| table.torque[k]);
+    assert!(table.torque[..8].iter().all(|torque| (torque - first).abs() < 1e-9), "{:?}", table.torque);
+    assert!(table.torque[14..].iter().all(|torque| (torque - last).abs() < 1e-9), "{:?}", table.torque);
+    assert!((first - 0.01).abs() < 1e-3 && (last - 0.02).abs() < 1e-3, "{:?}", table.torque);
+    table.torque = smooth(&table, &[point(3.0, 0.01, 1e-5), point(3.0, 0.03, 1e-3), point(9.0, 0.01, 1e-5)]);
+    assert!((table.torque_at(3.0) - 0.01).abs() < 1e-4, "{:?}", table.torque);
+}
+
+/// The paper's law on the default bench at a few speeds, corrected at most twice, with the torque constant of the
+/// load motor so many times what it is believed to be.
+fn on_the_bench(strength: f64) -> Corrected<Rendering> {
+    let mut preset: stickslip_base::Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
+    preset.plant.load_motor.winding.torque_constant *= strength;
+    let plan = FrictionPlan { slowest: 0.5, fastest: 8.0, speeds: 4.0, ..FrictionPlan::quick() };
+    let mut bench = VirtualBench::new(&preset, 1).unwrap();
+    let watch = Watch::silent();
+    home(&mut bench, &watch).unwrap();
+    render_corrected(&plan, &preset.bench.desired, 2, &mut bench, &watch).unwrap()
+}
+
+#[test]
+fn a_load_motor_that_is_too_weak_is_corrected_and_one_that_is_far_too_strong_is_left_alone() {
+    let weak = on_the_bench(0.5);
+    assert_eq!((weak.kept, weak.stopped.clone()), (2, Stopped::Enough), "{:?}", errors(&weak));
+    for pair in errors(&weak).windows(2) {
+        // 1 − 0.8·0.5 is left of it.
+        assert!((pair[1] / pair[0] - 0.6).abs() < 0.05, "{:?}", errors(&weak));
+    }
+    // What is too much, corrected by far more than it is, is worse than before.
+    let strong = on_the_bench(3.0);
+    assert_eq!((strong.kept, strong.stopped.clone()), (0, Stopped::NoBetter), "{:?}", errors(&strong));
+    // Or it blocks the axis: supervision ends the measurement.
+    let blocks = on_the_bench(8.0);
+    assert!(
+        blocks.kept == 0 && matches!(blocks.stopped, Stopped::Fault(_)),
+        "{:?}: {}",
+        errors(&blocks),
+        blocks.stopped
+    );
+}
+
+fn errors(corrected: &Corrected<Rendering>) -> Vec<f64> {
+    corrected.iterations.iter().map(|iteration| iteration.error).collect()
+}

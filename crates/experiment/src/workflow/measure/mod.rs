@@ -1,0 +1,237 @@
+//! Measurements on the virtual bench: what each needs, what it found, and its files.
+
+pub mod breakaway;
+mod friction;
+mod learning;
+mod presliding;
+mod response;
+mod tracking;
+
+use std::path::Path;
+
+use stickslip_core::fields::Fields;
+
+use super::write_columns;
+use crate::home;
+use stickslip_base::figure::Figure;
+use stickslip_base::quantity::Estimate;
+use stickslip_base::report::{Provenance, Report, Table};
+use stickslip_base::table::Column;
+use stickslip_base::{Error, Preset, Summary, Watch, parameters};
+use stickslip_bench::tap::Tap;
+use stickslip_bench::{Bench, Clocked, ClockedBench, VirtualBench};
+
+/// Column of a table of data: how far the friction wheel's linings were pressed on.
+pub(super) const PRELOAD: &str = "preload";
+
+/// The preload in every row, so that a table alone says which friction it is.
+pub(super) fn with_preload(mut columns: Vec<Column>, preload: f64) -> Vec<Column> {
+    let rows = columns.first().map_or(0, |column| column.values.len());
+    columns.push(Column { name: PRELOAD.into(), unit: "1".into(), values: vec![preload; rows] });
+    columns
+}
+
+/// A plan that can be run on a bench.
+pub trait Plan: Fields<f64> + Default + Copy {
+    /// What it is called: `friction`.
+    const KIND: &'static str;
+    /// What it finds.
+    type Outcome: Outcome;
+
+    /// Takes longer than the default and tells more.
+    fn thorough() -> Self;
+
+    /// Bench time that it takes on this bench [s], homing not counted.
+    fn duration(&self, preset: &Preset<f64>) -> f64;
+
+    /// What it will do, in a few words.
+    fn about(&self) -> String;
+
+    /// Runs it on a bench that is homed and running.
+    ///
+    /// # Errors
+    /// Those of the experiment; a run that is cancelled keeps what it has.
+    fn run(&self, bench: &mut dyn Bench, watch: &Watch) -> Result<Self::Outcome, Error>;
+}
+
+/// What an experiment found, for people and files.
+pub trait Outcome {
+    /// Name of its table of data, without ending.
+    const DATA: &'static str;
+
+    /// Whether the plan came to its end.
+    fn complete(&self) -> bool;
+
+    /// Bench time that it took [s].
+    fn duration(&self) -> f64;
+
+    /// What a reader should know of it, each with a remedy.
+    fn warnings(&self) -> Vec<String>;
+
+    /// The numbers.
+    fn table(&self) -> Table;
+
+    /// The picture, and what one sees.
+    fn figure(&self) -> (Figure, String);
+
+    /// Pictures below it in the report.
+    fn further(&self) -> Vec<(Figure, String)> {
+        Vec::new()
+    }
+
+    /// The numbers for scripts, and a row for each single value.
+    fn tell(&self, summary: &mut Summary);
+
+    /// The data.
+    fn columns(&self) -> Vec<Column>;
+}
+
+/// An experiment that was run, with what it takes to run it again.
+#[derive(Clone, Debug)]
+pub struct Measurement<P: Plan> {
+    /// The bench.
+    pub preset: Preset<f64>,
+    /// Seed of its noise, where the bench is virtual and in this process.
+    pub seed: Option<u64>,
+    /// The plan.
+    pub plan: P,
+    /// What it found.
+    pub outcome: P::Outcome,
+    /// How the clock was kept, where it was run by the clock.
+    pub clocked: Option<Clocked>,
+}
+
+/// Switches a virtual bench on and measures as [`measure_on`]; who taps it gets every cycle.
+///
+/// # Errors
+/// As [`measure_on`]; what the design of the bench refuses.
+pub fn measure<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    preload: Option<f64>,
+    seed: u64,
+    tap: Option<Tap>,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    let mut bench = VirtualBench::new(preset, seed)?;
+    tap.into_iter().for_each(|tap| bench.tap(tap));
+    let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
+    Ok(Measurement { seed: Some(seed), ..measured })
+}
+
+/// Measures as [`measure_on`] on a bench that runs by the clock, and ends it. Where deadlines are missed the same seed, if
+/// there is one, does not give the same numbers.
+///
+/// # Errors
+/// As [`measure`]; [`Error::BenchFault`] where the clock cannot be kept.
+pub fn measure_by_the_clock<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    mut bench: ClockedBench,
+    preload: Option<f64>,
+    seed: Option<u64>,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    let measured = measure_on(plan, preset, &mut bench, preload, watch)?;
+    Ok(Measurement { seed, clocked: bench.stop(), ..measured })
+}
+
+/// Homes a bench, presses the linings on as far as asked for, and runs a plan; `preset` is what the report keeps.
+///
+/// # Errors
+/// [`Error::Cancelled`] where nothing was gained; [`Error::BenchFault`]; [`Error::OutOfRange`] for a preload beyond
+/// 0 … 1.
+pub fn measure_on<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    bench: &mut dyn Bench,
+    preload: Option<f64>,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    home(bench, watch)?;
+    if let Some(preload) = preload {
+        bench.set_preload(preload)?;
+    }
+    measure_homed(plan, preset, bench, watch)
+}
+
+/// Runs a plan on a bench that is homed and running; `preset` is what the report keeps.
+///
+/// # Errors
+/// As [`measure_on`].
+pub fn measure_homed<P: Plan>(
+    plan: P,
+    preset: &Preset<f64>,
+    bench: &mut dyn Bench,
+    watch: &Watch,
+) -> Result<Measurement<P>, Error> {
+    let outcome = plan.run(bench, watch)?;
+    let mut preset = *preset;
+    preset.plant.wheel.preload = bench.preload();
+    Ok(Measurement { preset, seed: None, plan, outcome, clocked: None })
+}
+
+impl<P: Plan> Measurement<P> {
+    /// How far the linings were pressed on.
+    pub fn preload(&self) -> f64 {
+        self.preset.plant.wheel.preload
+    }
+
+    /// The numbers, under their stable names; `measure.complete` is 0 where the run was cancelled.
+    pub fn summary(&self) -> Summary {
+        let mut summary = Summary::new(&format!("measure {}", P::KIND));
+        summary
+            .result("measure.complete", f64::from(u8::from(self.outcome.complete())), "1")
+            .result("measure.duration", self.outcome.duration(), "s")
+            .result("measure.preload", self.preload(), "1");
+        self.outcome.tell(&mut summary);
+        self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
+        summary
+    }
+
+    /// The report.
+    pub fn report(&self, command: &str) -> Report {
+        let provenance = Provenance::new(command, self.seed, parameters::write_commented(&self.preset));
+        let mut title = self.plan.about();
+        if !self.outcome.complete() {
+            title += " (incomplete)";
+        }
+        let duration = Estimate::new(self.outcome.duration(), "s");
+        let (figure, caption) = self.outcome.figure();
+        let report = Report::new(title, provenance)
+            .summary(format!(
+                "{}{} of bench time, friction wheel at preload {}.",
+                if self.outcome.complete() { "" } else { "Cancelled before its end: what was measured until then. " },
+                duration,
+                self.preload()
+            ))
+            .table(self.outcome.table())
+            .figure(figure, caption);
+        let further = self.outcome.further().into_iter();
+        let report = further.fold(report, |report, (figure, caption)| report.figure(figure, caption));
+        let report = match &self.clocked {
+            Some(clocked) => report.table(clocked.table().caption("Lateness of the ticks, and how long each took.")),
+            None => report,
+        };
+        let warnings = self.warnings();
+        if warnings.is_empty() { report } else { report.heading("What to know").list(warnings) }
+    }
+
+    /// What a reader should know, each with a remedy.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.outcome.warnings();
+        warnings.extend(self.clocked.iter().flat_map(Clocked::warnings));
+        warnings
+    }
+
+    /// Writes data, report and summary into a folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system refuses.
+    pub fn write(&self, directory: &Path, command: &str) -> Result<Summary, Error> {
+        let mut summary = self.summary();
+        let columns = with_preload(self.outcome.columns(), self.preload());
+        write_columns(&mut summary, P::Outcome::DATA, &columns, directory)?;
+        self.report(command).write_all(summary, [], directory)
+    }
+}

@@ -1,0 +1,202 @@
+//! What a Stribeck fit does not know, why, and which measurement would tell.
+
+use std::fmt;
+
+use super::StribeckDrop;
+use super::stribeck::StribeckFit;
+use stickslip_base::quantity::rough;
+
+/// Relative half-width of a 95 % interval from which on a parameter counts as hardly known.
+pub const HARDLY_KNOWN: f64 = 0.5;
+/// The slowest speed, as a share of the Stribeck velocity, beyond which the breakaway torque is an extrapolation: there
+/// a fifth of the drop is gone.
+const FAR_FROM_REST: f64 = 0.25;
+/// Share of the friction at the fastest speed below which the viscous part is lost among the rest.
+const SIGNIFICANT_LACK: f64 = 0.02;
+
+/// One thing that the data leave open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finding {
+    /// No drop from breakaway to sliding is shown: M_S, and Ω_Strib altogether, are not to be used apart from the curve.
+    NoStribeckEffect {
+        /// The verdict.
+        drop: StribeckDrop,
+        /// The slowest speed that was measured [rad/s].
+        slowest: f64,
+    },
+    /// The Stribeck velocity is hardly known.
+    StribeckVelocity {
+        /// Relative half-width of its interval.
+        relative: f64,
+        /// Its value [rad/s].
+        velocity: f64,
+        /// The speeds between which more points would tell [rad/s].
+        add: [f64; 2],
+    },
+    /// The breakaway torque lies outside what was measured.
+    BreakawayExtrapolated {
+        /// Slowest speed over Stribeck velocity.
+        ratio: f64,
+        /// A speed below which points would tell [rad/s].
+        below: f64,
+    },
+    /// The viscous friction is hardly known.
+    ViscousFriction {
+        /// Relative half-width of its interval; infinite at 0.
+        relative: f64,
+        /// The fastest speed that was measured [rad/s].
+        fastest: f64,
+    },
+    /// The scatter about the curve is more than noise: no curve of this form passes through the points.
+    LackOfFit {
+        /// Its standard deviation as a share of the largest friction.
+        relative: f64,
+    },
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Of an interval ten times as wide as the value nobody needs the width.
+        let percent = |share: f64| {
+            if share <= 10.0 { format!("±{:.0} %", 100.0 * share) } else { "no precision at all".into() }
+        };
+        match *self {
+            Finding::NoStribeckEffect { drop: StribeckDrop::Absent { .. }, slowest } => write!(
+                f,
+                "There is no Stribeck effect in this data: friction does not fall with speed. If one is expected, add \
+                 speeds below {} rad/s.",
+                rough(slowest)
+            ),
+            Finding::NoStribeckEffect { slowest, .. } => write!(
+                f,
+                "No Stribeck effect is shown by this data: Coulomb and viscous friction explain it as well. Add speeds \
+                 below {} rad/s, or repeat the slow ones.",
+                rough(slowest)
+            ),
+            Finding::StribeckVelocity { relative, velocity, add: [low, high] } => write!(
+                f,
+                "The Stribeck velocity of {} rad/s is known to {}: add speeds between {} and {} rad/s.",
+                rough(velocity),
+                percent(relative),
+                rough(low),
+                rough(high)
+            ),
+            Finding::BreakawayExtrapolated { ratio, below } => write!(
+                f,
+                "The breakaway torque is extrapolated: the slowest point is at {ratio:.2}·Ω_Strib. Add speeds below \
+                 {} rad/s, or measure the breakaway from rest.",
+                rough(below)
+            ),
+            Finding::ViscousFriction { relative, fastest } => write!(
+                f,
+                "The viscous friction is hardly known ({}): add speeds above {} rad/s.",
+                percent(relative),
+                rough(fastest)
+            ),
+            Finding::LackOfFit { relative } => write!(
+                f,
+                "The points lie {:.1} % of the friction off any curve of this form, which is more than their noise: \
+                 fit the directions apart, or take the curve for an average.",
+                100.0 * relative
+            ),
+        }
+    }
+}
+
+impl StribeckFit {
+    /// What the data leave open, the most important first; empty where all is known.
+    pub fn findings(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        let [slowest, fastest] = self.speeds;
+        let velocity = self.parameters[2];
+        let relative = |i: usize| {
+            let width = 0.5 * (self.ci95[i][1] - self.ci95[i][0]) / self.parameters[i];
+            if width.is_nan() { f64::INFINITY } else { width }
+        };
+        if self.drop.is_identified() {
+            if relative(2) > HARDLY_KNOWN {
+                let add = [0.3 * velocity, 3.0 * velocity];
+                findings.push(Finding::StribeckVelocity { relative: relative(2), velocity, add });
+            }
+            if slowest > FAR_FROM_REST * velocity {
+                let below = FAR_FROM_REST * velocity;
+                findings.push(Finding::BreakawayExtrapolated { ratio: slowest / velocity, below });
+            }
+        } else {
+            findings.push(Finding::NoStribeckEffect { drop: self.drop, slowest });
+        }
+        if relative(3) > HARDLY_KNOWN {
+            findings.push(Finding::ViscousFriction { relative: relative(3), fastest });
+        }
+        let largest = [slowest, fastest].map(|speed| self.curve().magnitude(speed)).into_iter().fold(0.0, f64::max);
+        if self.lack_of_fit > SIGNIFICANT_LACK * largest {
+            findings.push(Finding::LackOfFit { relative: self.lack_of_fit / largest });
+        }
+        findings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::synthetic;
+    use super::super::{CurvePoint, StribeckPlan, Uncertainty, fit_stribeck};
+    use super::*;
+
+    fn fitted(points: &[CurvePoint]) -> StribeckFit {
+        fit_stribeck(points, &StribeckPlan { uncertainty: Uncertainty::Extra, ..StribeckPlan::default() }).unwrap()
+    }
+
+    fn within(points: Vec<CurvePoint>, low: f64, high: f64) -> Vec<CurvePoint> {
+        points.into_iter().filter(|p| (low..=high).contains(&p.velocity)).collect()
+    }
+
+    fn says(fit: &StribeckFit, start: &str, remedy: &str) {
+        let findings = fit.findings();
+        let found = findings.iter().map(ToString::to_string).find(|text| text.starts_with(start));
+        assert!(found.as_ref().is_some_and(|text| text.contains(remedy)), "{start}: {findings:?}");
+    }
+
+    #[test]
+    fn a_curve_that_tells_all_leaves_nothing_to_say() {
+        assert_eq!(fitted(&synthetic([0.3, 0.18, 3.0, 2e-3], 5e-4, 1)).findings(), []);
+    }
+
+    #[test]
+    fn each_thing_left_open_is_named_with_its_remedy() {
+        says(
+            &fitted(&synthetic([0.18, 0.2, 3.0, 2e-3], 5e-4, 1)),
+            "There is no Stribeck effect",
+            "add speeds below 0.10 rad/s",
+        );
+        says(
+            &fitted(&synthetic([0.1803, 0.18, 3.0, 2e-3], 5e-4, 4)),
+            "No Stribeck effect is shown",
+            "repeat the slow ones",
+        );
+        let slow = within(synthetic([0.3, 0.18, 3.0, 2e-4], 2e-3, 2), 0.0, 15.0);
+        says(&fitted(&slow), "The viscous friction is hardly known", "add speeds above 14 rad/s");
+        let fast = within(synthetic([0.3, 0.18, 3.0, 2e-3], 1e-4, 3), 1.0, 50.0);
+        says(
+            &fitted(&fast),
+            "The breakaway torque is extrapolated: the slowest point is at 0.",
+            "Add speeds below 0.7",
+        );
+        let mut sparse = synthetic([0.3, 0.18, 3.0, 2e-3], 1.5e-2, 3);
+        sparse.retain(|p| p.velocity < 0.2 || p.velocity > 2.0);
+        says(&fitted(&sparse), "The Stribeck velocity of", "add speeds between");
+    }
+
+    #[test]
+    fn points_off_any_curve_are_a_lack_of_fit_and_widen_the_intervals() {
+        let mut both = synthetic([0.3, 0.18, 3.0, 2e-3], 5e-4, 1);
+        let narrow = fitted(&both);
+        let weaker = synthetic([0.27, 0.16, 3.0, 2e-3], 5e-4, 2);
+        both.extend(weaker.iter().map(|p| CurvePoint { velocity: -p.velocity, torque: -p.torque, ..*p }));
+        let fit = fitted(&both);
+        says(&fit, "The points lie", "fit the directions apart");
+        // Half the difference between the directions, 15 mN m at rest and 10 mN m sliding.
+        assert!((8e-3..17e-3).contains(&fit.lack_of_fit), "{}", fit.lack_of_fit);
+        assert!(fit.standard_errors[0] > 3.0 * narrow.standard_errors[0]);
+        assert_eq!(narrow.lack_of_fit, 0.0);
+    }
+}

@@ -1,0 +1,184 @@
+//! Linear least squares with errors that hold for correlated residuals.
+//!
+//! Filtered and decimated signals leave residuals that remember: over a friction that is not quite the model's, they
+//! keep their sign for tenths of a second. Ordinary standard errors take every row for news and come out several times
+//! too small. Here the covariance is that of Newey and West (1987): products of residuals up to a lag are counted, with
+//! weights that fall linearly. The lag is 1.3·√n and the intervals use the critical values of Kiefer and Vogelsang
+//! (2005) for that share of the record, as Lazarus, Lewis, Stock and Watson (2018) recommend.
+
+use nalgebra::{DMatrix, DVector};
+
+use stickslip_base::Error;
+
+/// Coefficients with their errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinearFit {
+    /// One a column.
+    pub coefficients: Vec<f64>,
+    /// Covariance, residual correlation counted.
+    pub covariance: Vec<Vec<f64>>,
+    /// Square roots of its diagonal.
+    pub standard_errors: Vec<f64>,
+    /// Standard errors that would hold if the residuals were white, as literature usually prints them.
+    pub white_standard_errors: Vec<f64>,
+    /// 95 % intervals.
+    pub ci95: Vec<[f64; 2]>,
+    /// Lag up to which the residuals were taken as correlated, in rows.
+    pub lag: usize,
+    /// Largest over smallest singular value of the regressors.
+    pub condition: f64,
+    /// Measured minus fitted.
+    pub residuals: Vec<f64>,
+    /// ‖residuals‖ / ‖measured‖.
+    pub relative_error: f64,
+}
+
+impl LinearFit {
+    /// Variance of a weighted sum of the coefficients.
+    pub fn variance(&self, weights: &[f64]) -> f64 {
+        let row = |i: usize| self.covariance[i].iter().zip(weights).map(|(c, w)| c * w).sum::<f64>();
+        weights.iter().enumerate().map(|(i, w)| w * row(i)).sum()
+    }
+}
+
+/// Least squares of `measured` over `columns`. Rows follow each other in time.
+///
+/// # Errors
+/// Not more rows than columns, or columns that depend on each other: the motion does not tell them apart.
+pub fn fit_linear(columns: &[Vec<f64>], measured: &[f64]) -> Result<LinearFit, Error> {
+    let (n, k) = (measured.len(), columns.len());
+    if n <= k {
+        let remedy = "Record longer, or decimate less.";
+        return Err(Error::TooFew { what: "rows for the least squares", found: n, needed: k + 1, remedy });
+    }
+    let regressors = DMatrix::from_fn(n, k, |i, j| columns[j][i]);
+    let measured = DVector::from_column_slice(measured);
+    let condition = condition(&regressors);
+    // Columns are scaled to one norm: what is singular is then a matter of the motion, not of units.
+    let scales: Vec<f64> = (0..k).map(|j| regressors.column(j).norm().max(f64::MIN_POSITIVE)).collect();
+    let mut scaled = regressors.clone();
+    scales.iter().enumerate().for_each(|(j, s)| scaled.column_mut(j).unscale_mut(*s));
+    // Householder's QR: the singular vectors of nalgebra 0.35 were seen to be off by 1e-6 on such columns.
+    let qr = scaled.qr();
+    let upper = qr.r();
+    // What of each column, of norm 1, lies outside those before it.
+    let smallest = upper.diagonal().abs().min();
+    if smallest < 1e-9 {
+        return Err(Error::Dependent { smallest });
+    }
+    let solved = upper.solve_upper_triangular(&qr.q().transpose()).expect("no zero on the diagonal");
+    let pseudo_inverse = DMatrix::from_fn(k, n, |i, t| solved[(i, t)] / scales[i]);
+    let coefficients = &pseudo_inverse * &measured;
+    let residuals = &measured - &regressors * &coefficients;
+
+    let bread = &pseudo_inverse * pseudo_inverse.transpose();
+    let white = residuals.norm_squared() / (n - k) as f64;
+    let influence = DMatrix::from_fn(k, n, |i, t| pseudo_inverse[(i, t)] * residuals[t]);
+    let LongRun { covariance, lag, critical } = LongRun::of(&influence);
+    let standard_errors: Vec<f64> = (0..k).map(|i| covariance[(i, i)].sqrt()).collect();
+    Ok(LinearFit {
+        covariance: (0..k).map(|i| (0..k).map(|j| covariance[(i, j)]).collect()).collect(),
+        white_standard_errors: (0..k).map(|i| (white * bread[(i, i)]).sqrt()).collect(),
+        ci95: (0..k).map(|i| [-1.0, 1.0].map(|sign| coefficients[i] + sign * critical * standard_errors[i])).collect(),
+        coefficients: coefficients.as_slice().to_vec(),
+        standard_errors,
+        lag,
+        condition,
+        relative_error: residuals.norm() / measured.norm(),
+        residuals: residuals.as_slice().to_vec(),
+    })
+}
+
+fn condition(regressors: &DMatrix<f64>) -> f64 {
+    let values = regressors.singular_values();
+    values.max() / values.min()
+}
+
+/// Half-width of a 95 % interval in Newey-West standard errors when the lag is this share of the record: Kiefer and
+/// Vogelsang (2005), table 1, Bartlett's weights. 1.96 for a record that is long against the lag.
+fn critical95(share: f64) -> f64 {
+    1.96 + share * (2.9694 + share * (0.4160 - 0.5324 * share))
+}
+
+/// Covariance of parameters from what each row in time moved them by.
+pub struct LongRun {
+    /// Covariance of the parameters.
+    pub covariance: DMatrix<f64>,
+    /// Rows.
+    pub lag: usize,
+    /// Half-width of a 95 % interval in standard errors.
+    pub critical: f64,
+}
+
+impl LongRun {
+    /// `influence` has a row a parameter and a column a row in time.
+    pub fn of(influence: &DMatrix<f64>) -> Self {
+        let (k, n) = influence.shape();
+        let lag = ((1.3 * (n as f64).sqrt()).ceil() as usize).min(n - 1);
+        let mut covariance = influence * influence.transpose();
+        for l in 1..=lag {
+            let product = influence.columns(l, n - l) * influence.columns(0, n - l).transpose();
+            covariance += (&product + product.transpose()) * (1.0 - l as f64 / (lag + 1) as f64);
+        }
+        covariance *= n as f64 / (n - k) as f64;
+        LongRun { covariance, lag, critical: critical95(lag as f64 / n as f64) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::normal;
+    use super::*;
+
+    fn experiment(memory: f64, seed: u64) -> LinearFit {
+        let n = 1000;
+        let mut noise = 0.0;
+        let slow: Vec<f64> = (0..n).map(|t| (0.01 * t as f64).sin()).collect();
+        let measured: Vec<f64> = (0..n)
+            .map(|t| {
+                noise = memory * noise + normal(seed, t as u64);
+                2.0 + 3.0 * slow[t] + noise
+            })
+            .collect();
+        fit_linear(&[vec![1.0; n], slow], &measured).unwrap()
+    }
+
+    /// How often our interval of the slope and the white one contain the truth.
+    fn coverage(memory: f64) -> [f64; 2] {
+        let mut hits = [0.0; 2];
+        for fit in (0..500).map(|seed| experiment(memory, seed)) {
+            let half_widths = [0.5 * (fit.ci95[1][1] - fit.ci95[1][0]), 1.96 * fit.white_standard_errors[1]];
+            for (hit, half_width) in hits.iter_mut().zip(half_widths) {
+                *hit += f64::from(u8::from((fit.coefficients[1] - 3.0).abs() <= half_width)) / 500.0;
+            }
+        }
+        hits
+    }
+
+    #[test]
+    fn intervals_hold_for_correlated_residuals_where_white_ones_fail() {
+        let ([free, _], [correlated, white]) = (coverage(0.0), coverage(0.7));
+        // 95 % wanted. Bartlett's weights miss a few: 1000 runs gave 92.6 and 91.2 %; 1.2 % is the standard deviation.
+        assert!((0.90..=0.97).contains(&free), "{free}");
+        assert!((0.88..=0.97).contains(&correlated), "{correlated}");
+        assert!(white < 0.70, "{white}");
+    }
+
+    #[test]
+    fn a_law_without_noise_is_found() {
+        let columns = [vec![1.0, 2.0, 4.0, 7.0], vec![1.0, -1.0, 1.0, 5.0]];
+        let measured: Vec<f64> = (0..4).map(|i| 2.0 * columns[0][i] - 0.5 * columns[1][i]).collect();
+        let fit = fit_linear(&columns, &measured).unwrap();
+        assert!((fit.coefficients[0] - 2.0).abs() < 1e-14 && (fit.coefficients[1] + 0.5).abs() < 1e-14);
+        assert!(fit.relative_error < 1e-14);
+    }
+
+    #[test]
+    fn columns_that_the_motion_does_not_tell_apart_are_refused() {
+        let ramp: Vec<f64> = (0..9).map(f64::from).collect();
+        let twice = ramp.iter().map(|x| 2.0 * x).collect();
+        assert!(matches!(fit_linear(&[ramp.clone(), twice], &ramp), Err(Error::Dependent { .. })));
+        assert!(matches!(fit_linear(&[ramp.clone(), vec![0.0; 9]], &ramp), Err(Error::Dependent { .. })));
+        assert!(matches!(fit_linear(&[ramp[..1].to_vec()], &ramp[..1]), Err(Error::TooFew { found: 1, .. })));
+    }
+}

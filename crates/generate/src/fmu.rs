@@ -1,0 +1,109 @@
+//! A block as one file that other tools simulate: the FMU of `stickslip_codegen::fmu` with its library.
+
+use std::net::SocketAddr;
+
+use stickslip_codegen::c::Project;
+pub use stickslip_codegen::fmu::Version;
+use stickslip_codegen::fmu::{self, Service};
+
+use super::archive::archive;
+use super::fmu_description::fmu_description;
+use super::library::{self, compiler};
+use super::{Precision, generate};
+use crate::xcp::cycle_time;
+use stickslip_base::{Error, Preset};
+
+/// An FMU.
+#[derive(Clone, Debug)]
+pub struct Fmu {
+    /// Its file: `NAME-fmi2.fmu`.
+    pub file: String,
+    /// What that contains.
+    pub bytes: Vec<u8>,
+    /// Folder of the library within, as the standard calls the platform; `None` if there is none: then it is of use to
+    /// tools that compile its sources.
+    pub platform: Option<&'static str>,
+    /// Variables of all kinds.
+    pub variables: usize,
+    /// Step that it takes [s].
+    pub step: f64,
+}
+
+/// Makes the FMU of the block called `name` with the numbers of a preset; `prefix` is what it is called, the block's name
+/// unless given. The library is compiled for this machine by `$CC`, or `cc`. With an address it serves XCP there, and says so
+/// by FMI-LS-XCP.
+///
+/// # Errors
+/// As [`generate`]; [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+pub fn fmu(
+    name: &str,
+    preset: &Preset<f64>,
+    version: Version,
+    prefix: Option<&str>,
+    xcp: Option<SocketAddr>,
+) -> Result<Fmu, Error> {
+    let made = generate(name, preset, Precision::Double, prefix)?;
+    fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version, xcp)
+}
+
+/// Makes the FMU of a project in `double`, called `name`, with steps of `step` [s].
+///
+/// # Errors
+/// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+pub(super) fn fmu_of(
+    project: &Project,
+    name: &str,
+    step: f64,
+    version: Version,
+    xcp: Option<SocketAddr>,
+) -> Result<Fmu, Error> {
+    let service = xcp.map(|address| Service {
+        address: address.ip(),
+        port: address.port(),
+        epk: format!("stickslip {} {name}", env!("CARGO_PKG_VERSION")),
+        cycle: cycle_time(1.0 / step),
+    });
+    let mut fmu = fmu::fmu(project, name, step, version, service.as_ref());
+    let library = library(&fmu, service.is_some())?;
+    if let Some(service) = &service {
+        // Addresses are the same everywhere: the sources have the description that the libraries have.
+        let text = fmu_description(project, name, service);
+        for folder in [None, version.platform().map(|it| it.0)].into_iter().take(1 + usize::from(library.is_some())) {
+            let place = folder.map_or_else(|| fmu::FOLDER.into(), |folder| format!("{}/{folder}", fmu::FOLDER));
+            fmu.files.push((format!("{place}/{name}.a2l"), text.clone()));
+        }
+    }
+    let file = format!("{name}-fmi{}.fmu", version.number());
+    let texts = fmu.files.iter().map(|(name, text)| (name.clone(), text.as_bytes()));
+    let binary = library.iter().map(|library| (library.path.clone(), library.bytes.as_slice()));
+    let top = project.program.steps.last();
+    let numbers = |top: &stickslip_codegen::record::Step| {
+        [&top.input, &top.output, &top.parameters, &top.state].map(|tree| tree.numbers()).into_iter().sum()
+    };
+    Ok(Fmu {
+        bytes: archive(&file, texts.chain(binary))?,
+        file,
+        platform: library.as_ref().map(|library| library.platform),
+        variables: top.map_or(0, numbers) + if service.is_some() { Service::VARIABLES } else { 0 },
+        step,
+    })
+}
+
+/// What was compiled.
+struct Library {
+    /// Within the FMU.
+    path: String,
+    platform: &'static str,
+    bytes: Vec<u8>,
+}
+
+/// The library of an FMU; none on a machine that the standard has no name for, or without a C compiler.
+fn library(fmu: &fmu::Fmu, threads: bool) -> Result<Option<Library>, Error> {
+    let Some((platform, ending)) = fmu.version.platform() else { return Ok(None) };
+    if !compiler().is_there() {
+        return Ok(None);
+    }
+    let name = format!("{}.{ending}", fmu.name);
+    let bytes = library::compile(&fmu.files, &fmu.sources, &name, threads)?;
+    Ok(Some(Library { path: format!("binaries/{platform}/{name}"), platform, bytes }))
+}

@@ -1,0 +1,66 @@
+//! From C to a shared library for this machine.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+use stickslip_base::Error;
+
+/// The C compiler of this machine.
+pub(super) struct Compiler(String);
+
+/// That which `$CC` names, or `cc`.
+pub(super) fn compiler() -> Compiler {
+    Compiler(std::env::var("CC").ok().filter(|name| !name.trim().is_empty()).unwrap_or_else(|| "cc".into()))
+}
+
+impl Compiler {
+    /// Whether it can be started.
+    pub(super) fn is_there(&self) -> bool {
+        Command::new(&self.0).arg("--version").output().is_ok()
+    }
+
+    fn error(self, said: impl Into<String>) -> Error {
+        Error::Compiler { compiler: self.0, said: said.into() }
+    }
+}
+
+/// Compiles `sources` among the files, names and texts, in a folder of its own, to the library called `name`: what it
+/// consists of. It has `threads` where it starts one.
+///
+/// # Errors
+/// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+pub(super) fn compile(
+    files: &[(String, String)],
+    sources: &[String],
+    name: &str,
+    threads: bool,
+) -> Result<Vec<u8>, Error> {
+    let failed = |source| Error::file(Path::new("the folder of the compiler"), "write to", source);
+    let folder = tempfile::tempdir().map_err(failed)?;
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap_or(folder.path()))
+            .and_then(|()| fs::write(&path, text))
+            .map_err(failed)?;
+    }
+    let compiler = compiler();
+    let mut command = Command::new(&compiler.0);
+    command.current_dir(folder.path());
+    // Only the functions that are meant for others are seen from outside: a hundred libraries live in one process.
+    command.args(["-std=c99", "-O2", "-shared", "-fvisibility=hidden", "-ffp-contract=off"]);
+    command.args((!cfg!(windows)).then_some("-fPIC"));
+    command.args(threads.then_some("-pthread"));
+    command.args(["-o", name]).args(sources).arg("-lm");
+    match command.output() {
+        Ok(output) if output.status.success() => fs::read(folder.path().join(name)).map_err(failed),
+        Ok(output) => {
+            let text = String::from_utf8_lossy(&output.stderr);
+            let worst = text.lines().find(|line| line.contains("error"));
+            Err(compiler.error(worst.or_else(|| text.lines().next()).unwrap_or("it says nothing")))
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(compiler.error("there is no such program")),
+        Err(error) => Err(compiler.error(error.to_string())),
+    }
+}

@@ -1,0 +1,173 @@
+//! From a recording of an axis to its inertia and friction, with what is known of their errors.
+//!
+//! Two views of the same recording. The balance of forces is linear and needs no start values; it gives inertia,
+//! Coulomb and viscous friction and the friction curve. Where the controller is known, the closed loop is simulated and
+//! richer models are fitted to the recorded command. Which model is best is decided on samples that its fit has not
+//! seen, by [`choose`]. Published values of the machine file take no part in any of it.
+#![forbid(unsafe_code)]
+
+mod axis;
+mod curve;
+pub mod curve_file;
+mod figures;
+mod files;
+mod limits;
+pub mod machine;
+mod model_file;
+mod models;
+mod motion;
+mod parameters;
+mod preset;
+mod refine;
+mod report;
+mod results;
+mod rigid;
+pub mod servo;
+pub mod unseen;
+mod validate;
+
+pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
+pub use curve::{FrictionCurve, Plateau};
+pub use files::feedforward_csv;
+pub use model_file::{IdentifiedModel, model_toml, read_model};
+pub use models::{Candidate, Kind};
+pub use motion::{Motion, Regression, force_error};
+pub use parameters::{ParameterLine, parameter_lines};
+pub use refine::{CLOSED_LOOP, Refined};
+pub use report::report;
+pub use results::{summary, write};
+pub use rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
+pub use validate::{Validation, validate};
+
+use crate::machine::{Axis, Machine, Signals};
+use stickslip_base::quantity::Estimate;
+use stickslip_base::{Error, Watch};
+use stickslip_fit::{Choice, Side, StribeckFit, StribeckPlan, choose, fit_stribeck};
+use stickslip_recording::Recording;
+
+/// All that a recording tells about its axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identification {
+    /// Linear or rotary: which units the numbers have.
+    pub axis: Axis,
+    /// Whether the axis lifts, and what.
+    pub lift: Option<Lift>,
+    /// One Coulomb and viscous friction for both directions, and an offset.
+    pub symmetric: Symmetric,
+    /// One a direction.
+    pub asymmetric: Asymmetric,
+    /// Friction over speed.
+    pub curve: FrictionCurve,
+    /// Stribeck fit of the curve for positive and for negative velocity; none where it has fewer than five points.
+    pub stribeck: [Option<StribeckFit>; 2],
+    /// Models of rising richness, each judged on samples that it has not seen.
+    pub candidates: Vec<Candidate>,
+    /// Which of them predicts best there, and which is to be used: a richer one only where it does better beyond chance.
+    pub choice: Choice,
+    /// What the best one would have done over the whole recording; none where the controller is unknown.
+    pub closed_loop: Option<ClosedLoop<f64>>,
+    /// SI unit of the command.
+    pub command_unit: &'static str,
+    /// The recording in SI units.
+    pub signals: Signals,
+    /// Its motion.
+    pub motion: Motion,
+}
+
+/// What a vertical axis holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lift {
+    /// Lifted mass, where it is known [kg].
+    pub mass: Option<f64>,
+}
+
+/// Identifies an axis from a recording.
+///
+/// # Errors
+/// Whatever keeps the recording from being read as the machine file says, too short a recording, a motion that does
+/// not tell the parameters apart, or an inertia that is not positive; [`Error::Cancelled`].
+pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Result<Identification, Error> {
+    watch.stage("balance of forces", 0.0)?;
+    let signals = machine.signals(recording)?;
+    let mut motion = Motion::of(&signals, machine)?;
+    let (samples, recipe) = (motion.samples(), machine.recipe);
+    let needed = 2 * (recipe.skip + 30 * recipe.decimation);
+    if samples < needed {
+        let remedy = "Record longer: two halves, so that one can judge what the other says.";
+        return Err(Error::TooFew { what: "samples in the recording", found: samples, needed, remedy });
+    }
+    let symmetric = Symmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    if machine.vertical {
+        motion.unload(symmetric.fit.coefficients[3]);
+    }
+    let asymmetric = Asymmetric::identify(&motion, recipe.skip..samples, recipe.decimation)?;
+    let mass = asymmetric.fit.coefficients[0];
+    if mass.is_nan() || mass <= 0.0 {
+        let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
+                      column counts against the motion. A force that depends on the position, a spring or a weight on \
+                      an arm, is no part of the model and can do the same.";
+        return Err(Error::Implausible { what: "the identified inertia", value: mass, remedy });
+    }
+    let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);
+    let stribeck = [Side::Positive, Side::Negative]
+        .map(|side| fit_stribeck(&curve.points, &StribeckPlan { side, ..StribeckPlan::default() }).ok());
+    let around = Loop::of(&signals, &motion, machine);
+    let candidates = models::candidates(&motion, around.as_ref(), &recipe, watch)?;
+    let folds: Vec<Vec<f64>> = candidates.iter().map(|candidate| candidate.folds.clone()).collect();
+    let choice = choose(&folds).expect("there are candidates, each judged on the same blocks");
+    let simulate = |around: Loop<'_>| around.simulate(&candidates[choice.chosen].model, 2..samples, watch);
+    let closed_loop = around.map(simulate).transpose()?;
+    Ok(Identification {
+        axis: machine.axis,
+        lift: machine.vertical.then_some(Lift { mass: machine.lifted_mass }),
+        symmetric,
+        asymmetric,
+        curve,
+        stribeck,
+        candidates,
+        choice,
+        closed_loop,
+        command_unit: machine.drive.command.si_unit(),
+        motion,
+        signals,
+    })
+}
+
+impl Identification {
+    /// The model to use.
+    pub fn best(&self) -> &Candidate {
+        &self.candidates[self.choice.chosen]
+    }
+
+    /// How much greater the squared error of a candidate is than the smallest, in per cent of that and with its 95 %
+    /// interval, on samples that no fit has seen; none for the one with the smallest.
+    pub fn behind(&self, candidate: usize) -> Option<Estimate> {
+        let [share, half_width] = self.choice.share_behind(candidate)?;
+        Some(Estimate::new(100.0 * share, "%").with_half_width(100.0 * half_width))
+    }
+
+    /// Weight of the lifted mass [N], and what the constant force has besides; only where both are known.
+    pub fn weight(&self) -> Option<[f64; 2]> {
+        /// Standard acceleration of free fall [m/s²].
+        const GRAVITY: f64 = 9.80665;
+        let mass = self.lift.filter(|_| self.axis == Axis::Linear)?.mass?;
+        // Which way is up, the sign of the constant force tells.
+        let offset = self.symmetric.fit.coefficients[3];
+        let weight = (GRAVITY * mass).copysign(offset);
+        Some([weight, offset - weight])
+    }
+
+    /// Whether the friction curve shows M_S > M_K, in both directions.
+    pub fn stribeck_identifiable(&self) -> bool {
+        self.stribeck.iter().all(|fit| fit.as_ref().is_some_and(|f| f.drop.is_identified()))
+    }
+
+    /// The verdict on a Stribeck drop in words, for positive and for negative velocity.
+    pub fn stribeck_verdicts(&self) -> [String; 2] {
+        let too_few = || "fewer than five speeds: no Stribeck drop is identifiable; record more".to_owned();
+        self.stribeck.each_ref().map(|fit| fit.as_ref().map_or_else(too_few, |f| f.drop.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests;

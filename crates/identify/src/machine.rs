@@ -1,0 +1,332 @@
+//! What is known of the machine that was recorded: a TOML file beside the recording.
+//!
+//! Columns and their units, the drive from command to force, controller, recipe. Linear axes are identified in kg and
+//! N, rotary ones in kg m² and N m; the equations are the same. [`guess`] proposes a file for a recording.
+
+mod columns;
+mod drive;
+pub mod guess;
+mod runs;
+mod signals;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+pub use drive::Drive;
+pub use runs::{Pendulum, Run};
+use serde::Deserialize;
+pub use signals::Signals;
+
+use stickslip_base::Error;
+use stickslip_base::units::{Dimension, Quantity};
+
+/// A machine file, checked, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// For people.
+    pub name: String,
+    /// How it moves.
+    pub axis: Axis,
+    /// Sampling period of controller and recording [s].
+    pub sampling_period: f64,
+    /// Whether uneven samples are interpolated on a grid of the sampling period.
+    pub resample: bool,
+    /// Travel per turn of the screw [m].
+    pub screw_lead: Option<f64>,
+    /// Turns of the motor per turn of the screw or of the load.
+    pub gear_ratio: f64,
+    /// Smallest step of the position [m or rad].
+    pub encoder_grid: Option<f64>,
+    /// Moving mass or inertia, rotor included, where it is known and need not be found [kg or kg m²].
+    pub inertia: Option<f64>,
+    /// Whether the axis lifts: its offset is then a weight, and no difference between two frictions.
+    pub vertical: bool,
+    /// What is lifted [kg].
+    pub lifted_mass: Option<f64>,
+    /// Which column is what.
+    pub columns: Columns,
+    /// Unit of the command in the recording.
+    pub drive: Drive,
+    /// Force or torque on the axis per command in its SI unit [N/V, N m/A, …].
+    pub gain: f64,
+    /// What closes the loop.
+    pub controller: Controller,
+    /// A servo that swings a pendulum, recorded in several runs; drive and controller are then its own.
+    pub pendulum: Option<Pendulum>,
+    /// How the recording is treated before the least squares.
+    pub recipe: Recipe,
+    /// Results of others, `[value, standard deviation]` by table and name: shown, never used.
+    pub published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
+    /// The file as it was read, for reports.
+    pub text: String,
+}
+
+/// How the machine moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// Position in m, inertia in kg, force in N.
+    Linear,
+    /// Angle in rad, inertia in kg m², torque in N m.
+    Rotary,
+}
+
+/// Which column is what.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Columns {
+    /// Time of the sample; without it the sampling period counts.
+    pub time: Option<Channel>,
+    /// Measured position.
+    pub position: Channel,
+    /// Measured velocity, where it is better than differences of the position.
+    pub velocity: Option<Channel>,
+    /// Position of the motor, where `position` is that of the load: their difference tells of twist and backlash.
+    pub motor_position: Option<Channel>,
+    /// Reference position; needed to predict the closed loop.
+    pub reference: Option<Channel>,
+    /// Command of the controller to the drive.
+    pub command: Channel,
+    /// Known signal that was added to the command after the controller's limit.
+    pub injected: Option<Channel>,
+    /// Number of the run that a row belongs to.
+    pub run: Option<Channel>,
+    /// Whether the drive is on: 0 or 1.
+    pub enabled: Option<Channel>,
+}
+
+/// A column and its unit; the unit may stand in the header instead.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Channel {
+    /// As in the header.
+    pub name: String,
+    /// As in the [table of units](stickslip_base::units).
+    pub unit: Option<String>,
+    /// For `counts`: how many a turn has.
+    pub counts_per_rev: Option<f64>,
+    /// Register that holds a signed number without its sign, 65536 for 16 bits: from half of it on values are negative.
+    pub wraps: Option<f64>,
+    /// Where an angle is measured, before or behind the gear.
+    #[serde(default)]
+    pub at: Place,
+}
+
+/// A side of the gear.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Place {
+    /// Behind it: screw or load.
+    #[default]
+    Load,
+    /// Before it.
+    Motor,
+}
+
+/// The position controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Controller {
+    /// Not known: the closed loop is not predicted.
+    #[default]
+    Unknown,
+    /// Position and velocity loop, both proportional.
+    #[serde(rename = "p-p")]
+    Cascade(Cascade),
+}
+
+/// u = limited(k_v·(k_p·(r − q) − v)), v the difference of the mean of the last two positions per sampling period.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cascade {
+    /// k_p [1/s].
+    pub position_gain: f64,
+    /// k_v [command per m/s or rad/s: V/(m/s), A/(rad/s), …].
+    pub velocity_gain: f64,
+    /// Magnitude of the largest command, in its SI unit.
+    pub limit: f64,
+}
+
+/// How the recording is treated before the least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Recipe {
+    /// Cut-off of the low-pass of the position, forward and backward [Hz].
+    pub low_pass: f64,
+    /// Its order.
+    pub order: usize,
+    /// One row of so many is kept, after a low-pass of all columns.
+    pub decimation: usize,
+    /// Samples dropped at the start.
+    pub skip: usize,
+}
+
+impl Default for Recipe {
+    fn default() -> Self {
+        Recipe { low_pass: 100.0, order: 4, decimation: 10, skip: 50 }
+    }
+}
+
+/// The file as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: String,
+    axis: Axis,
+    sampling_period: Quantity,
+    #[serde(default)]
+    resample: bool,
+    screw_lead: Option<Quantity>,
+    gear_ratio: Option<f64>,
+    encoder_grid: Option<Quantity>,
+    inertia: Option<Quantity>,
+    #[serde(default)]
+    vertical: bool,
+    lifted_mass: Option<Quantity>,
+    columns: Columns,
+    #[serde(default)]
+    drive: drive::Table,
+    #[serde(default)]
+    controller: Controller,
+    pendulum: Option<Pendulum>,
+    #[serde(default)]
+    recipe: Recipe,
+    #[serde(default)]
+    published: BTreeMap<String, BTreeMap<String, Vec<f64>>>,
+}
+
+impl Machine {
+    /// Reads and checks a machine file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no machine file, or holds values that cannot be.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::parse(path, &std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?)
+    }
+
+    /// From the text of a machine file.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
+        let file: File =
+            toml::from_str(text).map_err(|e| Error::MachineFile { path: path.to_owned(), message: e.to_string() })?;
+        let si = |quantity: &Option<Quantity>, field: &str, dimension| {
+            quantity.as_ref().map(|q| q.si(dimension, &format!("{}: {field}", path.display()))).transpose()
+        };
+        let screw_lead = si(&file.screw_lead, "screw_lead", Dimension::Length)?;
+        let gear_ratio = file.gear_ratio.unwrap_or(1.0);
+        let chain = drive::Chain { axis: file.axis, screw_lead, gear_ratio };
+        let (drive, gain) = match &file.pendulum {
+            None => chain.drive(&file.drive, file.columns.command.unit.as_deref(), path)?,
+            // The command is a duty, and what it makes is to be found.
+            Some(_) => (Drive { command: Dimension::Share, unit: "1".into(), limit: None }, 1.0),
+        };
+        let machine = Machine {
+            sampling_period: si(&Some(file.sampling_period), "sampling_period", Dimension::Time)?.unwrap_or(f64::NAN),
+            encoder_grid: si(&file.encoder_grid, "encoder_grid", file.axis.position())?,
+            inertia: si(&file.inertia, "inertia", file.axis.inertia())?,
+            lifted_mass: si(&file.lifted_mass, "lifted_mass", Dimension::Mass)?,
+            resample: file.resample,
+            screw_lead,
+            gear_ratio,
+            vertical: file.vertical,
+            drive,
+            gain,
+            name: file.name,
+            axis: file.axis,
+            columns: file.columns,
+            controller: file.controller,
+            pendulum: file.pendulum.map(|pendulum| pendulum.beside(path)),
+            recipe: file.recipe,
+            published: file.published,
+            text: text.to_owned(),
+        };
+        machine.check(path)?;
+        Ok(machine)
+    }
+
+    fn check(&self, path: &Path) -> Result<(), Error> {
+        let positive = "must be positive.";
+        let recipe = &self.recipe;
+        let mut numbers = vec![("sampling_period", self.sampling_period), ("gear_ratio", self.gear_ratio)];
+        numbers.extend([("recipe.low_pass", recipe.low_pass), ("recipe.order", recipe.order as f64)]);
+        numbers.push(("recipe.decimation", recipe.decimation as f64));
+        let mut optional = |name, value: Option<f64>| numbers.extend(value.map(|v| (name, v)));
+        optional("screw_lead", self.screw_lead);
+        optional("encoder_grid", self.encoder_grid);
+        optional("inertia", self.inertia);
+        optional("lifted_mass", self.lifted_mass);
+        optional("drive.limit", self.drive.limit);
+        for (name, channel) in self.columns.positions() {
+            optional(name, channel.counts_per_rev);
+        }
+        if let Some(pendulum) = &self.pendulum {
+            numbers.extend(pendulum.numbers());
+        }
+        if let Controller::Cascade(cascade) = self.controller {
+            numbers.push(("controller.position_gain", cascade.position_gain));
+            numbers.push(("controller.velocity_gain", cascade.velocity_gain));
+            numbers.push(("controller.limit", cascade.limit));
+        }
+        let refuse = |field, value, remedy| Err(Error::MachineValue { path: path.to_owned(), field, value, remedy });
+        for (field, value) in numbers {
+            if !(value.is_finite() && value > 0.0) {
+                return refuse(field, value, positive);
+            }
+        }
+        if !(self.gain.is_finite() && self.gain != 0.0) {
+            return refuse(
+                "drive.gain",
+                self.gain,
+                "on the axis must be a finite force per command; its sign is that of the motion.",
+            );
+        }
+        // The filter's continuation is 3·(order + 1) samples, and orders beyond 10 are a slip of the pen.
+        if self.recipe.order > 10 {
+            return refuse("recipe.order", self.recipe.order as f64, "is more than 10; 4 is usual.");
+        }
+        Ok(())
+    }
+}
+
+impl Columns {
+    /// Those that measure where something is.
+    fn positions(&self) -> impl Iterator<Item = (&'static str, &Channel)> {
+        let all = [
+            ("columns.position.counts_per_rev", Some(&self.position)),
+            ("columns.motor_position.counts_per_rev", self.motor_position.as_ref()),
+            ("columns.reference.counts_per_rev", self.reference.as_ref()),
+        ];
+        all.into_iter().filter_map(|(name, channel)| Some((name, channel?)))
+    }
+}
+
+impl Axis {
+    /// What its position measures.
+    pub fn position(self) -> Dimension {
+        match self {
+            Axis::Linear => Dimension::Length,
+            Axis::Rotary => Dimension::Angle,
+        }
+    }
+
+    /// What its velocity measures.
+    pub fn velocity(self) -> Dimension {
+        match self {
+            Axis::Linear => Dimension::Velocity,
+            Axis::Rotary => Dimension::AngularVelocity,
+        }
+    }
+
+    /// What resists its acceleration.
+    pub fn inertia(self) -> Dimension {
+        match self {
+            Axis::Linear => Dimension::Mass,
+            Axis::Rotary => Dimension::Inertia,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

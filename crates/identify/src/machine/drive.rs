@@ -1,0 +1,131 @@
+//! From the command in the recording to the force or torque on the axis.
+//!
+//! ```text
+//! command [V, A]      × gain [N/V, N m/V, N/A, N m/A]
+//! command [%, ‰, 1]   × rated current or voltage × gain,  or × rated force or torque
+//! command [N, N m]    × gain [1], which may be left out
+//! ```
+//!
+//! A torque is the motor's: times the gear's ratio it is that on the load or on the screw, there times 2π/h the force on
+//! the carriage. A force is that on the carriage.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::Axis;
+use stickslip_base::Error;
+use stickslip_base::units::Dimension::{
+    self, Current, Force, ForcePerCurrent, ForcePerVoltage, Share, Torque, TorquePerCurrent, TorquePerVoltage, Voltage,
+};
+use stickslip_base::units::{Quantity, measure, unfit};
+
+/// What the recorded command is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// What it measures.
+    pub command: Dimension,
+    /// Its unit, as users of the drive know it.
+    pub unit: String,
+    /// Magnitude beyond which the drive does not follow, SI unit.
+    pub limit: Option<f64>,
+}
+
+/// As in the file.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Table {
+    gain: Option<Quantity>,
+    rated: Option<Quantity>,
+    limit: Option<Quantity>,
+}
+
+/// What is between motor and axis.
+pub(super) struct Chain {
+    pub(super) axis: Axis,
+    pub(super) screw_lead: Option<f64>,
+    pub(super) gear_ratio: f64,
+}
+
+impl Chain {
+    /// The command, and force or torque on the axis per SI unit of it. `told` is the unit of the command if the machine
+    /// file names it; else the drive's own units say what it must be.
+    pub(super) fn drive(&self, table: &Table, told: Option<&str>, path: &Path) -> Result<(Drive, f64), Error> {
+        let place = |field: &str| format!("{}: {field}", path.display());
+        let command = self.command(table, told, &place("columns.command"))?;
+        let limit = table.limit.as_ref().map(|limit| limit.si(command, &place("drive.limit"))).transpose()?;
+        // What the gain multiplies, and how much of it the command is.
+        let (input, rated) = match &table.rated {
+            None => (command, 1.0),
+            Some(rated) if command == Share => among(rated, &[Current, Voltage, Force, Torque], &place("drive.rated"))?,
+            Some(_) => {
+                let message = "drive.rated is for commands in %, ‰ or 1. Remove it, or correct the command's unit.";
+                return Err(Error::MachineFile { path: path.to_owned(), message: message.to_owned() });
+            }
+        };
+        let allowed = match input {
+            Voltage => self.reachable([ForcePerVoltage, TorquePerVoltage]),
+            Current => self.reachable([ForcePerCurrent, TorquePerCurrent]),
+            Share => self.reachable([Force, Torque]),
+            _ => vec![Share],
+        };
+        let (output, gain) = match (&table.gain, input) {
+            (Some(gain), _) => among(gain, &allowed, &place("drive.gain"))?,
+            (None, Force | Torque) => (Share, 1.0),
+            (None, _) => {
+                let unit = told.unwrap_or(command.si_unit());
+                let message = format!(
+                    "drive.gain is missing. Say what force or torque a command in {unit} makes, in one of: {}.",
+                    allowed.iter().map(|d| d.si_unit()).collect::<Vec<_>>().join(", ")
+                );
+                return Err(Error::MachineFile { path: path.to_owned(), message });
+            }
+        };
+        let effect = if output == Share { input } else { output };
+        let torque = matches!(effect, Torque | TorquePerVoltage | TorquePerCurrent);
+        let transmission = match (torque, self.axis, self.screw_lead) {
+            (true, Axis::Rotary, _) => self.gear_ratio,
+            (true, Axis::Linear, Some(lead)) => self.gear_ratio * TAU / lead,
+            (false, Axis::Linear, _) => 1.0,
+            _ => return Err(unfit(effect.si_unit(), &self.reachable([Force, Torque]), &place("drive"))),
+        };
+        let unit = told.unwrap_or(command.si_unit()).to_owned();
+        Ok((Drive { command, unit, limit }, rated * gain * transmission))
+    }
+
+    /// What the command measures.
+    fn command(&self, table: &Table, told: Option<&str>, place: &str) -> Result<Dimension, Error> {
+        let known = [Voltage, Current, Share, Force, Torque];
+        if let Some(unit) = told {
+            let measured = measure(unit).map(|(dimension, _)| dimension).filter(|d| known.contains(d));
+            return measured.ok_or_else(|| unfit(unit, &known, place));
+        }
+        if table.rated.is_some() {
+            return Ok(Share);
+        }
+        let effect = if self.axis == Axis::Linear && self.screw_lead.is_none() { Force } else { Torque };
+        Ok(match table.gain.as_ref().and_then(|gain| measure(&gain.unit)) {
+            Some((ForcePerVoltage | TorquePerVoltage, _)) => Voltage,
+            Some((ForcePerCurrent | TorquePerCurrent, _)) => Current,
+            Some((Force | Torque, _)) => Share,
+            _ => effect,
+        })
+    }
+
+    /// Of a force and a torque, those that reach the axis.
+    fn reachable(&self, [force, torque]: [Dimension; 2]) -> Vec<Dimension> {
+        match (self.axis, self.screw_lead) {
+            (Axis::Rotary, _) => vec![torque],
+            (Axis::Linear, None) => vec![force],
+            (Axis::Linear, Some(_)) => vec![force, torque],
+        }
+    }
+}
+
+/// What a quantity measures, if it is one of these, and its SI value.
+fn among(quantity: &Quantity, dimensions: &[Dimension], place: &str) -> Result<(Dimension, f64), Error> {
+    let found = measure(&quantity.unit).filter(|(dimension, _)| dimensions.contains(dimension));
+    let (dimension, factor) = found.ok_or_else(|| unfit(&quantity.unit, dimensions, place))?;
+    Ok((dimension, quantity.value * factor))
+}

@@ -1,0 +1,377 @@
+//! A machine file for a recording: proposed by names, units and numbers, and settled by answers.
+//!
+//! [`Draft::next`] asks, with a guess; [`Draft::answer`] takes what is said; [`Draft::toml`] writes the file.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::columns::{Role, proposed, unit_of};
+use super::{Axis, Machine};
+use stickslip_base::Error;
+use stickslip_base::units::Dimension::{self, Angle, Counts, Current, Force, Length, Share, Time, Torque, Voltage};
+use stickslip_base::units::measure;
+use stickslip_recording::{Column, Recording};
+
+/// Answers so far, in order.
+#[derive(Clone, Debug)]
+pub struct Draft<'a> {
+    recording: &'a Recording,
+    answers: Vec<(Key, String)>,
+}
+
+/// What is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Key {
+    Name,
+    Axis,
+    Time,
+    TimeUnit,
+    Period,
+    Position,
+    PositionUnit,
+    CountsPerRev,
+    Reference,
+    Command,
+    CommandUnit,
+    Rated,
+    Gain,
+    Lead,
+    Controller,
+    PositionGain,
+    VelocityGain,
+    Limit,
+}
+
+/// A question with its guess.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Question {
+    /// In words.
+    pub text: String,
+    /// What is taken if nothing is said.
+    pub guess: String,
+    key: Key,
+}
+
+/// The answer for what there is not.
+const NONE: &str = "-";
+
+impl<'a> Draft<'a> {
+    /// Without an answer yet.
+    pub fn new(recording: &'a Recording) -> Self {
+        Draft { recording, answers: Vec::new() }
+    }
+
+    fn said(&self, key: Key) -> Option<&str> {
+        self.answers.iter().find(|(k, _)| *k == key).map(|(_, answer)| answer.as_str())
+    }
+
+    fn column(&self, key: Key) -> Option<&Column> {
+        let name = self.said(key).filter(|name| *name != NONE)?;
+        self.recording.columns().iter().find(|c| c.name == name)
+    }
+
+    fn measured(&self, key: Key) -> Option<Dimension> {
+        self.said(key).and_then(measure).map(|(dimension, _)| dimension)
+    }
+
+    fn axis(&self) -> Axis {
+        if self.said(Key::Axis) == Some("rotary") { Axis::Rotary } else { Axis::Linear }
+    }
+
+    /// Whether a torque or an angle must become a force or a way.
+    fn needs_lead(&self) -> bool {
+        let gain = self.said(Key::Gain).or(self.said(Key::Rated)).and_then(|text| quantity(text).ok());
+        let torque = gain.is_some_and(|(_, unit)| unit.replace(' ', "").contains("Nm"));
+        let counted = self.measured(Key::PositionUnit) == Some(Counts);
+        self.axis() == Axis::Linear
+            && (torque
+                || counted
+                || self.measured(Key::CommandUnit) == Some(Torque)
+                || self.measured(Key::PositionUnit) == Some(Angle))
+    }
+
+    /// Questions that what was said so far leaves to ask, in order.
+    fn applies(&self, key: Key) -> bool {
+        let command = self.measured(Key::CommandUnit);
+        let torque = command == Some(Share) && self.measured_quantity(Key::Rated) == Some(Torque);
+        let cascade = self.said(Key::Controller) == Some("p-p");
+        match key {
+            Key::TimeUnit => self.column(Key::Time).is_some(),
+            Key::Period => self.column(Key::Time).is_none(),
+            Key::CountsPerRev => self.measured(Key::PositionUnit) == Some(Counts),
+            Key::Rated => command == Some(Share),
+            Key::Gain => match command {
+                Some(Share) => !torque && self.measured_quantity(Key::Rated) != Some(Force),
+                command => matches!(command, Some(Voltage | Current)),
+            },
+            Key::Lead => self.needs_lead(),
+            Key::Controller => self.column(Key::Reference).is_some(),
+            Key::PositionGain | Key::VelocityGain | Key::Limit => cascade,
+            _ => true,
+        }
+    }
+
+    fn measured_quantity(&self, key: Key) -> Option<Dimension> {
+        let (_, unit) = quantity(self.said(key)?).ok()?;
+        measure(&unit).map(|(dimension, _)| dimension)
+    }
+
+    /// What to ask next; none when the file can be written.
+    pub fn next(&self) -> Option<Question> {
+        use Key::{
+            Axis, Command, CommandUnit, Controller, CountsPerRev, Gain, Lead, Limit, Name, Period, Position,
+            PositionGain, PositionUnit, Rated, Reference, Time, TimeUnit, VelocityGain,
+        };
+        const ORDER: [Key; 18] = [
+            Name,
+            Time,
+            TimeUnit,
+            Period,
+            Position,
+            PositionUnit,
+            Axis,
+            CountsPerRev,
+            Reference,
+            Command,
+            CommandUnit,
+            Rated,
+            Gain,
+            Lead,
+            Controller,
+            PositionGain,
+            VelocityGain,
+            Limit,
+        ];
+        let key = ORDER.into_iter().find(|key| self.said(*key).is_none() && self.applies(*key))?;
+        Some(Question { text: self.text(key), guess: self.guess(key), key })
+    }
+
+    fn text(&self, key: Key) -> String {
+        let unit = self.said(Key::CommandUnit).unwrap_or_default();
+        let text = match key {
+            Key::Name => "Name of the machine",
+            Key::Axis => "Does it move linear or rotary",
+            Key::Time => "Column of time, - if there is none",
+            Key::TimeUnit => "Unit of time",
+            Key::Period => "Sampling period, with unit",
+            Key::Position => "Column of the measured position",
+            Key::PositionUnit => "Unit of position; counts, if it is not scaled",
+            Key::CountsPerRev => "Counts per turn",
+            Key::Reference => "Column of the reference position, - if there is none",
+            Key::Command => "Column of the command to the drive",
+            Key::CommandUnit => "Unit of the command: V, A, %, N m, N",
+            Key::Rated => "What is a command of 100 %, with unit: A, N m, N",
+            Key::Gain if unit == "%" || unit == "‰" || unit == "1" => {
+                return "Force or torque per current or voltage, with unit: N m/A, N/A, N m/V, N/V".into();
+            }
+            Key::Gain => return format!("Force or torque per {unit}, with unit: N/{unit} or N m/{unit}"),
+            Key::Lead => "Travel per turn of the screw, with unit",
+            Key::Controller => "Controller: p-p (position and velocity loop, proportional) or unknown",
+            Key::PositionGain => "Position gain, 1/s",
+            Key::VelocityGain => "Velocity gain, command per m/s or rad/s",
+            Key::Limit => "Largest command, SI unit",
+        };
+        text.into()
+    }
+
+    fn guess(&self, key: Key) -> String {
+        let column = |role| {
+            let taken: Vec<&str> = self.answers.iter().map(|(_, answer)| answer.as_str()).collect();
+            proposed(self.recording, role, &taken).map_or(NONE.into(), |c| c.name.clone())
+        };
+        let unit = |key, role| self.column(key).map_or_else(String::new, |c| unit_of(c, role));
+        match key {
+            Key::Name => {
+                let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
+                file.split('.').next().filter(|name| !name.is_empty()).unwrap_or("axis").into()
+            }
+            Key::Axis => match self.measured(Key::PositionUnit) {
+                Some(Length) => "linear".into(),
+                _ => "rotary".into(),
+            },
+            Key::Time => column(Role::Time),
+            Key::TimeUnit => unit(Key::Time, Role::Time),
+            Key::Period => "1 ms".into(),
+            Key::Position => column(Role::Position),
+            Key::PositionUnit => unit(Key::Position, Role::Position),
+            Key::CountsPerRev => "4096".into(),
+            Key::Reference => column(Role::Reference),
+            Key::Command => column(Role::Command),
+            Key::CommandUnit => unit(Key::Command, Role::Command),
+            Key::Rated => "1 N m".into(),
+            // No recording tells it: with 1, forces come out in units of the command.
+            Key::Gain => {
+                let per = self.said(Key::CommandUnit).filter(|_| self.measured(Key::CommandUnit) != Some(Share));
+                let force = if self.axis() == Axis::Linear { "N" } else { "N m" };
+                format!("1 {force}/{}", per.unwrap_or("A"))
+            }
+            Key::Lead => "10 mm".into(),
+            Key::Controller => "unknown".into(),
+            Key::PositionGain | Key::VelocityGain | Key::Limit => "1".into(),
+        }
+    }
+
+    /// Takes an answer; nothing said takes the guess.
+    ///
+    /// # Errors
+    /// [`Error::Answer`] if it is none: no such column, another unit, no positive number. The question stays.
+    pub fn answer(&mut self, question: &Question, text: &str) -> Result<(), Error> {
+        let answer = if text.trim().is_empty() { question.guess.clone() } else { text.trim().to_owned() };
+        let refuse =
+            |remedy: String| Err(Error::Answer { question: question.text.clone(), answer: answer.clone(), remedy });
+        let unit = |fits: &[Dimension]| measure(&answer).is_some_and(|(dimension, _)| fits.contains(&dimension));
+        let positive = |text: &str| text.parse().is_ok_and(|v: f64| v.is_finite() && v > 0.0);
+        let key = question.key;
+        match key {
+            Key::Time | Key::Reference if answer == NONE => {}
+            Key::Time | Key::Position | Key::Reference | Key::Command => {
+                if let Err(error) = self.recording.column(&answer) {
+                    return refuse(error.to_string());
+                }
+            }
+            Key::Axis if !["linear", "rotary"].contains(&answer.as_str()) => {
+                return refuse("Say linear or rotary.".into());
+            }
+            Key::Controller if !["p-p", "unknown"].contains(&answer.as_str()) => {
+                return refuse("Say p-p or unknown.".into());
+            }
+            Key::TimeUnit if !unit(&[Time]) => return refuse("Say s, ms or us.".into()),
+            Key::PositionUnit if !unit(&[Length, Angle, Counts]) => {
+                return refuse("Say m, mm, um, rad, deg, rev or counts.".into());
+            }
+            Key::CommandUnit if !unit(&[Voltage, Current, Share, Torque, Force]) => {
+                return refuse("Say V, A, %, N m or N.".into());
+            }
+            Key::CountsPerRev | Key::PositionGain | Key::VelocityGain | Key::Limit if !positive(&answer) => {
+                return refuse("Give a positive number.".into());
+            }
+            Key::Period | Key::Rated | Key::Gain | Key::Lead if quantity(&answer).is_err() => {
+                return refuse(format!("Give a number and its unit, as in \"{}\".", question.guess));
+            }
+            _ => {}
+        }
+        self.answers.push((key, answer));
+        Ok(())
+    }
+
+    /// The machine file, with comments, and the machine that it describes. `path` is where it will lie.
+    ///
+    /// # Errors
+    /// Whatever [`Machine::parse`] and [`Machine::signals`] refuse: a file that would not do is not worth writing.
+    pub fn toml(&self, path: &Path) -> Result<(String, Machine), Error> {
+        let (period, resample) = self.period()?;
+        let text = self.text_of_file(period, resample);
+        let machine = Machine::parse(path, &text)?;
+        machine.signals(self.recording)?;
+        Ok((text, machine))
+    }
+
+    /// Sampling period [s], and whether samples must be interpolated.
+    fn period(&self) -> Result<(f64, bool), Error> {
+        let Some(time) = self.column(Key::Time) else {
+            let (value, unit) = quantity(self.said(Key::Period).unwrap_or("1 ms")).unwrap_or((1.0, "ms".into()));
+            return Ok((value * measure(&unit).map_or(1e-3, |(_, factor)| factor), false));
+        };
+        let factor = self.said(Key::TimeUnit).and_then(measure).map_or(1.0, |(_, factor)| factor);
+        let time: Vec<f64> = time.values.iter().map(|v| v * factor).collect();
+        match self.recording.spacing(&time) {
+            Ok(spacing) => Ok((spacing.period, false)),
+            Err(uneven) => self.recording.order(&time).map(|spacing| (spacing.period, true)).map_err(|_| uneven),
+        }
+    }
+
+    fn text_of_file(&self, period: f64, resample: bool) -> String {
+        let said = |key| self.said(key).unwrap_or_default();
+        let mut text = String::new();
+        let mut line = |line: String| writeln!(text, "{line}").expect("a string takes all");
+        let file = self.recording.path().file_name().unwrap_or_default().to_string_lossy();
+        line(format!("# What is known of the machine that {file} was recorded of, for `stickslip identify`."));
+        line(format!("name = {}", string(said(Key::Name))));
+        line(format!("axis = \"{}\" # linear: kg, N; rotary: kg m², N m", said(Key::Axis)));
+        // Six digits: a clock is not better.
+        let milliseconds: f64 = format!("{:.5e}", period * 1e3).parse().unwrap_or(period * 1e3);
+        line(format!("sampling_period = {{ value = {milliseconds:?}, unit = \"ms\" }}"));
+        let resampled = "resample = true # the time stamps are uneven: samples are interpolated on an even grid";
+        line(if resample { resampled.into() } else { "# resample = true # for uneven time stamps".into() });
+        match self.said(Key::Lead) {
+            Some(lead) => line(format!("screw_lead = {}", inline(lead))),
+            None => line("# screw_lead = { value = 10.0, unit = \"mm\" } # travel per turn".into()),
+        }
+        line("# gear_ratio = 10.0 # turns of the motor per turn of the screw or load".into());
+        line("# inertia = { value = 12.0, unit = \"kg\" } # if known, rotor included; else it is found".into());
+        line("# vertical = true # the constant force is then a weight, and of lifted_mass, if that is known".into());
+        line("# lifted_mass = { value = 8.0, unit = \"kg\" }".into());
+
+        line("\n# Which column is what.\n[columns]".into());
+        let channel = |name: &str, unit: &str, more: &str| {
+            format!("{{ name = {}, unit = {}{more} }}", string(name), string(unit))
+        };
+        if self.column(Key::Time).is_some() {
+            line(format!("time = {}", channel(said(Key::Time), said(Key::TimeUnit), "")));
+        }
+        let counts = self.said(Key::CountsPerRev).map_or(String::new(), |n| format!(", counts_per_rev = {n}"));
+        line(format!("position = {}", channel(said(Key::Position), said(Key::PositionUnit), &counts)));
+        if let Some(reference) = self.column(Key::Reference) {
+            // A reference without a unit of its own is in that of the position.
+            let unit = reference.unit.as_deref().filter(|unit| measure(unit).is_some());
+            let unit = unit.unwrap_or(said(Key::PositionUnit));
+            line(format!("reference = {}", channel(said(Key::Reference), unit, &counts)));
+        }
+        line(format!("command = {}", channel(said(Key::Command), said(Key::CommandUnit), "")));
+        line("# velocity = { name = \"…\", unit = \"mm/s\" } # if measured better than by differences".into());
+        line(
+            "# motor_position = { name = \"…\", unit = \"rev\", at = \"motor\" } # if `position` is the load's".into(),
+        );
+        line("# injected = { name = \"…\", unit = \"V\" } # known signal added to the command behind its limit".into());
+
+        line("\n# From the command to the force or torque.\n[drive]".into());
+        if let Some(rated) = self.said(Key::Rated) {
+            line(format!("rated = {} # a command of 100 %", inline(rated)));
+        }
+        match self.said(Key::Gain) {
+            Some(gain) => {
+                let doubt = if gain == self.guess(Key::Gain) { " # CHECK: forces are in proportion to it" } else { "" };
+                line(format!("gain = {}{doubt}", inline(gain)));
+            }
+            None => line("# gain = { value = -1.0, unit = \"1\" } # for a command that counts the other way".into()),
+        }
+
+        if said(Key::Controller) == "p-p" {
+            line("\n# u = limited(k_v·(k_p·(reference − position) − v)), v from the last two positions.".into());
+            line("[controller]\nkind = \"p-p\"".into());
+            line(format!("position_gain = {} # 1/s", said(Key::PositionGain)));
+            line(format!("velocity_gain = {} # command per m/s or rad/s", said(Key::VelocityGain)));
+            line(format!("limit = {} # command", said(Key::Limit)));
+        }
+        let rate = 1.0 / period;
+        line("\n# Before the least squares.\n[recipe]".into());
+        line(format!("low_pass = {:?} # Hz, both ways", (rate / 10.0).clamp(rate / 100.0, 100.0).round().max(1.0)));
+        line("order = 4".into());
+        line(format!("decimation = {}", ((rate / 100.0).round() as usize).max(1)));
+        line("skip = 50 # samples dropped at the start".into());
+        text
+    }
+}
+
+/// `35.15 N/V` as number and unit.
+fn quantity(text: &str) -> Result<(f64, String), ()> {
+    let (number, unit) = text.trim().split_once(' ').ok_or(())?;
+    let value: f64 = number.replace(',', ".").parse().map_err(|_| ())?;
+    let known = measure(unit).is_some() && value.is_finite();
+    if known { Ok((value, unit.trim().to_owned())) } else { Err(()) }
+}
+
+/// A quantity as an inline table.
+fn inline(text: &str) -> String {
+    let (value, unit) = quantity(text).unwrap_or((f64::NAN, String::new()));
+    format!("{{ value = {value:?}, unit = {} }}", string(&unit))
+}
+
+/// A TOML string.
+fn string(text: &str) -> String {
+    toml_edit::Value::from(text).to_string().trim().to_owned()
+}
+
+#[cfg(test)]
+#[path = "guess_tests.rs"]
+mod tests;

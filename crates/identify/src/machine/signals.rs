@@ -1,0 +1,236 @@
+//! The columns of a recording as signals of the axis: SI units, on the load's side, on an even grid, and believable.
+
+use std::f64::consts::TAU;
+
+use super::{Channel, Controller, Machine, Place};
+use stickslip_base::Error;
+use stickslip_base::quantity::{Estimate, number};
+use stickslip_base::units::Dimension::{Angle, AngularVelocity, Counts, Length, Time, Velocity};
+use stickslip_base::units::{Dimension, measure, si_factor, unfit};
+use stickslip_recording::{Recording, resample};
+
+/// What a recording says, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Signals {
+    /// Sampling period [s].
+    pub period: f64,
+    /// Measured position [m or rad].
+    pub position: Vec<f64>,
+    /// Measured velocity [m/s or rad/s].
+    pub velocity: Option<Vec<f64>>,
+    /// Reference position [m or rad].
+    pub reference: Option<Vec<f64>>,
+    /// Command of the controller, in its SI unit.
+    pub command: Vec<f64>,
+    /// Known signal added to it.
+    pub injected: Option<Vec<f64>>,
+    /// What was done to the recording, or seen in it, that its reader should know; whole sentences.
+    pub notes: Vec<String>,
+}
+
+/// Share of a command that may stand at its extremes before a limit is suspected, and before nothing is believed.
+const SATURATED: [f64; 2] = [0.01, 0.2];
+/// So many equal samples in a row are a limit, not a turning point.
+const FLAT: usize = 10;
+
+impl Signals {
+    /// What reaches the drive: command and injected signal.
+    pub fn drive_input(&self) -> Vec<f64> {
+        match &self.injected {
+            Some(injected) => self.command.iter().zip(injected).map(|(u, w)| u + w).collect(),
+            None => self.command.clone(),
+        }
+    }
+}
+
+impl Machine {
+    /// The signals of a recording, in SI units, on the grid of the sampling period.
+    ///
+    /// # Errors
+    /// A missing column, a bad cell, a unit that does not fit, uneven time, another period than the machine's, a signal
+    /// that never changes, positions in counts under a unit of length, or a command that stands at a limit.
+    pub fn signals(&self, recording: &Recording) -> Result<Signals, Error> {
+        let columns = &self.columns;
+        let mut notes = Vec::new();
+        let time = columns.time.as_ref().map(|c| values(c, recording, Time)).transpose()?;
+        let uneven = time.as_ref().map(|time| self.grid(time, recording, &mut notes)).transpose()?.unwrap_or(false);
+        let even = |values: Vec<f64>| match &time {
+            Some(time) if uneven => resample(time, &values, self.sampling_period),
+            _ => values,
+        };
+        let position = |channel: &Channel| Ok::<_, Error>(even(self.position(channel, recording)?));
+        let command = |channel: &Channel| Ok::<_, Error>(even(values(channel, recording, self.drive.command)?));
+        let optional = |channel: &Option<Channel>| channel.as_ref().map(position).transpose();
+        self.check_counts(recording)?;
+        let signals = Signals {
+            period: self.sampling_period,
+            position: position(&columns.position)?,
+            velocity: columns.velocity.as_ref().map(|c| self.velocity(c, recording).map(even)).transpose()?,
+            reference: optional(&columns.reference)?,
+            command: command(&columns.command)?,
+            injected: columns.injected.as_ref().map(command).transpose()?,
+            notes: Vec::new(),
+        };
+        if let Some(motor) = optional(&columns.motor_position)? {
+            notes.push(self.twist(&motor, &signals.position));
+        }
+        for (channel, values) in [(&columns.position, &signals.position), (&columns.command, &signals.command)] {
+            if values.iter().all(|v| *v == values[0]) {
+                let remedy = "Is it the right one? The axis must be driven, and move.";
+                return Err(recording.doubtful(&channel.name, "never changes", remedy));
+            }
+        }
+        notes.extend(self.saturation(&signals.command, recording)?);
+        Ok(Signals { notes, ..signals })
+    }
+
+    /// Whether samples must be interpolated.
+    fn grid(&self, time: &[f64], recording: &Recording, notes: &mut Vec<String>) -> Result<bool, Error> {
+        let spacing = if self.resample { recording.order(time)? } else { recording.spacing(time)? };
+        // Clocks differ by 100 ppm at most; 0.1 % is another sampling rate. A grid for interpolation may be rounded.
+        let (found, expected) = (spacing.period, self.sampling_period);
+        if (found / expected - 1.0).abs() > if self.resample { 0.2 } else { 1e-3 } {
+            return Err(Error::OtherPeriod { path: recording.path().to_owned(), found, expected });
+        }
+        if self.resample {
+            notes.push(format!(
+                "What is faster than about {}: time steps varied, up to {} of the usual one, and the samples were \
+                 interpolated on an even grid. Record with a fixed period.",
+                Estimate::new((0.125 / self.sampling_period).round(), "Hz"),
+                number(spacing.largest, 1),
+            ));
+        }
+        Ok(self.resample)
+    }
+
+    /// A position of the load, wherever it was measured.
+    pub(super) fn position(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
+        let place = place(channel, recording);
+        let unit = unit(channel, recording)?;
+        let fits: &[Dimension] = match (self.axis.position(), self.screw_lead) {
+            (Length, Some(_)) => &[Length, Angle, Counts],
+            (Length, None) => &[Length, Counts],
+            _ => &[Angle, Counts],
+        };
+        let (dimension, factor) =
+            measure(&unit).filter(|(d, _)| fits.contains(d)).ok_or_else(|| unfit(&unit, fits, &place))?;
+        let factor = match (dimension, channel.counts_per_rev, self.encoder_grid) {
+            (Counts, Some(counts), _) => self.turning(TAU / counts, channel.at),
+            (Counts, None, Some(grid)) => grid,
+            (Counts, None, None) => {
+                let fault = "is in counts, and nothing says how long one is";
+                let remedy = "Give it counts_per_rev, or the machine its encoder_grid.";
+                return Err(recording.doubtful(&channel.name, fault, remedy));
+            }
+            (Angle, ..) => self.turning(factor, channel.at),
+            _ => factor,
+        };
+        Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+    }
+
+    fn velocity(&self, channel: &Channel, recording: &Recording) -> Result<Vec<f64>, Error> {
+        let unit = unit(channel, recording)?;
+        let fits: &[Dimension] = match (self.axis.position(), self.screw_lead) {
+            (Length, Some(_)) => &[Velocity, AngularVelocity],
+            (Length, None) => &[Velocity],
+            _ => &[AngularVelocity],
+        };
+        let found = measure(&unit).filter(|(d, _)| fits.contains(d));
+        let (dimension, factor) = found.ok_or_else(|| unfit(&unit, fits, &place(channel, recording)))?;
+        let factor = if dimension == AngularVelocity { self.turning(factor, channel.at) } else { factor };
+        Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+    }
+
+    /// From an angle of motor or screw to the position of the axis.
+    fn turning(&self, angle: f64, at: Place) -> f64 {
+        let angle = if at == Place::Motor { angle / self.gear_ratio } else { angle };
+        match (self.axis.position(), self.screw_lead) {
+            (Length, Some(lead)) => angle * lead / TAU,
+            _ => angle,
+        }
+    }
+
+    /// Whole numbers under a unit of length are counts that nobody has converted.
+    fn check_counts(&self, recording: &Recording) -> Result<(), Error> {
+        let channel = &self.columns.position;
+        let column = recording.column(&channel.name)?;
+        let unit = unit(channel, recording)?;
+        let Some((Length | Angle, factor)) = measure(&unit) else { return Ok(()) };
+        let told = self.encoder_grid.is_some_and(|grid| (grid / factor - 1.0).abs() < 1e-9);
+        let moves = column.values.windows(2).filter(|w| w[0] != w[1]).count();
+        // Micrometres are often whole; a file of whole degrees with few steps may be a coarse sensor.
+        if told || factor < 5e-4 || moves <= 20 || column.values.iter().any(|v| v.fract() != 0.0) {
+            return Ok(());
+        }
+        let fault = format!("holds whole numbers only, and its unit is said to be {unit}");
+        let remedy = format!(
+            "If these are counts of an encoder, write unit = \"counts\" and counts_per_rev; if the sensor steps by \
+             whole {unit}, write encoder_grid = {{ value = 1.0, unit = \"{unit}\" }}."
+        );
+        Err(recording.doubtful(&channel.name, &fault, &remedy))
+    }
+
+    /// A sentence about a command that stands at its extremes.
+    fn saturation(&self, command: &[f64], recording: &Recording) -> Result<Option<String>, Error> {
+        let [low, high] = [f64::min, f64::max].map(|f: fn(f64, f64) -> f64| command.iter().copied().reduce(f));
+        let extreme = |v: f64| v != 0.0 && (Some(v) == low || Some(v) == high);
+        let flats = command.chunk_by(|a, b| a == b).filter(|run| run.len() >= FLAT && extreme(run[0]));
+        let share = flats.map(<[f64]>::len).sum::<usize>() as f64 / command.len() as f64;
+        // A staircase or a pseudo-random binary signal is at its extremes by intent.
+        let mut levels: Vec<u64> = command.iter().map(|v| v.to_bits()).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        if share < SATURATED[0] || levels.len() <= 10 {
+            return Ok(None);
+        }
+        let percent = number(100.0 * share, 0);
+        let known = self.drive.limit.is_some() || matches!(self.controller, Controller::Cascade(_));
+        if share > SATURATED[1] && !known {
+            let fault = format!("stands at its largest or smallest value in {percent} % of the samples");
+            let remedy = "The drive may have made less of it. Move more gently, or, if the drive follows up to there, \
+                          say so as drive.limit.";
+            return Err(recording.doubtful(&self.columns.command.name, &fault, remedy));
+        }
+        Ok(Some(format!(
+            "Force where the command stands at its limit, {percent} % of the samples: if the drive makes less of it \
+             there, inertia and friction come out too large. Accelerate less."
+        )))
+    }
+
+    /// What two encoders say of the path between them.
+    fn twist(&self, motor: &[f64], load: &[f64]) -> String {
+        let mut differences: Vec<f64> = motor.iter().zip(load).map(|(m, l)| m - l).collect();
+        differences.sort_by(f64::total_cmp);
+        let at = |share: f64| differences[((differences.len() - 1) as f64 * share) as usize];
+        format!(
+            "How motor and load move against each other: their encoders differ over a span of {} (99 % of the \
+             samples), which is twist, backlash and error of the screw together; the load's is used. Press against a \
+             stop with rising torque: backlash jumps, twist grows.",
+            Estimate::new(at(0.995) - at(0.005), self.axis.position().si_unit())
+        )
+    }
+}
+
+fn place(channel: &Channel, recording: &Recording) -> String {
+    format!("{}: column `{}`", recording.path().display(), channel.name)
+}
+
+/// The unit of a column, from the machine file or from the recording.
+fn unit(channel: &Channel, recording: &Recording) -> Result<String, Error> {
+    let column = recording.column(&channel.name)?;
+    match (&channel.unit, &column.unit) {
+        (Some(told), Some(header))
+            if told != header && (measure(header).is_none() || measure(told) != measure(header)) =>
+        {
+            Err(Error::TwoUnits { place: place(channel, recording), told: told.clone(), header: header.clone() })
+        }
+        (Some(unit), _) | (None, Some(unit)) => Ok(unit.clone()),
+        (None, None) => Ok(String::new()),
+    }
+}
+
+pub(super) fn values(channel: &Channel, recording: &Recording, dimension: Dimension) -> Result<Vec<f64>, Error> {
+    let unit = unit(channel, recording)?;
+    let factor = si_factor(&unit, dimension, &place(channel, recording))?;
+    Ok(recording.column(&channel.name)?.values.iter().map(|v| v * factor).collect())
+}

@@ -1,0 +1,209 @@
+//! The candidates, from a rigid body to bristles, each fitted and then judged on what it has not seen.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread;
+
+use super::axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
+use super::motion::{Motion, force_misses, norm};
+use super::refine::{LUGRE, Refined, STRIBECK, refine};
+use super::rigid::{ASYMMETRIC, Asymmetric, SYMMETRIC, Symmetric};
+use crate::machine::Recipe;
+use stickslip_base::{Error, Watch};
+
+/// Name of the stage that takes longest.
+const FIT: &str = "fit models in the closed loop";
+
+/// Contiguous blocks of a half in which models are compared. A block is long against what residuals remember, and eight of
+/// them tell how much chance there is in a difference; more fits would tell little more, and take the time.
+const BLOCKS: usize = 4;
+
+/// How rich a model is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Coulomb and viscous friction, the same both ways, and an offset.
+    Symmetric,
+    /// Coulomb and viscous friction a direction.
+    Asymmetric,
+    /// A Stribeck curve a direction, true stick, a lag of the drive.
+    Stribeck,
+    /// The same with bristles instead of stick.
+    Lugre,
+}
+
+impl Kind {
+    /// As in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Symmetric => "symmetric",
+            Kind::Asymmetric => "asymmetric",
+            Kind::Stribeck => "stribeck",
+            Kind::Lugre => "lugre",
+        }
+    }
+
+    /// In words.
+    pub fn title(self) -> &'static str {
+        match self {
+            Kind::Symmetric => "Coulomb and viscous, both alike",
+            Kind::Asymmetric => "Coulomb and viscous, each direction",
+            Kind::Stribeck => "Stribeck curve, each direction",
+            Kind::Lugre => "LuGre bristles on Stribeck curves",
+        }
+    }
+
+    /// Number of parameters that were fitted.
+    pub fn parameters(self) -> usize {
+        match self {
+            Kind::Symmetric => SYMMETRIC.len(),
+            Kind::Asymmetric => ASYMMETRIC.len(),
+            Kind::Stribeck => STRIBECK,
+            Kind::Lugre => LUGRE,
+        }
+    }
+}
+
+/// A fitted model and how it did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// How rich it is.
+    pub kind: Kind,
+    /// Fitted to the whole recording.
+    pub model: AxisModel<f64>,
+    /// Errors of its parameters, for what was fitted in the closed loop.
+    pub refined: Option<Refined>,
+    /// Error on samples that the fit has not seen, mean over both halves, each predicted by a fit to the other: of the
+    /// command in the closed loop, ‖u − û‖/‖u‖, or of the force where the controller is unknown.
+    pub held_out: f64,
+    /// Mean squares of the same error in contiguous blocks of both halves: the folds by which models are chosen, in the
+    /// squared SI unit of command or force.
+    pub folds: Vec<f64>,
+    /// The closed loop over the second half by the fit to the first.
+    pub unseen: Option<ClosedLoop<f64>>,
+    /// The closed loop over the whole recording.
+    pub prediction: Option<Prediction>,
+}
+
+/// Fits and judges all candidates that the recording allows.
+pub(super) fn candidates(
+    motion: &Motion,
+    around: Option<&Loop<'_>>,
+    recipe: &Recipe,
+    watch: &Watch,
+) -> Result<Vec<Candidate>, Error> {
+    let (samples, middle) = (motion.samples(), motion.samples() / 2);
+    let [first, second] = [recipe.skip..middle, middle..samples];
+    let Some(around) = around else {
+        let whole = rigid(motion, recipe.skip..samples, recipe)?;
+        let by_halves = rigid(motion, first.clone(), recipe)?.into_iter().zip(rigid(motion, second.clone(), recipe)?);
+        let judged = whole.into_iter().zip(by_halves).map(|((kind, model), ((_, by_first), (_, by_second)))| {
+            let force = |model, range: &Range<usize>| force_misses(model, motion, range.clone(), recipe.decimation);
+            let halves = [force(&by_first, &second)?, force(&by_second, &first)?];
+            let held_out = halves.iter().map(|[measured, missed]| 0.5 * norm(missed) / norm(measured)).sum();
+            let folds = halves.iter().flat_map(|[_, missed]| mean_squares(missed)).collect();
+            Ok(Candidate { kind, model, refined: None, held_out, folds, unseen: None, prediction: None })
+        });
+        return judged.collect();
+    };
+    // Two fits in the closed loop on each of three stretches.
+    let fits = AtomicU32::new(0);
+    watch.stage(FIT, 0.0)?;
+    let done = || watch.stage(FIT, f64::from(fits.fetch_add(1, Ordering::Relaxed) + 1) / 6.0);
+    let job = |range: Range<usize>| move || fit_all(motion, around, range, recipe, (watch, &done));
+    let (whole, by_first, by_second) = thread::scope(|scope| {
+        let [a, b] = [first.clone(), second.clone()].map(|range| scope.spawn(job(range)));
+        let whole = job(recipe.skip..samples)();
+        let join = |thread: thread::ScopedJoinHandle<'_, _>| thread.join().expect("a fit does not panic");
+        (whole, join(a), join(b))
+    });
+    let (by_first, by_second) = (by_first?, by_second?);
+    // Of each run the first samples are dropped: they still know the state that the run began with.
+    let drop = recipe.skip.saturating_sub(2);
+    let simulate = |model: &AxisModel<f64>, range: Range<usize>| around.simulate(model, range, watch);
+    watch.stage("judge the models", 0.0)?;
+    let judged = whole?.into_iter().zip(by_first).zip(by_second).map(|((fit, first_fit), second_fit)| {
+        let [unseen, other] = [simulate(&first_fit.1, second.clone())?, simulate(&second_fit.1, 2..middle)?];
+        let halves = [&unseen, &other];
+        Ok(Candidate {
+            kind: fit.0,
+            held_out: halves.iter().map(|half| 0.5 * around.compare(half, drop).voltage_error).sum(),
+            folds: halves.iter().flat_map(|half| mean_squares(&around.misses(half, drop))).collect(),
+            unseen: Some(unseen),
+            prediction: Some(around.compare(&simulate(&fit.1, 2..samples)?, drop)),
+            model: fit.1,
+            refined: fit.2,
+        })
+    });
+    judged.collect()
+}
+
+/// Mean squares over the blocks of a half.
+fn mean_squares(missed: &[f64]) -> [f64; BLOCKS] {
+    std::array::from_fn(|k| {
+        let block = &missed[missed.len() * k / BLOCKS..missed.len() * (k + 1) / BLOCKS];
+        block.iter().map(|error| error * error).sum::<f64>() / block.len() as f64
+    })
+}
+
+type Fit = (Kind, AxisModel<f64>, Option<Refined>);
+
+fn rigid(motion: &Motion, range: Range<usize>, recipe: &Recipe) -> Result<[(Kind, AxisModel<f64>); 2], Error> {
+    let symmetric = Symmetric::identify(motion, range.clone(), recipe.decimation)?.fit.coefficients;
+    let asymmetric = Asymmetric::identify(motion, range, recipe.decimation)?.fit.coefficients;
+    let both = coulomb(symmetric[2], symmetric[1]);
+    let body = |inertia, positive, negative, offset: f64| AxisModel {
+        inertia,
+        positive,
+        negative,
+        offset: offset + motion.offset,
+        lag: 0.0,
+        bristles: None,
+    };
+    let [mass, positive_viscous, positive, negative_viscous, negative] = asymmetric[..] else {
+        unreachable!("the asymmetric model has five parameters")
+    };
+    let sides = [coulomb(positive, positive_viscous), coulomb(negative, negative_viscous)];
+    Ok([
+        (Kind::Symmetric, body(symmetric[0], both, both, symmetric[3])),
+        (Kind::Asymmetric, body(mass, sides[0], sides[1], 0.0)),
+    ])
+}
+
+/// All models from one range. Each starts from the one before; nothing else is assumed.
+fn fit_all(
+    motion: &Motion,
+    around: &Loop<'_>,
+    range: Range<usize>,
+    recipe: &Recipe,
+    (watch, done): (&Watch, &(impl Fn() -> Result<(), Error> + Sync)),
+) -> Result<Vec<Fit>, Error> {
+    let bodies = rigid(motion, range.clone(), recipe)?;
+    let asymmetric = bodies[1].1;
+    let mut fits: Vec<Fit> = bodies.map(|(kind, model)| (kind, model, None)).into();
+    // In logarithms only what is positive can be fitted; a rigid body that is not so fits nothing better.
+    let sides = [asymmetric.positive, asymmetric.negative];
+    if !sides.iter().all(|s| s.kinetic_torque > 0.0 && s.viscous_friction > 0.0) {
+        return Ok(fits);
+    }
+    let range = range.start.max(2)..range.end;
+    let extent = |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v));
+    let fastest = extent(&motion.velocity.iter().map(|v| v.abs()).collect::<Vec<_>>());
+    let stroke = extent(&motion.position) + extent(&motion.position.iter().map(|q| -q).collect::<Vec<_>>());
+    let mut start = AxisModel { lag: 0.3 * motion.period, ..asymmetric };
+    for side in [&mut start.positive, &mut start.negative] {
+        // Neither a drop nor a rise to begin with would leave the Stribeck velocity without a slope.
+        side.breakaway_torque = 0.8 * side.kinetic_torque;
+        side.stribeck_velocity = 0.1 * fastest;
+    }
+    let stribeck = refine::<STRIBECK>(around, &start, range.clone(), recipe.skip, watch)?;
+    done()?;
+    let mut start = stribeck.model;
+    fits.push((Kind::Stribeck, stribeck.model, Some(stribeck)));
+    let stiffness = start.positive.kinetic_torque / (1e-4 * stroke);
+    let damping = 0.5 * (stiffness * start.inertia).sqrt();
+    start.bristles = Some(Bristles::passive(stiffness, damping, [&start.positive, &start.negative]));
+    let lugre = refine::<LUGRE>(around, &start, range, recipe.skip, watch)?;
+    done()?;
+    fits.push((Kind::Lugre, lugre.model, Some(lugre)));
+    Ok(fits)
+}

@@ -1,0 +1,135 @@
+//! Fit in the closed loop: the parameters for which the simulated controller commands what the recorded one did.
+//!
+//! The balance of forces needs the acceleration, which no sensor gives; here only the recorded command is compared, and
+//! the loop keeps simulation and recording together over any length. Derivatives are those of the simulation itself.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, SMatrix, SVector};
+use stickslip_core::friction::{Decay, Stribeck};
+use stickslip_core::scalar::{Dual, Scalar};
+
+use super::axis::{AxisModel, Bristles, Loop};
+use stickslip_base::{Error, Watch};
+use stickslip_fit::{LongRun, Stop, minimise};
+
+/// Names of the parameters, in order.
+pub const CLOSED_LOOP: [&str; 12] = [
+    "mass",
+    "positive.breakaway",
+    "positive.coulomb",
+    "positive.stribeck_velocity",
+    "positive.viscous",
+    "negative.breakaway",
+    "negative.coulomb",
+    "negative.stribeck_velocity",
+    "negative.viscous",
+    "lag",
+    "bristle_stiffness",
+    "bristle_damping",
+];
+
+/// Number of parameters with a Stribeck curve a direction and a lag of the drive.
+pub(super) const STRIBECK: usize = 10;
+/// The same with bristles.
+pub(super) const LUGRE: usize = 12;
+
+/// A fit in the closed loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refined {
+    /// The model.
+    pub model: AxisModel<f64>,
+    /// Its parameters, named by [`CLOSED_LOOP`].
+    pub parameters: Vec<f64>,
+    /// Standard errors, residual correlation counted; infinite where the motion does not determine them.
+    pub standard_errors: Vec<f64>,
+    /// 95 % intervals, in the logarithm.
+    pub ci95: Vec<[f64; 2]>,
+}
+
+fn parameters<const N: usize>(model: &AxisModel<f64>) -> [f64; N] {
+    let side = |s: &Stribeck<f64>| [s.breakaway_torque, s.kinetic_torque, s.stribeck_velocity, s.viscous_friction];
+    let bristles = model.bristles.map_or([0.0; 2], |b| [b.stiffness, b.damping]);
+    let [a, b] = [side(&model.positive), side(&model.negative)];
+    let all = [&[model.inertia][..], &a, &b, &[model.lag], &bristles].concat();
+    std::array::from_fn(|i| all[i])
+}
+
+fn model<const N: usize, T: Scalar>(p: [T; N], offset: f64) -> AxisModel<T> {
+    let side = |first: usize| Stribeck {
+        breakaway_torque: p[first],
+        kinetic_torque: p[first + 1],
+        stribeck_velocity: p[first + 2],
+        viscous_friction: p[first + 3],
+        decay: Decay::Exponential,
+    };
+    let (positive, negative) = (side(1), side(5));
+    let bristles = (N == LUGRE).then(|| Bristles::passive(p[N - 2], p[N - 1], [&positive, &negative]));
+    AxisModel { inertia: p[0], positive, negative, offset: T::of(offset), lag: p[9], bristles }
+}
+
+/// Minimises the error of the predicted command over a range of samples, without the first `skip` of them. N says what
+/// is free: [`STRIBECK`] or [`LUGRE`].
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(super) fn refine<const N: usize>(
+    around: &Loop<'_>,
+    start: &AxisModel<f64>,
+    range: Range<usize>,
+    skip: usize,
+    watch: &Watch,
+) -> Result<Refined, Error> {
+    let residuals = |around: &Loop<'_>, p: [Dual<N>; N]| -> Result<Vec<Dual<N>>, Error> {
+        let mut p = p;
+        if let Some(inertia) = around.motion.inertia {
+            p[0] = Dual::of(inertia);
+        }
+        let run = around.simulate(&model(p, start.offset), range.clone(), watch)?;
+        let pairs = run.command.iter().zip(&around.signals.command[range.clone()]).skip(skip);
+        Ok(pairs.map(|(predicted, measured)| *predicted - Dual::of(*measured)).collect())
+    };
+    // Most of the way in coarse steps, at a fraction of the time. Stick makes the sum of squares rough: below 1e-5 of it
+    // (coarse) and 1e-4 (near the end) a search only wanders, by far less than the parameters' errors.
+    let coarse = Loop { sub_steps: around.sub_steps.div_ceil(5), ..*around };
+    let free = [[0.0, f64::INFINITY]; N];
+    let near =
+        minimise(parameters(start), free, Stop { step: 1e-6, fall: 1e-5, evaluations: 40 }, |p| residuals(&coarse, p))?;
+    let stop = Stop { step: 1e-6, fall: 1e-4, evaluations: 10 };
+    let best = minimise(near.parameters, free, stop, |p| residuals(around, p))?.parameters;
+    let slopes = residuals(&coarse, std::array::from_fn(|i| Dual::variable(best[i], i)))?;
+    let (shares, critical) = errors(&best, &slopes, around.motion.inertia.is_some());
+    Ok(Refined {
+        model: model(best, start.offset),
+        parameters: best.to_vec(),
+        standard_errors: best.iter().zip(&shares).map(|(p, s)| p * s).collect(),
+        ci95: best
+            .iter()
+            .zip(&shares)
+            .map(|(p, s)| [p / libm::exp(critical * s), p * libm::exp(critical * s)])
+            .collect(),
+    })
+}
+
+/// Standard errors of the logarithms, and the half-width of a 95 % interval in them.
+fn errors<const N: usize>(parameters: &[f64; N], residuals: &[Dual<N>], known_inertia: bool) -> ([f64; N], f64) {
+    // Ten samples make a row: their sum moves the parameters as they do, and the covariance needs a tenth of the time.
+    const ROW: usize = 10;
+    let mut normal = SMatrix::<f64, N, N>::zeros();
+    let mut rows = vec![SVector::<f64, N>::zeros(); residuals.len().div_ceil(ROW)];
+    for (t, residual) in residuals.iter().enumerate() {
+        let slope = SVector::<f64, N>::from_fn(|i, _| residual.gradient[i] * parameters[i]);
+        normal += slope * slope.transpose();
+        rows[t / ROW] += slope * residual.value;
+    }
+    if known_inertia {
+        // Nothing depends on it: it moves nothing and has no error.
+        normal[(0, 0)] = 1.0;
+    }
+    let Some(inverse) = normal.cholesky().map(|factor| factor.inverse()) else {
+        return ([f64::INFINITY; N], 1.96);
+    };
+    let influence = DMatrix::from_fn(N, rows.len(), |i, t| inverse.row(i).transpose().dot(&rows[t]));
+    let long_run = LongRun::of(&influence);
+    (std::array::from_fn(|i| long_run.covariance[(i, i)].sqrt()), long_run.critical)
+}

@@ -1,9 +1,0 @@
-//! What a bench that runs must stand: faults, an hour, another build. One program, so that the long ones run at once.
-
-#[path = "../../examples/soak/crowd.rs"]
-mod crowd;
-mod kept_runs;
-mod safety;
-#[path = "../../examples/soak/soak.rs"]
-mod soak;
-mod soaked;

@@ -1,0 +1,260 @@
+//! The thread that commands the axis: motions and measurements, one at a time.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use std::time::{Duration, SystemTime};
+
+use stickslip_core::control::reference::{Generator, Reference, Shaped};
+use stickslip_core::cycle::Parameters;
+use stickslip_core::supervise::{Request, SafetyState};
+
+use super::Shared;
+use super::at_rest::SoFar;
+use super::protocol::{Doing, Ended, MarkKind};
+use crate::catalogue::Made;
+use stickslip_base::figure::Series;
+use stickslip_base::preset::{Model, Settings};
+use stickslip_base::{Error, Watch};
+use stickslip_bench::foreign::Foreign;
+use stickslip_bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
+use stickslip_experiment::home;
+use stickslip_experiment::workflow::correct::render_corrected;
+use stickslip_experiment::workflow::measure::{Plan, measure_homed};
+use stickslip_experiment::workflow::render::{RenderRun, Rendering};
+
+/// From look to look where nothing runs.
+const LOOK: Duration = Duration::from_millis(5);
+/// Bench time that is handed over between two looks at what is asked for [s].
+const SLICE: f64 = 0.005;
+
+/// The stage of a motion: parameters may be changed during it.
+pub(super) const MOVING: &str = "moving";
+
+/// What the axis is to do.
+pub(super) enum Job {
+    /// Parameters have come into force.
+    Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
+    /// Press the linings on.
+    Preload(f64),
+    /// What was opened takes the place of what was loaded, for these settings.
+    Seat { foreign: Box<Foreign>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
+    /// Break something.
+    Inject(Injection),
+    /// Follow a reference.
+    Move { name: String, reference: Box<Reference<f64>>, render: bool },
+    /// Run something to its end: results, if any, go into this folder; `begins` says what is measured.
+    Run { what: String, folder: Option<PathBuf>, begins: Box<Begins>, work: Box<Work> },
+    /// End.
+    End,
+}
+
+/// Says what is measured, where it begins.
+pub(super) type Begins = dyn FnOnce(&Shared) + Send;
+
+/// Something that runs to its end.
+type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
+
+impl Job {
+    pub(super) fn home() -> Self {
+        let begins = Box::new(|_: &Shared| {});
+        Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
+    }
+
+    /// A friction curve of this number begins, and what is rendered meanwhile.
+    pub(super) fn begins_curve(number: u64, planned: Option<Box<Rendering>>) -> Box<Begins> {
+        Box::new(move |shared| shared.begin_curve(number, planned))
+    }
+
+    /// A measurement at rest begins.
+    pub(super) fn begins_at_rest(so_far: SoFar) -> Box<Begins> {
+        Box::new(move |shared| *super::lock(&shared.at_rest) = so_far)
+    }
+
+    /// Homes if need be, measures, writes results into a folder.
+    pub(super) fn measure<P: Plan + Send + 'static>(
+        plan: P,
+        preset: stickslip_base::Preset<f64>,
+        begins: Box<Begins>,
+        folder: PathBuf,
+    ) -> Self {
+        let to = folder.clone();
+        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+            make_ready(bench, watch)?;
+            let measured = measure_homed(plan, &preset, bench, watch)?;
+            measured.write(&to, &format!("stickslip serve, measure {}", P::KIND)).map(drop)
+        };
+        Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), begins, work: Box::new(work) }
+    }
+
+    /// The same for the friction that the load motor renders; `own` is what was measured without.
+    pub(super) fn measure_rendered(
+        planned: Rendering,
+        preset: stickslip_base::Preset<f64>,
+        own: Option<Series>,
+        number: u64,
+        folder: PathBuf,
+    ) -> Self {
+        let (to, plan) = (folder.clone(), planned.plan);
+        let work = move |bench: &mut ClockedBench, watch: &Watch| {
+            make_ready(bench, watch)?;
+            let corrected = render_corrected(&plan, &preset.bench.desired, 0, bench, watch)?;
+            let mut preset = preset;
+            preset.plant.wheel.preload = bench.preload();
+            let run = RenderRun { preset, seed: None, own, corrected };
+            run.write(&to, "stickslip serve, measure friction --render").map(drop)
+        };
+        let begins = Self::begins_curve(number, Some(Box::new(planned)));
+        Job::Run { what: "measure friction".into(), folder: Some(folder), begins, work: Box::new(work) }
+    }
+}
+
+/// Homed and with torque.
+fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
+    match (bench.safety(), bench.zero()) {
+        (SafetyState::Running, Some(_)) => Ok(()),
+        (SafetyState::Ready, Some(_)) => bench.change(Change::Request(Request::Start)),
+        _ => home(bench, watch),
+    }
+}
+
+/// A motion.
+struct Motion {
+    name: String,
+    generator: Shaped<'static>,
+    ticks: u64,
+    render: bool,
+}
+
+/// Runs until it is told to end: how the clock was kept.
+pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<Clocked> {
+    let mut motion = None;
+    loop {
+        let job = if motion.is_some() {
+            match jobs.try_recv() {
+                Ok(job) => Some(job),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => break,
+            }
+        } else {
+            match jobs.recv_timeout(LOOK) {
+                Ok(job) => Some(job),
+                Err(RecvTimeoutError::Timeout) => None,
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+        };
+        shared.count_calls();
+        match job {
+            Some(Job::End) => break,
+            Some(Job::Adopt(adopted)) => bench.adopt(&adopted.0, &adopted.1, &adopted.2),
+            Some(Job::Preload(preload)) => {
+                let pressed = bench.set_preload(preload);
+                shared.ended("preload", pressed.map(|()| None));
+            }
+            Some(Job::Seat { foreign, settings, seated }) => {
+                let done = bench.seat(*foreign, &settings);
+                shared.doing(None);
+                // Whoever asked waits for it.
+                let _ = seated.send(done);
+            }
+            // The loop has ended: who waits for the fault hears that.
+            Some(Job::Inject(injection)) => drop(bench.inject(injection)),
+            Some(Job::Move { name, reference, render }) => {
+                shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
+                motion = Some(begin(&bench, shared, name, &reference, render));
+            }
+            Some(Job::Run { what, folder, begins, work }) => {
+                begins(shared);
+                let begun = SystemTime::now();
+                let ended = work(&mut bench, &shared.watch(&what));
+                shared.end_curve();
+                *super::lock(&shared.at_rest) = SoFar::Nothing;
+                // What was measured until a failure is kept as well. A clerk that has gone has told why.
+                if let Some(folder) = &folder {
+                    let made = Made::now(folder, begun, Some(shared.preset.clone()));
+                    let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
+                    let number = number.and_then(|number| i64::try_from(number).ok());
+                    let _ = shared.clerk.send(Some(Made { number, ..made }));
+                }
+                shared.ended(&what, ended.map(|()| folder));
+            }
+            None => {}
+        }
+        match &mut motion {
+            Some(moving) => match go(&mut bench, shared, moving) {
+                Ok(true) => {}
+                ended => {
+                    shared.ended(&moving.name, ended.map(|_| None));
+                    motion = None;
+                }
+            },
+            None => {
+                // Faults are told by the stream; why the loop has ended is known here alone.
+                if let Err(error) = bench.refresh()
+                    && bench.granted().is_none()
+                {
+                    super::lock(&shared.newest).fault = Some(error.to_string());
+                }
+            }
+        }
+    }
+    bench.stop()
+}
+
+fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Motion {
+    let rate = bench.settings().tick_rate;
+    let shaper = bench.settings().shaper.shaper(&bench.model().drive, rate);
+    let ticks = ((reference.duration() * rate).min(u64::MAX as f64) as u64).saturating_add(shaper.delay());
+    let generator = Generator::new(*reference, rate).with_origin(shared.held());
+    Motion { name, generator: Shaped::new(generator, shaper), ticks, render }
+}
+
+/// A slice of a motion; whether it goes on.
+fn go(bench: &mut ClockedBench, shared: &Shared, motion: &mut Motion) -> Result<bool, Error> {
+    for _ in 0..(SLICE * bench.settings().tick_rate) as u64 + 1 {
+        let halted = shared.halt.load(Ordering::Relaxed);
+        if halted || motion.generator.cycle() >= motion.ticks {
+            bench.come_to_rest()?;
+            return if halted { Err(Error::Cancelled) } else { Ok(false) };
+        }
+        let setpoint = motion.generator.next();
+        let command = Command { setpoint, control: true, render: motion.render, ..Command::default() };
+        let frame = bench.hand_over(command)?;
+        // The operator took the torque away: nobody follows.
+        if frame.is_some_and(|frame| !frame.safety.allows_torque()) {
+            bench.drain(&mut |_| {})?;
+            return Err(Error::Cancelled);
+        }
+    }
+    if motion.ticks < u64::MAX {
+        let fraction = motion.generator.cycle() as f64 / motion.ticks as f64;
+        shared.doing(Some(Doing { what: motion.name.clone(), stage: MOVING.into(), fraction }));
+    }
+    Ok(true)
+}
+
+impl Shared {
+    /// Why something was stopped.
+    fn silence(&self) -> String {
+        let limit = self.operator_time.unwrap_or_default().as_secs_f64();
+        format!(
+            "The operator was silent for more than {limit} s, and the bench stopped. Whoever operates must be heard more \
+             often, or choose another `--operator-time`."
+        )
+    }
+
+    /// Something has ended: where its results are, or why it failed.
+    fn ended(&self, what: &str, ended: Result<Option<PathBuf>, Error>) {
+        let abandoned = self.abandoned.swap(false, Ordering::Relaxed);
+        let (error, folder) = match ended {
+            Err(_) if abandoned => (Some(self.silence()), None),
+            Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
+            Err(error) => (Some(error.to_string()), None),
+        };
+        let said = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
+        self.mark_now(MarkKind::End, said);
+        *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
+        self.doing(None);
+    }
+}

@@ -1,0 +1,243 @@
+//! The captures and streams of all clients, by number.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use super::protocol::{Answer, Captured, Point};
+use stickslip_base::Error;
+use stickslip_base::parameters::schema::nearest;
+use stickslip_bench::run::channels;
+use stickslip_recording::capture::{
+    Batch, Batches, Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger,
+};
+
+/// Captures and streams at once.
+const MOST: usize = 16;
+/// Points that wait for whoever asks.
+const WAITING: usize = 4096;
+/// Signals of a stream of every cycle, and for how long its rows wait [s].
+const WIDEST: usize = 64;
+const PATIENCE: f64 = 2.0;
+/// Memory of one [bytes].
+const LIMIT: usize = 64 << 20;
+/// Nobody asks any more for one that was not asked for so long.
+const FORGOTTEN: Duration = Duration::from_secs(60);
+
+/// The captures.
+pub(super) struct Captures {
+    /// Where the rows go in.
+    pub(super) stream: Stream,
+    names: Vec<String>,
+    running: BTreeMap<u64, Running>,
+    begun: u64,
+}
+
+/// One of them.
+struct Running {
+    what: What,
+    asked: Instant,
+}
+
+enum What {
+    Capture { tap: Tap<Capture>, signals: Vec<String>, tick_time: f64 },
+    Stream(Tap<Envelope>),
+    Samples(Tap<Batches>),
+}
+
+impl Captures {
+    pub(super) fn new() -> Self {
+        let names: Vec<_> = channels().into_iter().map(|entry| entry.path).collect();
+        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), begun: 0 }
+    }
+
+    /// Begins one around a trigger, from `span[0]` before to `span[1]` after it [s].
+    pub(super) fn begin(
+        &mut self,
+        signals: Vec<String>,
+        trigger: &str,
+        span: [f64; 2],
+        decimation: u64,
+        rate: f64,
+    ) -> Result<Answer, Error> {
+        let trigger: Trigger = trigger.parse()?;
+        let indices = self.indices(&signals)?;
+        let (before, after) = (ticks(span[0], rate)?, ticks(span[1], rate)?);
+        let plan = Plan { signals: indices, decimation, before, after, keep: Keep::First(1) };
+        let capture = Capture::new(plan, &trigger, &self.names, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(capture)?;
+        Ok(self.run(What::Capture { tap, signals, tick_time: 1.0 / rate }, stage(Stage::Filling)))
+    }
+
+    /// Begins a stream with a point each so often [s].
+    pub(super) fn watch(&mut self, signals: &[String], every: f64, rate: f64) -> Result<Answer, Error> {
+        let envelope = Envelope::new(self.indices(signals)?, ticks(every, rate)?.max(1), WAITING, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(envelope)?;
+        Ok(self.run(What::Stream(tap), "streaming"))
+    }
+
+    /// Begins a stream of every cycle.
+    pub(super) fn sample(&mut self, signals: &[String], rate: f64) -> Result<Answer, Error> {
+        let refused = |answer: String, remedy: &str| {
+            Err(Error::Answer { question: "signals of a stream".into(), answer, remedy: remedy.into() })
+        };
+        if signals.len() > WIDEST {
+            return refused(signals.len().to_string(), &format!("At most {WIDEST}."));
+        }
+        if let Some(twice) = repeated(signals) {
+            return refused(format!("{twice} twice"), "Name each once.");
+        }
+        let room = (PATIENCE * rate).ceil() as usize;
+        let batches = Batches::new(self.indices(signals)?, room, LIMIT)?;
+        self.make_room()?;
+        let tap = self.stream.add(batches)?;
+        Ok(Answer::Samples { capture: self.number(What::Samples(tap)) })
+    }
+
+    fn run(&mut self, what: What, stage: &str) -> Answer {
+        Answer::Capture { capture: self.number(what), stage: stage.into() }
+    }
+
+    fn number(&mut self, what: What) -> u64 {
+        self.begun += 1;
+        self.running.insert(self.begun, Running { what, asked: Instant::now() });
+        self.begun
+    }
+
+    fn indices(&self, signals: &[String]) -> Result<Vec<usize>, Error> {
+        let index = |name: &String| {
+            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Unknown {
+                what: "signal",
+                name: name.clone(),
+                remedy: match nearest(name, self.names.iter().map(String::as_str)) {
+                    Some(nearest) => format!("Did you mean {nearest}?"),
+                    None => "`stickslip bench signals` lists them.".into(),
+                },
+            })
+        };
+        signals.iter().map(index).collect()
+    }
+
+    /// The points of a stream that wait.
+    pub(super) fn points(&mut self, number: u64) -> Result<Answer, Error> {
+        let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
+        running.asked = Instant::now();
+        let What::Stream(tap) = &running.what else { return Err(unknown(number)) };
+        let envelope = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
+        let point = |point: stickslip_recording::capture::Point| Point {
+            from: point.from,
+            to: point.to,
+            missing: point.missing,
+            min: point.extremes.iter().map(|extremes| finite(extremes.min)).collect(),
+            max: point.extremes.iter().map(|extremes| finite(extremes.max)).collect(),
+            last: point.last.iter().copied().map(finite).collect(),
+            nan: point.extremes.iter().map(|extremes| extremes.nan).collect(),
+        };
+        Ok(Answer::Points { points: std::iter::from_fn(|| envelope.take()).map(point).collect() })
+    }
+
+    /// The oldest batch of a stream of every cycle that waits.
+    pub(super) fn batch(&mut self, number: u64) -> Result<Option<Batch>, Error> {
+        let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
+        running.asked = Instant::now();
+        let What::Samples(tap) = &running.what else { return Err(unknown(number)) };
+        Ok(self.stream.get_mut(tap).ok_or_else(|| unknown(number))?.take())
+    }
+
+    /// What one has; complete, it ends.
+    pub(super) fn fetch(&mut self, number: u64) -> Result<Answer, Error> {
+        let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
+        running.asked = Instant::now();
+        let What::Capture { tap, signals, tick_time } = &running.what else { return Err(unknown(number)) };
+        let capture = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
+        let Some(segment) = capture.take() else {
+            return Ok(Answer::Capture { capture: number, stage: stage(capture.stage()).into() });
+        };
+        let answer = captured(segment, signals, *tick_time);
+        self.end(number)?;
+        Ok(Answer::Captured(Box::new(answer)))
+    }
+
+    /// Ends one.
+    pub(super) fn end(&mut self, number: u64) -> Result<(), Error> {
+        let running = self.running.remove(&number).ok_or_else(|| unknown(number))?;
+        match running.what {
+            What::Capture { tap, .. } => drop(self.stream.remove(tap)),
+            What::Stream(tap) => drop(self.stream.remove(tap)),
+            What::Samples(tap) => drop(self.stream.remove(tap)),
+        }
+        Ok(())
+    }
+
+    /// Ends what is forgotten, if there is no room.
+    fn make_room(&mut self) -> Result<(), Error> {
+        if self.running.len() < MOST {
+            return Ok(());
+        }
+        let oldest = self.running.iter().min_by_key(|(_, running)| running.asked);
+        match oldest.filter(|(_, running)| running.asked.elapsed() > FORGOTTEN).map(|(number, _)| *number) {
+            Some(number) => self.end(number),
+            None => Err(Error::Answer {
+                question: "captures and streams at once".into(),
+                answer: (MOST + 1).to_string(),
+                remedy: format!("At most {MOST}: fetch or drop one."),
+            }),
+        }
+    }
+}
+
+/// A number of ticks; one that none can have is refused with its memory.
+fn ticks(seconds: f64, rate: f64) -> Result<u64, Error> {
+    if seconds >= 0.0 { Ok((seconds * rate).round() as u64) } else { Err(negative(seconds)) }
+}
+
+fn repeated(names: &[String]) -> Option<&String> {
+    let mut seen = BTreeSet::new();
+    names.iter().find(|name| !seen.insert(*name))
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+fn captured(segment: Segment, signals: &[String], tick_time: f64) -> Captured {
+    Captured {
+        signals: signals.to_vec(),
+        times: segment.times(tick_time).collect(),
+        trigger: segment.trigger,
+        lost: segment.lost(),
+        missing: segment.missing,
+        columns: segment.columns.iter().map(|column| column.iter().copied().map(finite).collect()).collect(),
+        cycles: segment.cycles,
+    }
+}
+
+fn stage(stage: Stage) -> &'static str {
+    match stage {
+        Stage::Filling => "filling",
+        Stage::Armed => "armed",
+        Stage::Delayed => "delayed",
+        Stage::Triggered => "triggered",
+        Stage::Complete => "complete",
+    }
+}
+
+fn negative(seconds: f64) -> Error {
+    Error::OutOfRange {
+        name: "a time of a capture or stream",
+        value: seconds,
+        unit: "s",
+        minimum: 0.0,
+        maximum: f64::INFINITY,
+        remedy: "Give a time in seconds.",
+    }
+}
+
+fn unknown(number: u64) -> Error {
+    Error::Unknown {
+        what: "capture",
+        name: number.to_string(),
+        remedy: "It was fetched, dropped or forgotten: begin another one.".into(),
+    }
+}

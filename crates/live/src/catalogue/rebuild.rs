@@ -1,0 +1,115 @@
+//! The index anew, from the folders.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::Catalogue;
+use super::connection::{calls_for_rebuild, set_aside};
+use super::facts::{Facts, RECORD};
+use super::label::{self, Label, identity};
+use stickslip_base::Error;
+
+/// Folders that hold no runs.
+const OTHERS: [&str; 3] = ["target", "node_modules", "__pycache__"];
+/// Folders within each other.
+const DEPTH: usize = 12;
+
+/// What was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rebuilt {
+    /// Runs in the catalogue now.
+    pub runs: usize,
+    /// Of them those that had no label, and got a new number.
+    pub unlabelled: usize,
+}
+
+impl Catalogue {
+    /// Forgets what it knows and looks through the project's folder. Numbers, names, tags and notes come from the labels
+    /// of the runs; a copy of a run, or one without a label, gets a new number.
+    ///
+    /// # Errors
+    /// [`Error::Catalogue`], [`Error::File`].
+    pub fn rebuild(&self) -> Result<Rebuilt, Error> {
+        let mut connection = match self.write() {
+            Ok(connection) => connection,
+            // No catalogue of ours: what lies there may still be of use to somebody.
+            Err(error) if calls_for_rebuild(&error) => {
+                set_aside(&self.file)?;
+                self.write()?
+            }
+            Err(error) => return Err(error),
+        };
+        let mut paths = Vec::new();
+        find(&self.root, 0, &mut paths);
+        paths.sort();
+        let mut runs: Vec<(PathBuf, Facts, Option<Label>)> = paths
+            .into_iter()
+            .filter_map(|path| Facts::read(&path).map(|facts| (Label::read(&path), facts, path)))
+            .map(|(label, facts, path)| (path, facts, label))
+            .collect();
+        // Those with a number first, by it; the others in the order of their time.
+        let begun = |path: &Path, facts: &Facts| facts.begun.unwrap_or_else(|| changed(path));
+        runs.sort_by(|(path, facts, label), (other, its, lies)| {
+            let key = |label: &Option<Label>| label.as_ref().map_or(i64::MAX, |label| label.number);
+            key(label).cmp(&key(lies)).then(begun(path, facts).total_cmp(&begun(other, its)))
+        });
+        let transaction = self.begin(&mut connection)?;
+        transaction.execute("DELETE FROM run", []).map_err(self.refused())?;
+        let (mut numbers, mut identities) = (BTreeSet::new(), BTreeSet::new());
+        let mut written = Vec::new();
+        let mut rebuilt = Rebuilt { runs: 0, unlabelled: 0 };
+        for (path, facts, label) in runs {
+            let known = label.filter(|label| label.number > 0 && !identities.contains(&label.identity));
+            let labelled = known.is_some();
+            let mut label = known.unwrap_or_else(|| Label::new(identity()));
+            if !labelled || !numbers.insert(label.number) {
+                let before = label.number;
+                label.number = self.next_number(&transaction)?;
+                numbers.insert(label.number);
+                if before == 0 {
+                    label.name = facts.name(label.number);
+                    label.begun = self.time(&transaction, begun(&path, &facts))?;
+                    (label.duration, label.preset) = (facts.duration, facts.preset.clone());
+                    rebuilt.unlabelled += 1;
+                }
+                written.push((path.clone(), label.clone()));
+            }
+            identities.insert(label.identity.clone());
+            self.insert(&transaction, &label, &facts, &self.relative(&path))?;
+            rebuilt.runs += 1;
+        }
+        for (path, label) in written {
+            label.write(&path)?;
+        }
+        transaction.commit().map_err(self.refused())?;
+        Ok(rebuilt)
+    }
+}
+
+/// Folders and lone records that may be runs.
+fn find(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    let is_run = folder.join("summary.json").is_file() || folder.join(RECORD).is_file();
+    if is_run {
+        to.push(folder.to_owned());
+    }
+    for entry in entries.flatten() {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        // A link may lead out of the project, or back into it.
+        let Ok(kind) = entry.file_type() else { continue };
+        if kind.is_dir() && depth < DEPTH && !name.starts_with('.') && !OTHERS.contains(&name.as_str()) {
+            find(&path, depth + 1, to);
+        } else if kind.is_file() && name.ends_with(".mf4") && !(is_run && name == RECORD) {
+            to.push(path);
+        }
+    }
+}
+
+/// When a run was written last [s since 1970].
+fn changed(path: &Path) -> f64 {
+    let file = [path.join("summary.json"), path.to_owned()].into_iter().find(|file| file.is_file());
+    let label = label::file(path);
+    let time = std::fs::metadata(file.unwrap_or(label)).and_then(|file| file.modified());
+    let since = |time: std::time::SystemTime| time.duration_since(std::time::UNIX_EPOCH).ok();
+    time.ok().and_then(since).map_or(0.0, |since| since.as_secs_f64())
+}

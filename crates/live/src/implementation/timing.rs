@@ -1,0 +1,124 @@
+//! Where the time of a cycle goes.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use stickslip_rt::{Histograms, Quantiles};
+
+use stickslip_bench::overrun_sentence;
+
+/// Bars of a histogram in a decade of time.
+const DECADE: f64 = 16.0;
+/// Overruns that are told.
+const TOLD: usize = 20;
+
+/// How long cycles take. Times in seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Timing {
+    /// From cycle to cycle: what a cycle may take.
+    pub period: f64,
+    /// Cycles that are counted.
+    pub cycles: u64,
+    /// The whole cycle, from its wake-up to the end of its work.
+    pub bins: Vec<TimeBin>,
+    /// Lateness, the whole cycle, and its parts in their order.
+    pub parts: Vec<TimedPart>,
+    /// Deadlines that were missed, all of them.
+    pub overruns: u64,
+    /// The last of them, the newest first.
+    pub late: Vec<LateCycle>,
+    /// Cycles that were held because of them.
+    pub missed: u64,
+}
+
+/// A bar of a histogram.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TimeBin {
+    /// From [s].
+    pub from: f64,
+    /// Below [s].
+    pub to: f64,
+    /// So many cycles.
+    pub count: u64,
+}
+
+/// The time that a part takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct TimedPart {
+    /// Which.
+    pub name: String,
+    /// Half of all cycles take at most this [s].
+    pub median: f64,
+    /// 99.9 % of them [s].
+    pub p999: f64,
+    /// All of them [s].
+    pub longest: f64,
+}
+
+/// A cycle that missed its deadline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LateCycle {
+    /// Its number.
+    pub cycle: u64,
+    /// By how much [s].
+    pub by: f64,
+    /// Why, in a sentence.
+    pub sentence: String,
+}
+
+impl Timing {
+    pub(super) fn of(histograms: &Histograms, rate: f64) -> Self {
+        let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;
+        let part = |name: &str, times: Quantiles| TimedPart {
+            name: name.into(),
+            median: seconds(times.p50),
+            p999: seconds(times.p999),
+            longest: seconds(times.max),
+        };
+        let total = histograms.total();
+        let mut parts = vec![part("lateness", histograms.lateness()), part("whole cycle", total)];
+        parts.extend(histograms.blocks().map(|(block, times)| part(block.name, times)));
+        let period = 1.0 / rate;
+        let edges = edges(histograms.shortest(), total.max.max((period * 1e9) as u64));
+        let counts = histograms.counts(&edges);
+        let bins = edges.windows(2).zip(counts);
+        let late = histograms.overruns.iter().rev().take(TOLD);
+        Timing {
+            period,
+            cycles: total.count,
+            bins: bins.map(|(edge, count)| TimeBin { from: seconds(edge[0]), to: seconds(edge[1]), count }).collect(),
+            parts,
+            overruns: histograms.overruns.len() as u64,
+            late: late
+                .map(|one| LateCycle { cycle: one.cycle, by: one.by as f64 * 1e-9, sentence: overrun_sentence(one) })
+                .collect(),
+            missed: histograms.missed,
+        }
+    }
+}
+
+/// Edges of bars that are alike in width on a scale of decades, over all of it [ns].
+fn edges(shortest: u64, longest: u64) -> Vec<u64> {
+    let place = |time: u64| (time.max(1) as f64).log10() * DECADE;
+    let (first, last) = (place(shortest).floor() as i64, place(longest).floor() as i64 + 1);
+    let edge = |step: i64| 10f64.powf(step as f64 / DECADE) as u64;
+    let mut edges: Vec<u64> = (first..=last).map(edge).collect();
+    edges.dedup();
+    // Rounding may have taken a little at the ends.
+    edges[0] = edges[0].min(shortest);
+    edges.push((longest + 1).max(edge(last + 1)));
+    edges.dedup();
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_cover_every_time() {
+        let edges = edges(1_234, 987_654);
+        assert!(edges[0] <= 1_234 && edges.last().is_some_and(|edge| *edge > 987_654), "{edges:?}");
+        assert!(edges.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(super::edges(0, 0).len() >= 2);
+    }
+}

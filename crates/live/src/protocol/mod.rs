@@ -1,0 +1,29 @@
+//! What can be asked of a bench that runs, and what it answers: the one language of terminal, scripts and browser.
+
+mod answer;
+mod call;
+mod chatter;
+mod status;
+
+pub use answer::{Answer, Captured, Changed, Laid, Point, Signal};
+pub use call::{Call, Quantity};
+pub use chatter::ToChatter;
+pub use status::{ClockStatus, Doing, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
+
+pub use super::again::ReplayProgress;
+pub use super::at_rest::MeasuredAtRest;
+pub use super::controller::{
+    CornerSeen, DampingRay, DraftKind, HuntingSeen, LoopAt, LoopDraft, LoopLimits, LoopMark, LoopNumber, LoopPole,
+    LoopSeen, LoopVerdict, PoleDrag, PoleGrip, TuneProgress,
+};
+pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
+pub use super::form::{Choice, Item, ItemKind, PlanForm};
+pub use super::implementation::{
+    BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
+    LateCycle, Target, TargetFile, TimeBin, TimedPart, Timing, Wished,
+};
+pub use super::losses::Loss;
+pub use super::machine::{Factor, Machine, Part, PartKind};
+pub use super::preload::AdvisedPreload;
+pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
+pub use stickslip_bench::run::{Alignment, Course, Happened, Simulated, Trace};

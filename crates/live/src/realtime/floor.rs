@@ -1,0 +1,144 @@
+//! The machine's own floor: a thread that only looks at the clock, and the holes between two looks.
+//!
+//! Whatever stops it stops an executive, too: interrupts, the system's management mode, a hypervisor. Who wakes up at an
+//! instant within a hole is late by what is left of it, so the holes h of a time T give the lateness that a perfect
+//! executive would have: P(late > x) = Σ max(0, h − x) / T.
+
+use std::hint::spin_loop;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Wishes};
+
+use super::wake_up::follow;
+use stickslip_base::{Error, Watch};
+
+/// From begin to begin of a spin: the kernel stops a real-time thread that takes more than 95 % of a second.
+const PERIOD: Duration = Duration::from_millis(100);
+const SPUN: u64 = 85_000_000;
+/// Shorter ones are looks at the clock [ns].
+const SHORTEST: u64 = 1000;
+/// Holes that find room; when there is none left, the measurement ends.
+const ROOM: usize = 1 << 20;
+
+/// The holes of a machine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Floor {
+    /// How long the clock was looked at [s].
+    pub watched: f64,
+    /// All holes from 1 µs on [s], the longest first.
+    pub holes: Vec<f64>,
+}
+
+impl Floor {
+    fn new(watched: u64, holes: &[u64]) -> Self {
+        let mut holes: Vec<f64> = holes.iter().map(|hole| *hole as f64 * 1e-9).collect();
+        holes.sort_by(|one, other| other.total_cmp(one));
+        Floor { watched: watched as f64 * 1e-9, holes }
+    }
+
+    /// What part of the instants lies so far before the end of a hole [s], or farther.
+    pub fn later_than(&self, lateness: f64) -> f64 {
+        let within = self.holes.iter().take_while(|hole| **hole > lateness);
+        within.map(|hole| hole - lateness).sum::<f64>() / self.watched.max(f64::MIN_POSITIVE)
+    }
+
+    /// The lateness that this part of the instants does not exceed [s].
+    pub fn quantile(&self, part: f64) -> f64 {
+        let beyond = (1.0 - part) * self.watched;
+        let mut sum = 0.0;
+        for (index, hole) in self.holes.iter().enumerate() {
+            sum += hole;
+            // Between this hole's length and the next one's, the first so many are cut at x: sum − count·x = beyond.
+            let count = (index + 1) as f64;
+            let cut = (sum - beyond) / count;
+            if cut >= self.holes.get(index + 1).copied().unwrap_or(0.0) {
+                return cut.clamp(0.0, *hole);
+            }
+        }
+        0.0
+    }
+
+    /// The longest hole [s]; 0 where there was none.
+    pub fn longest(&self) -> f64 {
+        self.holes.first().copied().unwrap_or(0.0)
+    }
+}
+
+/// Spins through most of each period.
+struct Spinning {
+    watched: u64,
+    holes: Vec<u64>,
+    result: Sender<Floor>,
+}
+
+impl Cycle for Spinning {
+    fn blocks(&self) -> &[Block] {
+        &[]
+    }
+
+    fn run(&mut self, _: u64, _: &mut Lap) -> Next {
+        let clock = MonotonicClock::default();
+        let begin = clock.now();
+        let mut last = begin;
+        while last - begin < SPUN {
+            spin_loop();
+            let now = clock.now();
+            if now - last >= SHORTEST {
+                self.holes.push(now - last);
+            }
+            last = now;
+            if self.holes.len() == ROOM {
+                break;
+            }
+        }
+        self.watched += last - begin;
+        if self.holes.len() < ROOM { Next::Continue } else { Next::Stop }
+    }
+
+    fn hold(&mut self, _: u64) {}
+
+    fn end(&mut self) {
+        // Nobody waits for it where the measurement was cancelled.
+        let _ = self.result.send(Floor::new(self.watched, &self.holes));
+    }
+}
+
+/// Looks at the clock for so long, on a thread as the executive's.
+///
+/// # Errors
+/// [`Error::RealTime`] where the system has no thread; [`Error::Cancelled`].
+pub fn measure_floor(time: Duration, wishes: Wishes, watch: &Watch) -> Result<Floor, Error> {
+    let (result, found): (_, Receiver<Floor>) = channel();
+    let cycles = time.as_nanos().div_ceil(PERIOD.as_nanos()) as u64;
+    let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
+    let plan = Plan { warm_up: 0, cycles: Some(cycles), overrun, ..Plan::new(PERIOD) };
+    let cycle = Spinning { watched: 0, holes: Vec::with_capacity(ROOM), result };
+    let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
+    follow(&running, time, "floor of the machine", watch, || timings.by_ref().for_each(drop))?;
+    running.join();
+    Ok(found.recv().unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hole_makes_those_instants_late_that_lie_in_it() {
+        // One hole of 2 ms and one of 1 ms in a second: 0.3 % of all instants are late at all.
+        let floor = Floor::new(1_000_000_000, &[1_000_000, 2_000_000]);
+        let close = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-12, "{value}, not {expected}");
+        close(floor.later_than(0.0), 3e-3);
+        close(floor.later_than(1e-3), 1e-3);
+        close(floor.later_than(1.5e-3), 0.5e-3);
+        close(floor.later_than(2e-3), 0.0);
+        close(floor.longest(), 2e-3);
+        for part in [0.998, 0.999, 0.9995, 1.0] {
+            close(floor.later_than(floor.quantile(part)), 1.0 - part);
+        }
+        close(floor.quantile(0.5), 0.0);
+        close(floor.quantile(0.999), 1e-3);
+        assert_eq!((Floor::default().quantile(0.999), Floor::default().later_than(0.0)), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,168 @@
+//! Friction that is rendered: measured under the law, with the figures of the paper, and the report of it all.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::axis::Job;
+use super::curve::of;
+use super::protocol::Answer;
+use super::{Live, form, lock};
+use crate::catalogue::Made;
+use stickslip_base::Error;
+use stickslip_base::figure::Figure;
+use stickslip_base::quantity::Estimate;
+use stickslip_base::report::{Provenance, Report, Section};
+use stickslip_bench::foreign::Role;
+use stickslip_bench::tuning::selector;
+use stickslip_experiment::FrictionPlan;
+use stickslip_experiment::workflow::experiment::Experiment;
+use stickslip_experiment::workflow::render::Rendering;
+
+/// A friction as it was rendered, or is being measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct RenderedFriction {
+    /// Number of the run; `null` where there is none.
+    pub run: Option<u64>,
+    /// Whether it is being measured.
+    pub measuring: bool,
+    /// What came out, in a sentence.
+    pub verdict: String,
+    /// The numbers that one looks for first.
+    pub keys: Vec<KeyEstimate>,
+    /// Own and desired friction, desired and rendered friction, load torque, sweep through standstill: figures 12, 13
+    /// and 14 of the paper, and 14 from close by.
+    pub figures: Vec<Picture>,
+}
+
+/// A number with its uncertainty, as printed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct KeyEstimate {
+    /// What it is.
+    pub name: String,
+    /// The value; `unknown` where it is not known.
+    pub value: String,
+    /// Half of its 95 % interval, without the sign; empty where there is none.
+    pub half_width: String,
+    /// The unit of both, with its prefix.
+    pub unit: String,
+}
+
+impl KeyEstimate {
+    pub(super) fn of(name: &str, number: &Estimate) -> Self {
+        let written = number.written();
+        let (value, half_width, unit) = (written.value, written.half_width, written.unit);
+        KeyEstimate { name: name.into(), value, half_width, unit }
+    }
+}
+
+/// A figure with what one sees in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Picture {
+    /// The figure.
+    pub figure: Figure,
+    /// The caption.
+    pub caption: String,
+}
+
+impl RenderedFriction {
+    fn of(report: &Report) -> Self {
+        let picture = |section: &Section| match section {
+            Section::Figure { figure, caption } => {
+                Some(Picture { figure: (**figure).clone(), caption: caption.clone() })
+            }
+            _ => None,
+        };
+        RenderedFriction {
+            run: None,
+            measuring: false,
+            verdict: report.told().into(),
+            keys: report.keys().map(|(name, number)| KeyEstimate::of(name, number)).collect(),
+            figures: report.sections().iter().filter_map(picture).collect(),
+        }
+    }
+}
+
+impl Live {
+    /// Measures the friction that is rendered; what cannot be rendered is refused before anything moves.
+    pub(super) fn measure_rendered(&self, values: &BTreeMap<String, String>) -> Result<Answer, Error> {
+        let plan = form::with_values(&FrictionPlan::default(), values)?;
+        let tuning = lock(&self.shared.tuning).clone();
+        if let Some(role @ (Role::Friction | Role::Law)) = tuning.acting() {
+            return Err(Error::RendersItself { role, selector: selector(role) });
+        }
+        let preset = *tuning.preset();
+        let (planned, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench)?;
+        let own = self.own_friction();
+        let (number, folder) = self.folder("render")?;
+        self.begin("measure friction", Job::measure_rendered(planned, preset, own, number, folder))
+    }
+
+    /// What was rendered in a run, or is being measured, or was last.
+    pub(super) fn rendered(&self, run: Option<u64>) -> Result<RenderedFriction, Error> {
+        let known = lock(&self.shared.measured).clone();
+        if let (None, true, Some(planned)) = (run, known.measuring, known.planned) {
+            let so_far = Rendering { curve: of(known.plateaus), ..*planned };
+            let report = Report::new("", Provenance::new("", None, ""));
+            let shown = RenderedFriction::of(&so_far.told_in(report, self.own_friction().as_ref()));
+            return Ok(RenderedFriction { measuring: true, ..shown });
+        }
+        let names = self.curves();
+        let name = match run {
+            None => match names.iter().find(|name| name.rendered) {
+                Some(name) => name,
+                None => return Ok(RenderedFriction::default()),
+            },
+            Some(run) => names.iter().find(|name| name.rendered && name.run == run).ok_or_else(|| Error::Unknown {
+                what: "run with rendered friction",
+                name: run.to_string(),
+                remedy: "The call `curves` lists them.".into(),
+            })?,
+        };
+        let report = Report::read(&self.runs_folder().join(&name.name))?;
+        Ok(RenderedFriction { run: Some(name.run), ..RenderedFriction::of(&report) })
+    }
+
+    /// Writes the report of own, desired and rendered friction into a run of its own.
+    pub(super) fn save_report(&self) -> Result<Answer, Error> {
+        let begun = SystemTime::now();
+        let names = self.curves();
+        let newest = |rendered: bool| {
+            let name = names.iter().find(|name| name.rendered == rendered);
+            name.map(|name| self.runs_folder().join(&name.name))
+        };
+        let preset = *lock(&self.shared.tuning).preset();
+        let experiment = Experiment::read(newest(false).as_deref(), newest(true).as_deref(), preset)?;
+        let (run, folder) = self.folder("report")?;
+        experiment.write(&folder, "stickslip serve, save report")?;
+        // A clerk that has gone has told why.
+        let _ = self.shared.clerk.send(Some(Made::now(&folder, begun, Some(self.shared.preset.clone()))));
+        Ok(Answer::Report { run, folder: folder.display().to_string() })
+    }
+
+    /// The page of a run's report.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] where the run has none; [`Error::File`] if the system refuses.
+    pub fn report_page(&self, run: u64) -> Result<String, Error> {
+        let begin = format!("{run:04}-");
+        let of_run = |entry: &std::fs::DirEntry| entry.file_name().to_string_lossy().starts_with(&begin);
+        let folder = std::fs::read_dir(self.runs_folder()).into_iter().flatten().flatten().find(of_run);
+        let page = folder.map(|folder| folder.path().join("report.html"));
+        // A link may lead anywhere.
+        let is_plain = |page: &PathBuf| page.symlink_metadata().is_ok_and(|about| about.is_file());
+        let page = page.filter(is_plain).ok_or_else(|| Error::Unknown {
+            what: "run with a report",
+            name: run.to_string(),
+            remedy: "Its number is the begin of a folder's name in `runs`.".into(),
+        })?;
+        std::fs::read_to_string(&page).map_err(|source| Error::file(&page, "read", source))
+    }
+
+    fn runs_folder(&self) -> PathBuf {
+        Path::new(&self.shared.project).join("runs")
+    }
+}

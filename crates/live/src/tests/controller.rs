@@ -1,0 +1,209 @@
+//! A controller that is designed on a bench that runs.
+
+use nalgebra::ComplexField as _;
+
+use super::*;
+use crate::protocol::{DraftKind, HuntingSeen, LoopDraft, LoopSeen, PoleDrag, TuneProgress};
+use stickslip_base::ControllerChoice;
+use stickslip_design::linear::Operating;
+use stickslip_design::{PositionLoop, axis_control};
+use stickslip_experiment::workflow::hunting::HuntingRun;
+use stickslip_experiment::workflow::position_loop::LoopRun;
+
+fn values(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
+    pairs.iter().map(|(path, value)| ((*path).into(), (*value).into())).collect()
+}
+
+fn seen(live: &Live, draft: LoopDraft) -> LoopSeen {
+    match live.call("looks", Call::Loop(draft)).unwrap() {
+        Answer::Loop(seen) => *seen,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn number(seen: &LoopSeen, load: &str, key: &str) -> Option<f64> {
+    let at = seen.loads.iter().find(|at| at.load == load).unwrap();
+    at.numbers.iter().find(|number| number.key == key).unwrap().value
+}
+
+/// No number of an answer is infinite or none: each would become `null` in JSON.
+fn whole(answer: &impl serde::Serialize, optional: &[&str]) {
+    fn walk(value: &serde_json::Value, key: &str, optional: &[&str]) {
+        match value {
+            serde_json::Value::Null => assert!(optional.contains(&key), "{key} is null"),
+            serde_json::Value::Array(all) => all.iter().for_each(|one| walk(one, key, optional)),
+            serde_json::Value::Object(all) => all.iter().for_each(|(key, one)| walk(one, key, optional)),
+            _ => {}
+        }
+    }
+    walk(&serde_json::to_value(answer).unwrap(), "", optional);
+}
+
+/// What may be `null` in an answer, and says so.
+const OPTIONAL: [&str; 9] =
+    ["value", "choice", "minimum", "maximum", "default", "grip", "verdict", "sensitivity", "kind"];
+
+#[test]
+fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
+    let (live, _project) = live();
+    let draft = LoopDraft {
+        values: values(&[("bench.controller.velocity_gain", "0.05"), ("bench.controller.position_gain", "11")]),
+        speed: Some(7.0),
+        thorough: true,
+        ..LoopDraft::default()
+    };
+    let told = seen(&live, draft.clone());
+    assert_eq!(
+        told.values,
+        values(&[("bench.controller.velocity_gain", "0.05"), ("bench.controller.position_gain", "11.0"),])
+    );
+    let preset = lock(&live.shared.tuning).preset_with(&draft.values.into_iter().collect::<Vec<_>>()).unwrap();
+    let control = axis_control(&preset.model, &preset.bench).unwrap();
+    for (load, at) in [("sliding", Operating::Sliding(7.0)), ("stuck", Operating::Stuck)] {
+        let closes = PositionLoop::new(control, &preset.model, &preset.bench, at).unwrap();
+        let quality = closes.quality(&preset.model).unwrap();
+        assert_eq!(number(&told, load, "sensitivity_peak"), Some(quality.margins.sensitivity.value));
+        assert_eq!(number(&told, load, "gain_margin"), quality.margins.gain.map(|gain| gain.value));
+        assert_eq!(number(&told, load, "noise_torque"), Some(quality.noise_torque));
+        let at = told.loads.iter().find(|at| at.load == load).unwrap();
+        assert_eq!((at.stable, at.poles.len()), (true, quality.poles.iter().filter(|z| z.modulus() > 1e-9).count()));
+        // A pole is where its z is, and its damping is that of its place.
+        let dt = closes.axis().dt.unwrap();
+        for pole in at.poles.iter().filter(|pole| pole.real > -500.0) {
+            let z = nalgebra::Complex::new(pole.real * dt, pole.imaginary * dt).exp();
+            assert!(quality.poles.iter().any(|known| (known - z).modulus() < 1e-5), "{pole:?}");
+            assert!((pole.damping + pole.real / pole.frequency).abs() < 1e-4);
+        }
+        assert!(at.frequency.len() <= 500 && at.frequency.is_sorted() && at.frequency.len() == at.phase.len());
+        assert!(at.time.len() <= 400 && at.time.len() == at.setpoint.len() && at.time.len() == at.disturbed.len());
+        // Where the phase margin is, the loop gain is 1.
+        let phase = at.marks.iter().find(|mark| mark.name == "phase margin").unwrap();
+        assert!(phase.decibels.abs() < 1e-3 && (phase.real.hypot(phase.imaginary) - 1.0).abs() < 1e-4, "{phase:?}");
+    }
+    let run = LoopRun::new(&preset, 7.0).unwrap();
+    let verdict = told.verdict.as_ref().unwrap();
+    assert_eq!(verdict.worst.sensitivity, Some(run.corners[0].sensitivity));
+    assert_eq!(verdict.fair, run.is_fair() && run.is_quiet());
+    whole(&told, &OPTIONAL);
+    assert_eq!(status(&live).changed, 0);
+}
+
+#[test]
+fn a_loop_that_is_not_stable_has_no_steps_and_says_so() {
+    let (live, _project) = live();
+    let told = seen(
+        &live,
+        LoopDraft {
+            values: values(&[("bench.controller.velocity_gain", "5")]),
+            thorough: true,
+            ..LoopDraft::default()
+        },
+    );
+    let sliding = &told.loads[0];
+    assert!(!sliding.stable && sliding.setpoint.is_empty() && number(&told, "sliding", "noise_torque").is_none());
+    assert!(sliding.poles.iter().any(|pole| pole.damping < 0.0));
+    let verdict = told.verdict.as_ref().unwrap();
+    assert!(!verdict.fair && verdict.sentences[0].contains("not stable"), "{verdict:?}");
+    whole(&told, &OPTIONAL);
+}
+
+#[test]
+fn a_controller_becomes_the_pid_that_it_is_and_a_hand_moves_the_poles_of_a_state_feedback() {
+    let (live, _project) = live();
+    let pid = seen(&live, LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() });
+    let preset = *lock(&live.shared.tuning).preset();
+    let ControllerChoice::Cascade(cascade) = preset.bench.controller else { panic!("a cascade by default") };
+    let expected = stickslip_design::cascade_as_pid(&cascade);
+    assert_eq!(pid.kind, "pid");
+    let entered = lock(&live.shared.tuning).preset_with(&pid.values.clone().into_iter().collect::<Vec<_>>()).unwrap();
+    assert_eq!(entered.bench.controller, ControllerChoice::Pid(expected));
+    assert!(pid.items.iter().all(|item| item.path.starts_with("bench.controller.")));
+
+    let poles = LoopDraft {
+        values: values(&[("bench.controller.kind", "state-feedback"), ("bench.controller.regulator.kind", "poles")]),
+        ..LoopDraft::default()
+    };
+    let before = seen(&live, poles.clone()).grip.unwrap();
+    assert!((before.bandwidth.hypot(0.0) - before.real.hypot(before.imaginary)).abs() < 1e-9);
+    let drag = PoleDrag { real: -30.0, imaginary: -40.0 };
+    let dragged = seen(&live, LoopDraft { drag: Some(drag), ..poles.clone() });
+    let grip = dragged.grip.unwrap();
+    assert_eq!((grip.bandwidth, grip.damping), (50.0, 0.6));
+    assert_eq!(dragged.values["bench.controller.regulator.bandwidth"], "50.0");
+    // The closed loop has poles near where they are wanted: the believed axis has friction that the design leaves out.
+    let near = |pole: &crate::protocol::LoopPole| (pole.real + 30.0).hypot(pole.imaginary - 40.0) < 15.0;
+    assert!(dragged.loads[0].poles.iter().any(near), "{:?}", dragged.loads[0].poles);
+    // Into the other half plane means as little damping as there may be.
+    let drag = Some(PoleDrag { real: 10.0, imaginary: 60.0 });
+    assert_eq!(seen(&live, LoopDraft { drag, ..poles }).grip.unwrap().damping, 0.1);
+}
+
+#[test]
+fn what_is_no_draft_is_refused_in_words() {
+    let (live, _project) = live();
+    let refused = |draft: LoopDraft| live.call("looks", Call::Loop(draft)).unwrap_err().to_string();
+    let with = |path: &str, value: &str| LoopDraft { values: values(&[(path, value)]), ..LoopDraft::default() };
+    assert!(refused(with("bench.controller.velocity_gian", "1")).contains("velocity_gain"));
+    assert!(refused(with("bench.controller.velocity_gain", "-1")).contains("outside"));
+    assert!(refused(with("bench.controller.velocity_gain", "a lot")).contains("velocity_gain"));
+    for speed in [0.0, f64::NAN, 1e9] {
+        assert!(refused(LoopDraft { speed: Some(speed), ..LoopDraft::default() }).contains("slides"));
+    }
+    let drag = Some(PoleDrag { real: -1.0, imaginary: 1.0 });
+    assert!(refused(LoopDraft { drag, ..LoopDraft::default() }).contains("state feedback"));
+    assert!(serde_json::from_str::<Call>(r#"{"call": "loop", "valves": {}}"#).is_err());
+}
+
+#[test]
+fn whether_a_draft_hunts_is_what_the_command_line_says() {
+    let (live, _project) = live();
+    let hunting = |values: BTreeMap<String, String>, desired: bool| -> HuntingSeen {
+        let draft = LoopDraft { values, ..LoopDraft::default() };
+        match live.call("looks", Call::Hunting { draft, desired }).unwrap() {
+            Answer::Hunting(seen) => *seen,
+            other => panic!("{other:?}"),
+        }
+    };
+    for (desired, changed) in [(false, BTreeMap::new()), (true, values(&[("bench.controller.integral_gain", "2")]))] {
+        let told = hunting(changed.clone(), desired);
+        let mut preset = lock(&live.shared.tuning).preset_with(&changed.into_iter().collect::<Vec<_>>()).unwrap();
+        if desired {
+            (preset.model.own, preset.model.own_bristles) = (preset.bench.desired, preset.bench.desired_bristles);
+        }
+        let expected = HuntingRun::new(&preset, &stickslip_design::HuntingPlan::default(), &Watch::silent()).unwrap();
+        let expected = expected.prediction.hunting;
+        assert_eq!((told.hunts, told.amplitude), (expected.is_some(), expected.map(|it| it.amplitude)));
+        assert_eq!((told.desired, told.interval), (desired, expected.map(|it| it.interval)));
+        assert!(!told.time.is_empty() && told.time.len() <= 601 && told.time.len() == told.deviation.len());
+        whole(&told, &["amplitude", "counts", "interval"]);
+    }
+}
+
+fn tuned(live: &Live) -> TuneProgress {
+    match live.call("looks", Call::Tuned {}).unwrap() {
+        Answer::Tuned(progress) => progress,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_tuning_runs_beside_the_bench_is_ended_by_who_began_it_and_a_viewer_puts_nothing_in_force() {
+    let (live, _project) = live();
+    live.call(ANN, Call::Operate {}).unwrap();
+    let pid = LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() };
+    live.call("looks", Call::Tune(pid.clone())).unwrap();
+    let refused = live.call(ANN, Call::Tune(pid.clone())).unwrap_err().to_string();
+    assert!(refused.contains("a tuning that looks began"), "{refused}");
+    assert!(live.call(ANN, Call::EndTuning {}).is_err());
+    // Meanwhile everybody is answered.
+    assert!(status(&live).doing.is_none() && !tuned(&live).ended);
+    live.call("looks", Call::EndTuning {}).unwrap();
+    while !tuned(&live).ended {
+        thread::sleep(Duration::from_millis(5));
+    }
+    let ended = tuned(&live);
+    assert_eq!((ended.values, ended.sentence.as_deref()), (None, Some("cancelled")));
+
+    let set = live.call("looks", set(GAIN, "11")).unwrap_err();
+    assert!(matches!(set, Error::Operated { .. }), "{set}");
+}

@@ -1,0 +1,165 @@
+//! What goes wrong, and what the bench says.
+
+use super::*;
+use stickslip_bench::remote::PlantServer;
+
+/// A machine in another thread, as `stickslip plant` serves one, until it is told to end.
+struct Plant {
+    gone: Arc<AtomicBool>,
+    serving: JoinHandle<()>,
+}
+
+impl Plant {
+    fn serve(address: &Address, source: &Source) -> Self {
+        let mut server = PlantServer::bind(address, &source.read().unwrap(), 1).unwrap();
+        let gone = Arc::new(AtomicBool::new(false));
+        let watch = Watch::new(gone.clone(), |_, _| {});
+        Plant { gone, serving: thread::spawn(move || drop(server.serve(false, &watch))) }
+    }
+
+    fn kill(self) {
+        self.gone.store(true, Ordering::Relaxed);
+        self.serving.join().unwrap();
+    }
+}
+
+#[test]
+fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
+    let project = tempfile::tempdir().unwrap();
+    let mut source = presets::find("clm-bench").unwrap();
+    // Far longer than a busy machine lets a thread wait.
+    for (path, value) in [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500")] {
+        source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", path, value).unwrap();
+    }
+    let address = Address::Shm(project.path().join("axis").display().to_string());
+    let plant = Plant::serve(&address, &source);
+    let (io, record) = (Some(address.clone()), Some(project.path().join("run.mf4")));
+    let (folder, wishes) = (project.path().join("project"), Wishes::PLAIN);
+    let live = Live::start(Start { io, wishes, record, ..Start::new(source.clone(), &folder) }).unwrap();
+    let until = |state: &str| {
+        while status(&live).state != state {
+            thread::sleep(Duration::from_millis(5));
+        }
+    };
+    until("off");
+    plant.kill();
+    until("fault");
+    let reason = status(&live).reason.unwrap();
+    assert!(reason.contains("has not answered for 501 ticks") && reason.contains("home"), "{reason}");
+    // As long as it is gone nothing helps; cycles go on.
+    live.call(ANN, Call::Acknowledge {}).unwrap();
+    until("fault");
+    let plant = Plant::serve(&address, &source);
+    while status(&live).link.unwrap().begun < 2 {
+        thread::sleep(Duration::from_millis(5));
+    }
+    live.call(ANN, Call::Acknowledge {}).unwrap();
+    until("off");
+    let cycle = status(&live).cycle;
+    while status(&live).cycle < cycle + 100 {
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(status(&live).state, "off", "it answers again");
+    live.stop().unwrap();
+    plant.kill();
+    // The whole story replays, bit for bit.
+    let replayed = stickslip_bench::run::replay(
+        &stickslip_bench::run::Record::read(&project.path().join("run.mf4")).unwrap(),
+        &Watch::silent(),
+    );
+    let replayed = replayed.unwrap();
+    assert!(replayed.identical() && !replayed.machine, "{replayed:?}");
+}
+
+#[test]
+fn an_operator_who_falls_silent_stops_what_runs_and_who_is_heard_does_not() {
+    let project = tempfile::tempdir().unwrap();
+    let mut source = presets::find("clm-bench").unwrap();
+    source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
+    let start = |operator_time| {
+        let new = Start::new(source.clone(), project.path());
+        Live::start(Start { wishes: Wishes::PLAIN, operator_time: Some(operator_time), ..new })
+    };
+    for nonsense in [0.0, -1.0, f64::NAN, 1e9] {
+        assert!(matches!(start(nonsense), Err(Error::OutOfRange { .. })), "{nonsense}");
+    }
+    let live = start(1.0).unwrap();
+    live.call(ANN, Call::Home {}).unwrap();
+    let heard = |live: &Live| live.call(ANN, Call::Sets {}).map(drop).unwrap();
+    while status(&live).doing.is_some() {
+        heard(&live);
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(status(&live).last.unwrap().error, None);
+    live.call(ANN, sine(0.2)).unwrap();
+    let begun = std::time::Instant::now();
+    while begun.elapsed() < Duration::from_secs(2) {
+        heard(&live);
+        assert!(status(&live).doing.is_some());
+        thread::sleep(Duration::from_millis(5));
+    }
+    // Others who look are no operator.
+    let why = ended(&live).error.unwrap();
+    assert!(why.contains("silent for more than 1 s"), "{why}");
+    while status(&live).state != "ready" {
+        thread::sleep(Duration::from_millis(5));
+    }
+    live.call(ANN, Call::Start {}).unwrap();
+}
+
+#[test]
+fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
+    let (live, project) = live_into(|project| Some(project.join("run.mf4")));
+    live.call(ANN, Call::Home {}).unwrap();
+    ended(&live);
+    live.call(ANN, sine(0.5)).unwrap();
+    while status(&live).doing.is_none_or(|doing| doing.stage != "moving") {
+        thread::sleep(Duration::from_millis(5));
+    }
+    let refused = |fault: &str| live.call(ANN, Call::Inject { fault: fault.into() }).unwrap_err().to_string();
+    assert!(refused("encoder-stick").contains("encoder-stuck"));
+    assert!(refused("counts-lost=7").contains("counts-lost"));
+    live.call(ANN, Call::Inject { fault: "encoder-stuck".into() }).unwrap();
+    while status(&live).state != "fault" {
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert!(status(&live).reason.is_some());
+    live.stop();
+    let path = project.path().join("run.mf4");
+    let replayed = stickslip_bench::run::Stored::open(&path).unwrap().replay(&Watch::silent()).unwrap();
+    assert!(replayed.identical() && replayed.machine, "{replayed:?}");
+    // A record is not written over.
+    let source = presets::find("clm-bench").unwrap();
+    let again = Live::start(Start { record: Some(path), ..Start::new(source, project.path()) }).err().unwrap();
+    assert!(again.to_string().contains("run.mf4"), "{again}");
+}
+
+#[test]
+fn missed_deadlines_are_told_with_their_cause() {
+    let (live, _project) = live();
+    let losses = |live: &Live| match live.call("looks", Call::Losses {}).unwrap() {
+        Answer::Losses { lost, held } => (lost, held),
+        other => panic!("{other:?}"),
+    };
+    let overrun = stickslip_rt::Overrun {
+        cycle: 7,
+        late: 0,
+        by: 2_500_000,
+        cause: stickslip_rt::Cause::Block(0),
+        evidence: None,
+    };
+    lock(&live.shared.histograms).overruns.push(overrun);
+    lock(&live.shared.losses).push(9, 4, losses::Lost::Watching);
+    lock(&live.shared.waits).push(6, 2, losses::Lost::Waiting);
+    let (lost, held) = losses(&live);
+    let told = held.iter().find(|one| one.cycle == 7).unwrap();
+    assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");
+    let waited = held.iter().find(|one| one.cycle == 6).unwrap();
+    assert!(
+        waited.count == 2 && waited.cause.contains("virtual machine waited") && !waited.remedy.is_empty(),
+        "{waited:?}"
+    );
+    assert!(held.is_sorted_by_key(|one| one.cycle));
+    assert!(lost.iter().any(|one| (one.cycle, one.count) == (9, 4)));
+    live.stop().unwrap();
+}

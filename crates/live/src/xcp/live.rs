@@ -1,0 +1,62 @@
+//! A bench that runs, behind a slave.
+
+use std::sync::Arc;
+
+use super::{Bench, Change, Sampler};
+use crate::Live;
+use crate::protocol::Call;
+use stickslip_base::Error;
+use stickslip_base::parameters::Entry;
+use stickslip_recording::capture::Tap;
+
+/// A live bench as one of its clients sees it.
+#[derive(Clone)]
+pub struct LiveBench {
+    live: Arc<Live>,
+    client: String,
+}
+
+impl LiveBench {
+    /// For a client of this name.
+    pub fn new(live: Arc<Live>, client: String) -> Self {
+        LiveBench { live, client }
+    }
+}
+
+impl Bench for LiveBench {
+    fn seen(&self) {
+        self.live.seen(&self.client);
+    }
+
+    fn left(&self) {
+        self.live.left(&self.client);
+    }
+
+    fn newest(&self) -> (u64, Vec<f64>) {
+        self.live.newest()
+    }
+
+    fn in_force(&self) -> Vec<Entry> {
+        self.live.entries()
+    }
+
+    fn reference(&self) -> Vec<Entry> {
+        self.live.reference()
+    }
+
+    fn attach(&self, sampler: Sampler) -> Result<Tap<Sampler>, Error> {
+        self.live.attach(sampler)
+    }
+
+    fn detach(&self, tap: Tap<Sampler>) {
+        drop(self.live.detach(tap));
+    }
+
+    fn change(&self, change: &Change) -> Result<(), Error> {
+        let call = match change {
+            Change::Set(values) => Call::Set { values: values.iter().cloned().collect() },
+            Change::Reset => Call::Reset {},
+        };
+        self.live.call(&self.client, call).map(drop)
+    }
+}

@@ -1,0 +1,61 @@
+//! What one looks at while a bench runs: a trigger with history before it, live streams that hide no spike, and a
+//! history that can be zoomed, each with an exact account of every cycle.
+//!
+//! One [`Stream`] takes the rows, one a tick: the cycle's number and all signals. It hands them to any number of sinks,
+//! which come and go while it runs: a [`Capture`] keeps what happened around a [`Trigger`], an [`Envelope`] thins a live
+//! stream out to minimum, maximum and last of so many ticks, [`Batches`] hand out every row, a [`Pyramid`] answers for any span of its history with no
+//! more points than a screen has. All are plain data: no thread, no clock, the same rows give the same result. They
+//! belong on an ordinary thread, behind the ring that leaves the real-time loop.
+//!
+//! A cycle without a row is lost: the ring was full, or the tick was held. Each sink counts it, and says where. At any
+//! moment, for each sink, every cycle since it was added is either stored, or discarded for a stated reason, or lost
+//! ([`Account`]).
+//!
+//! ```
+//! use stickslip::capture::{Capture, Keep, Plan, Stream, Trigger};
+//!
+//! let trigger: Trigger = "velocity rises through 0.1, hysteresis 0.02".parse()?;
+//! let plan = Plan { signals: vec![1], decimation: 1, before: 3, after: 2, keep: Keep::First(1) };
+//! let mut stream = Stream::new(2);
+//! let tap = stream.add(Capture::new(plan, &trigger, &["position", "velocity"], 1_000_000)?)?;
+//! for cycle in 0..10 {
+//!     stream.push(cycle, &[0.0, 0.03 * cycle as f64])?;
+//! }
+//! let segment = stream.get_mut(&tap).and_then(Capture::take).expect("0.12 at cycle 4");
+//! assert_eq!(segment.cycles, [1, 2, 3, 4, 5, 6]);
+//! assert_eq!((segment.trigger, segment.cycles[segment.trigger]), (3, 4));
+//! assert_eq!(segment.columns, [[0.03, 0.06, 0.09, 0.12, 0.15, 0.18]]);
+//! # Ok::<(), stickslip::Error>(())
+//! ```
+
+mod batches;
+mod detector;
+mod envelope;
+mod extremes;
+mod history;
+mod plan;
+mod pyramid;
+mod segment;
+mod stream;
+mod trigger;
+mod triggered;
+
+#[cfg(test)]
+mod tests;
+
+pub use batches::{Batch, Batches};
+pub use envelope::{Envelope, Point};
+pub use extremes::Extremes;
+pub use plan::{Keep, Plan};
+pub use pyramid::{Block, Pyramid};
+pub use segment::{Gap, Segment};
+pub use stream::{Account, Row, Sink, Stream, Tap};
+pub use trigger::{Condition, Side, Slope, Test, Trigger};
+pub use triggered::{Capture, Stage};
+
+use stickslip_base::Error;
+
+/// Refuses what would take more than `limit` bytes.
+fn admit(what: &'static str, bytes: u128, limit: usize, remedy: &'static str) -> Result<(), Error> {
+    if bytes <= limit as u128 { Ok(()) } else { Err(Error::TooMuchMemory { what, bytes, limit, remedy }) }
+}

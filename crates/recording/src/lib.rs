@@ -1,0 +1,186 @@
+//! A recording of an axis: named columns of numbers, whatever file they came in.
+//!
+//! | file | read as | units |
+//! |-|-|-|
+//! | text | comma, semicolon or tab; decimal point or comma; `#` comments; UTF-8, UTF-16 or Latin-1; may be gzipped | `x [mm]`, `x (mm)` or a row below the header |
+//! | MAT, level 5 | vectors and columns of matrices, compressed or not | none |
+//! | Parquet | flat columns of numbers, not compressed or with Snappy | metadata `unit.NAME`, or JSON under `units` |
+//! | MDF 4 | numbers of the group that has most of them; [`mdf`] says which kinds | of channel or conversion |
+#![forbid(unsafe_code)]
+
+pub mod capture;
+pub mod export;
+mod mat;
+pub mod mdf;
+mod parquet;
+mod text;
+mod time;
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+pub use time::{Spacing, resample};
+
+use stickslip_base::Error;
+
+/// Columns of equal length, with enough memory of the file to name the place of a fault.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    path: PathBuf,
+    columns: Vec<Column>,
+    /// Line of each row in a text, or its number in a table; counted from 1.
+    lines: Vec<u64>,
+}
+
+/// One signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// As in the header, without its unit.
+    pub name: String,
+    /// As the file says.
+    pub unit: Option<String>,
+    /// One a row; what was not a finite number is NaN.
+    pub values: Vec<f64>,
+    /// The first cell that is not a finite number, and its row. Only who uses the column need care.
+    fault: Option<(usize, String)>,
+}
+
+impl Column {
+    /// A column without a unit.
+    pub fn new(name: &str, values: Vec<f64>) -> Self {
+        let fault = values.iter().position(|v| !v.is_finite()).map(|row| (row, values[row].to_string()));
+        Column { name: name.to_owned(), unit: None, values, fault }
+    }
+
+    /// The same with a unit.
+    pub fn with_unit(self, unit: Option<String>) -> Self {
+        Column { unit, ..self }
+    }
+}
+
+impl Recording {
+    /// Reads a file; its kind and gzip are recognised by content.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is none of the kinds above, has no rows, or whose rows differ in length.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let failed = |source| Error::file(path, "read", source);
+        let bytes = std::fs::read(path).map_err(failed)?;
+        if bytes.starts_with(b"PAR1") {
+            return parquet::read(path);
+        }
+        if !bytes.starts_with(&[0x1f, 0x8b]) {
+            return Self::parse(path, &bytes);
+        }
+        let mut inner = Vec::new();
+        flate2::read::MultiGzDecoder::new(bytes.as_slice()).read_to_end(&mut inner).map_err(failed)?;
+        Self::parse(path, &inner)
+    }
+
+    /// From the contents of a file, text, MAT or MDF.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let refuse = |fault: &str, remedy: &str| Err(unreadable(path, fault, remedy));
+        if bytes.starts_with(b"MATLAB 5.0") {
+            return mat::read(path, bytes);
+        }
+        if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
+            return refuse(
+                "this is HDF5, as MATLAB writes with -v7.3",
+                "Save it again with save(…, '-v7'), or as CSV.",
+            );
+        }
+        if mdf::recognises(bytes) {
+            return mdf::table(path, bytes);
+        }
+        text::read(path, bytes)
+    }
+
+    /// From columns in memory; `name` stands in messages where a file's path would.
+    ///
+    /// # Panics
+    /// If the columns differ in length.
+    pub fn from_columns(name: &str, columns: Vec<Column>) -> Self {
+        let rows = columns.first().map_or(0, |c| c.values.len());
+        assert!(columns.iter().all(|c| c.values.len() == rows), "columns of one recording have one length");
+        Recording { path: name.into(), columns, lines: (2..rows as u64 + 2).collect() }
+    }
+
+    /// From a table whose rows have numbers instead of lines.
+    fn from_table(path: &Path, columns: Vec<Column>) -> Result<Self, Error> {
+        let rows = columns.first().map_or(0, |c| c.values.len());
+        if rows == 0 {
+            return Err(Error::EmptyRecording { path: path.to_owned() });
+        }
+        Ok(Recording { path: path.to_owned(), columns, lines: (1..=rows as u64).collect() })
+    }
+
+    /// Some of its rows.
+    ///
+    /// # Panics
+    /// If the range ends beyond the last row.
+    pub fn rows_of(&self, range: std::ops::Range<usize>) -> Self {
+        let cut = |c: &Column| Column::new(&c.name, c.values[range.clone()].to_vec()).with_unit(c.unit.clone());
+        let columns = self.columns.iter().map(cut).collect();
+        Recording { path: self.path.clone(), columns, lines: self.lines[range.clone()].to_vec() }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// Where it came from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All columns, in the order of the file.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// A column by name, all of it finite numbers.
+    ///
+    /// # Errors
+    /// No such column, two of them, or a cell of it is no finite number.
+    pub fn column(&self, name: &str) -> Result<&Column, Error> {
+        let mut found = self.columns.iter().filter(|c| c.name == name);
+        let Some(column) = found.next() else {
+            let likeness = |c: &&Column| (strsim::jaro_winkler(&c.name, name) * 1e6) as u64;
+            return Err(Error::MissingColumn {
+                path: self.path.clone(),
+                name: name.to_owned(),
+                columns: self.columns.iter().map(|c| c.name.clone()).collect(),
+                nearest: self.columns.iter().max_by_key(likeness).map(|c| c.name.clone()).unwrap_or_default(),
+            });
+        };
+        if found.next().is_some() {
+            return Err(self.doubtful(name, "stands there twice", "Rename one of them."));
+        }
+        if let Some((row, text)) = &column.fault {
+            return Err(Error::BadCell {
+                path: self.path.clone(),
+                line: self.lines[*row],
+                column: name.to_owned(),
+                text: text.clone(),
+            });
+        }
+        Ok(column)
+    }
+
+    /// The error of a column whose numbers cannot be what they are taken for.
+    pub fn doubtful(&self, column: &str, fault: &str, remedy: &str) -> Error {
+        unreadable(&self.path, &format!("column `{column}` {fault}"), remedy)
+    }
+}
+
+/// The error of a file that is not a readable recording: cause and remedy.
+pub fn unreadable(path: &Path, fault: &str, remedy: &str) -> Error {
+    Error::Recording { path: path.to_owned(), fault: fault.to_owned(), remedy: remedy.to_owned() }
+}
+
+#[cfg(test)]
+mod tests;

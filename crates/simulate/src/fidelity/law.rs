@@ -1,0 +1,101 @@
+//! The laws that are compared, and the width around standstill that some of them need.
+
+use super::scenario::CLOSED_LOOP;
+use super::{Cell, Role, Runs, Score, scores};
+use stickslip_base::Error;
+use stickslip_base::preset::{LawChoice, Residual, Tracking};
+
+/// All laws with their stable names.
+pub const LAWS: &[(&str, LawChoice<f64>)] = &[
+    (PAPER, LawChoice::Paper),
+    ("smooth", LawChoice::Smooth),
+    ("karnopp", LawChoice::Karnopp),
+    ("bristle", LawChoice::Bristle),
+    ("residual", LawChoice::Residual(Residual { missing_torque: 0.03 })),
+    ("residual_slow", LawChoice::Residual(Residual { missing_torque: 0.01 })),
+    ("admittance", LawChoice::Admittance(Tracking { bandwidth: 350.0, missing_torque: 0.1 })),
+    ("admittance_slow", LawChoice::Admittance(Tracking { bandwidth: 350.0, missing_torque: 0.02 })),
+];
+
+/// The law that all others are held against.
+pub const PAPER: &str = "paper";
+/// In a list of laws: the one that the bench picks before the run.
+pub const AUTO: &str = "auto";
+
+/// Half widths of the fade-out that are tried [rad/s].
+pub const WIDTHS: [f64; 6] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
+/// Seed of that search, which no comparison uses.
+pub const SEARCH_SEED: u64 = 1000;
+
+/// The names that a selection takes.
+pub fn law_names() -> impl Iterator<Item = &'static str> {
+    LAWS.iter().map(|(name, _)| *name).chain([AUTO])
+}
+
+/// Whether a law has a width around standstill: the fade-out, or what stands for it.
+pub fn has_width(name: &str) -> bool {
+    [PAPER, "smooth", "karnopp"].contains(&name)
+}
+
+/// Runs of the search for the width of one law.
+pub fn search_runs() -> usize {
+    WIDTHS.len() * CLOSED_LOOP.len()
+}
+
+/// The cell with a law of this name; with a width, at the best one for it on this very machine, mismatch included, which
+/// `search` finds against A and A0.
+pub fn with_law(cell: &Cell, name: &str, search: impl FnOnce(&Cell) -> Result<f64, Error>) -> Result<Cell, Error> {
+    let mut cell = cell.clone();
+    if let Some((_, choice)) = LAWS.iter().find(|(known, _)| *known == name) {
+        cell.preset.bench.law = *choice;
+    }
+    if has_width(name) {
+        cell.preset.bench.fade_velocity = search(&cell)?;
+    }
+    prepare(&mut cell)?;
+    Ok(cell)
+}
+
+/// Designs the law that the bench of a cell names.
+///
+/// # Errors
+/// As [`rendering_law`](crate::rendering_law).
+pub fn prepare(cell: &mut Cell) -> Result<(), Error> {
+    cell.law = crate::rendering_law(&cell.preset.model, &cell.preset.bench)?;
+    Ok(())
+}
+
+/// A and A0 in closed loop with the seed of the search.
+pub fn search_references(cell: &Cell, threads: usize, done: &Done) -> Result<[Runs; 2], Error> {
+    let run = |role| Runs::counted(cell, role, CLOSED_LOOP, &[SEARCH_SEED], threads, done);
+    Ok([run(Role::Desired)?, run(Role::Own)?])
+}
+
+/// Called after each run; its error ends the work.
+pub type Done<'a> = dyn Fn() -> Result<(), Error> + Sync + 'a;
+
+/// The half width of the fade-out [rad/s] with the least mean difference over all measures in closed loop; the smaller
+/// of equal ones.
+pub fn best_width(cell: &Cell, references: &[Runs; 2], threads: usize, done: &Done) -> Result<f64, Error> {
+    let [a, a0] = references;
+    let mut best = (f64::INFINITY, WIDTHS[0]);
+    for width in WIDTHS {
+        let mut cell = cell.clone();
+        cell.preset.bench.fade_velocity = width;
+        prepare(&mut cell)?;
+        let b = Runs::counted(&cell, Role::Rendered, CLOSED_LOOP, &[SEARCH_SEED], threads, done)?;
+        let badness: f64 = scores(&b, a, a0).iter().map(badness).sum();
+        if badness < best.0 {
+            best = (badness, width);
+        }
+    }
+    Ok(best.1)
+}
+
+/// A difference between 0 and 1; counts by their share, 1 where there is none.
+pub(super) fn badness(score: &Score) -> f64 {
+    let share = if score.measure.ends_with("count") { score.reference.max(1.0) } else { 1.0 };
+    let difference = score.difference / share;
+    // Not `min` alone: a run that is not stable is the worst.
+    if difference.is_nan() { 1.0 } else { difference.min(1.0) }
+}

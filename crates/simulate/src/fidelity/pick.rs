@@ -1,0 +1,164 @@
+//! The law that a bench picks by itself, before it renders.
+//!
+//! It has no machine to compare with, so it simulates four: the machine that it believes in, each of its numbers off by
+//! its doubt to one side or the other. On them every law is compared as the benchmark does, and the one with the least
+//! error is taken. The errors that this predicts are part of the answer.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use stickslip_core::drive::Servo;
+use stickslip_core::friction::{Friction, Position, Ripple};
+use stickslip_core::plant::{LoadMotor, Plant};
+use stickslip_core::render::Law;
+use stickslip_core::sensor::{Accelerometer, CurrentSensor, Encoder, Tacho};
+
+use super::law::{LAWS, badness, has_width};
+use super::mismatch::{bristles_mut, sliding_mut};
+use super::scenario::CLOSED_LOOP;
+use super::{Cell, Mismatch, Role, Runs, Score, scores};
+use stickslip_base::preset::{LawChoice, Model, Settings};
+use stickslip_base::{Error, Preset, Watch};
+
+/// The machines about the belief.
+const AROUND: [Off; 4] = [
+    Off { sides: [1.0, 1.0, 1.0], phase: 0.5, seed: 2001 },
+    Off { sides: [1.0, -1.0, -1.0], phase: 0.5 + FRAC_PI_2, seed: 2002 },
+    Off { sides: [-1.0, 1.0, -1.0], phase: 0.5 + 2.0 * FRAC_PI_2, seed: 2003 },
+    Off { sides: [-1.0, -1.0, 1.0], phase: 0.5 + 3.0 * FRAC_PI_2, seed: 2004 },
+];
+
+/// How one of them is off: a design at two levels, in which each pair of doubts goes together as often as it does not.
+struct Off {
+    /// The sides for what the drive gives and how stiff it is, for friction, and for inertia and bristles.
+    sides: [f64; 3],
+    /// Phase of the ripple [rad].
+    phase: f64,
+    /// Seed of its noise, which no comparison uses.
+    seed: u64,
+}
+
+/// A law that was picked, and why.
+#[derive(Clone, Debug)]
+pub struct Pick {
+    /// Its stable name.
+    pub name: &'static str,
+    /// The law.
+    pub law: LawChoice<f64>,
+    /// What every law is predicted to do.
+    pub predicted: Vec<Prediction>,
+}
+
+/// What a law is predicted to do.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// The law's stable name.
+    pub law: &'static str,
+    /// The comparisons on each machine about the belief.
+    around: Vec<Vec<Score>>,
+}
+
+impl Prediction {
+    /// Mean difference over these machines in a measure, as [`Score::difference`]; NaN where one is not stable or the measure
+    /// is not predicted.
+    pub fn difference(&self, measure: &str) -> f64 {
+        let of = |scores: &Vec<Score>| {
+            scores.iter().find(|score| score.measure == measure).map_or(f64::NAN, |score| score.difference)
+        };
+        self.around.iter().map(of).sum::<f64>() / self.around.len() as f64
+    }
+
+    /// Without the counts: one breakaway more or less by chance would outweigh what the laws differ by.
+    fn badness(&self) -> f64 {
+        self.around.iter().flatten().filter(|score| !score.measure.ends_with("count")).map(badness).sum()
+    }
+}
+
+/// The law for what is believed of the machine and how the bench runs: four minutes of simulated bench time a law,
+/// some seconds on a laptop. The same belief gives the same law.
+///
+/// # Errors
+/// What the design of the software and the integrator refuse.
+pub fn pick_law(model: &Model<f64>, settings: &Settings<f64>) -> Result<Pick, Error> {
+    let carries = |law: &LawChoice<f64>| Preset::bears_arm(law, &settings.arm);
+    let laws = || LAWS.iter().filter(|(name, law)| !has_width(name) && carries(law));
+    let mut predicted: Vec<_> = laws().map(|&(law, _)| Prediction { law, around: Vec::new() }).collect();
+    for off in &AROUND {
+        let cell = believed(model, settings, off);
+        let simulate = |cell: &Cell, role| {
+            Runs::simulate(
+                cell,
+                role,
+                CLOSED_LOOP,
+                &[off.seed],
+                stickslip_base::parallel::processors(),
+                &Watch::silent(),
+            )
+        };
+        let (a, a0) = (simulate(&cell, Role::Desired)?, simulate(&cell, Role::Own)?);
+        for ((_, law), prediction) in laws().zip(&mut predicted) {
+            let mut cell = cell.clone();
+            cell.preset.bench.law = *law;
+            cell.law = crate::rendering_law(model, &cell.preset.bench)?;
+            prediction.around.push(scores(&simulate(&cell, Role::Rendered)?, &a, &a0));
+        }
+    }
+    let best = predicted.iter().min_by(|a, b| a.badness().total_cmp(&b.badness())).map(|best| best.law);
+    let &(name, law) = LAWS.iter().find(|(name, _)| Some(*name) == best).unwrap_or(&LAWS[0]);
+    Ok(Pick { name, law, predicted })
+}
+
+/// The machine that is believed in, as one to simulate, off by the doubt. A has the desired friction all the same.
+fn believed(model: &Model<f64>, settings: &Settings<f64>, off: &Off) -> Cell {
+    let (scaling, doubt) = (&model.scaling, &model.doubt);
+    let [of_drive, of_friction, of_load] = off.sides;
+    let tacho_lag = (model.drive_lag - model.servo_lag).max(1e-5);
+    let mut plant = Plant {
+        drive: model.drive,
+        motor: model.motor,
+        servo: Servo {
+            torque_per_volt: scaling.torque_per_volt,
+            input_limit: scaling.servo_limit,
+            lag: model.servo_lag,
+            torque_limit: scaling.torque_per_volt * scaling.servo_limit,
+            ..Servo::default()
+        },
+        motor_friction: model.motor_friction,
+        screw_friction: model.own_bristles.under(model.own),
+        load_motor: LoadMotor { winding: model.load_motor, amplifier: model.load_amplifier, ..LoadMotor::default() },
+        encoder: Encoder { counts_per_revolution: model.encoder.counts_per_revolution, ..Encoder::default() },
+        tacho: Tacho {
+            constant: scaling.tacho,
+            bandwidth: 1.0 / (TAU * tacho_lag),
+            noise: model.tacho_noise,
+            ripple: model.tacho_ripple,
+            ..Tacho::default()
+        },
+        accelerometer: Accelerometer {
+            sensitivity: scaling.accelerometer,
+            noise_density: model.accelerometer_noise,
+            bandwidth: model.accelerometer_bandwidth,
+            damping: model.accelerometer_damping,
+            ..Accelerometer::default()
+        },
+        current_sensor: CurrentSensor { sensitivity: scaling.current_sensor, ..CurrentSensor::default() },
+        ..Plant::default()
+    };
+    plant.wheel.preload = 0.0;
+    plant.wheel.friction = Friction::default();
+    plant.servo.torque_per_volt *= 1.0 + of_drive * doubt.drive_torque;
+    plant.drive.load_inertia *= 1.0 + of_load * doubt.load_inertia;
+    plant.drive.coupling_stiffness *= 1.0 + of_drive * doubt.coupling_stiffness;
+    let own = &mut plant.screw_friction;
+    if let Some(sliding) = sliding_mut(own) {
+        sliding.breakaway_torque *= 1.0 + of_friction * doubt.friction;
+        sliding.kinetic_torque *= 1.0 + of_friction * doubt.friction;
+    }
+    if let Some(bristles) = bristles_mut(own) {
+        // A quarter less or a third more: what is unknown is a factor.
+        bristles.bristle_stiffness *= libm::pow(1.0 - doubt.bristle_stiffness, -of_load);
+    }
+    own.position = Position::Ripple(Ripple { amplitude: doubt.ripple, periods: 1.0, phase: off.phase });
+    let preset = Preset { plant, model: *model, bench: *settings };
+    let desired = settings.desired_bristles.under(settings.desired);
+    Cell { preset, desired, mismatch: Mismatch::PERFECT, law: Law::Off, correct: None }
+}

@@ -1,0 +1,133 @@
+//! One machine in one scenario: the tick in lockstep, without homing and supervision.
+
+use stickslip_core::drive::Arm;
+use stickslip_core::render::{Law, RenderedArm};
+use stickslip_core::tick::Order;
+
+use super::machine::machine;
+use super::scenario::Drive;
+use super::{Cell, Role, Scenario};
+use crate::judged::Judged;
+use stickslip_base::Error;
+use stickslip_design as design;
+
+/// What truly happened, once a sample of the position controller.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// Time between samples [s].
+    pub period: f64,
+    /// True angle of the screw [rad].
+    pub angle: Vec<f64>,
+    /// Set-point [rad]; 0 where nothing is controlled.
+    pub reference: Vec<f64>,
+    /// What the drive feels [N m]: the true torque of its motor less that of the motor's own friction.
+    pub felt_torque: Vec<f64>,
+    /// What resists the load [N m]: its true friction and the true torque of the load motor together.
+    pub resisting_torque: Vec<f64>,
+    /// True torque of the load motor, against positive motion [N m].
+    pub load_torque: Vec<f64>,
+    /// Twist of the arm, the true one or the rendered one [rad].
+    pub arm_twist: Vec<f64>,
+    /// How far the law is off in the velocity of the load when its torque begins to act, RMS [rad/s].
+    pub velocity_error: f64,
+    /// Whether it came to its end: no fault of the supervision, all numbers.
+    pub stable: bool,
+}
+
+/// Runs a machine of the cell in a scenario.
+///
+/// # Errors
+/// What the design of the software and the integrator refuse.
+pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Result<Trace, Error> {
+    let plant = machine(cell, role);
+    let settings = &cell.preset.bench;
+    let course = scenario.course(&cell.preset)?;
+    let (dt, divider) = (settings.tick_time(), settings.divider());
+    let mut tick = design::software(&cell.preset.model, settings)?;
+    tick.control = course.controller;
+    let control_divider = if course.every_tick { 1 } else { divider };
+    tick.control_period = dt * control_divider as f64;
+    tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
+    if role != Role::Rendered {
+        tick.arm = RenderedArm::Nothing;
+    }
+    tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
+    if let (Role::Rendered, true, Some(correct)) = (role, scenario.is_corrected(), cell.correct) {
+        match correct(cell, &plant, settings, seed)? {
+            Some(correction) => tick.correction = correction,
+            None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
+        }
+    }
+    let mut bench = Judged::new(&plant, tick, settings, control_divider, seed)?;
+    let mut setpoints = course.drive.setpoints(settings.tick_rate);
+    let rest = (course.rest * settings.tick_rate) as u64;
+    let cycles = rest + (course.duration * settings.tick_rate) as u64;
+    let samples = (cycles / divider) as usize;
+    let column = || Vec::with_capacity(samples);
+    let period = dt * divider as f64;
+    let mut trace = Trace {
+        period,
+        angle: column(),
+        reference: column(),
+        felt_torque: column(),
+        resisting_torque: column(),
+        load_torque: column(),
+        arm_twist: column(),
+        velocity_error: 0.0,
+        stable: true,
+    };
+    let mut off = 0.0;
+    for cycle in 0..cycles {
+        let mut order = Order { render: 1.0, ..Order::default() };
+        order.control = f64::from(u8::from(course.drive.controls()));
+        if let Some(cycle) = cycle.checked_sub(rest) {
+            let time = cycle as f64 * dt;
+            order.added_torque = course.drive.torque(time);
+            match (&course.drive, &mut setpoints) {
+                (Drive::Staircase(staircase), _) => order.reference = staircase.at(time),
+                (_, Some(generator)) => order.reference = generator.next(),
+                _ => {}
+            }
+        }
+        // What the software knows of an arm after a tick is of its begin; without an arm there is no twist.
+        let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.truth().plant.machine.arm_twist };
+        let output = bench.tick(order);
+        if (cycle + 1) % divider != 0 {
+            continue;
+        }
+        let truth = bench.truth();
+        let parts = &truth.plant.machine;
+        let expected = match tick.law {
+            Law::Bristle(_) | Law::Admittance(_) => truth.tick.law.observer.drive.velocity,
+            _ => output.estimated_velocity,
+        };
+        off += (expected - parts.velocity).powi(2);
+        trace.angle.push(parts.angle);
+        trace.reference.push(order.reference.position);
+        trace.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
+        let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
+        trace.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
+        trace.load_torque.push(load_torque);
+        trace.arm_twist.push(if role == Role::Rendered { truth.tick.arm.twist } else { carried });
+        // What the supervision of a bench would stop; written so that a NaN is a fault.
+        let following =
+            order.control < 0.5 || (order.reference.position - parts.angle).abs() <= settings.safety.following_error;
+        if !(following && parts.velocity.abs() <= settings.safety.speed) {
+            trace.stable = false;
+            break;
+        }
+        if course.drive.is_over(parts.angle) {
+            break;
+        }
+    }
+    trace.velocity_error = libm::sqrt(off / (trace.angle.len() as f64).max(1.0));
+    Ok(trace)
+}
+
+impl Trace {
+    /// How much the load motor chatters: root mean square of its torque's change from sample to sample [N m].
+    pub fn chatter(&self) -> f64 {
+        let changes = self.load_torque.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
+        libm::sqrt(changes.sum::<f64>() / (self.load_torque.len() as f64 - 1.0).max(1.0))
+    }
+}

@@ -1,0 +1,15 @@
+//! Simulation of the virtual bench without an experiment around it: one position loop ([`simulation`]), the signal path
+//! in vector lanes ([`judged`]), the machines that trajectory equivalence compares ([`fidelity`]), and the choice of a
+//! rendering law that rests on it ([`rendering_law`]).
+#![forbid(unsafe_code)]
+
+pub mod fidelity;
+pub mod integrator;
+pub mod judged;
+pub mod manoeuvre;
+mod rendering_law;
+pub mod simulation;
+#[cfg(test)]
+mod tests;
+
+pub use rendering_law::rendering_law;

@@ -1,0 +1,37 @@
+//! The friction bench as a library: measure, fit, design, render, re-measure, rank, report.
+//!
+//! This crate is what users import. Each module is re-exported from the crate of its subject.
+#![forbid(unsafe_code)]
+
+pub use stickslip_base::{Error, Summary, Watch};
+pub use stickslip_base::{figure, filter, noise, output, parameters, quantity, report, summary, table, units, watch};
+pub use stickslip_bench as bench;
+pub use stickslip_bench::{foreign, run, tuning};
+pub use stickslip_experiment as experiment;
+pub use stickslip_experiment::{calibrate, demo, library, load, truth, workflow};
+pub use stickslip_fit as fit;
+pub use stickslip_fit::uncertainty;
+pub use stickslip_generate as generate;
+pub use stickslip_identify as identify;
+pub use stickslip_identify::{curve_file, machine};
+pub use stickslip_live as live;
+pub use stickslip_live::{catalogue, realtime, xcp};
+pub use stickslip_recording as recording;
+pub use stickslip_recording::capture;
+pub use stickslip_simulate::{integrator, judged, simulation};
+pub use stickslip_study as study;
+pub use stickslip_study::{benchmark, fidelity};
+
+/// Observers, controllers, rendering laws, margins and renderable regions.
+pub mod design {
+    pub use stickslip_design::*;
+    pub use stickslip_simulate::rendering_law;
+}
+pub use stickslip_design::linear;
+
+pub use stickslip_base::{
+    AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
+    DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
+    FriedlandParkChoice, LawChoice, Model, NetworkChoice, NotchChoice, Observation, Poles, PredictiveFeedback, Preset,
+    Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+};

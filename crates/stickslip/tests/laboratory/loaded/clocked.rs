@@ -1,0 +1,216 @@
+//! The same by the clock: faults that are real, in a process of its own, and none is waited for.
+//!
+//! A busy machine may take the processor from a controller for longer than a sample, which is a fault as well: then a try
+//! is made again. No time is asserted, but by cycles of the bench.
+
+use super::*;
+use stickslip::ControllerChoice;
+use stickslip::bench::tap::tap;
+use stickslip::bench::{Change, ClockedBench, Frame, Request, Traveller, Wishes};
+use stickslip::load::load_by_the_clock;
+use stickslip_core::supervise::{Fault, SafetyState};
+
+/// A slow tick, some that may be missed, and a sample of four of them, with a controller as soft as that admits.
+fn slow() -> Preset<f64> {
+    let mut preset = preset();
+    preset.bench.tick_rate = 1000.0;
+    preset.bench.control_divider = 4.0;
+    preset.bench.safety.missed_ticks = 50.0;
+    preset.bench.safety.following_error = 10.0;
+    let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("it is a cascade") };
+    (cascade.position_gain, cascade.velocity_gain, cascade.integral_gain) = (8.0, 0.04, 0.4);
+    preset
+}
+
+/// As stiff as samples of 4 ms admit.
+fn faulty(folder: &Path, fault: usize) -> PathBuf {
+    compiled(
+        folder,
+        "tests/laboratory/loaded/faults.c",
+        &[&format!("-DFAULT={fault}"), "-DSTIFFNESS=1.0", "-DDAMPING=0.03", "-DFRICTION=0.2"],
+    )
+}
+
+/// Moves the axis by somebody's controller until it is at rest by a fault, which is not that of a busy machine unless it is
+/// wanted: what was said of it, and all cycles.
+fn fallen(
+    bench: &mut ClockedBench,
+    foreign: Foreign,
+    stream: &mut stickslip::bench::tap::Stream,
+) -> (String, Vec<Frame>) {
+    bench.bring(foreign).expect("it begins");
+    let angle = bench.step(Order::default()).expect("nothing is wrong yet").angle;
+    while stream.sample().is_some() {}
+    let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+    let ended = (0..4000).find_map(|_| {
+        let order = Order { setpoint: traveller.toward(12.0), control: true, ..Order::default() };
+        bench.hand_over(order).err()
+    });
+    assert!(matches!(ended, Some(Error::BenchFault { .. })), "{ended:?}");
+    let fault = bench.named_fault().expect("the loop runs").expect("supervision has stopped it");
+    let frames = std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect();
+    (fault.to_string(), frames)
+}
+
+/// How far it went from the begin of the sample without an answer until it stood, and how far it may go at most [rad].
+fn way(frames: &[Frame], preset: &Preset<f64>) -> (f64, f64) {
+    let dt = preset.bench.tick_time();
+    let first = frames.iter().position(|frame| frame.safety.fault().is_some()).expect("there is a fault");
+    // Its sample began behind the cycle from which on the last torque was in force.
+    let torque = |index: usize| frames[index].command.added_torque;
+    let onset = (1..first).rev().find(|&index| torque(index) != torque(index - 1)).unwrap_or(0);
+    let rest = frames.iter().position(|frame| matches!(frame.safety, SafetyState::Fault(_))).expect("it stands");
+    let speed = |frame: &Frame| frame.signals.measured_motor_velocity.abs();
+    let fastest = frames[onset..=rest].iter().map(speed).fold(0.0, f64::max);
+    // As in the study of all faults: the way of the brake, of what passes until it begins, and the twist of the coupling.
+    let (deceleration, drive) = (preset.bench.safety.stop_deceleration, &preset.model.drive);
+    let twist = 2.0 * drive.load_inertia * deceleration / drive.coupling_stiffness;
+    let late = (2 + first - onset) as f64 * dt + preset.model.drive_lag;
+    let allowed = 0.5 * fastest * fastest / deceleration + fastest * late + twist;
+    ((frames[rest].angle - frames[onset].angle).abs(), allowed)
+}
+
+#[test]
+fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
+    let preset = slow();
+    let (tap, mut stream) = tap(1 << 16);
+    let mut bench = ClockedBench::virtual_machine(&preset, 1, Wishes::PLAIN, Some(tap)).unwrap();
+    stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
+    const LATE: &str = "ms after its sample began";
+    let said = [
+        (0, false, "signal 11, memory that is not its own"),
+        (1, false, LATE),
+        (2, false, "torque is no finite number"),
+        (2, true, "torque is no finite number"),
+        (4, false, "says that it failed (code 7)"),
+        (4, true, "says that it failed (code 7)"),
+        (5, false, "changed how floating-point numbers are rounded"),
+        (5, true, "changed how floating-point numbers are rounded"),
+        (6, false, "ended by itself (exit code 3)"),
+        (8, false, LATE),
+    ];
+    for (fault, trusted, said) in said {
+        let folder = tempfile::tempdir().unwrap();
+        let library = faulty(folder.path(), fault);
+        let mut tries = 0;
+        loop {
+            // Longer than it is late, and than its reason is waited for.
+            let patience = Duration::from_secs(1);
+            let mut foreign = if trusted {
+                Foreign::trusted(&library, Role::Controller).unwrap()
+            } else {
+                Foreign::apart_within(&library, Role::Controller, &here(), patience).unwrap()
+            };
+            foreign.set("sample", 30.0).unwrap();
+            let (told, frames) = fallen(&mut bench, foreign, &mut stream);
+            let mut right = told.contains(said);
+            if right {
+                let (way, allowed) = way(&frames, &preset);
+                println!("{fault} {trusted}: {way:.3} of {allowed:.3} rad, at try {tries}");
+                assert!(way <= allowed, "{fault}: {way} of {allowed} rad");
+            }
+            if right && fault == 1 {
+                // A loop without an end is ended, and then it is known what it was. Not so where it was late before.
+                let silent = Fault::Foreign(Role::Controller, ForeignFault::Silent { time: 1.0 });
+                let named = (0..2000).any(|_| {
+                    std::thread::sleep(Duration::from_millis(5));
+                    bench.refresh().unwrap();
+                    bench.safety().fault() == Some(silent)
+                });
+                right = named;
+            }
+            if right && !told.contains(LATE) {
+                let moved = frames.iter().any(|frame| frame.signals.measured_motor_velocity > 5.0);
+                assert!(moved, "{fault}: it moved");
+            }
+            let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
+            let (calls, _) = guest.foreign().durations();
+            assert!(calls.count >= 30 || told.contains(LATE), "{fault}: {calls:?}");
+            bench.change(Change::Request(Request::Acknowledge)).unwrap();
+            bench.change(Change::Request(Request::Arm)).unwrap();
+            bench.change(Change::Request(Request::Start)).unwrap();
+            bench.come_to_rest().unwrap();
+            if right {
+                break;
+            }
+            tries += 1;
+            assert!(told.contains(LATE) && tries < 40, "{fault} {trusted}: {told}");
+        }
+        // The preset's own controller moves it back.
+        let angle = bench.step(Order::default()).unwrap().angle;
+        let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+        for _ in 0..200 {
+            let order = Order { setpoint: traveller.toward(-12.0), control: true, ..Order::default() };
+            bench.hand_over(order).unwrap();
+        }
+        bench.come_to_rest().unwrap();
+    }
+    assert!(FloatingPoint::standard().was_standard());
+}
+
+#[test]
+fn a_controller_that_keeps_up_is_followed() {
+    let preset = slow();
+    let folder = tempfile::tempdir().unwrap();
+    let library = faulty(folder.path(), 9);
+    let mut bench = ClockedBench::virtual_machine(&preset, 1, Wishes::PLAIN, None).unwrap();
+    for tries in 0.. {
+        stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
+        bench.come_to_rest().unwrap();
+        bench.bring(Foreign::apart(&library, Role::Controller, &here()).unwrap()).unwrap();
+        let angle = bench.step(Order::default()).unwrap().angle;
+        let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+        let mut torques = 0;
+        let ended = (0..160).try_for_each(|_| {
+            let order = Order { setpoint: traveller.toward(8.0), control: true, ..Order::default() };
+            let frame = bench.hand_over(order)?;
+            torques += u32::from(frame.is_some_and(|frame| frame.command.added_torque != 0.0));
+            Ok(())
+        });
+        let ended =
+            ended.and_then(|()| bench.drain(&mut |frame| torques += u32::from(frame.command.added_torque != 0.0)));
+        let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
+        let ((calls, _), responses) = (guest.foreign().durations(), guest.foreign().responses());
+        match ended {
+            Ok(()) if guest.lateness().1 == 0 => {
+                // All but what the first sample and the last one lack: where they begin, the clock says.
+                assert!(torques >= 150 && calls.count >= 38, "{torques} {calls:?}");
+                assert!(responses.count == calls.count && responses.p50 > calls.p50, "{calls:?} {responses:?}");
+                return;
+            }
+            Ok(()) if tries < 40 => {}
+            Err(Error::BenchFault { reason, .. }) if reason.contains("was not there") && tries < 40 => {
+                assert!(guest.lateness().1 >= 1);
+                bench.change(Change::Request(Request::Acknowledge)).unwrap();
+            }
+            other => panic!("{other:?}"),
+        }
+        bench.change(Change::Request(Request::Off)).unwrap();
+    }
+}
+
+#[test]
+fn manoeuvres_by_the_clock_replay_without_the_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = compiled(folder.path(), EXAMPLE, &[]);
+    let run = folder.path().join("run.mf4");
+    let mut foreign = Foreign::apart(&library, Role::Controller, &here()).unwrap();
+    for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {
+        foreign.set(name, value).unwrap();
+    }
+    let loaded = load_by_the_clock(&slow(), foreign, 0.0, 3, Some(&run), Wishes::PLAIN, &Watch::silent()).unwrap();
+    let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
+    assert!(replayed.identical(), "{replayed}");
+    let value = |name: &str| loaded.summary().value(name);
+    assert!(value("own.sine_0.5hz.rms").is_some(), "it lives on");
+    assert_eq!(value("response.allowed"), Some(3e-3));
+    assert!(value("timing.cycles").is_some_and(|cycles| cycles > 1000.0));
+    let remarks = loaded.remarks().join(" ");
+    assert!(remarks.contains("By the clock its torque was there after"), "{remarks}");
+    println!("{remarks}");
+    // On a busy machine it may have been late.
+    let told = loaded.fault.as_deref().unwrap_or("was not there");
+    assert!(told.contains("was not there"), "{told}");
+    assert!(value("response.late") >= value("fault"));
+    assert_ne!(value("controller.sine_0.5hz.rms").is_some(), loaded.fault.is_some());
+}

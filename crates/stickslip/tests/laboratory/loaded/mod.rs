@@ -1,0 +1,236 @@
+//! Controllers in C, compiled here: a good one, and one for each fault.
+
+mod clocked;
+#[path = "../../../../bench/src/foreign/fmu/tests/fixture.rs"]
+mod fixture;
+mod fmu;
+mod roles;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
+
+use stickslip_rt::FloatingPoint;
+
+use stickslip::bench::foreign::process::{Host, host};
+use stickslip::bench::foreign::*;
+use stickslip::bench::{Bench as _, Command as Order, VirtualBench};
+use stickslip::load::{self, load};
+use stickslip::parameters::presets::find;
+use stickslip::run::{Record, replay};
+use stickslip::{Error, Preset, Watch};
+use stickslip_core::supervise::ForeignFault;
+
+/// Named in the environment of a process of a test that is to be a host, and the one mapping that it takes.
+const HOSTED: &str = "STICKSLIP_TEST_HOST";
+const MAPPED: &str = "STICKSLIP_TEST_MAP";
+/// And its role.
+const AS: &str = "STICKSLIP_TEST_ROLE";
+
+/// This very program, as a host: it runs [`hosts`] alone.
+pub(super) fn here() -> Host {
+    let program = std::env::current_exe().expect("a program has a path");
+    let test = "loaded::hosts";
+    let call = format!("exec '{}' --exact {test} --nocapture", program.display());
+    let words = "for last; do role=\"$word\"; word=\"$last\"; done";
+    let script = format!("{words}; {HOSTED}=\"$last\" {AS}=\"$role\" {MAPPED}=\"$2\" {call}");
+    let arguments = ["-c".into(), script.into()];
+    Host { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
+}
+
+/// Of a process of another test this is all that runs.
+#[test]
+fn hosts() {
+    if let Some(file) = std::env::var_os(HOSTED) {
+        let map = std::env::var(MAPPED).unwrap_or_default();
+        let map: Vec<_> = map.split_once('=').map(|(signal, name)| (signal.into(), name.into())).into_iter().collect();
+        let role = std::env::var(AS).ok().and_then(|name| Role::find(&name)).expect("it has a role");
+        host(Path::new(&file), role, &map).expect("somebody asks");
+        std::process::exit(0);
+    }
+}
+
+fn compiled(folder: &Path, source: &str, options: &[&str]) -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let library = folder.join("controller.so");
+    let mut compiler = Command::new("cc");
+    let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options);
+    let compiler = compiler
+        .arg("-I")
+        .arg(here.join("../bench/src/foreign"))
+        .arg("-o")
+        .arg(&library)
+        .arg(here.join(source))
+        .arg("-lm");
+    assert!(compiler.status().expect("there is a compiler").success(), "{source}");
+    library
+}
+
+fn faulty(folder: &Path, fault: usize) -> PathBuf {
+    compiled(folder, "tests/laboratory/loaded/faults.c", &[&format!("-DFAULT={fault}")])
+}
+
+pub(super) fn preset() -> Preset<f64> {
+    find("clm-bench").expect("it is built in").read().expect("it is right")
+}
+
+const EXAMPLE: &str = "../../examples/controller/p_pi.c";
+
+#[test]
+fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = compiled(folder.path(), "tests/laboratory/loaded/tuned.c", &[]);
+    let sample = ModuleSample { reference_position: 1.0, ..ModuleSample::default() };
+    for mut foreign in [
+        Foreign::trusted(&library, Role::Controller).unwrap(),
+        Foreign::apart(&library, Role::Controller, &here()).unwrap(),
+    ] {
+        let mut console = foreign.console();
+        foreign.begin(1e-3, 1.0).unwrap();
+        assert_eq!(foreign.step(&sample), Ok(1.0));
+        let taken = console.put(&[2.0, 0.0, 0.25]);
+        assert_eq!((foreign.step(&sample), console.verdict(taken)), (Ok(2.25), Some(0)));
+        let refused = console.put(&[6.0, 0.0, 0.5]);
+        assert_eq!(
+            (foreign.step(&sample), console.verdict(refused)),
+            (Ok(2.25), Some(-2)),
+            "it goes on with the last ones"
+        );
+        assert_eq!((foreign.step(&sample), foreign.values()), (Ok(2.25), &[2.0, 0.0, 0.25][..]));
+        // Out of force they wait for its begin.
+        let waits = console.put(&[3.0, 0.0, 0.0]);
+        assert!(foreign.take_for_begin() && !foreign.take_for_begin());
+        assert_eq!(console.verdict(waits), Some(0));
+        foreign.begin(1e-3, 1.0).unwrap();
+        assert_eq!(foreign.step(&sample), Ok(3.0));
+        console.count();
+        assert_eq!(console.durations().0.count, 5);
+    }
+}
+
+#[test]
+fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = compiled(folder.path(), EXAMPLE, &[]);
+    let run = folder.path().join("run.mf4");
+    let trusted = Foreign::trusted(&library, Role::Controller).unwrap();
+    assert_eq!((trusted.description().name.as_str(), trusted.hash().len()), ("P-PI cascade", 64));
+    let here_it_is = load(&preset(), trusted, 0.0, 3, Some(&run), &Watch::silent()).unwrap();
+    assert_eq!(here_it_is.fault, None);
+    let apart = Foreign::apart(&library, Role::Controller, &here()).unwrap();
+    let apart = load(&preset(), apart, 0.0, 3, None, &Watch::silent()).unwrap();
+    let of = |loaded: &load::Loaded, name: &str| loaded.summary().value(name).unwrap();
+    let rms = "controller.sine_0.5hz.rms";
+    assert_eq!(of(&here_it_is, rms), of(&apart, rms), "in whichever process: the same bits");
+    assert!(of(&apart, rms) < 0.1 && of(&apart, rms) != of(&apart, "own.sine_0.5hz.rms"), "{}", of(&apart, rms));
+    assert!(of(&apart, "call.count") > 4000.0 && of(&apart, "fault") == 0.0);
+    drop(here_it_is);
+    std::fs::remove_file(library).unwrap();
+    let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
+    assert!(replayed.identical(), "{replayed}");
+}
+
+#[test]
+fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
+    let said = [
+        "signal 11, memory that is not its own",
+        "has not answered for 0.200 s",
+        "torque is no finite number",
+        "torque is no finite number",
+        "says that it failed (code 7)",
+        "changed how floating-point numbers are rounded",
+        "ended by itself (exit code 3)",
+    ];
+    for (fault, said) in said.into_iter().enumerate() {
+        let folder = tempfile::tempdir().unwrap();
+        let library = faulty(folder.path(), fault);
+        let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+        let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+        let told = loaded.fault.as_deref().unwrap_or("nothing");
+        assert!(told.contains(said), "{fault}: {told}");
+        assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "{fault}: it lives on");
+    }
+    assert!(FloatingPoint::standard().was_standard());
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = faulty(folder.path(), 7);
+    for sample in [0.0, 1.0, 300.0] {
+        let mut foreign =
+            Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+        foreign.set("sample", sample).unwrap();
+        foreign.begin(1e-3, 1.0).unwrap();
+        // Any number, or any fault: what it is, its own words decide.
+        let torques = (0..400).map_while(|_| foreign.step(&ModuleSample::default()).ok());
+        assert!(torques.inspect(|torque| assert!(torque.is_finite())).count() as f64 >= sample);
+    }
+    let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+    let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+    assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "it lives on");
+}
+
+#[test]
+fn a_mode_that_a_trusted_library_changes_is_restored_and_a_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut foreign = Foreign::trusted(&faulty(folder.path(), 5), Role::Controller).unwrap();
+    foreign.set("sample", 0.0).unwrap();
+    foreign.begin(1e-3, 1.0).unwrap();
+    assert_eq!(foreign.step(&ModuleSample::default()), Err(ForeignFault::FloatingPoint));
+    assert!(FloatingPoint::standard().was_standard());
+    assert!(foreign.set("sample", -1.0).unwrap_err().to_string().contains("outside 0 … 1000000000 1"));
+    assert!(foreign.set("gain", 0.0).unwrap_err().to_string().contains("The controller has: sample."));
+}
+
+#[test]
+fn what_is_no_controller_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = folder.path().join("text.so");
+    std::fs::write(&text, "no library").unwrap();
+    let refused = |opened: Result<Foreign, Error>| opened.err().expect("it is no controller").to_string();
+    for opened in [Foreign::trusted(&text, Role::Controller), Foreign::apart(&text, Role::Controller, &here())] {
+        let told = refused(opened);
+        assert!(told.contains("text.so") && told.contains("cc -shared -fPIC"), "{told}");
+    }
+    let library = compiled(folder.path(), "tests/laboratory/loaded/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
+    assert!(refused(Foreign::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
+    let nobody = Host { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
+    assert!(refused(Foreign::apart(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
+}
+
+#[test]
+fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = [
+        "its functions are of version 2, version 1 is known",
+        "stickslip_describe returns NULL",
+        "parameters is NULL or too many",
+        "name is NULL",
+        "a parameter's name is NULL",
+        "a parameter's unit is NULL",
+        "a parameter's help is NULL",
+        "the range of gain is NaN … 1",
+        "the range of gain is 1 … 0",
+        "gain begins with 1.5, outside 0 … 1",
+        "a parameter is called \"The Gain\"",
+        "two parameters are called gain",
+        "parameters is NULL or too many",
+        "it has no name",
+        "gain begins with NaN, outside 0 … 1",
+        "the range of gain is 0 … inf",
+    ];
+    for (case, said) in said.into_iter().enumerate() {
+        // A file of its own: the system takes one name for one library.
+        let folder = folder.path().join(case.to_string());
+        std::fs::create_dir(&folder).unwrap();
+        let library = compiled(&folder, "tests/laboratory/loaded/described.c", &[&format!("-DCASE={case}")]);
+        let refused = Foreign::trusted(&library, Role::Controller).err().expect("it is wrong").to_string();
+        assert!(refused.contains(said) && refused.contains("controller.so: "), "{case}: {refused}");
+    }
+    // What is right, and refuses to begin.
+    let library = compiled(folder.path(), "tests/laboratory/loaded/described.c", &["-DCASE=99"]);
+    let begun = Foreign::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
+    assert_eq!(begun, Err(ForeignFault::Failed { code: -1 }));
+}

@@ -1,0 +1,19 @@
+//! The laboratory as its users drive it: experiments, studies, running benches, XCP. One program, linked once.
+#![expect(clippy::unwrap_used, reason = "tests")]
+
+mod ahead;
+mod calibrated;
+mod calibration;
+mod coverage;
+mod experiments;
+mod fidelity;
+mod integrator;
+mod integrator_stability;
+mod linear;
+mod loaded;
+mod margins;
+mod mdf;
+mod measurement;
+mod prediction;
+mod running;
+mod xcp;

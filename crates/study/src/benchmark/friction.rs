@@ -1,0 +1,96 @@
+//! Frictions that are compensated, and how far a belief is off.
+
+use stickslip_core::friction::{Friction, Position, Ripple, Stribeck};
+
+use stickslip_base::preset::Preset;
+
+/// A friction, as shares of the drive's torque, so that each machine has its own of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionCase {
+    /// Its stable name.
+    pub name: &'static str,
+    /// Breakaway and kinetic torque over the largest torque of the drive, Stribeck velocity [rad/s], viscous friction over
+    /// that torque [s/rad].
+    shares: [f64; 4],
+}
+
+/// All of them.
+pub const FRICTIONS: [FrictionCase; 3] = [
+    FrictionCase { name: "mild", shares: [0.225, 0.18, 4.0, 1e-3] },
+    FrictionCase { name: "nominal", shares: [0.225, 0.10, 1.0, 4e-3] },
+    FrictionCase { name: "vicious", shares: [0.225, 0.10, 0.2, 1e-3] },
+];
+
+impl FrictionCase {
+    /// The curve on a drive with this largest torque [N m].
+    pub fn curve(&self, torque: f64) -> Stribeck<f64> {
+        let [breakaway, kinetic, stribeck_velocity, viscous] = self.shares;
+        Stribeck {
+            breakaway_torque: breakaway * torque,
+            kinetic_torque: kinetic * torque,
+            stribeck_velocity,
+            viscous_friction: viscous * torque,
+            ..Stribeck::default()
+        }
+    }
+
+    /// A machine that truly has it, and is believed to; nothing else is off.
+    pub(super) fn on(&self, preset: &Preset<f64>) -> Preset<f64> {
+        let mut preset = *preset;
+        let curve = self.curve(preset.bench.controller.torque_limit());
+        preset.model.own = curve;
+        let plant = &mut preset.plant;
+        plant.screw_friction = preset.model.own_bristles.under(curve);
+        plant.wheel.preload = 0.0;
+        plant.wheel.friction = Friction::default();
+        plant.start_angle = 0.0;
+        preset
+    }
+}
+
+/// A way in which machine and belief differ.
+#[derive(Clone, Copy, Debug)]
+pub struct Variation {
+    /// Its stable name.
+    pub name: &'static str,
+    change: fn(&mut Preset<f64>),
+}
+
+/// All of them; the first is none.
+pub const VARIATIONS: [Variation; 9] = [
+    Variation { name: "as believed", change: |_| {} },
+    Variation { name: "belief −30 %", change: |preset| believe(preset, 0.7) },
+    Variation { name: "belief +30 %", change: |preset| believe(preset, 1.3) },
+    Variation {
+        name: "ripple 10 %",
+        change: |preset| {
+            let ripple = Ripple { amplitude: 0.1, periods: 1.0, phase: 0.0 };
+            preset.plant.screw_friction.position = Position::Ripple(ripple);
+        },
+    },
+    Variation {
+        name: "under load +20 %",
+        change: |preset| {
+            // As much more friction where the coupling carries all of the drive's torque.
+            preset.plant.screw_friction.load.sensitivity = 0.2 / preset.bench.controller.torque_limit();
+        },
+    },
+    Variation { name: "load inertia −20 %", change: |preset| preset.plant.drive.load_inertia *= 0.8 },
+    Variation { name: "load inertia +25 %", change: |preset| preset.plant.drive.load_inertia *= 1.25 },
+    Variation { name: "coupling −20 %", change: |preset| preset.plant.drive.coupling_stiffness *= 0.8 },
+    Variation { name: "coupling +25 %", change: |preset| preset.plant.drive.coupling_stiffness *= 1.25 },
+];
+
+impl Variation {
+    /// A preset that is off.
+    pub(super) fn of(&self, preset: &Preset<f64>) -> Preset<f64> {
+        let mut preset = *preset;
+        (self.change)(&mut preset);
+        preset
+    }
+}
+
+fn believe(preset: &mut Preset<f64>, factor: f64) {
+    preset.model.own.breakaway_torque *= factor;
+    preset.model.own.kinetic_torque *= factor;
+}

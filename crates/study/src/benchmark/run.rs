@@ -1,0 +1,260 @@
+//! One entrant in one manoeuvre, on one machine or on several side by side.
+
+use stickslip_core::control::reference::{Generator, Setpoint};
+use stickslip_core::tick::{Order, Tick};
+
+use super::Manoeuvre;
+use stickslip_base::preset::Preset;
+use stickslip_base::{Error, Watch};
+use stickslip_design::software;
+use stickslip_simulate::judged::{ABREAST, Abreast, Judged};
+use stickslip_simulate::manoeuvre::Course;
+use stickslip_simulate::simulation::{Brought, Sample, sample};
+
+/// Time at rest before it begins [s].
+const REST: f64 = 0.3;
+/// With fewer the lanes that are left cost more than one after the other.
+const WORTH_LANES: usize = 3;
+
+/// Runs it; `None` where it did not come to its end: what the supervision of a bench would stop.
+pub(crate) fn run(
+    preset: &Preset<f64>,
+    manoeuvre: Manoeuvre,
+    seed: u64,
+    chance: f64,
+    watch: &Watch,
+) -> Result<Option<Course>, Error> {
+    let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
+    Ok(follow(bench, &mut [run], None, watch)?.pop().flatten())
+}
+
+/// The same with somebody else's torque in place of that of the bench: what he reads in a sample to a torque [N m], or
+/// none, with which the run has failed.
+pub(crate) fn run_with(
+    preset: &Preset<f64>,
+    manoeuvre: Manoeuvre,
+    seed: u64,
+    chance: f64,
+    controller: &mut dyn FnMut(&Sample) -> Option<f64>,
+    watch: &Watch,
+) -> Result<Option<Course>, Error> {
+    let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
+    let (tick, divider, dt) = (run.tick, preset.bench.divider(), preset.bench.tick_time());
+    let mut brought = Brought::default();
+    let mut torque = |bench: &Judged, cycle: u64, reference: Setpoint<f64>| {
+        let read = || controller(&sample(&tick, bench, cycle as f64 * dt, reference)).ok_or(());
+        brought.torque(cycle, divider, read).ok()
+    };
+    Ok(follow(bench, &mut [run], Some(&mut torque), watch)?.pop().flatten())
+}
+
+/// Runs it on several machines; each gets the very numbers of [`run`]. What a machine refuses is its own result.
+///
+/// # Errors
+/// [`Error::Cancelled`] alone.
+pub fn run_abreast(
+    presets: &[&Preset<f64>],
+    manoeuvre: Manoeuvre,
+    seed: u64,
+    chance: f64,
+    watch: &Watch,
+) -> Result<Vec<Result<Option<Course>, Error>>, Error> {
+    let mut results: Vec<Result<Option<Course>, Error>> = Vec::with_capacity(presets.len());
+    let mut waiting = Vec::new();
+    for (index, preset) in presets.iter().enumerate() {
+        match Run::new(preset, manoeuvre, seed, chance) {
+            Ok((bench, run)) => {
+                waiting.push((index, bench, run));
+                results.push(Ok(None));
+            }
+            Err(error) => results.push(Err(error)),
+        }
+    }
+    while let Some((_, first, _)) = waiting.first() {
+        let like: Judged = first.clone();
+        let (mut indices, mut benches, mut runs) = (Vec::new(), Vec::new(), Vec::new());
+        let mut others = Vec::new();
+        for (index, bench, run) in waiting {
+            if benches.len() < ABREAST && bench.beside(&like) {
+                indices.push(index);
+                benches.push(bench);
+                runs.push(run);
+            } else {
+                others.push((index, bench, run));
+            }
+        }
+        waiting = others;
+        let wide = if benches.len() < WORTH_LANES { None } else { Judged::abreast(&benches) };
+        let courses = match wide {
+            Some(bench) => follow(bench, &mut runs, None, watch)?,
+            None => {
+                let mut each = Vec::new();
+                for (bench, run) in benches.into_iter().zip(&mut runs) {
+                    each.append(&mut follow(bench, std::slice::from_mut(run), None, watch)?);
+                }
+                each
+            }
+        };
+        for (index, course) in indices.into_iter().zip(courses) {
+            results[index] = Ok(course);
+        }
+    }
+    Ok(results)
+}
+
+/// How long a run takes on the virtual bench, with the rest before it [s].
+pub fn simulated_time(manoeuvre: Manoeuvre, preset: &Preset<f64>, chance: f64) -> f64 {
+    REST + manoeuvre.reference(preset, chance).1
+}
+
+/// What a machine is to follow, and within what.
+struct Run<'a> {
+    preset: &'a Preset<f64>,
+    tick: Tick<f64>,
+    setpoints: Generator<'static>,
+    /// Ticks at rest, and ticks in all.
+    rest: u64,
+    cycles: u64,
+}
+
+impl<'a> Run<'a> {
+    fn new(preset: &'a Preset<f64>, manoeuvre: Manoeuvre, seed: u64, chance: f64) -> Result<(Judged, Run<'a>), Error> {
+        let settings = &preset.bench;
+        let divider = settings.divider();
+        let mut tick = software(&preset.model, settings)?;
+        tick.law = stickslip_core::render::Law::Off;
+        let bench = Judged::new(&preset.plant, tick, settings, divider, seed)?;
+        let (reference, duration) = manoeuvre.reference(preset, chance);
+        let setpoints = Generator::new(reference, settings.tick_rate);
+        let in_samples = |time: f64| ((time / settings.control_period()).round() as u64) * divider;
+        let rest = in_samples(REST);
+        Ok((bench, Run { preset, tick, setpoints, rest, cycles: rest + in_samples(duration) }))
+    }
+
+    fn begins_sample(&self, cycle: u64) -> bool {
+        cycle >= self.rest && (cycle - self.rest).is_multiple_of(self.preset.bench.divider())
+    }
+
+    /// Written so that a NaN is beyond.
+    fn is_within_limits(&self, deviation: f64, velocity: f64) -> bool {
+        let safety = &self.preset.bench.safety;
+        deviation.abs() <= safety.following_error && velocity.abs() <= safety.speed
+    }
+}
+
+/// Torque of somebody else in a tick [N m]; without one every run has failed.
+type Torque<'a, T> = &'a mut dyn FnMut(&Judged<T>, u64, Setpoint<T>) -> Option<T>;
+
+/// Lets each lane follow its set-points to the end, or to where it leaves its limits.
+fn follow<T: Abreast>(
+    mut bench: Judged<T>,
+    runs: &mut [Run<'_>],
+    mut torque: Option<Torque<'_, T>>,
+    watch: &Watch,
+) -> Result<Vec<Option<Course>>, Error> {
+    let begun = |run: &Run<'_>| Some(Course { period: run.preset.bench.control_period(), ..Course::default() });
+    let mut courses: Vec<Option<Course>> = runs.iter().map(begun).collect();
+    let mut order = Order { control: T::of(f64::from(u8::from(torque.is_none()))), ..Order::default() };
+    for cycle in 0..runs.iter().map(|run| run.cycles).max().unwrap_or(0) {
+        if cycle % 8192 == 0 {
+            watch.check()?;
+        }
+        // Before the tick: what is true while its set-point is asked for.
+        let (angle, velocity) = (bench.truth().plant.machine.angle, bench.truth().plant.machine.velocity);
+        let mut any = false;
+        for (lane, (run, course)) in runs.iter_mut().zip(&mut courses).enumerate() {
+            let Some(moving) = course.as_mut().filter(|_| cycle < run.cycles) else { continue };
+            let mut position = 0.0;
+            if cycle >= run.rest {
+                let setpoint = run.setpoints.next();
+                position = setpoint.position;
+                order.reference = with_lane(order.reference, lane, setpoint);
+            }
+            let (deviation, velocity) = (position - angle.lane(lane), velocity.lane(lane));
+            if !run.is_within_limits(deviation, velocity) {
+                *course = None;
+                continue;
+            }
+            any = true;
+            if run.begins_sample(cycle) {
+                moving.deviation.push(deviation);
+                moving.velocity.push(velocity);
+            }
+        }
+        if !any {
+            break;
+        }
+        if let Some(torque) = &mut torque {
+            match torque(&bench, cycle, order.reference) {
+                Some(torque) => order.added_torque = torque,
+                None => return Ok(vec![None; courses.len()]),
+            }
+        }
+        bench.tick(order);
+        let commanded = bench.truth().tick.commanded_torque + order.added_torque;
+        for (lane, (run, course)) in runs.iter().zip(&mut courses).enumerate() {
+            if let Some(course) = course.as_mut().filter(|_| cycle < run.cycles && run.begins_sample(cycle)) {
+                course.torque.push(commanded.lane(lane));
+            }
+        }
+    }
+    Ok(courses)
+}
+
+fn with_lane<T: Abreast>(all: Setpoint<T>, lane: usize, one: Setpoint<f64>) -> Setpoint<T> {
+    Setpoint {
+        position: all.position.with_lane(lane, one.position),
+        velocity: all.velocity.with_lane(lane, one.velocity),
+        acceleration: all.acceleration.with_lane(lane, one.acceleration),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stickslip_base::parameters::presets::find;
+
+    fn spread(machine: &str) -> Vec<Preset<f64>> {
+        let mut preset: Preset<f64> = find(machine).unwrap().read().unwrap();
+        preset.bench.tick_rate = 1000.0;
+        preset.bench.control_divider = 1.0;
+        let mut presets = vec![preset; 11];
+        for (k, preset) in presets.iter_mut().enumerate() {
+            preset.plant.drive.load_inertia *= 1.0 + 0.1 * k as f64;
+        }
+        // Another configuration, a step that is refused, one that is stopped: among the others.
+        presets[3].plant.screw_friction.model = stickslip_core::friction::Model::Nothing;
+        presets[5].plant.drive.coupling_stiffness = 1e9;
+        presets[7].bench.safety.following_error = 1e-6;
+        presets
+    }
+
+    #[test]
+    fn side_by_side_every_machine_has_the_very_numbers_that_it_has_alone() {
+        let presets = spread("prototype");
+        let machines: Vec<_> = presets.iter().collect();
+        for (manoeuvre, chance) in [(Manoeuvre::FastSine, 0.5), (Manoeuvre::Strokes, 0.3)] {
+            let together = run_abreast(&machines, manoeuvre, 2, chance, &Watch::silent()).unwrap();
+            for (index, (together, preset)) in together.into_iter().zip(&presets).enumerate() {
+                let alone = run(preset, manoeuvre, 2, chance, &Watch::silent());
+                assert_eq!(format!("{together:?}"), format!("{alone:?}"), "machine {index}");
+                match index {
+                    5 => assert!(matches!(together, Err(Error::StepTooLarge { .. })), "{together:?}"),
+                    7 => assert_eq!(together.unwrap(), None),
+                    _ => assert!(together.unwrap().unwrap().torque.len() > 100),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn beside_each_other_are_machines_that_differ_by_numbers_alone() {
+        let presets = spread("prototype");
+        let bench = |index: usize, seed: u64| Run::new(&presets[index], Manoeuvre::FastSine, seed, 0.5).unwrap().0;
+        assert!(bench(1, 2).beside(&bench(0, 2)));
+        assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");
+        assert!(!bench(1, 3).beside(&bench(0, 2)), "another noise");
+        let wide = |count: usize| Judged::abreast(&vec![bench(0, 2); count]).is_some();
+        assert_eq!([0, 1, ABREAST, ABREAST + 1].map(wide), [false, true, true, false]);
+    }
+}

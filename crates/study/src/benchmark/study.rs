@@ -1,0 +1,230 @@
+//! The whole benchmark: cell after cell, the runs of each on all threads.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Entrant, FRICTIONS, FrictionCase, MANOEUVRES, Manoeuvre, PROGRAM, VARIATIONS, Variation};
+use stickslip_base::parallel::map;
+use stickslip_base::preset::{ControllerChoice, Preset};
+use stickslip_base::{Error, Watch, output, parameters};
+
+/// What is compared.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What the machine is called, and its preset.
+    pub machine: String,
+    /// The machine; its friction is replaced.
+    pub preset: Preset<f64>,
+    /// Who; the first is the reference of the others.
+    pub entrants: Vec<Entrant>,
+    /// Frictions.
+    pub frictions: Vec<FrictionCase>,
+    /// What may be off, besides nothing: there the reversal alone is run.
+    pub variations: Vec<Variation>,
+    /// Manoeuvres.
+    pub manoeuvres: Vec<Manoeuvre>,
+    /// Seeds of noise.
+    pub seeds: u64,
+    /// Set-points to rest at.
+    pub places: u64,
+    /// Threads.
+    pub threads: usize,
+}
+
+impl Plan {
+    /// Everything on a machine.
+    pub fn new(machine: impl Into<String>, preset: Preset<f64>, entrants: Vec<Entrant>) -> Self {
+        Plan {
+            machine: machine.into(),
+            preset,
+            entrants,
+            frictions: FRICTIONS.to_vec(),
+            variations: VARIATIONS[1..].to_vec(),
+            manoeuvres: MANOEUVRES.into_iter().filter(|manoeuvre| manoeuvre.is_usual()).collect(),
+            seeds: 6,
+            places: 12,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+        }
+    }
+
+    /// The first look: two frictions, two seeds, four places, and a belief that is off by 30 %.
+    pub fn quick(self) -> Self {
+        let frictions = self.frictions.into_iter().filter(|friction| friction.name != "mild").collect();
+        let variations = VARIATIONS[1..3].to_vec();
+        Plan { frictions, variations, seeds: 2, places: 4, ..self }
+    }
+
+    /// What is run of a cell: manoeuvre, seed, and where between two counts it rests.
+    fn runs(&self, cell: &Cell) -> Vec<(Manoeuvre, u64, f64)> {
+        let whole = cell.variation.name == VARIATIONS[0].name;
+        let asked = self.manoeuvres.iter().filter(|manoeuvre| whole || **manoeuvre == Manoeuvre::Reversal);
+        let repeats = |manoeuvre: &Manoeuvre| if manoeuvre.has_places() { self.places } else { self.seeds };
+        let of = |manoeuvre: &Manoeuvre| {
+            let (manoeuvre, count) = (*manoeuvre, repeats(manoeuvre));
+            // Places as even as they go, none on a count.
+            (0..count).map(move |k| (manoeuvre, k + 1, (k as f64 + 0.5) / count as f64))
+        };
+        asked.flat_map(of).collect()
+    }
+
+    /// All cells, those of an entrant and a friction together.
+    fn cells(&self) -> Vec<Cell> {
+        let mut cells = Vec::new();
+        for friction in &self.frictions {
+            for entrant in 0..self.entrants.len() {
+                for variation in VARIATIONS[..1].iter().chain(&self.variations) {
+                    cells.push(Cell { friction: *friction, entrant, variation: *variation });
+                }
+            }
+        }
+        cells
+    }
+}
+
+/// An entrant on a friction and a variation.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    friction: FrictionCase,
+    entrant: usize,
+    variation: Variation,
+}
+
+/// What came of a cell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellResult {
+    /// Name of the entrant.
+    pub entrant: String,
+    /// Name of the friction.
+    pub friction: String,
+    /// Name of the variation.
+    pub variation: String,
+    /// For each run: name of the manoeuvre, and its numbers in the order of its measures; none where it failed.
+    pub runs: Vec<(String, Option<Vec<Option<f64>>>)>,
+    /// All that it follows from: another benchmark's results are not taken for this one's.
+    follows_from: String,
+}
+
+impl CellResult {
+    /// All values of a measure, a run each; NaN where it failed.
+    pub fn values(&self, manoeuvre: Manoeuvre, measure: usize) -> Vec<f64> {
+        let of = self.runs.iter().filter(|(name, _)| name == manoeuvre.name());
+        of.map(|(_, values)| values.as_ref().and_then(|all| *all.get(measure)?).unwrap_or(f64::NAN)).collect()
+    }
+
+    /// Runs that did not come to their end.
+    pub fn failures(&self) -> usize {
+        self.runs.iter().filter(|(_, values)| values.is_none()).count()
+    }
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was asked for.
+    pub plan: Plan,
+    /// The cells, as far as they were finished.
+    pub cells: Vec<CellResult>,
+    /// The controllers that were tuned.
+    pub tuned: Vec<(&'static str, ControllerChoice<f64>)>,
+    /// Whether it came to its end.
+    pub complete: bool,
+}
+
+/// Runs the benchmark. Cells that lie in `folder` already and follow from the same are taken from there; each that is
+/// finished is put there. Where it is cancelled, the outcome holds what was finished.
+///
+/// # Errors
+/// [`Error::Cancelled`] before anything was finished; [`Error::Parameters`] where what a file states does not fit the
+/// machine; what tuning and design refuse; [`Error::File`].
+pub fn run_plan(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Outcome, Error> {
+    // What a file states was made for its own bench: matrices for another sampling time would run, and mean nothing.
+    for entrant in plan.entrants.iter().filter(|entrant| entrant.tuned_as().is_none()) {
+        let text = parameters::write_commented(&entrant.on(&plan.preset, None));
+        parameters::read::<Preset<f64>>(&text, &format!("{} on {}", entrant.name, plan.machine))?;
+    }
+    output::create_folder(folder)?;
+    let tuned = tune_all(plan, folder, watch)?;
+    let mut outcome = Outcome { plan: plan.clone(), cells: Vec::new(), tuned, complete: true };
+    let cells = plan.cells();
+    let total: usize = cells.iter().map(|cell| plan.runs(cell).len()).sum();
+    let done = AtomicUsize::new(0);
+    for cell in &cells {
+        match result(plan, cell, &outcome.tuned, folder, (&done, total), watch) {
+            Ok(result) => outcome.cells.push(result),
+            Err(Error::Cancelled) if !outcome.cells.is_empty() => {
+                outcome.complete = false;
+                break;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(outcome)
+}
+
+/// The controllers of the house that are asked for, on the machine's own friction as believed.
+fn tune_all(plan: &Plan, folder: &Path, watch: &Watch) -> Result<Vec<(&'static str, ControllerChoice<f64>)>, Error> {
+    let mut names: Vec<&'static str> = plan.entrants.iter().filter_map(Entrant::tuned_as).collect();
+    names.sort_unstable();
+    names.dedup();
+    // All frictions share the machine and the bristles; the nominal one is the one that is tuned for.
+    let preset = FRICTIONS[1].on(&plan.preset);
+    let tune = |name: &&'static str| Ok((*name, Entrant::tuned(name, &preset, folder, watch)?));
+    map(&names, plan.threads, tune)
+}
+
+/// A cell's result, from its file or its runs.
+fn result(
+    plan: &Plan,
+    cell: &Cell,
+    tuned: &[(&'static str, ControllerChoice<f64>)],
+    folder: &Path,
+    (done, total): (&AtomicUsize, usize),
+    watch: &Watch,
+) -> Result<CellResult, Error> {
+    let entrant = &plan.entrants[cell.entrant];
+    let of = |name| tuned.iter().find(|(other, _)| *other == name).map(|(_, controller)| *controller);
+    let controller = entrant.tuned_as().and_then(of);
+    // Who holds by the believed breakaway torque holds by a belief that may be off.
+    let preset = entrant.on(&cell.variation.of(&cell.friction.on(&plan.preset)), controller);
+    let runs = plan.runs(cell);
+    let follows_from =
+        format!("{PROGRAM}\n{runs:?}\n{}{}", entrant.follows_from(), parameters::write_commented(&preset));
+    let path = folder.join(file_name(&format!("{} {} {}", entrant.name, cell.friction.name, cell.variation.name)));
+    let stage = format!("{}, {} friction, {}", entrant.name, cell.friction.name, cell.variation.name);
+    if let Some(kept) = read_result(&path, &follows_from) {
+        done.fetch_add(runs.len(), Ordering::Relaxed);
+        return Ok(kept);
+    }
+    let values = map(&runs, plan.threads, |&(manoeuvre, seed, chance)| {
+        let course = entrant.run(&preset, manoeuvre, seed, chance, watch)?;
+        watch.stage(&stage, (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / total as f64)?;
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let judged = course.map(|course| manoeuvre.judge(&course, &preset, chance).into_iter().map(finite).collect());
+        Ok((manoeuvre.name().to_owned(), judged))
+    })?;
+    let result = CellResult {
+        entrant: entrant.name.clone(),
+        friction: cell.friction.name.into(),
+        variation: cell.variation.name.into(),
+        runs: values,
+        follows_from,
+    };
+    let text = serde_json::to_string(&result).expect("strings and numbers");
+    output::write(&path, text)?;
+    Ok(result)
+}
+
+fn read_result(path: &Path, follows_from: &str) -> Option<CellResult> {
+    let result: CellResult = serde_json::from_str(&fs::read_to_string(path).ok()?).ok()?;
+    (result.follows_from == follows_from).then_some(result)
+}
+
+/// A name that every file system takes.
+fn file_name(name: &str) -> PathBuf {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '+' { c } else { '_' };
+    let signed = name.replace('−', "minus ").replace('%', "percent");
+    format!("{}.json", signed.chars().map(plain).collect::<String>()).into()
+}

@@ -1,0 +1,200 @@
+//! Which cells are compared.
+
+use super::{Bed, MISMATCHES, Mismatch, SCENARIOS, Scenario};
+use stickslip_base::Error;
+use stickslip_simulate::fidelity::law::{AUTO, LAWS, PAPER};
+
+/// The cells of one machine and rate: the same A and A0.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// Name of the preset, or the path of its file.
+    pub preset: String,
+    /// Whether the friction wheel is pressed on.
+    pub wheel: bool,
+    /// Tick rate [Hz].
+    pub rate: f64,
+    /// How the machine differs from the belief.
+    pub mismatch: Mismatch,
+    /// Names of the laws.
+    pub laws: Vec<String>,
+    /// Names of those whose curve is corrected too: as long as all other scenarios together.
+    pub corrected: Vec<String>,
+}
+
+/// All cells, and how each is run.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// The cells.
+    pub groups: Vec<Group>,
+    /// Scenarios of each; the corrected curve under some laws only.
+    pub scenarios: Vec<Scenario>,
+    /// Noise seeds of each.
+    pub seeds: Vec<u64>,
+    /// Threads that share the work.
+    pub threads: usize,
+}
+
+/// What a user asks for. Empty lists ask for all that the benchmark has.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// The short benchmark: closed loop with 3 seeds, the paper's law and the picked one on `prototype` with the mismatch
+    /// `real` at 4 and 10 kHz. Otherwise the full one with 10 seeds.
+    pub quick: bool,
+    /// How many seeds instead.
+    pub seeds: Option<u64>,
+    /// Names of presets or paths of their files.
+    pub presets: Vec<String>,
+    /// Names of laws.
+    pub laws: Vec<String>,
+    /// Tick rates [Hz].
+    pub rates: Vec<f64>,
+    /// Only with the wheel pressed on, or only without.
+    pub wheel: Option<bool>,
+    /// Names of mismatches.
+    pub mismatches: Vec<String>,
+    /// Names of scenarios.
+    pub scenarios: Vec<String>,
+    /// Threads; 0 for as many as there are processors.
+    pub threads: usize,
+}
+
+/// A product of machines, rates and mismatches.
+struct Block {
+    presets: Vec<String>,
+    rates: Vec<f64>,
+    mismatches: Vec<Mismatch>,
+    laws: Vec<String>,
+}
+
+fn names(list: &[&str]) -> Vec<String> {
+    list.iter().map(|name| (*name).into()).collect()
+}
+
+/// The full benchmark: all laws over rates with and without what identification leaves; the paper's and the picked one
+/// over all mismatches and on the other beds, one of which has its own.
+fn full() -> Vec<Block> {
+    let all = LAWS.iter().map(|(name, _)| (*name).into()).chain([AUTO.into()]).collect();
+    let (perfect, real) = (Mismatch::PERFECT, Mismatch::REAL);
+    let others = MISMATCHES.iter().copied().filter(|other| ![perfect.name, real.name].contains(&other.name)).collect();
+    let block = |presets: &[&str], rates: &[f64], mismatches, laws| Block {
+        presets: names(presets),
+        rates: rates.into(),
+        mismatches,
+        laws,
+    };
+    vec![
+        block(&["prototype"], &[1000.0, 4000.0, 10_000.0], vec![perfect, real], all),
+        block(&["prototype"], &[4000.0], others, names(&[PAPER, AUTO])),
+        block(&["clm-bench"], &[4000.0], vec![perfect, real], names(&[PAPER, AUTO])),
+        block(&["clm-real"], &[4000.0], vec![perfect], names(&[PAPER, AUTO])),
+    ]
+}
+
+fn quick() -> Vec<Block> {
+    vec![Block {
+        presets: names(&["prototype"]),
+        rates: vec![4000.0, 10_000.0],
+        mismatches: vec![Mismatch::REAL],
+        laws: names(&[PAPER, AUTO]),
+    }]
+}
+
+impl Selection {
+    /// The cells of the benchmark that are asked for. What it does not have but is asked for by name is run all the same,
+    /// at 4 kHz and with the mismatch `real` unless said otherwise.
+    ///
+    /// # Errors
+    /// [`Error::NothingToCompare`] where a name is not known; as [`Bed::find`].
+    pub fn plan(&self) -> Result<Plan, Error> {
+        let mismatches: Vec<Mismatch> = known("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
+        let scenarios: Vec<Scenario> = known("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
+        let laws: Vec<(&str, ())> = LAWS.iter().map(|(name, _)| (*name, ())).chain([(AUTO, ())]).collect();
+        known("law", &self.laws, &laws, |law| law.0)?;
+        let mut groups: Vec<Group> = Vec::new();
+        for block in if self.quick { quick() } else { full() } {
+            groups.extend(self.groups(&Block {
+                presets: chosen(block.presets, &self.presets, |a, b| a == b),
+                rates: chosen(block.rates, &self.rates, |a, b| a == b),
+                mismatches: chosen(block.mismatches, &mismatches, |a, b| a.name == b.name),
+                laws: block.laws,
+            })?);
+        }
+        if groups.is_empty() {
+            let or = |given: &[String], otherwise: &[&str]| {
+                if given.is_empty() { names(otherwise) } else { given.to_vec() }
+            };
+            groups = self.groups(&Block {
+                presets: or(&self.presets, &["prototype"]),
+                rates: if self.rates.is_empty() { vec![4000.0] } else { self.rates.clone() },
+                mismatches: if mismatches.is_empty() { vec![Mismatch::REAL] } else { mismatches },
+                laws: names(&[PAPER, AUTO]),
+            })?;
+        }
+        let all = if self.quick { super::CLOSED_LOOP } else { SCENARIOS };
+        let count = self.seeds.unwrap_or(if self.quick { 3 } else { 10 });
+        Ok(Plan {
+            groups,
+            scenarios: if scenarios.is_empty() { all.to_vec() } else { scenarios },
+            seeds: (1..=count.max(1)).collect(),
+            threads: if self.threads > 0 { self.threads } else { stickslip_base::parallel::processors() },
+        })
+    }
+
+    /// The groups of a block. With and without wheel stand together: they share A.
+    fn groups(&self, block: &Block) -> Result<Vec<Group>, Error> {
+        let mut groups = Vec::new();
+        for preset in &block.presets {
+            let has_wheel = Bed::find(preset)?.has_wheel();
+            let set_up = |wheel: &bool| (has_wheel || !wheel) && self.wheel.is_none_or(|only| only == *wheel);
+            for &rate in &block.rates {
+                for &mismatch in &block.mismatches {
+                    for wheel in [true, false].into_iter().filter(set_up) {
+                        let laws = if self.laws.is_empty() { &block.laws } else { &self.laws }.clone();
+                        let corrected = self.corrected(rate, mismatch);
+                        groups.push(Group { preset: preset.clone(), wheel, rate, mismatch, laws, corrected });
+                    }
+                }
+            }
+        }
+        Ok(groups)
+    }
+}
+
+impl Selection {
+    /// The laws whose curve is corrected at a rate [Hz] under a mismatch: where there is something that a correction may
+    /// mend, or everywhere that it is asked for by its name.
+    fn corrected(&self, rate: f64, mismatch: Mismatch) -> Vec<String> {
+        let asked = self.scenarios.iter().any(|name| name == Scenario::CURVE_CORRECTED.name);
+        let mends = rate >= 4000.0 && [Mismatch::REAL.name, "gaussian", "ripple10%"].contains(&mismatch.name);
+        match (asked || mends && !self.quick, self.laws.is_empty()) {
+            (false, _) => Vec::new(),
+            (true, true) => names(&[PAPER, AUTO]),
+            (true, false) => self.laws.clone(),
+        }
+    }
+}
+
+/// What a block has of that which is asked for; all of it where nothing is.
+fn chosen<T>(all: Vec<T>, asked: &[T], same: impl Fn(&T, &T) -> bool) -> Vec<T> {
+    all.into_iter().filter(|one| asked.is_empty() || asked.iter().any(|other| same(one, other))).collect()
+}
+
+/// The things of these names.
+///
+/// # Errors
+/// [`Error::NothingToCompare`] with the first name that is none of theirs.
+pub fn known<T: Copy>(
+    what: &'static str,
+    asked: &[String],
+    all: &[T],
+    name: impl Fn(&T) -> &'static str,
+) -> Result<Vec<T>, Error> {
+    let find = |asked: &String| {
+        all.iter().copied().find(|one| name(one) == asked).ok_or_else(|| Error::NothingToCompare {
+            what,
+            name: asked.clone(),
+            known: all.iter().map(&name).collect(),
+        })
+    };
+    asked.iter().map(find).collect()
+}

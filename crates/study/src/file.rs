@@ -1,0 +1,348 @@
+//! The file of a study, in TOML: read, checked against the preset, all before anything runs.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml_edit::Document;
+
+use super::check::Checked;
+use super::plan::of_entrant;
+use super::{Plan, sobol};
+use crate::benchmark::{Entrant, MANOEUVRES};
+use stickslip_base::Error;
+use stickslip_base::parameters::schema::nearest;
+use stickslip_base::parameters::{self, Fault, ParameterProblems, Problem, presets};
+use stickslip_base::preset::Preset;
+use stickslip_fit::uncertainty;
+
+/// What a file says.
+#[derive(Debug, Deserialize)]
+pub(super) struct Stated {
+    title: Option<String>,
+    #[serde(default = "prototype")]
+    preset: String,
+    #[serde(default)]
+    set: toml::Table,
+    controller: Option<String>,
+    manoeuvres: Vec<String>,
+    #[serde(default = "once")]
+    seeds: u64,
+    places: Option<u64>,
+    tolerance: Option<f64>,
+    #[serde(default)]
+    pub(super) design: StatedDesign,
+    #[serde(default)]
+    pub(super) fit: Vec<StatedFit>,
+    #[serde(default)]
+    pub(super) axis: Vec<StatedAxis>,
+}
+
+/// What it says of the design.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct StatedDesign {
+    #[serde(default)]
+    pub(super) kind: Kind,
+    pub(super) samples: Option<u64>,
+    pub(super) trajectories: Option<u64>,
+    pub(super) levels: Option<u64>,
+    pub(super) seed: Option<u64>,
+    pub(super) correlation: Option<Vec<Vec<f64>>>,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Kind {
+    #[default]
+    Grid,
+    LatinHypercube,
+    Sobol,
+    Normal,
+    Morris,
+    Saltelli,
+}
+
+/// What it says of an axis.
+#[derive(Debug, Deserialize)]
+pub(super) struct StatedAxis {
+    pub(super) name: Option<String>,
+    pub(super) path: Paths,
+    #[serde(default)]
+    pub(super) factor: bool,
+    pub(super) values: Option<Vec<f64>>,
+    pub(super) range: Option<[f64; 2]>,
+    pub(super) points: Option<usize>,
+    #[serde(default)]
+    pub(super) logarithmic: bool,
+    pub(super) mean: Option<f64>,
+    pub(super) sd: Option<f64>,
+}
+
+/// What it says of parameters that a fit knows together.
+#[derive(Debug, Deserialize)]
+pub(super) struct StatedFit {
+    pub(super) file: PathBuf,
+    pub(super) path: Option<Paths>,
+}
+
+/// One parameter, or several that take the same value.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+pub(super) enum Paths {
+    One(String),
+    Several(Vec<String>),
+}
+
+impl Paths {
+    pub(super) fn all(&self) -> Vec<String> {
+        match self {
+            Paths::One(path) => vec![path.clone()],
+            Paths::Several(paths) => paths.clone(),
+        }
+    }
+}
+
+fn prototype() -> String {
+    "prototype".into()
+}
+
+fn once() -> u64 {
+    1
+}
+
+/// Keys of the file, of its design, of a fit and of an axis.
+const KEYS: [&str; 11] =
+    ["title", "preset", "set", "controller", "manoeuvres", "seeds", "places", "tolerance", "design", "fit", "axis"];
+const DESIGN: [&str; 6] = ["kind", "samples", "trajectories", "levels", "seed", "correlation"];
+const FIT: [&str; 2] = ["file", "path"];
+const AXIS: [&str; 9] = ["name", "path", "factor", "values", "range", "points", "logarithmic", "mean", "sd"];
+
+/// Share by which measures may move when the step is halved, where nothing is said.
+const TOLERANCE: f64 = 0.01;
+/// What may be said instead.
+const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-9..=1.0;
+/// Who states it has steps of their own, as long as they say.
+const STEP: &str = "bench.plant_step";
+
+/// Largest number of seeds or places.
+const REPEATS: u64 = 1000;
+
+/// Reads the file of a study.
+///
+/// # Errors
+/// [`Error::File`]; [`Error::Parameters`] with keys and paths that are not known, and values that the preset does not
+/// admit; [`Error::Document`] with what does not go together, in the file or in that of a fit; what reading preset and
+/// controller refuses.
+pub fn read(path: &Path) -> Result<Plan, Error> {
+    let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
+    Text { path, text: &text, tells_lines: true }.plan(None)
+}
+
+/// Reads a study whose text was made by a program, which messages call `study`; their lines would tell nobody anything. A
+/// machine takes the place of the preset that the text names.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_text(text: &str, machine: Option<presets::Source>) -> Result<Plan, Error> {
+    Text { path: Path::new("study"), text, tells_lines: false }.plan(machine)
+}
+
+impl Text<'_> {
+    fn plan(&self, machine: Option<presets::Source>) -> Result<Plan, Error> {
+        self.known_keys()?;
+        let stated: Stated = toml::from_str(self.text).map_err(|error| {
+            let place = error.span().and_then(|span| self.place(span.start));
+            let reason = error.message().trim().replace('\n', ", ");
+            Error::Document {
+                path: self.path.into(),
+                place,
+                reason,
+                remedy: "`stickslip study --help` has an example.",
+            }
+        })?;
+        plan(&stated, self, machine)
+    }
+}
+
+fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) -> Result<Plan, Error> {
+    let entrant = stated.controller.as_deref().map(Entrant::find).transpose()?;
+    let named = machine.as_ref().map_or_else(|| stated.preset.clone(), |source| stem(Path::new(&source.file)));
+    let mut preset = machine.map_or_else(|| presets::find(&stated.preset), Ok)?;
+    let mut settings = Vec::new();
+    flat(&stated.set, "", &mut settings);
+    if let Some((path, _)) = settings.iter().find(|(path, _)| entrant.is_some() && of_entrant(path)) {
+        let reason = format!("[set] says {path}, and the controller brings its own");
+        return Err(source.wrong("set", reason, "Leave one of them out, or name a parameter file as controller."));
+    }
+    if !settings.is_empty() {
+        preset.text = parameters::set_all::<Preset<f64>>(&preset.text, &preset.file, &settings)?;
+    }
+    let names = MANOEUVRES.map(|manoeuvre| manoeuvre.name());
+    let manoeuvre = |name: &String| {
+        let index = names.iter().position(|known| known == name);
+        index.map(|index| MANOEUVRES[index]).ok_or_else(|| Error::NothingToCompare {
+            what: "manoeuvre",
+            name: name.clone(),
+            known: names.to_vec(),
+        })
+    };
+    let manoeuvres = stated.manoeuvres.iter().map(manoeuvre).collect::<Result<Vec<_>, _>>()?;
+    let twice = manoeuvres.iter().enumerate().any(|(k, one)| manoeuvres[..k].contains(one));
+    if manoeuvres.is_empty() || twice {
+        return Err(source.wrong(
+            "manoeuvres",
+            "each manoeuvre once, and at least one".into(),
+            "Name some, once each.",
+        ));
+    }
+    let places = stated.places.unwrap_or(stated.seeds);
+    if !(1..=REPEATS).contains(&stated.seeds) || !(1..=REPEATS).contains(&places) {
+        let reason = format!("seeds = {} and places = {places} must be within 1 … {REPEATS}", stated.seeds);
+        return Err(source.wrong("seeds", reason, "One will do where nothing but the parameters matters."));
+    }
+    let own_step = settings.iter().any(|(path, _)| path == STEP)
+        || stated.axis.iter().any(|axis| axis.path.all().iter().any(|path| path == STEP));
+    let tolerance = match stated.tolerance {
+        None if own_step => None,
+        None => Some(TOLERANCE),
+        Some(_) if own_step => {
+            let reason = format!("the steps are chosen by the tolerance, and {STEP} is stated besides");
+            return Err(source.wrong("tolerance", reason, "Leave one of them out."));
+        }
+        Some(tolerance) if TOLERANCES.contains(&tolerance) => Some(tolerance),
+        Some(tolerance) => {
+            let reason = format!("tolerance = {tolerance} must be within 1e-9 … 1");
+            return Err(source.wrong("tolerance", reason, "It is a share of each measure: 0.01 is 1 %."));
+        }
+    };
+    let preset: Preset<f64> = preset.read()?;
+    let mut plan = Plan {
+        title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
+        machine: named,
+        preset,
+        entrant,
+        manoeuvres,
+        seeds: stated.seeds,
+        places,
+        tolerance,
+        axes: Vec::new(),
+        design: super::Design::Grid,
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    let fits = stated.fit.iter().map(|fit| uncertainty::read(&fit.file)).collect::<Result<_, _>>()?;
+    let checked = Checked { stated, source, fits, preset: plan.stated() };
+    plan.design = checked.design()?;
+    plan.axes = checked.axes(&plan)?;
+    let cases = plan.cases()?;
+    let (dimensions, points) = match plan.design {
+        super::Design::Sobol { samples } => (plan.axes.len(), samples),
+        super::Design::Saltelli { samples } => (2 * plan.axes.len(), samples),
+        _ => (0, cases.min(1)),
+    };
+    if dimensions > sobol::dimensions() || points > 1 << 32 {
+        let reason = format!(
+            "{dimensions} dimensions and {points} points of Sobol's sequence, there are {} and 2^32",
+            sobol::dimensions()
+        );
+        return Err(source.wrong("design", reason, "Take fewer axes or samples, or a Latin hypercube."));
+    }
+    Ok(plan)
+}
+
+/// Tables as dotted paths with their values, as a file has them.
+fn flat(table: &toml::Table, group: &str, into: &mut Vec<(String, String)>) {
+    for (key, value) in table {
+        let path = if group.is_empty() { key.clone() } else { format!("{group}.{key}") };
+        match value {
+            toml::Value::Table(table) => flat(table, &path, into),
+            toml::Value::String(text) => into.push((path, text.clone())),
+            other => into.push((path, literal(other))),
+        }
+    }
+}
+
+/// A value as a file has it.
+fn literal(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Integer(number) => number.to_string(),
+        toml::Value::Float(number) => format!("{number:?}"),
+        toml::Value::Boolean(flag) => flag.to_string(),
+        toml::Value::Array(list) => format!("[{}]", list.iter().map(literal).collect::<Vec<_>>().join(", ")),
+        // No parameter is one of these: the reader of the preset says so.
+        toml::Value::Datetime(time) => time.to_string(),
+        toml::Value::String(_) | toml::Value::Table(_) => String::new(),
+    }
+}
+
+/// The text with its places, for messages.
+pub(super) struct Text<'a> {
+    path: &'a Path,
+    text: &'a str,
+    /// Whether a reader knows the lines.
+    tells_lines: bool,
+}
+
+/// The name of a file without its ending.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+impl Text<'_> {
+    /// The file, as messages call it.
+    pub(super) fn file(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    /// Line and column of a byte, from 1, where they say something.
+    fn place(&self, offset: usize) -> Option<[usize; 2]> {
+        let before = self.text.get(..offset).unwrap_or(self.text);
+        let line = before.bytes().filter(|byte| *byte == b'\n').count();
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count();
+        self.tells_lines.then_some([line + 1, column + 1])
+    }
+
+    /// Where a key of the file stands, as `seeds`, `design` or `axis.0`.
+    pub(super) fn place_of(&self, key: &str) -> Option<[usize; 2]> {
+        let document = Document::parse(self.text).ok()?;
+        let (key, index) = key.split_once('.').unwrap_or((key, ""));
+        let span = match (document.get(key)?, index.parse::<usize>()) {
+            (toml_edit::Item::ArrayOfTables(list), Ok(index)) => list.get(index)?.span(),
+            (item, _) => item.span().or_else(|| document.key(key).and_then(toml_edit::Key::span)),
+        };
+        span.and_then(|span| self.place(span.start))
+    }
+
+    /// What does not go together, with its place.
+    pub(super) fn wrong(&self, key: &str, reason: String, remedy: &'static str) -> Error {
+        Error::Document { path: self.path.into(), place: self.place_of(key), reason, remedy }
+    }
+
+    /// Refuses keys that nothing is read from.
+    fn known_keys(&self) -> Result<(), Error> {
+        // What is no TOML is told by who reads it.
+        let Ok(document) = Document::parse(self.text) else { return Ok(()) };
+        let mut problems = self.unknown(document.as_table(), "", &KEYS);
+        if let Some(design) = document.get("design").and_then(toml_edit::Item::as_table_like) {
+            problems.extend(self.unknown(design, "design.", &DESIGN));
+        }
+        for (group, dotted, known) in [("fit", "fit.", &FIT[..]), ("axis", "axis.", &AXIS[..])] {
+            if let Some(tables) = document.get(group).and_then(toml_edit::Item::as_array_of_tables) {
+                problems.extend(tables.iter().flat_map(|table| self.unknown(table, dotted, known)));
+            }
+        }
+        if problems.is_empty() { Ok(()) } else { Err(ParameterProblems { file: self.file(), problems }.into()) }
+    }
+
+    fn unknown(&self, table: &dyn toml_edit::TableLike, group: &str, known: &[&'static str]) -> Vec<Problem> {
+        let problem = |key: &str| {
+            let line = table
+                .key(key)
+                .and_then(toml_edit::Key::span)
+                .and_then(|span| self.place(span.start))
+                .map(|[line, _]| line);
+            let nearest = nearest(key, known.iter().copied()).map(|name| format!("{group}{name}"));
+            let fault = Fault::Unknown { nearest, known: known.to_vec() };
+            Problem { line, path: format!("{group}{key}"), fault }
+        };
+        table.iter().map(|(key, _)| key).filter(|key| !known.contains(key)).map(problem).collect()
+    }
+}
