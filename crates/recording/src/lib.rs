@@ -13,6 +13,7 @@ pub mod export;
 mod mat;
 pub mod mdf;
 mod parquet;
+pub mod table;
 mod text;
 mod time;
 

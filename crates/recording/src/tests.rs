@@ -188,7 +188,7 @@ fn our_own_parquet_is_read_with_its_units() {
         unit: unit.into(),
         values: vec![0.5, -1.5],
     };
-    stickslip_base::table::write_parquet(&path, &[column("velocity", "rad/s"), column("torque", "N m")]).unwrap();
+    crate::table::write_parquet(&path, &[column("velocity", "rad/s"), column("torque", "N m")]).unwrap();
     let recording = Recording::read(&path).unwrap();
     assert_eq!(recording.column("torque").unwrap().unit.as_deref(), Some("N m"));
     assert_eq!(recording.column("velocity").unwrap().values, [0.5, -1.5]);

@@ -4,7 +4,7 @@
 #![forbid(unsafe_code)]
 
 pub use stickslip_base::{Error, Summary, Watch};
-pub use stickslip_base::{figure, filter, noise, output, parameters, quantity, report, summary, table, units, watch};
+pub use stickslip_base::{figure, filter, noise, output, parameters, quantity, report, summary, units, watch};
 pub use stickslip_bench as bench;
 pub use stickslip_bench::{foreign, run, tuning};
 pub use stickslip_experiment as experiment;
@@ -21,6 +21,12 @@ pub use stickslip_recording::capture;
 pub use stickslip_simulate::{integrator, judged, simulation};
 pub use stickslip_study as study;
 pub use stickslip_study::{benchmark, fidelity};
+
+/// Columns of numbers with units, and their files.
+pub mod table {
+    pub use stickslip_base::table::*;
+    pub use stickslip_recording::table::*;
+}
 
 /// Observers, controllers, rendering laws, margins and renderable regions.
 pub mod design {

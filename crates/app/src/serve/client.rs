@@ -52,11 +52,13 @@ impl Client {
             .post(format!("http://{}/api", self.place.address))
             .header("Authorization", format!("Bearer {}", self.place.token))
             .header("Stickslip-Client", &self.name)
-            .send_json(call)
+            .send_json(call.to_json())
             .map_err(failed)?;
         let text = response.body_mut().with_config().limit(256 << 20).read_to_string().map_err(failed)?;
         if response.status().is_success() {
-            return serde_json::from_str(&text)
+            let read = serde_json::from_str(&text).map_err(|error| error.to_string());
+            return read
+                .and_then(Answer::from_json)
                 .map_err(|error| Failure::Served(format!("an answer of another version of stickslip ({error})")));
         }
         let refused: Option<serde_json::Value> = serde_json::from_str(&text).ok();

@@ -17,7 +17,7 @@ use serde_json::json;
 use stickslip::Error;
 use stickslip::bench::Clocked;
 use stickslip::live::Live;
-use stickslip::live::protocol::{Answer, Call};
+use stickslip::live::protocol::{self, Call};
 use stickslip::xcp::a2l::Doors;
 use stickslip::xcp::ethernet::{PATIENCE, Xcp};
 use tokio::net::TcpListener;
@@ -157,7 +157,7 @@ async fn accept(listener: TcpListener, router: Router, patience: Patience, mut s
 
 /// The schema of calls and answers, for whoever writes a client.
 async fn schema() -> Json<serde_json::Value> {
-    Json(json!({ "call": schemars::schema_for!(Call), "answer": schemars::schema_for!(Answer) }))
+    Json(protocol::schema(false))
 }
 
 async fn call(
@@ -178,7 +178,8 @@ async fn call(
         Ok(body) => body,
         Err(rejection) => return refused(rejection.status(), rejection.body_text()),
     };
-    let call: Call = match serde_json::from_slice(&body) {
+    let read = serde_json::from_slice(&body).map_err(|error| error.to_string());
+    let call = match read.and_then(Call::from_json) {
         Ok(call) => call,
         Err(error) => {
             let why = format!("no call: {error}. GET /api/schema describes them");
@@ -194,7 +195,7 @@ async fn call(
     // Parameters may be designed for seconds: not on a thread that serves others.
     let answer = tokio::task::spawn_blocking(move || shared.live.call(&client, call));
     match tokio::time::timeout(CALL, answer).await {
-        Ok(Ok(Ok(answer))) => Json(answer).into_response(),
+        Ok(Ok(Ok(answer))) => Json(answer.to_json()).into_response(),
         Ok(Ok(Err(error))) => refused(status(&error), error.to_string()),
         Ok(Err(_)) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the call failed within the bench; report it".into()),
         Err(_) => refused(StatusCode::GATEWAY_TIMEOUT, "it takes longer than two minutes".into()),

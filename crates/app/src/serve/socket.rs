@@ -141,7 +141,7 @@ impl Conversation {
         if !self.shared.door.has_room_now() {
             return Err(json!({ "id": id, "error": super::door::FLOOD }));
         }
-        let call: Call = serde_json::from_value(call).map_err(
+        let call = Call::from_json(call).map_err(
             |error| json!({ "id": id, "error": format!("no call: {error}. GET /api/schema describes them") }),
         )?;
         let (shared, client, answers) = (self.shared.clone(), self.client.clone(), answers.clone());
@@ -167,7 +167,7 @@ impl Conversation {
                 if let Answer::Samples { capture } = &answer {
                     self.samples.push(*capture);
                 }
-                serde_json::to_value(answer).unwrap_or_default()
+                answer.to_json()
             }
             Err(error) => json!({ "error": error }),
         };

@@ -7,7 +7,7 @@ use crate::FrictionCurve;
 use crate::workflow::tell::{columns, estimate, estimates, rows};
 use stickslip_base::quantity::{Estimate, number};
 use stickslip_base::report::{Cell, Provenance, Report, Section, Table};
-use stickslip_base::table::write_parquet;
+use stickslip_recording::table::write_parquet;
 use stickslip_base::{Error, Summary, output, parameters};
 use stickslip_fit::PARAMETERS;
 

@@ -18,7 +18,8 @@ pub mod tell;
 
 use std::path::Path;
 
-use stickslip_base::table::{Column, write_csv, write_parquet};
+use stickslip_base::table::{Column, write_csv};
+use stickslip_recording::table::write_parquet;
 use stickslip_base::{Error, Summary, output};
 
 /// Writes columns as `STEM.csv` and `STEM.parquet`.

@@ -10,7 +10,8 @@ use stickslip_experiment::workflow::sketch::Drawn;
 
 /// An answer. In JSON an object with the key `answer`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "answer", rename_all = "snake_case")]
+#[serde(rename_all = "snake_case")]
+#[schemars(tag = "answer")]
 pub enum Answer {
     /// It is done, or begun: the status tells how far it is.
     Done {},

@@ -11,7 +11,8 @@ use stickslip_experiment::workflow::sketch::Sketch;
 /// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
 /// "bristle"}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "call", rename_all = "snake_case", deny_unknown_fields)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "call")]
 pub enum Call {
     /// How the bench is.
     Status {},

@@ -3,11 +3,13 @@
 mod answer;
 mod call;
 mod chatter;
+mod json;
 mod status;
 
 pub use answer::{Answer, Captured, Changed, Laid, Point, Signal};
 pub use call::{Call, Quantity};
 pub use chatter::ToChatter;
+pub use json::schema;
 pub use status::{ClockStatus, Doing, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
 
 pub use super::again::ReplayProgress;

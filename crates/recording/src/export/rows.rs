@@ -4,8 +4,8 @@ use std::io;
 
 use super::{Out, Sink, head};
 use crate::mdf::Channel;
+use crate::table::ParquetFile;
 use stickslip_base::parameters::number::text;
-use stickslip_base::table::ParquetFile;
 
 /// Rows of a group of a Parquet file.
 const GROUP: usize = 1 << 16;
