@@ -1,6 +1,5 @@
 //! Columns of numbers with units, as CSV files. Parquet files: `stickslip_recording::table`.
 
-use std::io::Write;
 use std::path::Path;
 
 use crate::parameters::number::text;

@@ -1,8 +1,7 @@
 //! The picture does not lie: the diagram of every block computes what the block computes, and shows all of it.
 
-#[path = "diagram/evaluate.rs"]
+#[path = "../diagram/evaluate.rs"]
 mod evaluate;
-mod support;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -21,9 +20,9 @@ use stickslip_core::plant::Plant;
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
-use support::bench::{TICK, bench};
-use support::blocks::{Holder, Lag, Nested, SlidingFriction};
-use support::{assert_same, case, number};
+use super::support::bench::{TICK, bench};
+use super::support::blocks::{Holder, Lag, Nested, SlidingFriction};
+use super::support::{assert_same, case, number};
 
 const DT: f64 = 250e-6;
 

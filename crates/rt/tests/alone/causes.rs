@@ -3,8 +3,6 @@
 //! One cycle out of eighty is spoilt by tens of milliseconds, and only that one is looked at: how fast the machine is
 //! and what else it does changes nothing. Where the system grants no priority, an innocent thread may be preempted for
 //! as long: those tests then print why they say nothing.
-#![cfg(target_os = "linux")]
-#![expect(unsafe_code, reason = "pages that are taken back come from the system alone")]
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};

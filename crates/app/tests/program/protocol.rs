@@ -1,6 +1,5 @@
 //! The page's types are those of the protocol: `web/src/protocol.ts` is generated from its schema.
 //! `UPDATE_EXPECT=1 cargo test -p stickslip-cli --test protocol` writes it anew.
-#![expect(clippy::unwrap_used, reason = "tests")]
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

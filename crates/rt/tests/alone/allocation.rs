@@ -3,14 +3,11 @@
 //! An allocator that counts, on the thread that has been told so: the executive's own code between two cycles is
 //! watched as well as the cycle.
 
-#[allow(unreachable_pub, reason = "support of tests")]
-mod counting;
-
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use counting::{CALLS, WATCHED};
+use super::counting::{CALLS, WATCHED};
 use stickslip_rt::pages::{Reader, exchange};
 use stickslip_rt::{Block, Cycle, Ending, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, Wishes};
 

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::expected::{compare, updated};
-use crate::markdown::{Page, source};
+use super::expected::{compare, updated};
+use super::markdown::{Page, source};
 
 /// Runs all `sh` blocks of a page in one folder, `data` and `examples` of the repository beside, and compares what they print with the
 /// `text` block that follows at once. The folder, for those who look at the files.
@@ -24,7 +24,7 @@ pub(crate) fn run(name: &str) -> tempfile::TempDir {
         let place = format!("{name}:{}", block.first + 1);
         let printed = printed(&block.lines.join("\n"), folder.path(), &place);
         let close =
-            |next: &&crate::markdown::Block| next.kind == "text" && next.first <= block.first + block.lines.len() + 3;
+            |next: &&super::markdown::Block| next.kind == "text" && next.first <= block.first + block.lines.len() + 3;
         let Some(expected) = blocks.get(index + 1).filter(close) else { continue };
         if std::env::var_os("UPDATE_EXPECT").is_some() {
             let lines = updated(&expected.lines, &printed).unwrap_or_else(|why| panic!("{place}: {why}"));

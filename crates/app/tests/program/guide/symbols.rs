@@ -3,7 +3,7 @@
 use stickslip::Preset;
 use stickslip::parameters::describe;
 
-use crate::markdown::Page;
+use super::markdown::Page;
 
 /// Rows `symbol`, `unit`, `parameter` that the code knows otherwise.
 fn wrong(page: &Page) -> (usize, Vec<String>) {

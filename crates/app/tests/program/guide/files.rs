@@ -8,8 +8,8 @@ use serde_json::Value;
 use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
-use crate::markdown::{Page, Table};
-use crate::{DRIVE_ENGINEER, LABORATORY, LOOP, MICROCONTROLLER, TEACHER};
+use super::markdown::{Page, Table};
+use super::{DRIVE_ENGINEER, LABORATORY, LOOP, MICROCONTROLLER, TEACHER};
 
 /// The tables below headings that begin with `stickslip COMMAND`.
 fn of_command(page: &Page, command: &str) -> Vec<Table> {

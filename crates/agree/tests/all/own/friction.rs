@@ -1,6 +1,6 @@
 //! A friction model in one file of Rust becomes C, FMU, A2L and a library on a served bench, and is swept.
 
-#[path = "../../../stickslip/examples/own_friction.rs"]
+#[path = "../../../../stickslip/examples/own_friction.rs"]
 mod own_friction;
 
 use std::process::Command;
@@ -14,7 +14,7 @@ use stickslip_core::friction::{Bend, Bristle as _, advance};
 use stickslip_core::ideal::IdealAxis;
 use stickslip_sweep::{Arithmetic, Plan, Variant, sweep};
 
-use crate::served::Served;
+use super::served::Served;
 
 #[test]
 fn it_slides_on_its_curve() {

@@ -1,6 +1,5 @@
 //! Each check of the generated code and of its comparison fires where it must.
 
-mod support;
 
 use std::process::Command;
 
@@ -10,9 +9,9 @@ use stickslip_core::Fields;
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields as _;
 use stickslip_core::scalar::{Dual, Scalar};
-use support::blocks::{Lag, LagState, SlidingFriction};
-use support::compiler::compile_and_run;
-use support::{assert_same, case, number};
+use super::support::blocks::{Lag, LagState, SlidingFriction};
+use super::support::compiler::compile_and_run;
+use super::support::{assert_same, case, number};
 
 const DT: f64 = 1e-3;
 

@@ -1,16 +1,12 @@
 //! Every interleaving of a question, its answer and the next question, by loom: on its atomics in place of those of std.
 
-mod sync {
-    pub(crate) use loom::sync::atomic::{AtomicU64, Ordering};
-}
-
-#[path = "../src/slot.rs"]
+#[path = "../../src/slot.rs"]
 mod slot;
 
 use loom::sync::Arc;
 use loom::thread;
 use slot::{HEAD, number, put, take};
-use sync::{AtomicU64, Ordering};
+use crate::sync::{AtomicU64, Ordering};
 
 const WORDS: usize = HEAD + 2;
 

@@ -1,9 +1,6 @@
 //! Every block gives the same bits as `f64`, in lanes, as the value of a dual and as generated C.
 
-#[path = "../../codegen/tests/support/mod.rs"]
-mod support;
-
-use support::{bits_agree, slopes_agree};
+use super::support::{bits_agree, slopes_agree};
 
 /// A test: a block, then parameters for each run.
 macro_rules! agree {

@@ -1,14 +1,6 @@
 //! Every interleaving of a writer and a reader, by loom: on its atomics and cells in place of those of std.
 
-#![expect(unsafe_code, reason = "a design that must fail under loom")]
-
-mod sync {
-    pub(crate) use loom::cell::UnsafeCell;
-    pub(crate) use loom::sync::Arc;
-    pub(crate) use loom::sync::atomic::{AtomicU8, AtomicU64, Ordering};
-}
-
-#[path = "../src/pages.rs"]
+#[path = "../../src/pages.rs"]
 #[expect(unreachable_pub, reason = "they are public in the crate")]
 mod pages;
 
@@ -54,7 +46,7 @@ fn a_reader_has_whole_pages_in_their_order_and_the_writer_knows_their_first_cycl
 #[test]
 #[should_panic(expected = "Causality violation")]
 fn with_two_slots_a_page_would_be_torn_and_this_test_would_see_it() {
-    use sync::{Arc, AtomicU8, Ordering, UnsafeCell};
+    use crate::sync::{Arc, AtomicU8, Ordering, UnsafeCell};
     loom::model(|| {
         let shared = Arc::new(([UnsafeCell::new(0), UnsafeCell::new(0)], AtomicU8::new(0)));
         let of_reader = shared.clone();

@@ -1,5 +1,4 @@
 //! The examples in C, as their heads say that they are compiled and loaded, and FMUs of the program itself.
-#![cfg(target_os = "linux")]
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,5 +1,4 @@
 //! The guide in `docs/src` tells what the program does: commands and what they print, figures, files, symbols, links.
-#![cfg(unix)]
 
 mod commands;
 mod expected;

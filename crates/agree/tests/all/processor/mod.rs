@@ -1,5 +1,4 @@
 //! Processor in the loop: the generated C on a Cortex-M in QEMU gives the bits of Rust over a whole experiment.
-#![expect(unreachable_pub, reason = "a test has no users")]
 
 mod bench;
 mod experiment;

@@ -1,11 +1,8 @@
 //! The whole virtual bench, software and machine, as every kind of number and as C.
 
-#[path = "../../codegen/tests/support/mod.rs"]
-mod support;
-
 use stickslip_codegen::c;
-use support::bench::{STEPS, TICK, bench};
-use support::bits_agree;
+use super::support::bench::{STEPS, TICK, bench};
+use super::support::bits_agree;
 
 /// With the virtual machine in it: nothing takes a compiler longer, and what is within need not be done twice. The
 /// slopes of the parts are compared in `agree.rs`.

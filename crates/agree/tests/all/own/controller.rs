@@ -1,6 +1,6 @@
 //! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, in the loop, in sweeps.
 
-#[path = "../../../stickslip/examples/own_controller.rs"]
+#[path = "../../../../stickslip/examples/own_controller.rs"]
 mod own_controller;
 
 use own_controller::SlidingMode;
@@ -11,7 +11,7 @@ use stickslip::{Preset, Watch, parameters};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::ControllerInput;
 
-use crate::served::Served;
+use super::served::Served;
 
 /// Its library, opened here.
 fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> Foreign {

@@ -1,5 +1,4 @@
 //! Machines that are not ours: the C examples, as programs of their own and on a processor in QEMU.
-#![cfg(unix)]
 
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};

@@ -1,13 +1,12 @@
 //! A declared controller as C: its project is clean and proves itself, and its library has the five functions.
 
-mod support;
 
 use std::path::Path;
 
 use stickslip_codegen::record::{Computed, Declared, Program, record_declared};
 use stickslip_codegen::{c, module};
 use stickslip_core::scalar::{Mask, Scalar};
-use support::compiler::{STRICT, compile, tool};
+use super::support::compiler::{STRICT, compile, tool};
 
 /// What the library must stand without a warning, and how it is made.
 const LIBRARY: [&str; 5] = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"];
@@ -94,7 +93,7 @@ fn the_selftest_of_a_declared_controller_finds_a_changed_line() {
 #[test]
 fn a_program_that_is_evaluated_has_the_bits_of_its_block() {
     use stickslip_codegen::record::record;
-    use support::{assert_same, bench, case, number};
+    use super::support::{assert_same, bench, case, number};
     let block = bench::bench();
     let program = record::<_, f64>(&block);
     let trajectories = case::trajectories(&block, bench::TICK);
