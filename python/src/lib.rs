@@ -3,6 +3,8 @@
 //! Everything is computed by the library `stickslip`; here is only what turns its values into NumPy arrays, its errors
 //! into exceptions and its texts into docstrings. What needs nothing of Rust (results as mappings, xarray, Matplotlib)
 //! is Python, in `python/stickslip`.
+//!
+//! `python/stickslip/_stickslip.pyi` is generated from the signatures here (`cargo xtask bless`).
 
 mod array;
 mod benchmark;

@@ -18,7 +18,7 @@ const MINUS: char = '\u{2212}';
 /// A measured or computed value with its unit and, where it is known, its uncertainty.
 ///
 /// ```
-/// use stickslip::quantity::Estimate;
+/// use stickslip_base::quantity::Estimate;
 ///
 /// let kinetic = Estimate::new(0.181_23, "N m").with_half_width(0.000_61);
 /// assert_eq!(kinetic.to_string(), "0.1812 ± 0.0006 N·m");

@@ -5,8 +5,8 @@
 //! run took are therefore no part of it; they stand in `summary.json`.
 //!
 //! ```
-//! use stickslip::quantity::Estimate;
-//! use stickslip::report::{Provenance, Report};
+//! use stickslip_base::quantity::Estimate;
+//! use stickslip_base::report::{Provenance, Report};
 //!
 //! let report = Report::new("Friction of an axis", Provenance::new("stickslip demo", Some(1), ""))
 //!     .summary("The axis breaks away at 0.3 N·m.")

@@ -1,7 +1,21 @@
 //! The bench as an experiment sees it: tick by tick, through converters and counters.
 //!
-//! Experiments are written over [`Bench`] and run unchanged on the virtual machine, in lockstep or by the clock, and
-//! on hardware. What they know of the machine is [`Bench::model`]. [`LockstepBench`] is the software over any [`Io`].
+//! Experiments are written over [`Bench`] and run unchanged on the virtual machine, in lockstep or in real time, and on
+//! hardware. Their only knowledge of the machine is [`Bench::model`].
+//!
+//! | part | in |
+//! |-|-|
+//! | software over any [`Io`]: in lockstep, in real time | [`LockstepBench`], [`ClockedBench`] |
+//! | machine: virtual, in another process, on a board | [`VirtualBench`], [`remote`] (its frames: `docs/src/frame.md`) |
+//! | wrappers of the machine: injected faults | [`faults`] |
+//! | loaded controllers, frictions and laws | [`foreign`] |
+//! | parameter sets of a running bench | [`tuning`] |
+//! | every cycle and every change, for recorders and viewers | [`tap`] |
+//! | record, replay, simulation with other parameters | [`run`] |
+//!
+//! Parameters enter a real-time bench as one set with one cycle: in order behind the commands, or before all of them
+//! (`clocked/urgent.rs`). A record may begin in any cycle: `clocked/keyframe.rs` has the loop write the whole state into
+//! memory that was allocated before.
 #![forbid(unsafe_code)]
 
 mod clocked;

@@ -4,6 +4,10 @@
 //! struct of state and a `step`; numbers are [`Scalar`]s: `f64` and `f32` for simulation and real time, [`Lanes`] for
 //! studies, [`Dual`] for gradients, and the recorder of `stickslip-codegen` for C.
 //!
+//! Three traits carry everything: [`Scalar`] (a number), [`fields::Fields`] (name, unit, range, default and help of each
+//! number) and [`block::Block`] (parameters, state, step). A signal path has no `if`: a comparison gives a mask, the mask
+//! selects, and both sides are computed.
+//!
 //! [`Scalar`]: scalar::Scalar
 //! [`Lanes`]: scalar::Lanes
 //! [`Dual`]: scalar::Dual

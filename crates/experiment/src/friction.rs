@@ -1,4 +1,7 @@
 //! Friction at constant speeds, both directions.
+//!
+//! The measurement uses its own speed controller ([`hold_speed`]), as stiff as the delays allow. With the controller under
+//! test the result would depend on that controller.
 
 use stickslip_core::control::{Cascade, PositionController};
 use stickslip_core::friction::Stribeck;

@@ -5,7 +5,7 @@
 //! is the covariance of the parameters, or of their logarithms where `logarithmic = true`: then s is a share of the value
 //! (0.01: 1 %), no draw is negative, and 95 % of the draws lie within the intervals that a fit prints. The values
 //! themselves are those of the file. Parameter files may carry the table; whoever reads parameters leaves it out, and
-//! [`study::read`](stickslip_study::read) draws from it.
+//! `stickslip_study::read` draws from it.
 
 use std::fmt::Write;
 use std::path::Path;

@@ -59,7 +59,7 @@ fn library_of(own: Own) -> Result<Module, Error> {
 /// of its parameters.
 ///
 /// ```no_run
-/// use stickslip::generate::module_of;
+/// use stickslip_generate::module_of;
 /// use stickslip_core::control::Cascade;
 ///
 /// let module = module_of(&Cascade::<f64>::default(), "cascade", 1e-3)?;
@@ -82,7 +82,7 @@ where
 /// `stickslip load --as friction`.
 ///
 /// ```no_run
-/// use stickslip::generate::friction_module_of;
+/// use stickslip_generate::friction_module_of;
 /// use stickslip_core::friction::LuGre;
 ///
 /// let module = friction_module_of(&LuGre::<f64>::default(), "lugre", 250e-6)?;

@@ -40,7 +40,7 @@ where
 /// linear in the velocity, and no part of it.
 ///
 /// ```no_run
-/// use stickslip::generate::own_friction;
+/// use stickslip_generate::own_friction;
 /// use stickslip_core::friction::LuGre;
 ///
 /// own_friction(&LuGre::<f64>::default(), "lugre", 50e-6)?.generated(true).write("lugre".as_ref())?;

@@ -1,8 +1,13 @@
-//! A bench that runs by the clock, and whoever works on it at once: terminal, scripts, browser.
+//! A bench that runs in real time and is operated by terminals, scripts and browsers at the same time.
 //!
-//! Everything goes through [`Live::call`], in the one language of [`protocol`]. Nobody waits for anybody: the real-time
-//! loop knows nothing of this, one thread commands the axis, one takes what every cycle leaves behind, and whoever calls
-//! does the rest, design of parameters included, on its own thread.
+//! All clients use [`Live::call`] with the calls of [`protocol`], whose types are also the schema. The doors are in
+//! `crates/app/src/serve`: HTTP, WebSocket, token and page. [`xcp`] serves the same bench to measurement and calibration
+//! tools.
+//!
+//! Threads: the real-time loop of `stickslip_bench` does not know this crate and never waits for it. One thread commands
+//! the axis (`axis.rs`), one takes every cycle from the tap and feeds captures and recordings (`listener.rs`), one writes
+//! the record to the disk (`scribe.rs`). Everything else, including the design of parameters, runs on the thread of the
+//! caller. Slow readers lose rows; the loss is counted.
 #![forbid(unsafe_code)]
 
 mod again;

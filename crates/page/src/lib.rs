@@ -1,4 +1,19 @@
-//! The page of a served bench: the files that `web/` becomes, compressed once, when the program is built.
+//! The page of a served bench: the files that are built from `web/`, embedded in compressed form.
+//!
+//! `build.rs` calls npm. Without Node 20, or with `STICKSLIP_PAGE=none`, the program has no page and shows the reason at
+//! its address. The source is TypeScript and Svelte. Its rules:
+//!
+//! - It contains no equation and no number format of a result: curves, fits, ranges, units and help texts come from
+//!   the calls of `stickslip_live::protocol`. `web/src/protocol.ts` is generated from that schema.
+//! - Commands and their keys are in one table (`web/src/commands.ts`), colours in one file (`web/src/tokens.css`). A plot
+//!   (`web/src/plot/Plot.svelte`) is given roles, not colours.
+//! - One folder per window. The state of the bench is in `web/src/bench.svelte.ts`; *Stop* has its own connection
+//!   (`web/src/stop.svelte.ts`).
+//! - The scope takes every cycle of all signals and bypasses the framework: `web/src/scope/frames.ts` reads the binary
+//!   messages in place, `web/src/scope/ring.ts` keeps the newest cycles with the extremes of blocks, and
+//!   `web/src/scope/raster.ts` draws dense traces as pixels.
+//! - `web/guide.ts` makes the help window from `docs/src`.
+//! - The tests in `web/tests` use the real program and a real browser (`web/tests/harness.mjs`).
 #![forbid(unsafe_code)]
 
 mod files {

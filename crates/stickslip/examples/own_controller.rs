@@ -1,6 +1,6 @@
 //! A controller of your own in Rust, in one file: this one.
 //!
-//!     cargo run --release --example own_controller -- my_controller
+//!     cargo run --release -p stickslip --example own_controller -- my_controller
 //!
 //! writes it as the library `my_controller/sliding_mode.so`, as C with its self-test, as FMU and as A2L. The library goes
 //! onto the bench with `stickslip load my_controller/sliding_mode.so`; its parameters come from the table below.

@@ -1,9 +1,9 @@
 //! A friction model of your own in Rust, in one file: this one.
 //!
-//!     cargo run --release --example own_friction -- my_friction
+//!     cargo run --release -p stickslip --example own_friction -- my_friction
 //!
 //! writes it as C with its self-test, as FMU and as A2L, for simulations and boards that are not ours. Thousands of axes with
-//! it run side by side by `stickslip_sweep`, as `crates/lab/tests/own_friction.rs` does it.
+//! it run side by side in `stickslip_sweep`; `crates/agree/tests/own/friction.rs` shows how.
 
 use std::path::PathBuf;
 

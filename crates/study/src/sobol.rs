@@ -1,7 +1,8 @@
 //! Sobol's sequence: points that fill a cube evenly, any of them by its number.
 //!
 //! I. M. Sobol (1967), with the direction numbers of Joe and Kuo (2008) and the order of Antonov and Saleev (1979), as
-//! `scipy.stats.qmc.Sobol` has it without scrambling.
+//! `scipy.stats.qmc.Sobol` has it without scrambling. No crate is used: `sobol` gives no point by its number, and
+//! `sobol_burley` gives only scrambled points.
 
 use std::sync::LazyLock;
 

@@ -2,7 +2,7 @@
 //!
 //! An axis is two masses and one contact with bristles ([`stickslip_core::ideal`]), under a law that reads the motor's
 //! encoder and tacho and whose torque is held from sample to sample. No currents, no noise, no supervision: for those
-//! take a study ([`stickslip_study`]), which runs the whole bench, at a thousandth of the speed.
+//! take a study (`stickslip_study`), which runs the whole bench, at a thousandth of the speed.
 //!
 //! The steps are chosen by the program for each variant alone: it runs a variant on ever finer rungs until two of them
 //! agree ([`Course::error`]), and refuses one on which they never do. Variants run side by side in the widest vectors of
@@ -46,7 +46,7 @@
 //! let missed: Vec<(f64, f64)> = missed.into_iter().collect::<Result<_, _>>()?;
 //! assert!(missed[0].0 > missed[1].0 && missed[1].0 > missed[2].0);
 //! assert!(missed.iter().all(|(_, error)| *error <= 1e-4));
-//! # Ok::<(), stickslip::Error>(())
+//! # Ok::<(), stickslip_base::Error>(())
 //! ```
 #![forbid(unsafe_code)]
 

@@ -5,7 +5,7 @@
 //! in words are part of it.
 //!
 //! ```
-//! use stickslip::figure::{Axis, Figure, Role, Series};
+//! use stickslip_base::figure::{Axis, Figure, Role, Series};
 //!
 //! let curve = (0..=50).map(f64::from).map(|speed| (speed, 0.18 + 0.12 * (-speed / 3.0).exp()));
 //! let figure = Figure::new("Friction torque over speed")

@@ -1,7 +1,7 @@
 //! The XCP service that an FMU may bring along: FMI-LS-XCP 1.0.0, <https://github.com/modelica/fmi-ls-xcp>.
 //!
-//! A slave for one master, by TCP or UDP, in C beside the model. Addresses are places of numbers in the model, the same on
-//! every machine.
+//! A slave for one master, by TCP or UDP. It is in C (`xcp_slave.h`), because it is compiled together with the model.
+//! Addresses are places of numbers in the model, the same on every machine.
 
 use std::fmt::Write as _;
 use std::net::IpAddr;

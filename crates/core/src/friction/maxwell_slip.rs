@@ -1,4 +1,4 @@
-//! Generalised Maxwell slip: hysteresis with memory of every reversal.
+//! Generalised Maxwell slip: hysteresis with memory of every reversal. Reference: `tests/reference/maxwell_slip`.
 
 use super::bristle::{phi, rational_phi};
 use super::{Direction, ELEMENTS, Memory, Stribeck};

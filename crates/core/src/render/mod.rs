@@ -4,6 +4,9 @@
 //! [`DifferenceTorque`], [`SmoothDifference`] and [`Karnopp`] need no model but the two characteristics;
 //! [`BristleDifference`] and [`Admittance`] contain an observer of the drive and render presliding. [`Correction`] adds to
 //! any of them what a measurement under it has shown to lack, [`RenderedArm`] the torque of an elastic arm on the carriage.
+//!
+//! `stickslip_design` prepares the selected law for a bench and computes its margins; `stickslip_simulate` makes the choice
+//! of `auto`.
 
 mod admittance;
 mod arm;

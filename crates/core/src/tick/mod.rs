@@ -3,6 +3,10 @@
 //! The real-time loop calls it on time, a simulation in a loop, a replay with recorded inputs; the recorder writes it
 //! as C. [`VirtualBench`] closes it over the virtual machine with the delay of one sample between reading and
 //! writing.
+//!
+//! Three rates: the tick (sensors, observer, law, current control), the position controller every few ticks with its output
+//! one of its samples late, and the steps of the virtual machine of at most 25 µs. [`cycle`](crate::cycle) adds
+//! supervision: command in, frame out.
 
 mod decoder;
 mod virtual_bench;

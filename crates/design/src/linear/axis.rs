@@ -1,4 +1,5 @@
-//! The axis that a position controller sees, as it is believed, for small deviations.
+//! The modelled axis that a position controller sees, with its delays, for small deviations.
+//! `crates/stickslip/tests/laboratory/linear` compares it with the virtual bench.
 
 use stickslip_core::block::Block as _;
 use stickslip_core::control::{

@@ -5,6 +5,9 @@
 //! and the last the drive is a linear system, fitted to everything that was measured at once (output error), friction
 //! at constant speeds comes from [`measure_friction`]. What the software believes is where the search starts.
 //!
+//! `record.rs` makes the runs, `segment.rs` simulates pieces of them, `response.rs` is the linear drive that is fitted,
+//! `uncertainty.rs` computes the intervals. The study of the intervals is `cargo xtask study calibration`.
+//!
 //! # What can be known
 //!
 //! Angles come from the encoder's lines and the clock, absolutely; with them tacho and accelerometer calibrate

@@ -1,4 +1,5 @@
-//! A live stream of every row, in batches of a bounded queue.
+//! A live stream of every row, in batches of a bounded queue: the source of the scope in the browser. Slow readers lose
+//! batches; the loss is counted.
 
 use std::collections::VecDeque;
 

@@ -12,7 +12,7 @@
 //! ([`Account`]).
 //!
 //! ```
-//! use stickslip::capture::{Capture, Keep, Plan, Stream, Trigger};
+//! use stickslip_recording::capture::{Capture, Keep, Plan, Stream, Trigger};
 //!
 //! let trigger: Trigger = "velocity rises through 0.1, hysteresis 0.02".parse()?;
 //! let plan = Plan { signals: vec![1], decimation: 1, before: 3, after: 2, keep: Keep::First(1) };
@@ -25,7 +25,7 @@
 //! assert_eq!(segment.cycles, [1, 2, 3, 4, 5, 6]);
 //! assert_eq!((segment.trigger, segment.cycles[segment.trigger]), (3, 4));
 //! assert_eq!(segment.columns, [[0.03, 0.06, 0.09, 0.12, 0.15, 0.18]]);
-//! # Ok::<(), stickslip::Error>(())
+//! # Ok::<(), stickslip_base::Error>(())
 //! ```
 
 mod batches;

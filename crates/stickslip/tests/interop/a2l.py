@@ -1,6 +1,6 @@
 """What readers in Python make of a description: how many measurements and parameters, and what they complain of.
 
-    python3 crates/lab/tests/interop/a2l.py bench.a2l      # pya2l 0.4.0 or pya2ldb 1.0.355
+    python3 crates/stickslip/tests/interop/a2l.py bench.a2l      # pya2l 0.4.0 or pya2ldb 1.0.355
 
 Both are imported as `pya2l`: each needs an environment of its own, and this takes the one that is there.
 """

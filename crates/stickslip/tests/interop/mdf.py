@@ -1,6 +1,6 @@
 """What asammdf makes of a recording: everything as JSON, the values as raw numbers where a folder is given.
 
-    python3 crates/lab/tests/interop/mdf.py run.mf4 [FOLDER]      # asammdf 8.8.28
+    python3 crates/stickslip/tests/interop/mdf.py run.mf4 [FOLDER]      # asammdf 8.8.28
 
 Whatever asammdf logs or warns of is an error, and so are signals that another view of the file shows differently.
 """

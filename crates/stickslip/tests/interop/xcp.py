@@ -1,7 +1,7 @@
 """What pyxcp makes of a bench that is served by XCP: reads, writes, pages, and a measurement without a gap.
 
     stickslip serve --set bench.tick_rate=10000 --xcp-udp --xcp-tcp &
-    python3 crates/lab/tests/interop/xcp.py udp 127.0.0.1:5555 [SECONDS [SIGNALS]]      # pyxcp 0.29.20
+    python3 crates/stickslip/tests/interop/xcp.py udp 127.0.0.1:5555 [SECONDS [SIGNALS]]      # pyxcp 0.29.20
 
 Prints JSON. pyxcp does not notice a gap in the counter of the frames: it is counted here.
 """

@@ -19,18 +19,18 @@
 //! This benchmark is the judge: it looks at the true machine, which no experiment may.
 //!
 //! ```
-//! use stickslip::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, scores};
-//! use stickslip::{Watch, design};
+//! use stickslip_study::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, scores};
+//! use stickslip_base::Watch;
 //! use stickslip_core::render::Law;
 //!
 //! let mut cell = Bed::find("prototype")?.cell(true, 4000.0, Mismatch::PERFECT);
 //! let bench = &cell.preset;
-//! cell.law = Law::Paper(design::difference_torque(&bench.bench.desired, &bench.model, &bench.bench));
+//! cell.law = Law::Paper(stickslip_design::difference_torque(&bench.bench.desired, &bench.model, &bench.bench));
 //! let (scenarios, seeds, threads) = ([Scenario::SINE_2HZ], [1, 2], 1);
 //! let run = |role| Runs::simulate(&cell, role, &scenarios, &seeds, threads, &Watch::silent());
 //! let scores = scores(&run(Role::Rendered)?, &run(Role::Desired)?, &run(Role::Own)?);
 //! assert!(scores[0].difference < 0.2, "{scores:?}");
-//! # Ok::<(), stickslip::Error>(())
+//! # Ok::<(), stickslip_base::Error>(())
 //! ```
 
 mod bed;

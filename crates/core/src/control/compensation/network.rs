@@ -1,4 +1,8 @@
 //! Feedforward of friction by a small network that was trained on recordings of the drive.
+//!
+//! `stickslip measure tracking` records features and torque, so that `examples/network/train.py` contains no equation.
+//! `crates/stickslip/tests/laboratory/linear/network.rs` compares the trained `data/network/prototype.toml` with the
+//! virtual bench and with scikit-learn.
 
 use super::{CompensationInput, CompensationOutput, FrictionFeedforward, FrictionFeedforwardState, bounded};
 use crate::Fields;
