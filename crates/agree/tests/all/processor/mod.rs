@@ -47,6 +47,16 @@ where
 }
 
 #[test]
+fn the_begin_of_an_experiment_on_both_processors() {
+    if available() {
+        let (tick, run) = experiment();
+        agrees::<f64, _>(M7, tick, &run.first(2_000));
+        agrees::<f32, _>(M4F, tick, &run.first(500));
+    }
+}
+
+#[test]
+#[ignore = "minutes: cargo xtask study processor"]
 fn a_whole_experiment_on_a_cortex_m4f_in_double() {
     if available() {
         let (tick, run) = experiment();
@@ -57,6 +67,7 @@ fn a_whole_experiment_on_a_cortex_m4f_in_double() {
 }
 
 #[test]
+#[ignore = "minutes: cargo xtask study processor"]
 fn a_whole_experiment_on_a_cortex_m4f_in_float() {
     if available() {
         let (tick, run) = experiment();
@@ -65,6 +76,7 @@ fn a_whole_experiment_on_a_cortex_m4f_in_float() {
 }
 
 #[test]
+#[ignore = "minutes: cargo xtask study processor"]
 fn a_whole_experiment_on_a_cortex_m7_in_double() {
     if available() {
         let (tick, run) = experiment();
@@ -72,19 +84,29 @@ fn a_whole_experiment_on_a_cortex_m7_in_double() {
     }
 }
 
-/// As a user gets them. A self-test recomputes vectors of the model and names the first number that differs.
+/// As a user gets it. A self-test recomputes vectors of the model and names the first number that differs.
 #[test]
+fn the_self_test_of_a_block_passes_and_its_example_runs() {
+    if available() {
+        self_test("velocity_observer", M4F, Precision::Single);
+    }
+}
+
+fn self_test(block: &str, target: Target, precision: Precision) {
+    let preset = parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
+    let project = generate::generate(block, &preset, precision, None).expect("a block of the catalogue");
+    let ran = target.compile(&Main::Project(&project)).run(&[], LIMIT);
+    assert!(ran.succeeded, "{} {block}: {}", target.name, ran.said);
+    assert!(ran.said.starts_with("time [s],") && ran.said.lines().count() > 100, "{}", ran.said);
+}
+
+#[test]
+#[ignore = "minutes: cargo xtask study processor"]
 fn the_self_test_of_every_block_of_the_catalogue_passes_and_its_example_runs() {
     if available() {
-        let preset =
-            parameters::presets::find("clm-bench").and_then(|source| source.read()).expect("a preset that reads");
         for block in generate::blocks() {
             for (target, precision) in [(M7, Precision::Double), (M4F, Precision::Single)] {
-                let project =
-                    generate::generate(block.name, &preset, precision, None).expect("a block of the catalogue");
-                let ran = target.compile(&Main::Project(&project)).run(&[], LIMIT);
-                assert!(ran.succeeded, "{} {}: {}", target.name, block.name, ran.said);
-                assert!(ran.said.starts_with("time [s],") && ran.said.lines().count() > 100, "{}", ran.said);
+                self_test(block.name, target, precision);
             }
         }
     }
@@ -107,6 +129,7 @@ fn a_self_test_that_fails_on_the_processor_is_seen() {
 
 /// Machine, software and noise, each tick from the state that the processor itself left.
 #[test]
+#[ignore = "minutes: cargo xtask study processor"]
 fn the_whole_bench_in_closed_loop() {
     if available() {
         let (bench, run) = bench::bench(8_000);

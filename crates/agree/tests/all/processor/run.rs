@@ -58,6 +58,16 @@ fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: &[f64]) -> V {
 }
 
 impl Run {
+    /// The records up to so many steps.
+    pub fn first(&self, most: usize) -> Run {
+        let mut steps = 0;
+        let first = self.records.iter().take_while(|record| {
+            steps += usize::from(matches!(record, Record::Step(_)));
+            steps <= most
+        });
+        Run { records: first.cloned().collect(), dt: self.dt }
+    }
+
     pub fn steps(&self) -> usize {
         self.records.iter().filter(|record| matches!(record, Record::Step(_))).count()
     }

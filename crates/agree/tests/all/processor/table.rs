@@ -15,11 +15,11 @@ use stickslip_core::render::Law;
 use stickslip_core::tick::Tick;
 
 use super::LIMIT;
-use super::run::{Bytes, Record, Run};
+use super::run::{Bytes, Run};
 use super::target::{M4F, M7, Main, Target, compiler};
 
 /// Makes the table.
-const COMMAND: &str = "UPDATE_EXPECT=1 cargo test -p stickslip-agree --test processor table";
+const COMMAND: &str = "UPDATE_EXPECT=1 cargo test -p stickslip-agree --test all table";
 
 /// Steps that are counted; a count differs by the data only in the compiler's double arithmetic.
 const STEPS: usize = 2_000;
@@ -46,12 +46,7 @@ impl Row {
 /// Counts a handful of blocks on each processor.
 pub fn measure(tick: &Tick<f64>, run: &Run) -> Vec<Row> {
     let mut rows = Vec::new();
-    let mut steps = 0;
-    let begin = run.records.iter().take_while(|record| {
-        steps += usize::from(matches!(record, Record::Step(_)));
-        steps <= STEPS
-    });
-    let experiment = Run { records: begin.cloned().collect(), dt: run.dt };
+    let experiment = run.first(STEPS);
     let Law::Paper(law) = tick.law else { panic!("the experiment is made with the paper's law") };
     let PositionController::Cascade(cascade) = tick.control.controller else { panic!("made with a cascade") };
     for (target, single) in [(M4F, false), (M4F, true), (M7, false)] {
