@@ -1,9 +1,10 @@
-//! The virtual bench eight times side by side, in the widest vectors that the processor has.
+//! The virtual bench in eight vector lanes, in the widest vectors of the processor.
 //!
-//! One function, in a package of its own: it takes a third of the time in which all of the laboratory is compiled, and
-//! would take it again for the laboratory's tests.
+//! One function in a package of its own: with all vectors it is the slowest to compile, and it is compiled once.
 
 use multiversion::multiversion;
+use multiversion::target::match_target;
+use stickslip_core::fields::Fields as _;
 use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 
@@ -13,8 +14,9 @@ pub const ABREAST: usize = 8;
 /// A number of each of them.
 pub type Wide = Lanes<f64, ABREAST>;
 
-/// A tick of each bench, with the bits that it has alone; see [`VirtualBench::tick_of`]. How wide the vectors are is chosen
-/// at run time by what the processor can do.
+/// A tick of each bench, with the bits that it has alone; see [`VirtualBench::tick_of`]. The width of the vectors is chosen
+/// at run time by what the processor has. x86 processors without AVX2 compute one lane after the other: vectors of two
+/// numbers save nothing, and their code takes longest to compile.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn tick(
     bench: &VirtualBench<Wide>,
@@ -23,5 +25,34 @@ pub fn tick(
     input: &BenchInput<Wide>,
     dt: Wide,
 ) -> TickOutput<Wide> {
-    bench.tick_of(steps, state, *input, dt)
+    match_target! {
+        "x86_64+avx2" => bench.tick_of(steps, state, *input, dt),
+        "x86_64" => lane_by_lane(bench, steps, state, input, dt),
+        _ => bench.tick_of(steps, state, *input, dt),
+    }
+}
+
+/// The same bits, one lane after the other.
+pub fn lane_by_lane(
+    bench: &VirtualBench<Wide>,
+    steps: usize,
+    state: &mut BenchState<Wide>,
+    input: &BenchInput<Wide>,
+    dt: Wide,
+) -> TickOutput<Wide> {
+    let before = *state;
+    let mut output = None;
+    for lane in 0..ABREAST {
+        let of = |value: Wide| value.0[lane];
+        let mut one = before.map(&mut { of });
+        let made = bench.map(&mut { of }).tick_of(steps, &mut one, input.map(&mut { of }), of(dt));
+        let mut put = |mut all: Wide, one: Wide| {
+            all.0[lane] = one.0[lane];
+            all
+        };
+        *state = state.merge(&one.map(&mut |value| Lanes([value; ABREAST])), &mut put);
+        let made = made.map(&mut |value| Lanes([value; ABREAST]));
+        output = Some(output.map_or(made, |all: TickOutput<Wide>| all.merge(&made, &mut put)));
+    }
+    output.expect("there are lanes")
 }
