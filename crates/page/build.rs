@@ -118,16 +118,9 @@ fn listed(built: &Path) -> String {
     collect(built, built, &mut names).expect("what was built can be listed");
     names.sort();
     let mut text = String::from("pub(super) const FILES: &[File] = &[\n");
-    for name in names.iter().filter(|name| !name.ends_with(".br") && !name.ends_with(".gz")) {
-        let path = |ending: &str| format!("{}{ending}", built.join(name).display());
-        writeln!(
-            text,
-            "    File {{ path: {name:?}, brotli: include_bytes!({:?}), gzip: include_bytes!({:?}), plain: include_bytes!({:?}) }},",
-            path(".br"),
-            path(".gz"),
-            path("")
-        )
-        .expect("a string takes all");
+    for name in names.iter().filter(|name| !name.ends_with(".gz")) {
+        let packed = format!("{}.gz", built.join(name).display());
+        writeln!(text, "    File {{ path: {name:?}, gzip: include_bytes!({packed:?}) }},").expect("a string takes all");
     }
     text + "];\npub(super) const MISSING: Option<&str> = None;\n"
 }

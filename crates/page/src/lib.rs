@@ -16,6 +16,10 @@
 //! - The tests in `web/tests` use the real program and a real browser (`web/tests/harness.mjs`).
 #![forbid(unsafe_code)]
 
+use std::io::Read as _;
+
+use flate2::read::GzDecoder;
+
 mod files {
     use super::File;
     include!(concat!(env!("OUT_DIR"), "/files.rs"));
@@ -26,15 +30,18 @@ mod files {
 pub struct File {
     /// Its path below the page's address.
     pub path: &'static str,
-    /// Compressed by Brotli.
-    pub brotli: &'static [u8],
     /// Compressed by gzip.
     pub gzip: &'static [u8],
-    /// As it is.
-    pub plain: &'static [u8],
 }
 
 impl File {
+    /// Decompressed, for clients that do not accept gzip.
+    pub fn plain(&self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        GzDecoder::new(self.gzip).read_to_end(&mut bytes).expect("the build has compressed it");
+        bytes
+    }
+
     /// What it is, for a browser.
     pub fn content_type(&self) -> &'static str {
         match self.path.rsplit_once('.').map(|(_, ending)| ending) {
@@ -77,6 +84,7 @@ mod tests {
             return;
         }
         assert_eq!(file("/").map(|file| file.path), file("/friction").map(|file| file.path));
+        assert!(file("/").is_some_and(|file| file.plain().starts_with(b"<!")), "the index decompresses to a page");
         assert!(file("/assets/none.js").is_none());
         // As it comes from another machine, to a phone on a workshop's network: a second or two for all windows,
         // less for the guide when it is opened. The guide's pictures come one by one as they are read.

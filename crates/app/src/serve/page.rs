@@ -1,5 +1,6 @@
 //! The page: its files, and the way in. The printed address has the token; it becomes a cookie that no script sees.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -214,17 +215,12 @@ fn answer(shared: &Shared, printed: &Printed, path: &str, headers: &HeaderMap) -
     }
 }
 
-/// A file as the browser likes it best.
+/// A file of the page, compressed for browsers that accept it.
 fn sent(file: &stickslip_page::File, headers: &HeaderMap) -> Response {
     let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|value| value.to_str().ok()).unwrap_or_default();
     let accepts = |name: &str| accepted.split(',').any(|one| one.split(';').next().is_some_and(|n| n.trim() == name));
-    let (encoding, bytes) = if accepts("br") {
-        (Some("br"), file.brotli)
-    } else if accepts("gzip") {
-        (Some("gzip"), file.gzip)
-    } else {
-        (None, file.plain)
-    };
+    let (encoding, bytes) =
+        if accepts("gzip") { (Some("gzip"), Cow::Borrowed(file.gzip)) } else { (None, Cow::Owned(file.plain())) };
     let cache = if file.is_immutable() { "public, max-age=31536000, immutable" } else { "no-cache" };
     let known = [
         (header::CONTENT_TYPE, file.content_type()),
