@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 use stickslip::Error;
+use stickslip::SimulateError;
 
 /// The exceptions, as `stickslip/_errors.py` defines them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,9 +40,11 @@ impl Exception {
             | Error::CurvePoint { .. }
             | Error::TooFew { .. }
             | Error::Dimension { .. }
-            | Error::NotFinite { .. }
-            | Error::StepTooLarge { .. } => Exception::InvalidValue,
-            _ => Exception::Error,
+            | Error::NotFinite { .. } => Exception::InvalidValue,
+            other => match other.of() {
+                Some(SimulateError::StepTooLarge { .. }) => Exception::InvalidValue,
+                _ => Exception::Error,
+            },
         }
     }
 

@@ -1,6 +1,7 @@
 //! A controller that is written in Python as C, as library and as FMU.
 
 use std::path::PathBuf;
+use stickslip::GenerateError;
 
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -71,10 +72,12 @@ impl Recording {
     fn write(&self, py: Python<'_>, sample_time: f64) -> PyResult<Code> {
         match generate::module(self.program.clone(), &self.name, sample_time) {
             Ok(module) => Ok(Code { module }),
-            Err(Error::NoIdentifier(name)) => {
-                Err(Exception::InvalidValue.with(py, format!("{name}. Give the function another name.")))
-            }
-            Err(error) => Err(raised(py, &error)),
+            Err(error) => Err(match error.of() {
+                Some(GenerateError::NoIdentifier(name)) => {
+                    Exception::InvalidValue.with(py, format!("{name}. Give the function another name."))
+                }
+                _ => raised(py, &error),
+            }),
         }
     }
 }

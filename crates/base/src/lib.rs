@@ -19,7 +19,7 @@ pub mod table;
 pub mod units;
 pub mod watch;
 
-pub use error::Error;
+pub use error::{Error, did_you_mean};
 pub use preset::{
     AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
     DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,

@@ -1,5 +1,6 @@
 //! What lies between the software of the bench and its machine: voltages out, readings in.
 
+use crate::BenchError;
 use std::sync::Arc;
 
 use stickslip_core::cycle::{Software, Voltages};
@@ -54,10 +55,10 @@ pub trait Io {
     /// Injects a fault, where [`Faulty`](super::Faulty) is between.
     ///
     /// # Errors
-    /// [`Error::Injection`] where it is not, or has no room.
+    /// [`BenchError::Injection`] where it is not, or has no room.
     fn inject(&mut self, injection: Injection) -> Result<(), Error> {
         let remedy = "This bench has no faults on purpose: its machine is not wrapped for them.".into();
-        Err(Error::Injection { fault: injection.to_string(), remedy })
+        Err(BenchError::Injection { fault: injection.to_string(), remedy }.into())
     }
 
     /// Walks what a virtual machine of this process remembers; one elsewhere remembers it itself.

@@ -19,6 +19,7 @@
 #![forbid(unsafe_code)]
 
 mod clocked;
+mod error;
 pub mod faults;
 pub mod foreign;
 mod homing;
@@ -33,6 +34,7 @@ mod virtual_bench;
 
 pub use clocked::{Clocked, ClockedBench, Keyframe, Keyframes, Urgent, refusals};
 pub use clocked::{keyframe, overrun_sentence};
+pub use error::BenchError;
 pub use faults::{Faulty, FaultyBench, Injection};
 pub use homing::home;
 pub use io::{Arrival, Io};

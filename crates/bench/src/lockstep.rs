@@ -52,7 +52,7 @@ impl<M: Io> LockstepBench<M> {
     /// these are controller, filter, compensation and holding.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`Error::FollowsNoFriction`].
+    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`](crate::BenchError::FollowsNoFriction).
     pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
         let (role, mut parameters) = (foreign.role(), *self.software.parameters());
         let guest = Guest::new(foreign, &self.model, &self.settings)?;
@@ -78,7 +78,7 @@ impl<M: Io> LockstepBench<M> {
     /// Injects a fault.
     ///
     /// # Errors
-    /// [`Error::Injection`] where the machine is not wrapped for it.
+    /// [`BenchError::Injection`](crate::BenchError::Injection) where the machine is not wrapped for it.
     pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
         self.machine.inject(injection)?;
         self.tell(What::Fault(injection));

@@ -1,5 +1,6 @@
 //! The elastic arm that is rendered, prepared for the bench; how heavy it may be.
 
+use crate::DesignError;
 use std::f64::consts::TAU;
 
 use stickslip_core::drive::{Arm, ElasticArm};
@@ -33,7 +34,7 @@ pub struct ArmLimit {
 /// it is too heavy without.
 ///
 /// # Errors
-/// [`Error::ArmTooHeavy`]; what the design of observer and current control refuses.
+/// [`DesignError::ArmTooHeavy`]; what the design of observer and current control refuses.
 pub fn arm_rendering(model: &Model<f64>, settings: &Settings<f64>) -> Result<RenderedArm<f64>, Error> {
     let Arm::Elastic(arm) = settings.arm else { return Ok(RenderedArm::Nothing) };
     let mut feasible = 0.0;
@@ -45,7 +46,7 @@ pub fn arm_rendering(model: &Model<f64>, settings: &Settings<f64>) -> Result<Ren
         }
         feasible = limit.max(feasible);
     }
-    Err(Error::ArmTooHeavy { rigid_inertia: arm.rigid_inertia, feasible })
+    Err(DesignError::ArmTooHeavy { rigid_inertia: arm.rigid_inertia, feasible }.into())
 }
 
 /// How much inertia can be rendered with the mode of this arm; `filtered`: with the low-pass that makes more of it

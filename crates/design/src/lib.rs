@@ -9,6 +9,7 @@ mod controller_kind;
 mod controllers;
 mod discretise;
 mod drive_observer;
+mod error;
 mod hunting;
 mod law;
 pub mod linear;
@@ -32,6 +33,7 @@ pub use controllers::{cascade_as_pid, current_control, pid_by_bandwidth, predict
 pub use discretise::zero_order_hold;
 pub use drive_observer::believed_drive;
 pub use drive_observer::{Trust, drive_observer};
+pub use error::DesignError;
 pub use hunting::{
     BelievedAxis, Described, Hunting, HuntingPlan, HuntingPrediction, Standstill, describe, equivalent_damping,
     predict_hunting,

@@ -1,5 +1,6 @@
 //! How much noise a stable system keeps.
 
+use crate::DesignError;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 use super::{finite, square};
@@ -45,7 +46,7 @@ pub fn discrete_lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<DMatrix<f
     let limit = 1.0 - 1e-12;
     if spectral_radius >= limit {
         let remedy = "Choose stable poles, or leave the integrating state out.";
-        return Err(Error::Unstable { spectral_radius, limit, remedy });
+        return Err(DesignError::Unstable { spectral_radius, limit, remedy }.into());
     }
     let failed = || Error::NotSolvable {
         what: "the stationary covariance",

@@ -1,5 +1,6 @@
 //! Gains that put the poles of a sampled system where they are wanted.
 
+use crate::DesignError;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{as_long_as_states, square};
@@ -69,9 +70,9 @@ fn ackermann(
     let singular = reached.clone().singular_values();
     let reciprocal_condition = singular.min() / singular.max();
     let limit = WORST_CONDITION;
-    let refused = Error::NotReachable { property, reciprocal_condition, limit, remedy };
+    let refused = DesignError::NotReachable { property, reciprocal_condition, limit, remedy };
     if reciprocal_condition.is_nan() || reciprocal_condition < limit {
-        return Err(refused);
+        return Err(refused.into());
     }
     let mut last = DVector::zeros(order);
     last[order - 1] = columns[order - 1];
@@ -101,7 +102,7 @@ fn characteristic(a: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<DMatrix<f6
     for &pole in poles {
         let magnitude = libm::hypot(pole.re, pole.im);
         if magnitude.is_nan() || magnitude >= 1.0 {
-            return Err(Error::UnstablePole { real: pole.re, imaginary: pole.im, magnitude, limit: 1.0 });
+            return Err(DesignError::UnstablePole { real: pole.re, imaginary: pole.im, magnitude, limit: 1.0 }.into());
         }
         if pole.im == 0.0 {
             product *= a - &identity * pole.re;
@@ -114,7 +115,7 @@ fn characteristic(a: &DMatrix<f64>, poles: &[Complex<f64>]) -> Result<DMatrix<f6
         }
     }
     match open.first() {
-        Some(pole) => Err(Error::UnpairedPole { real: pole.re, imaginary: pole.im }),
+        Some(pole) => Err(DesignError::UnpairedPole { real: pole.re, imaginary: pole.im }.into()),
         None => Ok(product),
     }
 }

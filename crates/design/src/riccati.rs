@@ -1,5 +1,6 @@
 //! The stationary Kalman filter, and its mirror image, the linear quadratic regulator.
 
+use crate::DesignError;
 use nalgebra::DMatrix;
 
 use super::{finite, square};
@@ -45,13 +46,13 @@ pub fn kalman_filter(
 /// What no output shows and does not die out.
 fn unobservable() -> Error {
     let remedy = "Measure more, or leave out the states that the outputs do not show.";
-    Error::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+    DesignError::NotReachable { property: "observable", reciprocal_condition: 0.0, limit: 0.0, remedy }.into()
 }
 
 /// What no input reaches and does not die out.
 fn uncontrollable() -> Error {
     let remedy = "Give the inputs a way to each state, or leave out the states that they do not reach.";
-    Error::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }
+    DesignError::NotReachable { property: "controllable", reciprocal_condition: 0.0, limit: 0.0, remedy }.into()
 }
 
 /// R⁻¹ of a positive definite R.
@@ -165,9 +166,9 @@ pub fn kalman_bucy_filter(
     q: &DMatrix<f64>,
     r: &DMatrix<f64>,
 ) -> Result<KalmanFilter, Error> {
-    let dual = continuous_regulator(&a.transpose(), &c.transpose(), q, r).map_err(|error| match error {
-        Error::NotReachable { .. } => unobservable(),
-        error => error,
+    let dual = continuous_regulator(&a.transpose(), &c.transpose(), q, r).map_err(|error| match error.of() {
+        Some(DesignError::NotReachable { .. }) => unobservable(),
+        _ => error,
     })?;
     Ok(KalmanFilter { gain: dual.gain.transpose(), covariance: dual.cost })
 }
@@ -190,9 +191,9 @@ mod tests {
         let filter = kalman_bucy_filter(&a.transpose(), &b.transpose(), &q, &one).unwrap();
         assert!((filter.gain - DMatrix::from_row_slice(2, 1, &[1.0, root])).amax() < 1e-12);
         let refused = continuous_regulator(&a, &DMatrix::zeros(2, 1), &q, &one).unwrap_err();
-        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+        assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "controllable", .. })), "{refused}");
         let refused = kalman_bucy_filter(&a, &DMatrix::zeros(1, 2), &q, &one).unwrap_err();
-        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+        assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "observable", .. })), "{refused}");
     }
 
     #[test]
@@ -254,9 +255,9 @@ mod tests {
         let seen = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
         let (q, r) = (DMatrix::identity(2, 2), DMatrix::from_element(1, 1, 1.0));
         let refused = kalman_filter(&a, &seen, &q, &r).unwrap_err();
-        assert!(matches!(refused, Error::NotReachable { property: "observable", .. }), "{refused}");
+        assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "observable", .. })), "{refused}");
         let refused = linear_quadratic_regulator(&a, &seen.transpose(), &q, &r, None).unwrap_err();
-        assert!(matches!(refused, Error::NotReachable { property: "controllable", .. }), "{refused}");
+        assert!(matches!(refused.of(), Some(DesignError::NotReachable { property: "controllable", .. })), "{refused}");
     }
 
     #[test]

@@ -10,6 +10,7 @@
 mod breakaway;
 pub mod calibrate;
 pub mod demo;
+mod error;
 mod friction;
 
 mod learning;
@@ -27,6 +28,7 @@ pub mod truth;
 pub mod workflow;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};
+pub use error::ExperimentError;
 pub use friction::hold_speed;
 pub use friction::{FrictionCurve, measure_friction};
 pub use learning::{Learned, LearningPlan, Repetition, learn_torque};

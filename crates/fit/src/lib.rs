@@ -4,6 +4,7 @@
 mod choice;
 mod descent;
 mod drop;
+mod error;
 mod findings;
 mod linear;
 mod nonlinear;
@@ -19,6 +20,7 @@ pub mod uncertainty;
 
 pub use choice::{Choice, choose};
 pub use drop::SIGNIFICANCE;
+pub use error::FitError;
 pub use findings::{Finding, HARDLY_KNOWN};
 pub use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};

@@ -4,6 +4,7 @@
 //! one kind, so that the place of a number follows from where its struct begins. That is known once the program is linked:
 //! it is read from the ELF file, or tools take it from there by `SYMBOL_LINK`.
 
+use crate::GenerateError;
 use std::path::Path;
 
 use object::{Object as _, ObjectSection as _, ObjectSymbol as _, SymbolKind};
@@ -55,7 +56,7 @@ pub(super) struct Placed<'a> {
 /// Describes the code of a block, as [`generate`] makes it.
 ///
 /// # Errors
-/// As [`generate`]; [`Error::Program`] where a variable is not in the program, or is not as long as its struct, or where the
+/// As [`generate`]; [`GenerateError::Program`] where a variable is not in the program, or is not as long as its struct, or where the
 /// program says that it has other code.
 pub fn code_description(
     block: &str,
@@ -71,7 +72,7 @@ pub fn code_description(
 /// Describes the code of a program that is called `prefix`.
 ///
 /// # Errors
-/// [`Error::Program`].
+/// [`GenerateError::Program`].
 pub(super) fn describe(
     program: &Program,
     prefix: &str,
@@ -127,7 +128,7 @@ fn epk(program: &Program, prefix: &str, precision: Precision) -> Result<String, 
         Precision::Double => c::print::<f64>(program, prefix),
         Precision::Single => c::print::<f32>(program, prefix),
     };
-    Ok(code?.epk)
+    Ok(code.map_err(GenerateError::NoIdentifier)?.epk)
 }
 
 /// Bytes of a number, its kind, the largest.
@@ -214,7 +215,7 @@ struct Symbols {
 impl Symbols {
     fn read(path: &Path) -> Result<Self, Error> {
         let bytes = std::fs::read(path).map_err(|source| Error::file(path, "read", source))?;
-        let program = object::File::parse(&*bytes).map_err(|error| Error::Program {
+        let program = object::File::parse(&*bytes).map_err(|error| GenerateError::Program {
             path: path.into(),
             reason: format!("it cannot be read ({error})"),
             remedy: "Give the linked program as ELF file, with its table of symbols (not stripped).",
@@ -236,35 +237,37 @@ impl Symbols {
         let said = sections.filter_map(|section| section.data_range(*address, *size).ok().flatten()).next();
         let said = said.unwrap_or_default().strip_suffix(b"\0").unwrap_or_default();
         if said != epk.as_bytes() {
-            return Err(Error::Program {
+            return Err(GenerateError::Program {
                 path: self.path.clone(),
                 reason: format!("it has the code \"{}\", this describes \"{epk}\"", said.escape_ascii()),
                 remedy: "Build it with the files that are generated now, of the same preset and precision.",
-            });
+            }
+            .into());
         }
         Ok(Some(*address))
     }
 
     /// The address of a variable that is to be so long.
     fn address(&self, symbol: &str, bytes: u64, group: &'static str) -> Result<u64, Error> {
-        let wrong = |reason, remedy| Error::Program { path: self.path.clone(), reason, remedy };
+        let wrong = |reason, remedy| GenerateError::Program { path: self.path.clone(), reason, remedy };
         let Some((_, address, size)) = self.known.iter().find(|known| known.0 == symbol) else {
             let known = self.known.iter().map(|known| known.0.as_str());
             let near = stickslip_base::parameters::schema::nearest(symbol, known)
                 .map_or_else(String::new, |near| format!(", but {near}"));
             let reason = format!("it has no variable {symbol} for the {group}{near}");
-            return Err(wrong(reason, "Name it: --variable parameters=NAME, and state, input, output alike."));
+            return Err(wrong(reason, "Name it: --variable parameters=NAME, and state, input, output alike.").into());
         };
         if *size != bytes {
             let reason = format!("{symbol} has {size} bytes, the {group} of the block {bytes}");
             return Err(wrong(
                 reason,
                 "Is it of this block, of the same preset, and double or float as here (--single)?",
-            ));
+            )
+            .into());
         }
         if address.checked_add(bytes).is_none_or(|end| end > u64::from(u32::MAX)) {
             let reason = format!("{symbol} is at {address:#x}, beyond the 32 bits of an address in ASAP2 1.61");
-            return Err(wrong(reason, "Link it for the target, or on a computer without -pie."));
+            return Err(wrong(reason, "Link it for the target, or on a computer without -pie.").into());
         }
         Ok(*address)
     }

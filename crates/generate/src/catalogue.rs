@@ -1,5 +1,6 @@
 //! Which blocks there are, and how each is set up from a preset.
 
+use crate::GenerateError;
 use stickslip_core::control::compensation::{Compensation, Hold, StictionHold};
 use stickslip_core::control::{
     AxisControl, Cascade, CurrentControl, LinearController, Pid, PositionController, Predictive, VelocityObserver,
@@ -158,7 +159,8 @@ pub(super) fn find(name: &str) -> Result<&'static str, Error> {
 
 fn unknown(name: &str) -> Error {
     let known: Vec<&str> = blocks().into_iter().map(|entry| entry.name).collect();
-    Error::UnknownBlock { name: name.into(), nearest: nearest(name, known.into_iter()).map(String::from) }
+    GenerateError::UnknownBlock { name: name.into(), nearest: nearest(name, known.into_iter()).map(String::from) }
+        .into()
 }
 
 /// The first sentence of a documentation, without its marks: it says what the thing is.

@@ -34,7 +34,7 @@ pub struct Fmu {
 /// by FMI-LS-XCP.
 ///
 /// # Errors
-/// As [`generate`]; [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+/// As [`generate`]; [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
 pub fn fmu(
     name: &str,
     preset: &Preset<f64>,
@@ -49,7 +49,7 @@ pub fn fmu(
 /// Makes the FMU of a project in `double`, called `name`, with steps of `step` [s].
 ///
 /// # Errors
-/// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+/// [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
 pub(super) fn fmu_of(
     project: &Project,
     name: &str,

@@ -9,6 +9,7 @@
 mod a2l;
 pub mod archive;
 mod catalogue;
+mod error;
 mod fmu;
 mod fmu_description;
 mod library;
@@ -26,6 +27,7 @@ use stickslip_core::tick::Tick;
 pub use a2l::{CodeDescription, STRUCTS, Variables, code_description};
 use catalogue::Setup;
 pub use catalogue::{Entry, blocks};
+pub use error::GenerateError;
 pub use fmu::{Fmu, Version, fmu};
 pub use module::{Module, friction_module_of, module, module_of};
 pub use own::{Own, own, own_friction};
@@ -97,7 +99,8 @@ impl Request<'_> {
         let project = match self.precision {
             Precision::Double => block.double(self.prefix, step),
             Precision::Single => block.single(self.prefix, step),
-        }?;
+        }
+        .map_err(GenerateError::NoIdentifier)?;
         Ok(Generated::new(project, self.block, self.prefix, step).with_diagram())
     }
 }

@@ -1,5 +1,6 @@
 //! From C to a shared library for this machine.
 
+use crate::GenerateError;
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -22,7 +23,7 @@ impl Compiler {
     }
 
     fn error(self, said: impl Into<String>) -> Error {
-        Error::Compiler { compiler: self.0, said: said.into() }
+        GenerateError::Compiler { compiler: self.0, said: said.into() }.into()
     }
 }
 
@@ -30,7 +31,7 @@ impl Compiler {
 /// consists of. It has `threads` where it starts one.
 ///
 /// # Errors
-/// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+/// [`GenerateError::Compiler`] where the compiler is missing or refuses; [`Error::File`].
 pub(super) fn compile(
     files: &[(String, String)],
     sources: &[String],

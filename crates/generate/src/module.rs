@@ -1,6 +1,7 @@
 //! A controller that was recorded elsewhere, such as a function in Python, or a friction: its project in C, and the library
 //! of it that `stickslip load` takes.
 
+use crate::GenerateError;
 use std::ops::Deref;
 
 use stickslip_codegen::c;
@@ -29,9 +30,9 @@ pub struct Module {
 /// sample to sample [s] in self-test and example.
 ///
 /// # Errors
-/// [`Error::NoIdentifier`] if C would not take the name, or if it is one of stickslip's own.
+/// [`GenerateError::NoIdentifier`] if C would not take the name, or if it is one of stickslip's own.
 pub fn module(program: Program, name: &str, step: f64) -> Result<Module, Error> {
-    let project = c::project_of(program, name, step)?;
+    let project = c::project_of(program, name, step).map_err(GenerateError::NoIdentifier)?;
     library_of(Own { kind: "controller", name: name.into(), step, project })
 }
 
@@ -39,7 +40,7 @@ fn library_of(own: Own) -> Result<Module, Error> {
     let Own { name, project, .. } = &own;
     // The library has functions of these names.
     if name.starts_with("stickslip") {
-        return Err(c::NotAName(name.clone()).into());
+        return Err(GenerateError::NoIdentifier(c::NotAName(name.clone())).into());
     }
     let code = |ending: &str| {
         let file = format!("{name}.{ending}");
@@ -105,7 +106,7 @@ impl Module {
     /// Compiles the library for this machine by `$CC`, or `cc`: what it consists of.
     ///
     /// # Errors
-    /// [`Error::Compiler`] where the compiler is missing or refuses; [`Error::File`].
+    /// [`GenerateError::Compiler`] where the compiler is missing or refuses; [`Error::File`].
     pub fn library(&self) -> Result<Vec<u8>, Error> {
         let sources: Vec<String> = self.files.iter().rev().take(1).map(|file| file.0.clone()).collect();
         library::compile(&self.files, &sources, "controller", false)
@@ -148,7 +149,10 @@ mod tests {
     fn names_that_the_library_has_itself_are_refused() {
         for name in ["stickslip", "stickslip_module", "double", "<lambda>"] {
             let refused = module(program(), name, 1e-3).map(drop);
-            assert!(matches!(refused, Err(Error::NoIdentifier(_))), "{name}: {refused:?}");
+            assert!(
+                matches!(refused.as_ref().err().and_then(|error| error.of()), Some(GenerateError::NoIdentifier(_))),
+                "{name}: {refused:?}"
+            );
         }
     }
 

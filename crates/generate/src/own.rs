@@ -10,6 +10,7 @@ use stickslip_core::scalar::Scalar;
 use super::a2l::{CodeDescription, Variables, describe};
 use super::fmu::{Fmu, Version, fmu_of};
 use super::{Generated, Precision};
+use crate::GenerateError;
 use stickslip_base::Error;
 
 /// A block as C.
@@ -26,14 +27,15 @@ pub struct Own {
 /// [s] of self-test and example.
 ///
 /// # Errors
-/// [`Error::NoIdentifier`] if C would not take the name.
+/// [`GenerateError::NoIdentifier`](crate::GenerateError::NoIdentifier) if C would not take the name.
 pub fn own<B>(block: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
     B::With<f64>: Block<f64, Input: Default>,
     B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
 {
-    Ok(Own { kind: "block", name: name.into(), step, project: c::project::<B, f64>(block, name, step)? })
+    let project = c::project::<B, f64>(block, name, step).map_err(GenerateError::NoIdentifier)?;
+    Ok(Own { kind: "block", name: name.into(), step, project })
 }
 
 /// The same of a friction with bristles alone: velocity in, mean torque of the bristles in the step out. A viscous part is
@@ -78,7 +80,7 @@ impl Own {
     /// Makes the FMU of it, as [`fmu()`](super::fmu()) does of a block.
     ///
     /// # Errors
-    /// [`Error::Compiler`] where the compiler is there and refuses; [`Error::File`].
+    /// [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
     pub fn fmu(&self, version: Version) -> Result<Fmu, Error> {
         fmu_of(&self.project, &self.name, self.step, version, None)
     }

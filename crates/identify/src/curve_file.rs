@@ -5,6 +5,7 @@
 //! not how well their mean is known, and samples that follow each other are not independent; it is left alone.
 
 use std::path::Path;
+use stickslip_recording::RecordingError;
 
 use crate::machine::Axis;
 use stickslip_base::Error;
@@ -217,7 +218,10 @@ mod tests {
         assert!(linear.axis == Axis::Linear && linear.weighted);
         assert_eq!(linear.curves[0].points[1], CurvePoint { velocity: -0.01, torque: -21.0, standard_error: 0.5 });
         let rotary = parse("n [rpm];M [mNm]\n60;20\n");
-        assert!(matches!(rotary, Err(Error::MissingColumn { .. })), "n counts samples: {rotary:?}");
+        assert!(
+            matches!(rotary.as_ref().err().and_then(|error| error.of()), Some(RecordingError::MissingColumn { .. })),
+            "n counts samples: {rotary:?}"
+        );
         let rotary = parse("Drehzahl [1/min];M [mNm];se [mNm]\n60;20,5;1\n").unwrap();
         let point = rotary.curves[0].points[0];
         assert!((point.velocity - std::f64::consts::TAU).abs() < 1e-12 && rotary.axis == Axis::Rotary);

@@ -9,6 +9,7 @@
 mod axis;
 mod curve;
 pub mod curve_file;
+mod error;
 mod figures;
 mod files;
 mod limits;
@@ -28,6 +29,7 @@ mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};
 pub use curve::{FrictionCurve, Plateau};
+pub use error::IdentifyError;
 pub use files::feedforward_csv;
 pub use model_file::{IdentifiedModel, model_toml, read_model};
 pub use models::{Candidate, Kind};
@@ -106,7 +108,7 @@ pub fn identify(recording: &Recording, machine: &Machine, watch: &Watch) -> Resu
         let remedy = "The command moves the axis the other way: reverse the sign of drive.gain, or check whether a \
                       column counts against the motion. A force that depends on the position, a spring or a weight on \
                       an arm, is no part of the model and can do the same.";
-        return Err(Error::Implausible { what: "the identified inertia", value: mass, remedy });
+        return Err(IdentifyError::Implausible { what: "the identified inertia", value: mass, remedy }.into());
     }
     let curve = FrictionCurve::of(&motion, mass, recipe.low_pass, recipe.skip);
     let stribeck = [Side::Positive, Side::Negative]

@@ -9,6 +9,7 @@ pub mod guess;
 mod runs;
 mod signals;
 
+use crate::IdentifyError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -209,8 +210,8 @@ impl Machine {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn parse(path: &Path, text: &str) -> Result<Self, Error> {
-        let file: File =
-            toml::from_str(text).map_err(|e| Error::MachineFile { path: path.to_owned(), message: e.to_string() })?;
+        let file: File = toml::from_str(text)
+            .map_err(|e| IdentifyError::MachineFile { path: path.to_owned(), message: e.to_string() })?;
         let si = |quantity: &Option<Quantity>, field: &str, dimension| {
             quantity.as_ref().map(|q| q.si(dimension, &format!("{}: {field}", path.display()))).transpose()
         };
@@ -269,7 +270,9 @@ impl Machine {
             numbers.push(("controller.velocity_gain", cascade.velocity_gain));
             numbers.push(("controller.limit", cascade.limit));
         }
-        let refuse = |field, value, remedy| Err(Error::MachineValue { path: path.to_owned(), field, value, remedy });
+        let refuse = |field, value, remedy| {
+            Err(IdentifyError::MachineValue { path: path.to_owned(), field, value, remedy }.into())
+        };
         for (field, value) in numbers {
             if !(value.is_finite() && value > 0.0) {
                 return refuse(field, value, positive);

@@ -3,6 +3,7 @@
 //! The table `[identified]` is the model itself, in the units of the axis: [`read_model`] takes it. The rest is an
 //! ordinary preset, with everything referred to the screw, so that each command that takes a preset takes this file.
 
+use crate::IdentifyError;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -127,12 +128,13 @@ impl Side {
 /// A file that cannot be read or has no such table, or a number in it that no machine has.
 pub fn read_model(path: &Path) -> Result<IdentifiedModel, Error> {
     let text = std::fs::read_to_string(path).map_err(|source| Error::file(path, "read", source))?;
-    let wrong = |message: String| Error::MachineFile { path: path.to_owned(), message };
+    let wrong = |message: String| IdentifyError::MachineFile { path: path.to_owned(), message };
     let file: File = toml::from_str(&text).map_err(|e| wrong(e.to_string()))?;
     let Some(found) = file.identified else {
         return Err(wrong(format!(
             "there is no table [{TABLE}] in it. Give the model.toml that `stickslip identify` wrote."
-        )));
+        ))
+        .into());
     };
     let bristles = found.bristles.as_ref();
     let mut positive =
@@ -143,13 +145,13 @@ pub fn read_model(path: &Path) -> Result<IdentifiedModel, Error> {
     let finite = [found.offset, found.positive.breakaway, found.positive.coulomb, found.positive.viscous];
     let finite = finite.into_iter().chain([found.negative.breakaway, found.negative.coulomb, found.negative.viscous]);
     if let Some((name, value)) = positive.into_iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-        return Err(wrong(format!("{TABLE}.{name} = {value} must be positive.")));
+        return Err(wrong(format!("{TABLE}.{name} = {value} must be positive.")).into());
     }
     if let Some(value) = finite.into_iter().find(|value| !value.is_finite()) {
-        return Err(wrong(format!("[{TABLE}] holds {value}. Identify again, or mend the number.")));
+        return Err(wrong(format!("[{TABLE}] holds {value}. Identify again, or mend the number.")).into());
     }
     if !(found.lag.is_finite() && found.lag >= 0.0) {
-        return Err(wrong(format!("{TABLE}.lag = {} must be 0 or positive.", found.lag)));
+        return Err(wrong(format!("{TABLE}.lag = {} must be 0 or positive.", found.lag)).into());
     }
     let model = AxisModel {
         inertia: found.inertia,

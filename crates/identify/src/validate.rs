@@ -1,5 +1,6 @@
 //! An identified model on another recording: what it predicts there, and how far off it is.
 
+use crate::IdentifyError;
 use std::path::Path;
 
 use super::axis::{AxisModel, ClosedLoop, Loop, Prediction};
@@ -47,7 +48,7 @@ pub fn validate(
     watch.stage("simulate", 0.0)?;
     if identified.axis != machine.axis {
         let message = format!("the model is of a {:?} axis, the machine of a {:?} one.", identified.axis, machine.axis);
-        return Err(Error::MachineFile { path: "model".into(), message: message.to_lowercase() });
+        return Err(IdentifyError::MachineFile { path: "model".into(), message: message.to_lowercase() }.into());
     }
     let signals = machine.signals(recording)?;
     let motion = Motion::of(&signals, machine)?;

@@ -1,5 +1,6 @@
 //! Recorded runs of the catalogue once more, on a thread of their own: one at a time, whoever asks.
 
+use crate::LiveError;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -80,7 +81,7 @@ impl Live {
             return told(seen);
         }
         if seen.run != 0 && !seen.ended {
-            return Err(Error::Busy { what: format!("the replay of run {}", seen.run) });
+            return Err(LiveError::Busy { what: format!("the replay of run {}", seen.run) }.into());
         }
         *current = Current::begin(number, self.record_of(number)?);
         told(lock(&current.seen).clone())
@@ -178,14 +179,14 @@ impl Live {
         let catalogue = &self.shared.catalogue;
         let record = catalogue.details(number)?.run.record;
         let remedy = "It was not recorded: record with `bench record`, or measure with --record.";
-        let record = record.ok_or(Error::RunGone { number, how: "it has no record of its cycles", remedy })?;
+        let record = record.ok_or(LiveError::RunGone { number, how: "it has no record of its cycles", remedy })?;
         let folder = catalogue.folder(number)?;
         // Of a record alone the run is the file itself.
         let file = if folder.is_dir() { folder.join(record) } else { folder };
         if std::fs::metadata(&file).is_ok_and(|about| about.len() > LARGEST) {
             let how = "its record is larger than 500 MB and would crowd the memory of the bench that runs";
             let remedy = "`stickslip replay` does it in a process of its own.";
-            return Err(Error::RunGone { number, how, remedy });
+            return Err(LiveError::RunGone { number, how, remedy }.into());
         }
         Ok(file)
     }

@@ -18,6 +18,7 @@ mod captures;
 pub mod catalogue;
 mod controller;
 mod curve;
+mod error;
 mod form;
 mod implementation;
 mod listener;
@@ -188,7 +189,7 @@ impl Live {
     /// Switches it on, at rest and without torque.
     ///
     /// # Errors
-    /// What is wrong with the parameters, what the design of the bench refuses; [`Error::RealTime`].
+    /// What is wrong with the parameters, what the design of the bench refuses; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime).
     pub fn start(start: Start) -> Result<Self, Error> {
         let Start { source, seed, io, wishes, project, loaded, record, operator_time } = start;
         let operator_time = operator_time.map(checked_time).transpose()?;
@@ -314,13 +315,13 @@ impl Live {
     /// Asks or orders something.
     ///
     /// # Errors
-    /// [`Error::Operated`] where somebody else operates; [`Error::Busy`] where something runs that it does not go with;
+    /// [`LiveError::Operated`] where somebody else operates; [`LiveError::Busy`] where something runs that it does not go with;
     /// [`Error::Refused`] by supervision; whatever is wrong with the call.
     pub fn call(&self, client: &str, call: Call) -> Result<Answer, Error> {
         let now = Instant::now();
         lock(&self.shared.operator).seen(client, now);
         if call.changes() {
-            lock(&self.shared.operator).claim(client, now).map_err(|by| Error::Operated { by })?;
+            lock(&self.shared.operator).claim(client, now).map_err(|by| LiveError::Operated { by })?;
         }
         match call {
             Call::Status {} => Ok(Answer::Status(Box::new(self.status()))),
@@ -537,3 +538,5 @@ fn checked_time(seconds: f64) -> Result<Duration, Error> {
     let remedy = "A client that polls is heard ten times a second.";
     Err(Error::OutOfRange { name: "the operator's time", value: seconds, unit: "s", minimum, maximum, remedy })
 }
+
+pub use error::LiveError;

@@ -1,6 +1,7 @@
 //! What was loaded from a file, on a bench that runs: its numbers, how long it takes, and opened again when
 //! its file has become another.
 
+use crate::LiveError;
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::thread;
@@ -66,9 +67,9 @@ impl Live {
                 let number = *number.get_or_insert_with(|| console.put(values));
                 match console.verdict(number) {
                     Some(0) => return Ok(()),
-                    Some(code) => return Err(Error::ForeignRefuses { name: name.clone(), code }),
+                    Some(code) => return Err(LiveError::ForeignRefuses { name: name.clone(), code }.into()),
                     None if begin.elapsed() < SOON => {}
-                    None => return Err(Error::Busy { what: format!("{name}, which does not answer") }),
+                    None => return Err(LiveError::Busy { what: format!("{name}, which does not answer") }.into()),
                 }
             }
             thread::sleep(LOOK);
@@ -80,7 +81,7 @@ impl Live {
         let shared = &self.shared;
         let _one = lock(&shared.changing);
         let known = lock(&shared.loaded).as_ref().map(|loaded| (loaded.file.clone(), loaded.folder.clone()));
-        let (file, folder) = known.ok_or(Error::NothingLoaded)?;
+        let (file, folder) = known.ok_or(LiveError::NothingLoaded)?;
         let foreign = file.open_again(&folder, &mut |_| {})?;
         let (loaded, mut foreign) = Opened::of(foreign, file, folder);
         let settings = lock(&shared.tuning).preset().bench;

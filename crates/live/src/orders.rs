@@ -1,9 +1,11 @@
 //! What changes something: work for the axis, parameters, faults on purpose.
 
+use crate::LiveError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
+use stickslip_bench::BenchError;
 
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
@@ -33,7 +35,9 @@ impl Live {
     fn at_most_moving(&self) -> Result<MutexGuard<'_, Option<Doing>>, Error> {
         let doing = lock(&self.shared.doing);
         match &*doing {
-            Some(running) if running.stage != axis::MOVING => Err(Error::Busy { what: running.what.clone() }),
+            Some(running) if running.stage != axis::MOVING => {
+                Err(LiveError::Busy { what: running.what.clone() }.into())
+            }
             _ => Ok(doing),
         }
     }
@@ -42,7 +46,7 @@ impl Live {
     pub(super) fn begin(&self, what: &str, job: Job) -> Result<Answer, Error> {
         let mut doing = lock(&self.shared.doing);
         if let Some(doing) = &*doing {
-            return Err(Error::Busy { what: doing.what.clone() });
+            return Err(LiveError::Busy { what: doing.what.clone() }.into());
         }
         self.shared.halt.store(false, Ordering::Relaxed);
         self.shared.abandoned.store(false, Ordering::Relaxed);
@@ -58,7 +62,7 @@ impl Live {
         let injection: Injection = text.parse()?;
         if !self.shared.faults {
             let remedy = "Faults are injected into the virtual machine of `stickslip serve`, not behind --io.".into();
-            return Err(Error::Injection { fault: injection.to_string(), remedy });
+            return Err(BenchError::Injection { fault: injection.to_string(), remedy }.into());
         }
         let _doing = self.at_most_moving()?;
         self.send(Job::Inject(injection))

@@ -3,6 +3,7 @@
 //! The scribe is there first: from then on it gets every cycle and every change. Then the loop gives its state at the
 //! begin of one cycle; the record begins with it, and what came before is left out.
 
+use crate::LiveError;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread;
@@ -64,10 +65,11 @@ impl Live {
     /// Begins a recording with one of the next cycles.
     pub(super) fn record(&self, name: &str) -> Result<Answer, Error> {
         if name.is_empty() || !name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_".contains(letter)) {
-            return Err(Error::RunText {
+            return Err(LiveError::RunText {
                 text: name.into(),
                 remedy: "A recording is named by letters, digits, - and _.",
-            });
+            }
+            .into());
         }
         let shared = &self.shared;
         let (number, folder) = self.folder(name)?;
@@ -76,7 +78,7 @@ impl Live {
         {
             let mut recording = lock(&shared.recorder);
             if let Some(under_way) = recording.as_ref().filter(|recording| !recording.scribe.has_ended()) {
-                return Err(Error::Busy { what: format!("a recording into {}", under_way.file.display()) });
+                return Err(LiveError::Busy { what: format!("a recording into {}", under_way.file.display()) }.into());
             }
             // One that broke off.
             let broken = recording.take();
@@ -119,7 +121,7 @@ impl Live {
         let shared = &self.shared;
         match lock(&shared.recorder).as_mut() {
             Some(recording) => recording.scribe.close(),
-            None => return Err(Error::NothingToEnd { what: "recording" }),
+            None => return Err(LiveError::NothingToEnd { what: "recording" }.into()),
         }
         // Whoever changes something by the urgent way has told it before he lets go of it.
         drop(lock(&shared.urgent));

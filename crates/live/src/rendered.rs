@@ -1,5 +1,6 @@
 //! Friction that is rendered: measured under the law, with the figures of the paper, and the report of it all.
 
+use crate::LiveError;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -92,7 +93,7 @@ impl Live {
         let plan = form::with_values(&FrictionPlan::default(), values)?;
         let tuning = lock(&self.shared.tuning).clone();
         if let Some(role @ (Role::Friction | Role::Law)) = tuning.acting() {
-            return Err(Error::RendersItself { role, selector: selector(role) });
+            return Err(LiveError::RendersItself { role, selector: selector(role) }.into());
         }
         let preset = *tuning.preset();
         let (planned, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench)?;

@@ -58,7 +58,7 @@ impl Live {
     /// Where a file of a run is, by the name that the catalogue has of it.
     ///
     /// # Errors
-    /// [`Error::NoRun`], [`Error::RunGone`]; [`Error::Unknown`] for a name that is none of its files.
+    /// [`LiveError::NoRun`](crate::LiveError::NoRun), [`LiveError::RunGone`](crate::LiveError::RunGone); [`Error::Unknown`] for a name that is none of its files.
     pub fn run_file(&self, number: i64, name: &str) -> Result<PathBuf, Error> {
         let run = self.shared.catalogue.details(number)?.run;
         let folder = self.shared.catalogue.folder(number)?;

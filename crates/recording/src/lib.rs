@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod capture;
+mod error;
 pub mod export;
 mod mat;
 pub mod mdf;
@@ -20,6 +21,7 @@ mod time;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+pub use error::RecordingError;
 pub use time::{Spacing, resample};
 
 use stickslip_base::Error;
@@ -113,7 +115,7 @@ impl Recording {
     fn from_table(path: &Path, columns: Vec<Column>) -> Result<Self, Error> {
         let rows = columns.first().map_or(0, |c| c.values.len());
         if rows == 0 {
-            return Err(Error::EmptyRecording { path: path.to_owned() });
+            return Err(RecordingError::EmptyRecording { path: path.to_owned() }.into());
         }
         Ok(Recording { path: path.to_owned(), columns, lines: (1..=rows as u64).collect() })
     }
@@ -151,23 +153,25 @@ impl Recording {
         let mut found = self.columns.iter().filter(|c| c.name == name);
         let Some(column) = found.next() else {
             let likeness = |c: &&Column| (strsim::jaro_winkler(&c.name, name) * 1e6) as u64;
-            return Err(Error::MissingColumn {
+            return Err(RecordingError::MissingColumn {
                 path: self.path.clone(),
                 name: name.to_owned(),
                 columns: self.columns.iter().map(|c| c.name.clone()).collect(),
                 nearest: self.columns.iter().max_by_key(likeness).map(|c| c.name.clone()).unwrap_or_default(),
-            });
+            }
+            .into());
         };
         if found.next().is_some() {
             return Err(self.doubtful(name, "stands there twice", "Rename one of them."));
         }
         if let Some((row, text)) = &column.fault {
-            return Err(Error::BadCell {
+            return Err(RecordingError::BadCell {
                 path: self.path.clone(),
                 line: self.lines[*row],
                 column: name.to_owned(),
                 text: text.clone(),
-            });
+            }
+            .into());
         }
         Ok(column)
     }

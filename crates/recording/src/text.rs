@@ -1,5 +1,6 @@
 //! Recordings as text: a header, perhaps a row of units, then one row a sample.
 
+use crate::RecordingError;
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -51,7 +52,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Recording, Error> {
         }
     }
     if lines.is_empty() {
-        return Err(Error::EmptyRecording { path: path.to_owned() });
+        return Err(RecordingError::EmptyRecording { path: path.to_owned() }.into());
     }
     Ok(Recording { path: path.to_owned(), columns, lines })
 }
@@ -109,5 +110,5 @@ fn malformed(path: &Path, error: &csv::Error) -> Error {
         }
         _ => error.to_string(),
     };
-    Error::BadRow { path: path.to_owned(), line, fault }
+    RecordingError::BadRow { path: path.to_owned(), line, fault }.into()
 }

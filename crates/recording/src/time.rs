@@ -1,6 +1,7 @@
 //! Time stamps: are they even, and if not, how to make them so.
 
 use super::Recording;
+use crate::RecordingError;
 use stickslip_base::Error;
 
 /// How evenly a time column is spaced.
@@ -76,7 +77,7 @@ impl Recording {
 
     fn uneven(&self, time: &[f64], row: usize, fault: &'static str, period: f64, remedy: &'static str) -> Error {
         let (path, line) = (self.path.clone(), self.lines[row]);
-        Error::UnevenTime { path, line, fault, step: time[row] - time[row - 1], period, remedy }
+        RecordingError::UnevenTime { path, line, fault, step: time[row] - time[row - 1], period, remedy }.into()
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`Scheme::RungeKutta`] | 4 | a fixed point | bounded by σ₀·\|Ω\|/g, so by the speed |
 //! | [`Scheme::Exponential`] | 4 | a fixed point | any speed; h·√(σ₀/J) bounded at rest |
 
+use crate::SimulateError;
 use stickslip_core::drive::TwoMass;
 use stickslip_core::friction::{Bristle, rate};
 use stickslip_core::plant::{Machine, Plant};
@@ -18,7 +19,7 @@ use stickslip_base::Error;
 
 /// Prepares a plant for steps of `dt` [s], of which a tick has `steps`; refuses a step beyond the plant's bound.
 pub fn prepare(plant: &Plant<f64>, steps: usize, dt: f64) -> Result<Machine<f64>, Error> {
-    plant.check_step(dt).map_err(|law| Error::StepTooLarge {
+    plant.check_step(dt).map_err(|law| SimulateError::StepTooLarge {
         scheme: "well-balanced",
         step: law.value,
         largest: law.bound,
@@ -120,7 +121,7 @@ impl<B: Bristle<f64>> ElasticDrive<B> {
                     ("exponential", "The vibration is too fast: use the well-balanced step, or a smaller one.")
                 }
             };
-            return Err(Error::StepTooLarge { scheme, step: dt, largest, remedy });
+            return Err(SimulateError::StepTooLarge { scheme, step: dt, largest, remedy }.into());
         }
         Ok(match scheme {
             Scheme::RungeKutta => self.runge_kutta(x, torque, dt),
@@ -271,7 +272,10 @@ mod tests {
         // σ₀·|Ω|/g = 3000·50/0.18 1/s: the bound falls with speed to 3 µs.
         assert!(drive.step(Scheme::RungeKutta, &moving(0.1), [0.0; 3], 1e-5).is_ok());
         let error = drive.step(Scheme::RungeKutta, &moving(50.0), [0.0; 3], 1e-5);
-        assert!(matches!(error, Err(Error::StepTooLarge { step: 1e-5, largest, .. }) if largest < 4e-6), "{error:?}");
+        assert!(
+            matches!(error.as_ref().err().and_then(|error| error.of()), Some(SimulateError::StepTooLarge { step: 1e-5, largest, .. }) if *largest < 4e-6),
+            "{error:?}"
+        );
         assert!(drive.step(Scheme::Exponential, &moving(50.0), [0.0; 3], 1e-5).is_ok());
         assert!(drive.step(Scheme::Exponential, &moving(50.0), [0.0; 3], 2e-3).is_err());
         assert!(drive.step(Scheme::RungeKutta, &moving(f64::NAN), [0.0; 3], 1e-6).is_err());

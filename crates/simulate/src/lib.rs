@@ -3,6 +3,7 @@
 //! rendering law that rests on it ([`rendering_law`]).
 #![forbid(unsafe_code)]
 
+mod error;
 pub mod fidelity;
 pub mod integrator;
 pub mod judged;
@@ -12,4 +13,5 @@ pub mod simulation;
 #[cfg(test)]
 mod tests;
 
+pub use error::SimulateError;
 pub use rendering_law::rendering_law;

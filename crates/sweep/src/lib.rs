@@ -50,6 +50,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod error;
 mod kind;
 mod ladder;
 mod number;
@@ -58,6 +59,7 @@ mod spread;
 #[cfg(test)]
 mod tests;
 
+pub use error::SweepError;
 pub use kind::{SweptFriction, SweptLaw};
 pub use ladder::{RUNGS, Rung};
 use ladder::{apart, estimate, hopeless};
@@ -122,7 +124,7 @@ const DOUBLE: usize = 4;
 /// `measure` of each variant's course, in the order of the variants; an error where the finest rungs disagree.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] for a plan that cannot be run; of a variant [`Error::Unresolved`].
+/// [`Error::OutOfRange`] for a plan that cannot be run; of a variant [`SweepError::Unresolved`].
 pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
     variants: &[Variant<B, C>],
     plan: &Plan,
@@ -141,7 +143,7 @@ pub fn sweep<B: SweptFriction, C: SweptLaw, R: Send>(
             match climbed {
                 Climbed::Done(value) => found[index] = Some(Ok(value)),
                 Climbed::Refused(error) => {
-                    found[index] = Some(Err(Error::Unresolved { index, error, tolerance: plan.tolerance }));
+                    found[index] = Some(Err(SweepError::Unresolved { index, error, tolerance: plan.tolerance }.into()));
                 }
                 Climbed::Open(angle, error) => open.push(Open { index, coarser: Some((angle, error)) }),
             }

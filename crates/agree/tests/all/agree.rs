@@ -20,7 +20,7 @@ macro_rules! agree {
     };
 }
 
-include!("../../codegen/tests/support/list.rs");
+include!("../../../codegen/tests/support/list.rs");
 
 /// The names behind a marker in a text.
 fn names_behind<'a>(text: &'a str, marker: &str) -> Vec<&'a str> {
@@ -47,7 +47,7 @@ fn no_block_is_forgotten() {
     // Converters have no slopes to compare: these two are driven in `bench.rs`.
     blocks.retain(|block| !["VirtualMachine", "VirtualBench"].contains(&block.as_str()));
     assert!(blocks.len() >= 13, "only {blocks:?} were found: has the way to write them changed?");
-    let forgotten = forgotten(&blocks, include_str!("../../codegen/tests/support/list.rs"));
+    let forgotten = forgotten(&blocks, include_str!("../../../codegen/tests/support/list.rs"));
     assert_eq!(forgotten, Vec::<&str>::new(), "these have no agree! line in crates/codegen/tests/support/list.rs");
 }
 

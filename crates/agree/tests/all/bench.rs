@@ -1,8 +1,8 @@
 //! The whole virtual bench, software and machine, as every kind of number and as C.
 
-use stickslip_codegen::c;
 use super::support::bench::{STEPS, TICK, bench};
 use super::support::bits_agree;
+use stickslip_codegen::c;
 
 /// With the virtual machine in it: nothing takes a compiler longer, and what is within need not be done twice. The
 /// slopes of the parts are compared in `agree.rs`.

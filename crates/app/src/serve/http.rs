@@ -4,6 +4,8 @@ use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
+use stickslip::BenchError;
+use stickslip::LiveError;
 
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{DefaultBodyLimit, State};
@@ -209,15 +211,18 @@ pub(super) fn refused(status: StatusCode, error: String) -> Response {
 
 /// What a failure is for HTTP.
 fn status(error: &Error) -> StatusCode {
-    match error {
-        Error::Operated { .. } => StatusCode::FORBIDDEN,
-        Error::Busy { .. }
-        | Error::Refused(_)
-        | Error::NothingToUndo { .. }
-        | Error::NothingToEnd { .. }
-        | Error::RunGone { .. } => StatusCode::CONFLICT,
-        Error::NoRun { .. } => StatusCode::NOT_FOUND,
-        Error::BenchFault { .. } | Error::File { .. } | Error::Catalogue { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+    match error.of() {
+        Some(LiveError::Operated { .. }) => return StatusCode::FORBIDDEN,
+        Some(LiveError::Busy { .. } | LiveError::NothingToEnd { .. } | LiveError::RunGone { .. }) => {
+            return StatusCode::CONFLICT;
+        }
+        Some(LiveError::NoRun { .. }) => return StatusCode::NOT_FOUND,
+        Some(LiveError::Catalogue { .. }) => return StatusCode::INTERNAL_SERVER_ERROR,
+        _ => {}
+    }
+    match (error, error.of()) {
+        (Error::Refused(_), _) | (_, Some(BenchError::NothingToUndo { .. })) => StatusCode::CONFLICT,
+        (Error::BenchFault { .. } | Error::File { .. }, _) => StatusCode::INTERNAL_SERVER_ERROR,
         _ => StatusCode::UNPROCESSABLE_ENTITY,
     }
 }

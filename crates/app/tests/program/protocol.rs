@@ -29,7 +29,10 @@ fn the_page_has_the_types_of_the_protocol() {
         std::fs::write(&path, &text).unwrap();
     }
     let known = std::fs::read_to_string(&path).unwrap_or_default();
-    assert!(known == text, "web/src/protocol.ts is stale: UPDATE_EXPECT=1 cargo test -p stickslip-cli --test program protocol");
+    assert!(
+        known == text,
+        "web/src/protocol.ts is stale: UPDATE_EXPECT=1 cargo test -p stickslip-cli --test program protocol"
+    );
 }
 
 fn declare(text: &mut String, name: &str, schema: &Value) {

@@ -36,6 +36,7 @@ use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
+use crate::BenchError;
 use crate::foreign::{Foreign, Guest, Role, role};
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
@@ -105,7 +106,7 @@ impl ClockedBench {
     /// The virtual machine of a preset, by the clock, switched on and at rest.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`Error::RealTime`] where the system has no thread for it.
+    /// What the design of the bench refuses; [`BenchError::RealTime`] where the system has no thread for it.
     pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
         Self::over(preset, machine, readings, wishes, tap)
@@ -174,7 +175,7 @@ impl ClockedBench {
         let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
         let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
         let clock = wishes.clock(plan.period);
-        let (running, mut timings) = Running::start(plan, wishes, clock, cycle)?;
+        let (running, mut timings) = Running::start(plan, wishes, clock, cycle).map_err(BenchError::RealTime)?;
         let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
         let collected = histograms.clone();
         let collector = thread::spawn(move || {
@@ -241,7 +242,7 @@ impl ClockedBench {
     /// these are controller, filter, compensation and holding. One that was there before goes.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`Error::FollowsNoFriction`], [`Error::ForeignRate`], [`Error::Brought`];
+    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`], [`BenchError::ForeignRate`], [`BenchError::Brought`];
     /// [`Error::BenchFault`] where the loop has ended.
     pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
         let (role, settings, mut parameters) = (foreign.role(), self.settings, self.parameters);

@@ -1,5 +1,6 @@
 //! A machine whose readings, amplifiers and clock do what a fault makes of them.
 
+use crate::BenchError;
 use stickslip_core::cycle::{Software, Voltages};
 use stickslip_core::kept::{Keep, count, fields, flag, which};
 use stickslip_core::tick::{Decoder, Measurement};
@@ -62,7 +63,7 @@ impl Faults {
     pub(crate) fn inject(&mut self, injection: Injection) -> Result<(), Error> {
         if self.injected.len() == ROOM {
             let remedy = format!("There are {ROOM} already: start anew.");
-            return Err(Error::Injection { fault: injection.to_string(), remedy });
+            return Err(BenchError::Injection { fault: injection.to_string(), remedy }.into());
         }
         self.injected.push(Injected { injection, begun: None, counts: 0.0, last: 0.0 });
         Ok(())

@@ -1,5 +1,6 @@
 //! What is injected, as text.
 
+use crate::BenchError;
 use std::fmt;
 use std::str::FromStr;
 
@@ -137,7 +138,7 @@ impl FromStr for Injection {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        let refused = |remedy: String| Error::Injection { fault: text.into(), remedy };
+        let refused = |remedy: String| BenchError::Injection { fault: text.into(), remedy };
         let example = || refused("Write what and from when, as encoder-stuck@1.5s.".into());
         let (what, at) = text.split_once('@').ok_or_else(example)?;
         let at = at.strip_suffix('s').and_then(|at| at.parse().ok()).filter(|at: &f64| at.is_finite() && *at >= 0.0);
@@ -149,11 +150,11 @@ impl FromStr for Injection {
         let injection = Injection::new(about.kind, at);
         let Some(value) = value else { return Ok(injection) };
         let Some((_, unit, (low, high))) = about.value else {
-            return Err(refused(format!("{name} takes no value: leave it out.")));
+            return Err(refused(format!("{name} takes no value: leave it out.")).into());
         };
         match value.parse() {
             Ok(value) if (low..=high).contains(&value) => Ok(Injection { value, ..injection }),
-            _ => Err(refused(format!("{name} takes {low} … {high} {unit}."))),
+            _ => Err(refused(format!("{name} takes {low} … {high} {unit}.")).into()),
         }
     }
 }

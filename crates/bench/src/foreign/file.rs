@@ -1,5 +1,6 @@
 //! The file of somebody's own, which may be opened again when it has become another.
 
+use crate::BenchError;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -29,7 +30,7 @@ impl ForeignFile {
     /// package.
     ///
     /// # Errors
-    /// As [`Foreign::trusted`], [`Foreign::set`]; [`Error::Foreign`] for a function that cannot be recorded, by its line.
+    /// As [`Foreign::trusted`], [`Foreign::set`]; [`BenchError::Foreign`] for a function that cannot be recorded, by its line.
     pub fn open(&self, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Foreign, Error> {
         let mut foreign = self.opened(&self.made(folder, told)?.path)?;
         self.values.iter().try_for_each(|(name, value)| foreign.set(name, *value))?;
@@ -88,7 +89,7 @@ fn library(file: &Path, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Pat
         return Ok(file.into());
     }
     stickslip_base::output::create_folder(folder)?;
-    let refused = |problem| Error::Foreign { path: file.into(), problem };
+    let refused = |problem| BenchError::Foreign { path: file.into(), problem };
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
     let made = folder.join("controller.so");
     let mut command = Command::new(&python);
@@ -100,7 +101,7 @@ fn library(file: &Path, folder: &Path, told: &mut dyn FnMut(&str)) -> Result<Pat
     if !output.status.success() {
         let reason = wrong.lines().last().unwrap_or("it says nothing").trim().trim_end_matches('.');
         let remedy = if reason.contains("No module named") { ". Install the package: pip install ." } else { "" };
-        return Err(refused(format!("{reason}{remedy}")));
+        return Err(refused(format!("{reason}{remedy}")).into());
     }
     // The last line says how to do what is done next.
     said.lines().take_while(|line| !line.starts_with("To run it")).for_each(told);
@@ -116,5 +117,5 @@ fn apart(file: &Path, role: Role, map: &[(String, String)]) -> Result<Foreign, E
 #[cfg(not(unix))]
 fn apart(file: &Path, _: Role, _: &[(String, String)]) -> Result<Foreign, Error> {
     let problem = "on this system it runs in this process alone. Say that it is trusted: --trust".into();
-    Err(Error::Foreign { path: file.into(), problem })
+    Err(BenchError::Foreign { path: file.into(), problem })
 }

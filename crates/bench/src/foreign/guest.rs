@@ -5,6 +5,7 @@
 //! as many ticks as a machine behind a link may be silent, and more are a fault. A controller's sample ends with its last tick; that of a friction or a law is one
 //! tick, whose torque is in force from the begin of the next.
 
+use crate::BenchError;
 use stickslip_core::cycle::{Brought, Parameters, Sample};
 use stickslip_core::supervise::{ForeignFault, Role};
 use stickslip_core::tick::Tick;
@@ -67,7 +68,7 @@ impl Guest {
     /// that nothing ordinary comes between question and torque.
     ///
     /// # Errors
-    /// As [`Guest::new`]; [`Error::ForeignRate`] where its samples leave it no time; [`Error::Brought`] where it does not
+    /// As [`Guest::new`]; [`BenchError::ForeignRate`] where its samples leave it no time; [`BenchError::Brought`] where it does not
     /// begin.
     pub(crate) fn by_the_clock(
         foreign: Foreign,
@@ -76,13 +77,13 @@ impl Guest {
         priority: Option<u8>,
     ) -> Result<Self, Error> {
         if foreign.role() == Role::Controller && settings.divider() < 2 && !foreign.answers_at_once() {
-            return Err(Error::ForeignRate { tick_rate: settings.tick_rate });
+            return Err(BenchError::ForeignRate { tick_rate: settings.tick_rate }.into());
         }
         let mut guest = Self::new(foreign, model, settings)?;
         guest
             .foreign
             .begin(guest.period, guest.torque_limit)
-            .map_err(|fault| Error::Brought(guest.foreign.told(fault)))?;
+            .map_err(|fault| BenchError::Brought(guest.foreign.told(fault)))?;
         // Not before: what it does at its begin may take long.
         if let Some(priority) = priority {
             guest.foreign.hurry(priority.saturating_sub(1), guest.period);

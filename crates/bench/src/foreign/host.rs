@@ -1,5 +1,6 @@
 //! The other side of a file in a process of its own: it opens the library and calls it.
 
+use crate::BenchError;
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::os::fd::AsFd as _;
 use std::os::unix::net::UnixStream;
@@ -32,8 +33,10 @@ pub fn host(path: &Path, role: Role, map: &[(String, String)]) -> Result<(), Err
     let opened = Library::open(path, role, map, Some(std::env::temp_dir().join(MESSAGES)));
     let said = wire::told(match &opened {
         Ok(library) => Ok(library.description()),
-        Err(Error::Foreign { problem, .. }) => Err(problem.clone()),
-        Err(error) => Err(error.to_string()),
+        Err(error) => Err(match error.of() {
+            Some(BenchError::Foreign { problem, .. }) => problem.clone(),
+            _ => error.to_string(),
+        }),
     });
     socket.write_all(&said.len().to_ne_bytes()).and_then(|()| socket.write_all(&said)).map_err(lost)?;
     let Ok(mut library) = opened else { return Ok(()) };

@@ -1,5 +1,6 @@
 //! A library or an FMU in this process: what it says of itself is checked, and each call is timed and watched.
 
+use crate::BenchError;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -43,7 +44,7 @@ impl Library {
         };
         // A library that was linked with fast mathematics has changed it by being opened.
         FloatingPoint::mend();
-        opened.map_err(|problem| Error::Foreign { path: path.into(), problem })
+        Ok(opened.map_err(|problem| BenchError::Foreign { path: path.into(), problem })?)
     }
 
     pub(super) fn description(&self) -> &Description {

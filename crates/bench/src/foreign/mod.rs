@@ -22,6 +22,7 @@ mod tests;
 #[cfg(unix)]
 mod wire;
 
+use crate::BenchError;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -193,7 +194,7 @@ impl Foreign {
     /// Opens a library or an FMU in this process: whatever it does, it does to this process.
     ///
     /// # Errors
-    /// [`Error::Foreign`] for a file that cannot be one; [`Error::File`].
+    /// [`BenchError::Foreign`] for a file that cannot be one; [`Error::File`].
     pub fn trusted(path: &Path, role: Role) -> Result<Self, Error> {
         Self::trusted_as(path, role, &[])
     }
@@ -260,7 +261,7 @@ impl Foreign {
     /// Another value of a parameter, with which it begins.
     ///
     /// # Errors
-    /// [`Error::Unknown`], [`Error::ForeignValue`].
+    /// [`Error::Unknown`], [`BenchError::ForeignValue`].
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let parameters = &self.description.parameters;
         let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
@@ -274,7 +275,7 @@ impl Foreign {
         let ModuleParameter { unit, minimum, maximum, .. } = &parameters[index];
         if !(*minimum..=*maximum).contains(&value) {
             let (name, unit) = (name.into(), unit.clone());
-            return Err(Error::ForeignValue { name, value, unit, minimum: *minimum, maximum: *maximum });
+            return Err(BenchError::ForeignValue { name, value, unit, minimum: *minimum, maximum: *maximum }.into());
         }
         self.values[index] = value;
         Ok(())

@@ -5,6 +5,7 @@
 //! lies anybody's code can write: what is read from it is a value and nothing more. The end of the socket tells the other
 //! side that nobody asks any more; a thread (`minder.rs`) tells this side why no answer comes.
 
+use crate::BenchError;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read as _};
@@ -112,7 +113,7 @@ impl Process {
         let minder = Minder::start(child, asker.alarm(), opening).map_err(not_started)?;
         minder.asked();
         let said = listen(&socket, &memory);
-        let refused = |problem: String| Error::Foreign { path: path.into(), problem };
+        let refused = |problem: String| BenchError::Foreign { path: path.into(), problem };
         let why = || Fault::Foreign(role, minder.why());
         let said = said.map_err(|_| refused(format!("while it was opened {}", why())))?;
         minder.answered();

@@ -1,6 +1,7 @@
 //! What a file is in the loop, by the role that it plays: what stands in its place, when it is asked, and where its torque
 //! goes.
 
+use crate::BenchError;
 use stickslip_core::control::AxisControl;
 use stickslip_core::control::compensation::Hold;
 use stickslip_core::cycle::{Brought, Parameters, Sample};
@@ -117,11 +118,11 @@ pub(crate) fn without(role: Role, settings: &Settings<f64>) -> Settings<f64> {
 /// The rendering law of these settings while a file plays this role, if one does.
 ///
 /// # Errors
-/// What the design of the law refuses; [`Error::FollowsNoFriction`] where it would render the file's friction away.
+/// What the design of the law refuses; [`BenchError::FollowsNoFriction`] where it would render the file's friction away.
 pub(crate) fn law(role: Option<Role>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Law<f64>, Error> {
     match (role, settings.law) {
         (Some(Role::Law), _) => Ok(Law::Off),
-        (Some(Role::Friction), LawChoice::Admittance(_)) => Err(Error::FollowsNoFriction),
+        (Some(Role::Friction), LawChoice::Admittance(_)) => Err(BenchError::FollowsNoFriction.into()),
         (Some(role), _) => stickslip_simulate::rendering_law(model, &without(role, settings)),
         (None, _) => stickslip_simulate::rendering_law(model, settings),
     }

@@ -4,6 +4,7 @@
 //! the same process, it is simulated again from its seed, under the recorded voltages, and what it delivers is compared
 //! as well. So a first difference is where it came from: the machine, or the block of the software whose output it is.
 
+use crate::BenchError;
 use std::fmt;
 use std::iter::Peekable;
 
@@ -264,7 +265,7 @@ fn put_back(
         None => (None, &mut unread),
     };
     keep(&mut restore, software, readings, machine);
-    if restore.fits() { Ok(()) } else { Err(Error::RecordState) }
+    if restore.fits() { Ok(()) } else { Err(BenchError::RecordState.into()) }
 }
 
 fn faulty(preset: &Preset<f64>, seed: u64) -> Result<(Faulty<InProcess>, Measurement<f64>), Error> {

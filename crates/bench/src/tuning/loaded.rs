@@ -4,6 +4,7 @@
 //! They are in no parameter file, since they belong to its own; changed, undone, listed and given addresses they
 //! are like all others.
 
+use crate::BenchError;
 use std::collections::BTreeMap;
 
 use stickslip_core::fields::{Field, Kind, Shape, Variant};
@@ -183,7 +184,7 @@ impl Loaded {
         let Some(role) = after.acting() else { return Ok(()) };
         let refused = |path: String, why: &str, then: &str| {
             let way = format!("let that of the preset take its place ({} = {PRESET})", self.choice.name);
-            Err(Error::NotWhileRunning { path, remedy: format!("The loaded {role} {why}: {way}{then}.") })
+            Err(BenchError::NotWhileRunning { path, remedy: format!("The loaded {role} {why}: {way}{then}.") }.into())
         };
         if role::period(role, settings).to_bits() != self.period.to_bits() {
             let then = ", change them, and open the loaded one again";

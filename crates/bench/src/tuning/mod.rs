@@ -9,6 +9,7 @@ mod sets;
 #[cfg(test)]
 mod tests;
 
+use crate::BenchError;
 use loaded::Chosen;
 pub use loaded::Loaded;
 pub use loaded::{is_of_it, selector};
@@ -92,7 +93,7 @@ impl Tuning {
     /// in the same role goes: its numbers stay as far as this has such.
     ///
     /// # Errors
-    /// [`Error::FollowsNoFriction`]; what the design of the rendering law refuses.
+    /// [`BenchError::FollowsNoFriction`]; what the design of the rendering law refuses.
     pub fn bring(&mut self, loaded: Loaded) -> Result<(), Error> {
         for set in self.history.iter_mut().chain([&mut self.reference]) {
             let before = set.acting();
@@ -155,7 +156,7 @@ impl Tuning {
     /// Whether the set in force can be rendered: how far the law is from chatter, where it is one of the house.
     ///
     /// # Errors
-    /// [`Error::NotRenderable`], [`Error::Chatters`]; what the design functions refuse.
+    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable), [`DesignError::Chatters`](stickslip_design::DesignError::Chatters); what the design functions refuse.
     pub fn renderable(&self) -> Result<Option<Margin>, Error> {
         let set = self.in_force();
         admit(set.acting(), &set.preset, &set.law)
@@ -220,8 +221,8 @@ impl Tuning {
     /// These values changed, all of them together: dotted paths, values as in a file.
     ///
     /// # Errors
-    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that would be wrong; [`Error::NotWhileRunning`];
-    /// [`Error::NotRenderable`], [`Error::Chatters`] where the set in force can be rendered and this one could not, unless
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that would be wrong; [`BenchError::NotWhileRunning`];
+    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable), [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) where the set in force can be rendered and this one could not, unless
     /// it puts the preset in the place of what was loaded, or the other way round; what the design functions refuse.
     pub fn set(&self, changes: &[(String, String)]) -> Result<Proposal, Error> {
         self.propose(self.source_with(changes)?, self.chosen_with(changes)?, None)
@@ -246,9 +247,9 @@ impl Tuning {
     /// The set before the last change.
     ///
     /// # Errors
-    /// [`Error::NothingToUndo`]; as [`set`](Self::set).
+    /// [`BenchError::NothingToUndo`]; as [`set`](Self::set).
     pub fn undo(&self) -> Result<Proposal, Error> {
-        let place = self.now.checked_sub(1).ok_or(Error::NothingToUndo { what: "undo" })?;
+        let place = self.now.checked_sub(1).ok_or(BenchError::NothingToUndo { what: "undo" })?;
         let Set { source, chosen, .. } = self.history[place].clone();
         self.propose(source, chosen, Some(place))
     }
@@ -259,7 +260,7 @@ impl Tuning {
     /// As [`undo`](Self::undo).
     pub fn redo(&self) -> Result<Proposal, Error> {
         let place = self.now + 1;
-        let set = self.history.get(place).ok_or(Error::NothingToUndo { what: "redo" })?;
+        let set = self.history.get(place).ok_or(BenchError::NothingToUndo { what: "redo" })?;
         self.propose(set.source.clone(), set.chosen.clone(), Some(place))
     }
 
@@ -289,7 +290,7 @@ impl Tuning {
         let differences = parameters::differences(self.entries(), self.entries_of(&set));
         for difference in &differences {
             if let Some(remedy) = fixed(&difference.path) {
-                return Err(Error::NotWhileRunning { path: difference.path.clone(), remedy: remedy.into() });
+                return Err(BenchError::NotWhileRunning { path: difference.path.clone(), remedy: remedy.into() }.into());
             }
         }
         let mut loaded = None;

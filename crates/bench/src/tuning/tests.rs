@@ -1,5 +1,7 @@
 use super::*;
+use crate::BenchError;
 use stickslip_base::parameters::presets;
+use stickslip_design::DesignError;
 
 fn tuning() -> Tuning {
     Tuning::new(presets::find("clm-bench").unwrap()).unwrap()
@@ -34,10 +36,16 @@ fn a_change_is_proposed_entered_undone_and_redone() {
 
     tuning.entered(tuning.undo().unwrap());
     assert_eq!((gain(&tuning), tuning.can_undo()), (before, (false, true)));
-    assert!(matches!(tuning.undo(), Err(Error::NothingToUndo { .. })));
+    assert!(matches!(
+        tuning.undo().as_ref().err().and_then(|error| error.of()),
+        Some(BenchError::NothingToUndo { .. })
+    ));
     tuning.entered(tuning.redo().unwrap());
     assert_eq!(gain(&tuning), 11.5);
-    assert!(matches!(tuning.redo(), Err(Error::NothingToUndo { .. })));
+    assert!(matches!(
+        tuning.redo().as_ref().err().and_then(|error| error.of()),
+        Some(BenchError::NothingToUndo { .. })
+    ));
 
     // What is changed behind an undo takes the place of what was undone; the reference is one more step.
     tuning.entered(tuning.undo().unwrap());
@@ -74,7 +82,10 @@ fn what_a_running_bench_cannot_change_is_refused_with_the_way_to_do_it() {
         [("plant.drive.load_inertia", "1e-3"), ("bench.tick_rate", "2000"), ("bench.plant_step", "2e-5")]
     {
         let refused = tuning.set(&change(path, value)).unwrap_err();
-        assert!(matches!(&refused, Error::NotWhileRunning { path: named, .. } if named == path), "{refused}");
+        assert!(
+            matches!(&refused.of(), Some(BenchError::NotWhileRunning { path: named, .. }) if named == path),
+            "{refused}"
+        );
         assert!(refused.to_string().contains("anew"), "{refused}");
     }
 }
@@ -86,12 +97,15 @@ fn another_desired_friction_brings_its_margin_and_one_that_cannot_be_is_refused(
     assert!(proposal.margin.is_some());
     assert!(matches!(proposal.parameters(Correction::Nothing).unwrap().tick.law, Law::Bristle(_)));
     let refused = tuning.set(&change("bench.desired.breakaway_torque", "90")).unwrap_err();
-    assert!(matches!(refused, Error::NotRenderable(_)), "{refused}");
+    assert!(matches!(refused.of(), Some(DesignError::NotRenderable(_))), "{refused}");
     // Where nothing can be rendered anyway, as at 1 kHz, there must be a way back.
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let slow = Tuning::new(source).unwrap();
-    assert!(matches!(slow.renderable(), Err(Error::NotRenderable(_))));
+    assert!(matches!(
+        slow.renderable().as_ref().err().and_then(|error| error.of()),
+        Some(DesignError::NotRenderable(_))
+    ));
     assert_eq!(slow.set(&change("bench.law.kind", "bristle")).unwrap().margin, None);
 }
 

@@ -1,19 +1,18 @@
 //! What a reviewer asks of generated code: compilers, sanitizers and cppcheck with MISRA find nothing, faults are
 //! named, the example runs, and the page tells the truth.
 
-
 use std::path::Path;
 
+use super::support::blocks::{Lag, Nested};
+use super::support::compiler::{STRICT, compile, compile_and_run, tool};
+use super::support::projects::{self, Written};
+use super::support::{assert_same, bench, case, number};
 use stickslip_codegen::c::DEVIATIONS;
 use stickslip_codegen::record;
 use stickslip_core::control::{Pid, VelocityObserver};
 use stickslip_core::friction::{Fading, LuGre, Model};
 use stickslip_core::plant::Plant;
 use stickslip_core::render::DifferenceTorque;
-use super::support::blocks::{Lag, Nested};
-use super::support::compiler::{STRICT, compile, compile_and_run, tool};
-use super::support::projects::{self, Written};
-use super::support::{assert_same, bench, case, number};
 
 const SANITIZERS: [&str; 3] = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 

@@ -6,6 +6,9 @@ mod evaluate;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use super::support::bench::{TICK, bench};
+use super::support::blocks::{Holder, Lag, Nested, SlidingFriction};
+use super::support::{assert_same, case, number};
 use evaluate::{Given, evaluate};
 use expect_test::expect_file;
 use serde_json::Value;
@@ -20,9 +23,6 @@ use stickslip_core::plant::Plant;
 use stickslip_core::render::{DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
-use super::support::bench::{TICK, bench};
-use super::support::blocks::{Holder, Lag, Nested, SlidingFriction};
-use super::support::{assert_same, case, number};
 
 const DT: f64 = 250e-6;
 

@@ -1,17 +1,16 @@
 //! Each check of the generated code and of its comparison fires where it must.
 
-
 use std::process::Command;
 
+use super::support::blocks::{Lag, LagState, SlidingFriction};
+use super::support::compiler::compile_and_run;
+use super::support::{assert_same, case, number};
 use stickslip_codegen::c::{self, CSource, NotAName};
 use stickslip_codegen::record::{self, Recorded};
 use stickslip_core::Fields;
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields as _;
 use stickslip_core::scalar::{Dual, Scalar};
-use super::support::blocks::{Lag, LagState, SlidingFriction};
-use super::support::compiler::compile_and_run;
-use super::support::{assert_same, case, number};
 
 const DT: f64 = 1e-3;
 
@@ -46,9 +45,9 @@ fn a_wrong_slope_is_found() {
     let lag = Lag::<f64>::default();
     let trajectories = case::trajectories(&lag, DT);
     let right = lag.map(&mut |v: f64| <Dual<6> as Scalar>::of(v));
-    support::slope::check(&lag, &right, &trajectories);
+    super::support::slope::check(&lag, &right, &trajectories);
     let wrong = Halved { lag: right };
-    assert!(std::panic::catch_unwind(|| support::slope::check(&lag, &wrong, &trajectories)).is_err());
+    assert!(std::panic::catch_unwind(|| super::support::slope::check(&lag, &wrong, &trajectories)).is_err());
 }
 
 /// Whether C compiled so has the bits of Rust.
@@ -169,7 +168,7 @@ fn constants_are_folded_as_rust_computes_them_and_nan_is_not() {
 
 #[test]
 fn laws_between_parameters_are_recorded_with_their_path() {
-    let program = record::record::<_, f64>(&support::bench::bench());
+    let program = record::record::<_, f64>(&super::support::bench::bench());
     let paths: Vec<&str> = program.laws.laws.iter().map(|law| law.path.as_str()).collect();
     let fading = "lugre.fading";
     assert!(paths.contains(&format!("machine.parts.plant.screw_friction.model.{fading}").as_str()), "{paths:?}");

@@ -1,12 +1,11 @@
 //! A declared controller as C: its project is clean and proves itself, and its library has the five functions.
 
-
 use std::path::Path;
 
+use super::support::compiler::{STRICT, compile, tool};
 use stickslip_codegen::record::{Computed, Declared, Program, record_declared};
 use stickslip_codegen::{c, module};
 use stickslip_core::scalar::{Mask, Scalar};
-use super::support::compiler::{STRICT, compile, tool};
 
 /// What the library must stand without a warning, and how it is made.
 const LIBRARY: [&str; 5] = ["-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"];
@@ -92,8 +91,8 @@ fn the_selftest_of_a_declared_controller_finds_a_changed_line() {
 /// What a program computes operation by operation is what its block computes, calls and all.
 #[test]
 fn a_program_that_is_evaluated_has_the_bits_of_its_block() {
-    use stickslip_codegen::record::record;
     use super::support::{assert_same, bench, case, number};
+    use stickslip_codegen::record::record;
     let block = bench::bench();
     let program = record::<_, f64>(&block);
     let trajectories = case::trajectories(&block, bench::TICK);

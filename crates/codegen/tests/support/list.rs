@@ -17,7 +17,7 @@ use stickslip_core::plant::{Backlash, Gap, Machine, Plant};
 use stickslip_core::render::{Admittance, ArmRendering, RenderedArm, BristleDifference, Karnopp, SmoothDifference, CorrectionTable, DifferenceTorque, Law};
 use stickslip_core::sensor::{Accelerometer, Encoder, EncoderFault, Pickups, Tacho};
 use stickslip_core::tick::{Decoder, Tick};
-use support::blocks::{Holder, Lag, Nested, SlidingFriction};
+use crate::support::blocks::{Holder, Lag, Nested, SlidingFriction};
 
 const DT: f64 = 250e-6;
 

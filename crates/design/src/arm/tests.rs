@@ -1,4 +1,5 @@
 use super::*;
+use crate::DesignError;
 use stickslip_base::Preset;
 use stickslip_base::parameters::presets;
 
@@ -48,7 +49,10 @@ fn a_heavy_arm_gets_a_low_pass_and_one_that_is_too_heavy_is_refused() {
     assert_eq!(with(0.99 * plain.admitted).unwrap().low_pass, 1.0);
     assert!(with(1.01 * plain.admitted).unwrap().low_pass < 1.0);
     let refused = with(1.01 * filtered.admitted).unwrap_err();
-    assert!(matches!(refused, Error::ArmTooHeavy { feasible, .. } if feasible == filtered.admitted), "{refused}");
+    assert!(
+        matches!(refused.of(), Some(DesignError::ArmTooHeavy { feasible, .. }) if *feasible == filtered.admitted),
+        "{refused}"
+    );
     assert!(with(2.0 * load).is_err());
 }
 

@@ -13,6 +13,7 @@ mod sampled_loop;
 #[cfg(test)]
 mod tests;
 
+use crate::DesignError;
 use std::fmt;
 
 use stickslip_core::drive::ElasticArm;
@@ -77,7 +78,7 @@ impl fmt::Display for Margin {
 /// How far a law of this machine and these settings is from chatter.
 ///
 /// # Errors
-/// [`Error::Chatters`] where the loop is not stable; what the design of observer and current control refuses.
+/// [`DesignError::Chatters`] where the loop is not stable; what the design of observer and current control refuses.
 pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Margin, Error> {
     let mut sampled = with_arm(law, model, settings)?;
     let chatter = |sampled: &SampledLoop<f64>| chatter(sampled, model, settings);
@@ -89,7 +90,9 @@ pub fn margin(law: &Law<f64>, model: &Model<f64>, settings: &Settings<f64>) -> R
             Some(stiffness) => feasible(law, stiffness, model, settings)?,
             None => None,
         };
-        return Err(Error::Chatters { predicted_chatter, limit: CHATTER_LIMIT, cause, stiffness, feasible });
+        return Err(
+            DesignError::Chatters { predicted_chatter, limit: CHATTER_LIMIT, cause, stiffness, feasible }.into()
+        );
     }
     let gain_margin = climb(1.0, LARGEST_GAIN, |gain| {
         sampled.gain = gain;

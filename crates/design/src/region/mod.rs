@@ -16,6 +16,7 @@
 mod tell;
 mod verdict;
 
+use crate::DesignError;
 use std::fmt;
 
 use stickslip_core::Fields;
@@ -253,10 +254,10 @@ impl Region {
     /// As [`judge`](Self::judge), for a bench that is about to render.
     ///
     /// # Errors
-    /// [`Error::NotRenderable`] with where, why and what would do.
+    /// [`DesignError::NotRenderable`] with where, why and what would do.
     pub fn admit(&self, own: &Stribeck<f64>, desired: &Stribeck<f64>, fastest: f64) -> Result<Verdict, Error> {
         let verdict = self.judge(own, desired, fastest);
-        if verdict.renderable() { Ok(verdict) } else { Err(Error::NotRenderable(verdict.to_string().into())) }
+        if verdict.renderable() { Ok(verdict) } else { Err(DesignError::NotRenderable(Box::new(verdict)).into()) }
     }
 }
 

@@ -7,9 +7,9 @@ use crate::FrictionCurve;
 use crate::workflow::tell::{columns, estimate, estimates, rows};
 use stickslip_base::quantity::{Estimate, number};
 use stickslip_base::report::{Cell, Provenance, Report, Section, Table};
-use stickslip_recording::table::write_parquet;
 use stickslip_base::{Error, Summary, output, parameters};
 use stickslip_fit::PARAMETERS;
+use stickslip_recording::table::write_parquet;
 
 impl Demo {
     /// The numbers, under their stable names.

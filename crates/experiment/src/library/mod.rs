@@ -7,6 +7,7 @@ mod report;
 #[cfg(test)]
 mod tests;
 
+use crate::ExperimentError;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -119,14 +120,14 @@ fn read(name: &str, text: &str, file: &str) -> Result<Entry, Error> {
     struct Described {
         about: About,
     }
-    let broken = |problem: String| Error::Library { file: file.into(), problem };
+    let broken = |problem: String| ExperimentError::Library { file: file.into(), problem };
     let Described { about } = toml::from_str(text).map_err(|error| broken(error.to_string().trim().into()))?;
     // A path is worth its deviation only where the friction has it.
     for path in about.deviations.keys() {
         describe::<Identified<f64>>(path)?;
     }
     if let Some((path, deviation)) = about.deviations.iter().find(|(_, it)| !(it.is_finite() && **it >= 0.0)) {
-        return Err(broken(format!("the deviation of {path} is {deviation}: write a number of at least 0")));
+        return Err(broken(format!("the deviation of {path} is {deviation}: write a number of at least 0")).into());
     }
     let identified = parameters::read(&without_about(text), file)?;
     Ok(Entry { name: name.into(), about, identified })
@@ -238,7 +239,7 @@ impl Entry {
     /// bristle with the slope of its reversals.
     ///
     /// # Errors
-    /// [`Error::Parameters`] with what such a bench could not have; [`Error::NotAsDesired`] for a friction that the
+    /// [`Error::Parameters`] with what such a bench could not have; [`ExperimentError::NotAsDesired`] for a friction that the
     /// load motor cannot render: a Maxwell slip, or one that depends on time at rest or temperature.
     pub fn on(&self, preset: &Preset<f64>, role: Role) -> Result<Preset<f64>, Error> {
         let mut preset = *preset;
@@ -278,7 +279,8 @@ impl Entry {
     /// `Err` if it is no friction of one bristle on one curve, which is all that is rendered.
     fn check_renderable(&self) -> Result<(), Error> {
         let Friction { model, rest, temperature, .. } = &self.identified.friction;
-        let refused = |reason, remedy| Err(Error::NotAsDesired { name: self.name.clone(), reason, remedy });
+        let refused =
+            |reason, remedy| Err(ExperimentError::NotAsDesired { name: self.name.clone(), reason, remedy }.into());
         if let Model::MaxwellSlip(_) = model {
             let reason =
                 "the load motor renders one bristle, a Maxwell slip has four elements that remember every reversal";

@@ -155,7 +155,7 @@ pub fn load(
 /// The same by the clock: what is not computed when its sample ends is late; for too long, it ends it.
 ///
 /// # Errors
-/// As [`load`]; [`Error::ForeignRate`]; [`Error::RealTime`]; [`Error::BenchFault`] where the clock could not be kept.
+/// As [`load`]; [`BenchError::ForeignRate`](stickslip_bench::BenchError::ForeignRate); [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime); [`Error::BenchFault`] where the clock could not be kept.
 pub fn load_by_the_clock(
     preset: &Preset<f64>,
     foreign: Foreign,

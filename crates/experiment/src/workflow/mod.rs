@@ -19,8 +19,8 @@ pub mod tell;
 use std::path::Path;
 
 use stickslip_base::table::{Column, write_csv};
-use stickslip_recording::table::write_parquet;
 use stickslip_base::{Error, Summary, output};
+use stickslip_recording::table::write_parquet;
 
 /// Writes columns as `STEM.csv` and `STEM.parquet`.
 ///

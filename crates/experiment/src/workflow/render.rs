@@ -55,7 +55,7 @@ pub struct Rendering {
 ///
 /// # Errors
 /// [`Error::Cancelled`] where nothing was gained, afterwards the rendering is not [complete](Rendering::complete);
-/// [`Error::NotRenderable`] and [`Error::Chatters`] before anything moves; [`Error::BenchFault`]; what the design functions refuse.
+/// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable) and [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) before anything moves; [`Error::BenchFault`]; what the design functions refuse.
 pub fn render(
     plan: &FrictionPlan<f64>,
     desired: &Stribeck<f64>,

@@ -9,6 +9,7 @@
 //! A torque is the motor's: times the gear's ratio it is that on the load or on the screw, there times 2π/h the force on
 //! the carriage. A force is that on the carriage.
 
+use crate::IdentifyError;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -61,7 +62,7 @@ impl Chain {
             Some(rated) if command == Share => among(rated, &[Current, Voltage, Force, Torque], &place("drive.rated"))?,
             Some(_) => {
                 let message = "drive.rated is for commands in %, ‰ or 1. Remove it, or correct the command's unit.";
-                return Err(Error::MachineFile { path: path.to_owned(), message: message.to_owned() });
+                return Err(IdentifyError::MachineFile { path: path.to_owned(), message: message.to_owned() }.into());
             }
         };
         let allowed = match input {
@@ -79,7 +80,7 @@ impl Chain {
                     "drive.gain is missing. Say what force or torque a command in {unit} makes, in one of: {}.",
                     allowed.iter().map(|d| d.si_unit()).collect::<Vec<_>>().join(", ")
                 );
-                return Err(Error::MachineFile { path: path.to_owned(), message });
+                return Err(IdentifyError::MachineFile { path: path.to_owned(), message }.into());
             }
         };
         let effect = if output == Share { input } else { output };

@@ -6,6 +6,7 @@
 //!
 //! What differs between runs stands in a table of its own, one row a run: the recording stays as it came.
 
+use crate::IdentifyError;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
@@ -150,7 +151,7 @@ impl Machine {
 
     fn lacks(&self, what: &str) -> Error {
         let message = format!("{what} is missing: runs of a servo with a pendulum cannot be read without.");
-        Error::MachineFile { path: self.name.clone().into(), message }
+        IdentifyError::MachineFile { path: self.name.clone().into(), message }.into()
     }
 }
 

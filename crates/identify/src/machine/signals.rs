@@ -1,5 +1,6 @@
 //! The columns of a recording as signals of the axis: SI units, on the load's side, on an even grid, and believable.
 
+use crate::IdentifyError;
 use std::f64::consts::TAU;
 
 use super::{Channel, Controller, Machine, Place};
@@ -90,7 +91,7 @@ impl Machine {
         // Clocks differ by 100 ppm at most; 0.1 % is another sampling rate. A grid for interpolation may be rounded.
         let (found, expected) = (spacing.period, self.sampling_period);
         if (found / expected - 1.0).abs() > if self.resample { 0.2 } else { 1e-3 } {
-            return Err(Error::OtherPeriod { path: recording.path().to_owned(), found, expected });
+            return Err(IdentifyError::OtherPeriod { path: recording.path().to_owned(), found, expected }.into());
         }
         if self.resample {
             notes.push(format!(
@@ -222,7 +223,12 @@ fn unit(channel: &Channel, recording: &Recording) -> Result<String, Error> {
         (Some(told), Some(header))
             if told != header && (measure(header).is_none() || measure(told) != measure(header)) =>
         {
-            Err(Error::TwoUnits { place: place(channel, recording), told: told.clone(), header: header.clone() })
+            Err(IdentifyError::TwoUnits {
+                place: place(channel, recording),
+                told: told.clone(),
+                header: header.clone(),
+            }
+            .into())
         }
         (Some(unit), _) | (None, Some(unit)) => Ok(unit.clone()),
         (None, None) => Ok(String::new()),

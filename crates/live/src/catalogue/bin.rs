@@ -1,5 +1,6 @@
 //! What is deleted lies in a bin for a while.
 
+use crate::LiveError;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,12 +16,12 @@ impl Catalogue {
     /// Moves a run into the bin.
     ///
     /// # Errors
-    /// [`Error::NoRun`], [`Error::Catalogue`], [`Error::File`]; [`Error::RunGone`] where it lies there already.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] where it lies there already.
     pub fn delete(&self, number: i64) -> Result<(), Error> {
         let run = self.details(number)?.run;
         if run.state == State::Deleted {
             let remedy = "`stickslip runs restore` brings it back.";
-            return Err(Error::RunGone { number, how: "it is in the bin", remedy });
+            return Err(LiveError::RunGone { number, how: "it is in the bin", remedy }.into());
         }
         let mut connection = self.write()?;
         let transaction = self.begin(&mut connection)?;
@@ -57,12 +58,12 @@ impl Catalogue {
     /// Brings a run back to where it lay, or beside what lies there now: its folder.
     ///
     /// # Errors
-    /// [`Error::NoRun`], [`Error::Catalogue`], [`Error::File`]; [`Error::RunGone`] where it is not in the bin.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] where it is not in the bin.
     pub fn restore(&self, number: i64) -> Result<PathBuf, Error> {
         let run = self.details(number)?.run;
         if run.state != State::Deleted {
             let remedy = "Only what was deleted can be restored.";
-            return Err(Error::RunGone { number, how: "it is not in the bin", remedy });
+            return Err(LiveError::RunGone { number, how: "it is not in the bin", remedy }.into());
         }
         let mut connection = self.write()?;
         let transaction = self.begin(&mut connection)?;

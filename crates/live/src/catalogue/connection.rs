@@ -1,5 +1,6 @@
 //! The file: opened, brought to this version's form, and its refusals in words.
 
+use crate::LiveError;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -76,7 +77,10 @@ impl Catalogue {
         loop {
             match self.try_open(flags, create) {
                 // SQLite does not wait for whoever sets up the journal or recovers it, though it was told to.
-                Err(Error::Catalogue { remedy: BUSY, .. }) if begun.elapsed() < PATIENCE => {
+                Err(error)
+                    if matches!(error.of(), Some(LiveError::Catalogue { remedy: BUSY, .. }))
+                        && begun.elapsed() < PATIENCE =>
+                {
                     std::thread::sleep(Duration::from_millis(5));
                 }
                 opened => return opened,
@@ -155,7 +159,7 @@ impl Catalogue {
     }
 
     pub(super) fn fault(&self, fault: &str, remedy: &'static str) -> Error {
-        Error::Catalogue { path: self.file.clone(), fault: fault.into(), remedy }
+        LiveError::Catalogue { path: self.file.clone(), fault: fault.into(), remedy }.into()
     }
 }
 
@@ -166,7 +170,7 @@ const REBUILD: &str = "Build it again from the folders: `stickslip runs --rebuil
 
 /// Whether building it again is what helps.
 pub(super) fn calls_for_rebuild(error: &Error) -> bool {
-    matches!(error, Error::Catalogue { remedy, .. } if [NEWER, REBUILD].contains(remedy))
+    matches!(error.of(), Some(LiveError::Catalogue { remedy, .. }) if [NEWER, REBUILD].contains(remedy))
 }
 
 /// Moves a file that is no catalogue out of the way, with what SQLite keeps beside it.

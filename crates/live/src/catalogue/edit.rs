@@ -1,5 +1,6 @@
 //! What a person says of a run.
 
+use crate::LiveError;
 use rusqlite::{OptionalExtension as _, Row, params};
 
 use super::Catalogue;
@@ -10,11 +11,11 @@ impl Catalogue {
     /// Gives a run another name.
     ///
     /// # Errors
-    /// [`Error::NoRun`], [`Error::Catalogue`], [`Error::File`]; [`Error::RunText`] for no name.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunText`] for no name.
     pub fn rename(&self, number: i64, name: &str) -> Result<(), Error> {
         let name = name.trim();
         if name.is_empty() {
-            return Err(Error::RunText { text: name.into(), remedy: "A name has at least a letter." });
+            return Err(LiveError::RunText { text: name.into(), remedy: "A name has at least a letter." }.into());
         }
         self.edit(number, |label| label.name = name.into())
     }
@@ -22,13 +23,13 @@ impl Catalogue {
     /// Adds tags and takes others away.
     ///
     /// # Errors
-    /// As [`rename`](Self::rename); [`Error::RunText`] for what is no tag.
+    /// As [`rename`](Self::rename); [`LiveError::RunText`] for what is no tag.
     pub fn tag(&self, number: i64, add: &[String], remove: &[String]) -> Result<(), Error> {
         for tag in add {
             let fits = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
             if tag.is_empty() || tag.starts_with('-') || !tag.chars().all(fits) {
                 let remedy = "A tag is a word of letters, digits, - _ and dots.";
-                return Err(Error::RunText { text: tag.clone(), remedy });
+                return Err(LiveError::RunText { text: tag.clone(), remedy }.into());
             }
         }
         self.edit(number, |label| {
@@ -49,7 +50,7 @@ impl Catalogue {
 
     /// In the index, and in the run's folder where that is there.
     fn edit(&self, number: i64, edit: impl FnOnce(&mut Label)) -> Result<(), Error> {
-        self.look()?.ok_or(Error::NoRun { number })?;
+        self.look()?.ok_or(LiveError::NoRun { number })?;
         let mut connection = self.write()?;
         let transaction = self.begin(&mut connection)?;
         let (mut label, folder) = self.label(&transaction, number)?;
@@ -87,6 +88,6 @@ impl Catalogue {
             Ok((label, row.get(9)?))
         };
         let found = connection.query_row(text, [number], label).optional().map_err(self.refused())?;
-        found.ok_or(Error::NoRun { number })
+        found.ok_or(LiveError::NoRun { number }.into())
     }
 }

@@ -46,7 +46,7 @@ impl Catalogue {
     /// before is kept as replaced.
     ///
     /// # Errors
-    /// [`Error::Catalogue`], [`Error::File`]: the run itself is as it was.
+    /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`]: the run itself is as it was.
     pub fn enter(&self, made: &Made) -> Result<Option<i64>, Error> {
         let Some(facts) = Facts::read(&made.path) else { return Ok(None) };
         let mut connection = self.write()?;
@@ -79,7 +79,7 @@ impl Catalogue {
     /// Sets a number aside for a run to come: no other one gets it.
     ///
     /// # Errors
-    /// [`Error::Catalogue`].
+    /// [`LiveError::Catalogue`](crate::LiveError::Catalogue).
     pub fn set_aside(&self) -> Result<i64, Error> {
         let mut connection = self.write()?;
         let transaction = self.begin(&mut connection)?;

@@ -28,7 +28,7 @@ impl Catalogue {
     /// of the runs; a copy of a run, or one without a label, gets a new number.
     ///
     /// # Errors
-    /// [`Error::Catalogue`], [`Error::File`].
+    /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`].
     pub fn rebuild(&self) -> Result<Rebuilt, Error> {
         let mut connection = match self.write() {
             Ok(connection) => connection,

@@ -1,5 +1,6 @@
 //! A run as the catalogue tells it.
 
+use crate::LiveError;
 use rusqlite::{OptionalExtension as _, Row, params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -120,7 +121,7 @@ impl Catalogue {
     /// the end of its path. What stands behind `-` must not be.
     ///
     /// # Errors
-    /// [`Error::Catalogue`].
+    /// [`LiveError::Catalogue`].
     pub fn runs(&self, query: &str, limit: u64) -> Result<Found, Error> {
         let query = Query::parse(query);
         let Some(connection) = self.look()? else {
@@ -142,12 +143,12 @@ impl Catalogue {
     /// One run with its parameters and results.
     ///
     /// # Errors
-    /// [`Error::NoRun`]; [`Error::Catalogue`].
+    /// [`LiveError::NoRun`]; [`LiveError::Catalogue`].
     pub fn details(&self, number: i64) -> Result<Details, Error> {
-        let connection = self.look()?.ok_or(Error::NoRun { number })?;
+        let connection = self.look()?.ok_or(LiveError::NoRun { number })?;
         let text = format!("SELECT {COLUMNS} FROM run WHERE number = ?1");
         let run = connection.query_row(&text, [number], |row| self.run(row)).optional().map_err(self.refused())?;
-        let run = run.ok_or(Error::NoRun { number })?;
+        let run = run.ok_or(LiveError::NoRun { number })?;
         let text = "SELECT path, symbol, unit, number, text, result FROM value WHERE run = ?1 ORDER BY rowid";
         let mut statement = connection.prepare(text).map_err(self.refused())?;
         let value = |row: &Row<'_>| {
@@ -167,10 +168,10 @@ impl Catalogue {
     /// Where a run lies.
     ///
     /// # Errors
-    /// [`Error::NoRun`]; [`Error::RunGone`] where its files are not there.
+    /// [`LiveError::NoRun`]; [`LiveError::RunGone`] where its files are not there.
     pub fn folder(&self, number: i64) -> Result<std::path::PathBuf, Error> {
         let run = self.details(number)?.run;
-        let gone = |how, remedy| Err(Error::RunGone { number, how, remedy });
+        let gone = |how, remedy| Err(LiveError::RunGone { number, how, remedy }.into());
         match run.state {
             State::Here => Ok(self.absolute(&run.folder)),
             State::Missing => gone("its files were moved or removed", "`stickslip runs --rebuild` looks for them."),

@@ -1,5 +1,6 @@
 //! The fair tuning beside a bench that runs, on a thread of its own: one at a time.
 
+use crate::LiveError;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -102,5 +103,5 @@ impl Tuner {
 }
 
 fn busy(seen: &TuneProgress) -> Error {
-    Error::Busy { what: format!("a tuning that {} began", seen.by) }
+    LiveError::Busy { what: format!("a tuning that {} began", seen.by) }.into()
 }

@@ -1,6 +1,7 @@
 //! The software in force, compiled by the C compiler of this machine and put to its own test: beside the loop, on the
 //! CPUs that are left to the rest of the program.
 
+use crate::LiveError;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -126,10 +127,10 @@ impl Builder {
     /// Writes the files and begins.
     ///
     /// # Errors
-    /// [`Error::Busy`]; [`Error::File`].
+    /// [`LiveError::Busy`]; [`Error::File`].
     pub(super) fn begin(&mut self, generated: Arc<Generated>, folder: &Path) -> Result<(), Error> {
         if self.seen().stage.runs() {
-            return Err(Error::Busy { what: "a build".into() });
+            return Err(LiveError::Busy { what: "a build".into() }.into());
         }
         generated.write(folder)?;
         self.cancelled = Arc::default();

@@ -1,3 +1,4 @@
+use crate::LiveError;
 use std::collections::BTreeMap;
 #[cfg(unix)]
 use std::path::PathBuf;
@@ -130,7 +131,7 @@ fn built(mut builder: Builder, cancel: bool) -> BuildProgress {
     builder.begin(generated(), folder.path()).unwrap();
     if cancel {
         let busy = builder.begin(generated(), folder.path()).unwrap_err();
-        assert!(matches!(busy, Error::Busy { .. }), "{busy}");
+        assert!(matches!(busy.of(), Some(LiveError::Busy { .. })), "{busy}");
         builder.cancel();
     }
     loop {

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_core::render::Law;
+use stickslip_design::DesignError;
 
 use stickslip_base::Error;
 use stickslip_design::{self as design, CHATTER_LIMIT, Margin};
@@ -45,10 +46,12 @@ impl ToChatter {
         let known = match margin {
             Ok(margin) => margin,
             // No limit is known where the loop grows by itself.
-            Err(Error::Chatters { predicted_chatter, cause, .. }) => {
+            Err(error) => {
+                let Some(&DesignError::Chatters { predicted_chatter, cause, .. }) = error.of() else {
+                    return Err(error);
+                };
                 Margin { stiffness_limit: None, gain_margin: None, delay_margin: None, predicted_chatter, cause }
             }
-            Err(other) => return Err(other),
         };
         let stiffness = design::desired_stiffness(law);
         let uses = [

@@ -12,6 +12,7 @@ use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy
 
 use super::wake_up::follow;
 use stickslip_base::{Error, Watch};
+use stickslip_bench::BenchError;
 
 /// From begin to begin of a spin: the kernel stops a real-time thread that takes more than 95 % of a second.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -107,14 +108,15 @@ impl Cycle for Spinning {
 /// Looks at the clock for so long, on a thread as the executive's.
 ///
 /// # Errors
-/// [`Error::RealTime`] where the system has no thread; [`Error::Cancelled`].
+/// [`BenchError::RealTime`] where the system has no thread; [`Error::Cancelled`].
 pub fn measure_floor(time: Duration, wishes: Wishes, watch: &Watch) -> Result<Floor, Error> {
     let (result, found): (_, Receiver<Floor>) = channel();
     let cycles = time.as_nanos().div_ceil(PERIOD.as_nanos()) as u64;
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: 0, cycles: Some(cycles), overrun, ..Plan::new(PERIOD) };
     let cycle = Spinning { watched: 0, holes: Vec::with_capacity(ROOM), result };
-    let (running, mut timings) = Running::start(plan, wishes, MonotonicClock::default(), cycle)?;
+    let (running, mut timings) =
+        Running::start(plan, wishes, MonotonicClock::default(), cycle).map_err(BenchError::RealTime)?;
     follow(&running, time, "floor of the machine", watch, || timings.by_ref().for_each(drop))?;
     running.join();
     Ok(found.recv().unwrap_or_default())

@@ -8,6 +8,7 @@ use stickslip_rt::{
 };
 
 use stickslip_base::{Error, Watch};
+use stickslip_bench::BenchError;
 
 /// From look to look at a running measurement.
 const LOOK: Duration = Duration::from_millis(20);
@@ -44,7 +45,7 @@ impl Cycle for Nothing {
 /// Runs an empty cycle so often a second [Hz] and for so long; a tenth of a second before that is not counted.
 ///
 /// # Errors
-/// [`Error::RealTime`] where the period is too short or long, or the system has no thread; [`Error::Cancelled`].
+/// [`BenchError::RealTime`] where the period is too short or long, or the system has no thread; [`Error::Cancelled`].
 pub fn measure_wake_up(
     rate: f64,
     time: Duration,
@@ -57,7 +58,8 @@ pub fn measure_wake_up(
     let cycles = (rate * time.as_secs_f64()).max(1.0) as u64;
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: (0.1 * rate) as u64, cycles: Some(cycles), overrun, ..Plan::new(period) };
-    let (running, mut timings) = Running::start(plan, wishes, MonotonicClock { spin }, Nothing)?;
+    let (running, mut timings) =
+        Running::start(plan, wishes, MonotonicClock { spin }, Nothing).map_err(BenchError::RealTime)?;
     let mut histograms = Histograms::new(timings.blocks());
     follow(&running, time, stage, watch, || histograms.take(&mut timings))?;
     let granted = running.granted().clone();

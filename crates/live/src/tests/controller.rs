@@ -1,5 +1,6 @@
 //! A controller that is designed on a bench that runs.
 
+use crate::LiveError;
 use nalgebra::ComplexField as _;
 
 use super::*;
@@ -205,5 +206,5 @@ fn a_tuning_runs_beside_the_bench_is_ended_by_who_began_it_and_a_viewer_puts_not
     assert_eq!((ended.values, ended.sentence.as_deref()), (None, Some("cancelled")));
 
     let set = live.call("looks", set(GAIN, "11")).unwrap_err();
-    assert!(matches!(set, Error::Operated { .. }), "{set}");
+    assert!(matches!(set.of(), Some(LiveError::Operated { .. })), "{set}");
 }

@@ -1,6 +1,9 @@
 //! A controller that was loaded, on a bench that runs: trusted, so that no busy machine makes it late.
 
+use crate::LiveError;
 use std::process::Command;
+use stickslip_bench::BenchError;
+use stickslip_design::DesignError;
 
 use super::*;
 use crate::xcp::Layout;
@@ -108,7 +111,10 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
 
     // What it refuses, and what is outside of its range, changes nothing.
     let refused = live.call(ANN, set(STIFFNESS, "7")).unwrap_err();
-    assert!(matches!(&refused, Error::ForeignRefuses { name, code: -2 } if name == "tuned"), "{refused}");
+    assert!(
+        matches!(&refused.of(), Some(LiveError::ForeignRefuses { name, code: -2 }) if name == "tuned"),
+        "{refused}"
+    );
     let outside = live.call(ANN, set(STIFFNESS, "11")).unwrap_err().to_string();
     assert!(outside.contains("loaded.stiffness = 11") && outside.contains("0 … 10 N m/rad"), "{outside}");
     let unknown = live.call(ANN, set("loaded.stifness", "1")).unwrap_err().to_string();
@@ -138,7 +144,7 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     assert!((begun - less - 0.05).abs() < 0.02, "it began with 0.1: {begun} {less}");
     // Its samples are those that it was opened for.
     let divider = live.call(ANN, set("bench.control_divider", "3")).unwrap_err();
-    assert!(matches!(divider, Error::NotWhileRunning { .. }), "{divider}");
+    assert!(matches!(divider.of(), Some(BenchError::NotWhileRunning { .. })), "{divider}");
     live.call(ANN, Call::Reset {}).unwrap();
     assert_eq!((value(&live, "loaded.bias"), status(&live).changed), (0.0, 0));
 
@@ -163,7 +169,9 @@ fn a_file_that_has_become_another_is_opened_again() {
     std::fs::remove_file(&path).unwrap();
     compile(&path, &["-DMORE"]);
     live.call(ANN, sine(0.2)).unwrap();
-    assert!(matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err(), Error::Busy { what } if what == "sine"));
+    assert!(
+        matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err().of(), Some(LiveError::Busy { what }) if what == "sine")
+    );
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
     live.call(ANN, Call::OpenAgain {}).unwrap();
@@ -180,7 +188,7 @@ fn a_file_that_has_become_another_is_opened_again() {
     std::fs::remove_file(&path).unwrap();
     std::fs::write(&path, "no library").unwrap();
     let broken = live.call(ANN, Call::OpenAgain {}).unwrap_err();
-    assert!(matches!(broken, Error::Foreign { .. }), "{broken}");
+    assert!(matches!(broken.of(), Some(BenchError::Foreign { .. })), "{broken}");
     assert_eq!(status(&live).loaded.unwrap().hash, second.hash);
     live.call(ANN, set(STIFFNESS, "2")).unwrap();
     live.stop().unwrap();
@@ -242,7 +250,7 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     assert!(refused.contains("--as friction") && refused.contains("rendered_friction = preset"), "{refused}");
     // There is always a way back, even to a friction that so slow a tick cannot render.
     live.call(ANN, set("rendered_friction", "preset")).unwrap();
-    assert!(matches!(live.call(ANN, turning(true)).unwrap_err(), Error::NotRenderable(_)));
+    assert!(matches!(live.call(ANN, turning(true)).unwrap_err().of(), Some(DesignError::NotRenderable(_))));
     live.call(ANN, set("bench.desired.kinetic_torque", "0.175")).unwrap();
     live.call(ANN, set("bench.desired.stribeck_velocity", "2.8")).unwrap();
     let before = status(&live).loaded.unwrap().calls;
@@ -250,7 +258,7 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     assert!(preset <= before + 1, "nobody asks it: {before} {preset}");
     live.call(ANN, set("rendered_friction", "loaded")).unwrap();
     let follows = live.call(ANN, set("bench.law.kind", "admittance")).unwrap_err();
-    assert!(matches!(follows, Error::FollowsNoFriction), "{follows}");
+    assert!(matches!(follows.of(), Some(BenchError::FollowsNoFriction)), "{follows}");
     assert!(moved(turning(true)) > preset + 200);
     live.stop().unwrap();
 

@@ -1,6 +1,8 @@
 //! Measurements on a bench that runs, and what is advised from them.
 
 use super::*;
+use crate::LiveError;
+use stickslip_design::DesignError;
 
 #[test]
 fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
@@ -10,7 +12,7 @@ fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
     let measure = Call::Measure { what: Quantity::Friction, plan: plan.into(), render: false };
     live.call(ANN, measure.clone()).unwrap();
     let busy = live.call(ANN, set(GAIN, "11")).unwrap_err();
-    assert!(matches!(busy, Error::Busy { .. }), "{busy}");
+    assert!(matches!(busy.of(), Some(LiveError::Busy { .. })), "{busy}");
     let ended = ended(&live);
     assert_eq!(ended.error, None);
     let folder = ended.folder.unwrap();
@@ -106,7 +108,7 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     assert_eq!(rendered(None), protocol::RenderedFriction::default());
     assert!(matches!(live.call(ANN, Call::SaveReport {}).unwrap_err(), Error::TooFew { found: 0, .. }));
     let refused = live.call(ANN, measure(true)).unwrap_err();
-    assert!(matches!(refused, Error::NotRenderable { .. }), "{refused}");
+    assert!(matches!(refused.of(), Some(DesignError::NotRenderable { .. })), "{refused}");
     let bristles = Call::Measure { what: Quantity::Presliding, plan: BTreeMap::new(), render: true };
     assert!(live.call(ANN, bristles).unwrap_err().to_string().contains("Only the friction curve"));
     assert_eq!((status(&live).state.as_str(), status(&live).doing), ("off", None));

@@ -5,6 +5,7 @@ mod measured;
 mod recorded;
 mod trouble;
 
+use crate::LiveError;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -74,7 +75,7 @@ fn an_axis_is_homed_moved_tuned_captured_and_halted() {
     let (live, _project) = live();
     live.call(ANN, Call::Home {}).unwrap();
     let busy = live.call(ANN, sine(0.2)).unwrap_err();
-    assert!(matches!(&busy, Error::Busy { what } if what == "home"), "{busy}");
+    assert!(matches!(&busy.of(), Some(LiveError::Busy { what }) if what == "home"), "{busy}");
     assert_eq!(ended(&live), Ended { what: "home".into(), error: None, folder: None });
     // What the newest cycle was comes a moment later.
     while status(&live).state != "running" {
@@ -153,7 +154,7 @@ fn one_operates_and_everybody_may_stop() {
     let (live, _project) = live();
     live.call(ANN, Call::Home {}).unwrap();
     let refused = live.call("bob", set(GAIN, "11")).unwrap_err();
-    assert!(matches!(&refused, Error::Operated { by } if by == ANN), "{refused}");
+    assert!(matches!(&refused.of(), Some(LiveError::Operated { by }) if by == ANN), "{refused}");
     assert_eq!(status(&live).operator.as_deref(), Some(ANN));
     ended(&live);
     live.call(ANN, sine(0.2)).unwrap();

@@ -1,6 +1,7 @@
 //! Runs of a bench that runs: recorded, entered, replayed.
 
 use super::*;
+use crate::LiveError;
 
 #[test]
 fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_it() {
@@ -49,7 +50,7 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(live.call(ANN, Call::Record { name: "../out".into() }).is_err());
     live.call(ANN, Call::Record { name: "grease".into() }).unwrap();
     let twice = live.call(ANN, Call::Record { name: "again".into() }).unwrap_err();
-    assert!(matches!(&twice, Error::Busy { what } if what.contains("grease")), "{twice}");
+    assert!(matches!(&twice.of(), Some(LiveError::Busy { what }) if what.contains("grease")), "{twice}");
     live.call(ANN, set(GAIN, "12")).unwrap();
     live.call(ANN, Call::Inject { fault: "accelerometer-jump=0.001".into() }).unwrap();
     let recorded = loop {
@@ -94,7 +95,7 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
     assert!(gain, "{happened:?}");
     let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
-    assert!(matches!(none, Error::NoRun { number: 99 }), "{none}");
+    assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
 
     // On the virtual bench it is the same to the bit, and another with another gain.
     let simulate = |gain: Option<&str>| {
@@ -153,7 +154,7 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
     live.call(ANN, Call::TagRun { number: 1, add: vec!["good".into()], remove: Vec::new() }).unwrap();
     live.call(ANN, Call::NoteRun { number: 1, note: "new grease".into() }).unwrap();
     let other = live.call("bob", Call::DeleteRun { number: 1 }).unwrap_err();
-    assert!(matches!(other, Error::Operated { .. }), "{other}");
+    assert!(matches!(other.of(), Some(LiveError::Operated { .. })), "{other}");
     let Answer::Run { run, values, .. } = live.call("bob", Call::Run { number: 1 }).unwrap() else { panic!() };
     assert_eq!((run.name.as_str(), run.note.as_str(), run.tags.len()), ("first", "new grease", 1));
     assert!(values.iter().any(|value| value.path == "bench.tick_rate" && value.number == Some(1000.0)));

@@ -2,6 +2,7 @@
 
 use super::stream::Row;
 use super::trigger::{Condition, Side, Slope, Test, Trigger};
+use crate::RecordingError;
 use stickslip_base::Error;
 use stickslip_base::parameters::schema::nearest;
 
@@ -34,7 +35,7 @@ impl Detector {
                         None => format!("There are {} signals, none is like it.", names.len()),
                     };
                     let fault = format!("there is no signal `{name}`");
-                    return Err(Error::Trigger { text, column: 1, fault, remedy });
+                    return Err(RecordingError::Trigger { text, column: 1, fault, remedy }.into());
                 };
                 Some((index, test))
             }

@@ -53,9 +53,14 @@ pub use stream::{Account, Row, Sink, Stream, Tap};
 pub use trigger::{Condition, Side, Slope, Test, Trigger};
 pub use triggered::{Capture, Stage};
 
+use crate::RecordingError;
 use stickslip_base::Error;
 
 /// Refuses what would take more than `limit` bytes.
 fn admit(what: &'static str, bytes: u128, limit: usize, remedy: &'static str) -> Result<(), Error> {
-    if bytes <= limit as u128 { Ok(()) } else { Err(Error::TooMuchMemory { what, bytes, limit, remedy }) }
+    if bytes <= limit as u128 {
+        Ok(())
+    } else {
+        Err(RecordingError::TooMuchMemory { what, bytes, limit, remedy }.into())
+    }
 }

@@ -1,5 +1,6 @@
 //! One stream of rows, any number of sinks, and the account of each.
 
+use crate::RecordingError;
 use std::any::Any;
 use std::fmt;
 use std::marker::PhantomData;
@@ -120,7 +121,7 @@ impl Stream {
             return Err(Error::Dimension { what: "a row", found: values.len(), expected: self.width, remedy });
         }
         if cycle >= END_OF_CYCLES || self.last.is_some_and(|last| cycle <= last) {
-            return Err(Error::RowOrder { cycle, last: self.last });
+            return Err(RecordingError::RowOrder { cycle, last: self.last }.into());
         }
         let lost = self.last.map_or(0, |last| cycle - last - 1);
         self.last = Some(cycle);

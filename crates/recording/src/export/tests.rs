@@ -1,3 +1,4 @@
+use crate::RecordingError;
 use std::time::{Duration, UNIX_EPOCH};
 
 use super::*;
@@ -49,7 +50,10 @@ fn what_the_program_reads_comes_back_to_the_bit() {
         assert_eq!(all, Exported { rows: ROWS, columns: 5 }, "{kind}");
         let read = Recording::read(&path).unwrap();
         let nan = read.column(names[2]).unwrap_err();
-        assert!(matches!(nan, Error::BadCell { line, .. } if line >= 5), "no number stays none: {nan}");
+        assert!(
+            matches!(nan.of(), Some(RecordingError::BadCell { line, .. }) if *line >= 5),
+            "no number stays none: {nan}"
+        );
         for (place, name) in names[..2].iter().enumerate() {
             let column = read.column(name).unwrap();
             assert_eq!(column.values.len() as u64, ROWS, "{kind} {name}");

@@ -3,10 +3,10 @@
 #[path = "../../src/slot.rs"]
 mod slot;
 
+use crate::sync::{AtomicU64, Ordering};
 use loom::sync::Arc;
 use loom::thread;
 use slot::{HEAD, number, put, take};
-use crate::sync::{AtomicU64, Ordering};
 
 const WORDS: usize = HEAD + 2;
 

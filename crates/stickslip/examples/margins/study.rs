@@ -1,5 +1,6 @@
 //! One random bench of the study: the limit that is predicted, and the one that the whole virtual bench shows.
 
+use stickslip::DesignError;
 use stickslip::design::{self, CHATTER_LIMIT, STIFFNESSES};
 use stickslip::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, Trace};
 use stickslip::noise::Normals;
@@ -91,7 +92,7 @@ pub(crate) fn levels(seed: u64) -> Result<[f64; 2], Error> {
     let rendering = design::rendering_law(&bench.model, &bench.bench)?;
     let predicted = match design::margin(&rendering, &bench.model, &bench.bench) {
         Ok(margin) => margin.predicted_chatter,
-        Err(Error::Chatters { .. }) => f64::INFINITY,
+        Err(error) if matches!(error.of(), Some(DesignError::Chatters { .. })) => f64::INFINITY,
         Err(error) => return Err(error),
     };
     Ok([predicted, chatter(&cell, bench.bench.desired_bristles.stiffness, seed)?])

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
+use stickslip_bench::BenchError;
 
 use stickslip_core::control::compensation::{Hold, StictionHold};
 use stickslip_core::control::{Cascade, Pid};
@@ -186,7 +187,7 @@ impl Entrant {
         };
         let values = values.split(',').filter(|text| !text.is_empty()).map(|text| {
             let problem = || format!("\"{text}\" sets no parameter of it: write NAME=VALUE, with a number");
-            value(text).ok_or_else(|| Error::Foreign { path: path.into(), problem: problem() })
+            value(text).ok_or_else(|| BenchError::Foreign { path: path.into(), problem: problem() })
         });
         let loaded = Loaded::open(path, values.collect::<Result<_, _>>()?, &folder.join(own))?;
         Ok(Entrant { name: name.into(), source: Source::Loaded(loaded) })

@@ -15,7 +15,7 @@ use stickslip_core::render::Law;
 use stickslip_core::tick::Tick;
 
 use super::LIMIT;
-use super::run::{Bytes, Run};
+use super::run::{Bytes, Record, Run};
 use super::target::{M4F, M7, Main, Target, compiler};
 
 /// Makes the table.

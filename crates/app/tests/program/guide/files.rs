@@ -148,7 +148,7 @@ fn what_study_writes_is_described() {
 
 #[test]
 fn the_study_on_its_page_is_the_example() {
-    let example = include_str!("../../../../examples/study/belief.toml");
+    let example = include_str!("../../../../../examples/study/belief.toml");
     // Without the comment above it, which the page says at length.
     let example = example.split_once("\n\n").map_or(example, |(_, below)| below);
     assert!(Page::read("studies.md").text.contains(example), "{example}");

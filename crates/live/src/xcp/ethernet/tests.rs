@@ -166,7 +166,7 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let status = bench.until(|status| status.xcp.iter().any(|door| door.measuring));
     assert!(status.operator.unwrap().starts_with("XCP of 127.0.0.1:") && status.changed == 1);
     let refused = bench.live.call("ann", Call::Undo {}).unwrap_err();
-    assert!(matches!(refused, stickslip_base::Error::Operated { .. }), "{refused}");
+    assert!(matches!(refused.of(), Some(crate::LiveError::Operated { .. })), "{refused}");
     while master.measured.len() < 500 {
         master.hear(Duration::from_secs(20));
     }

@@ -1,19 +1,24 @@
 //! Memory and pages: the commands of CAL/PAG.
 
 use super::*;
+use crate::LiveError;
 use crate::xcp::SIZE;
 use crate::xcp::pages::{REFERENCE, WORKING};
 use stickslip_base::parameters::Fault;
+use stickslip_bench::BenchError;
 
 /// The only segment.
 const SEGMENT: u8 = 0;
 
 /// Why the bench does not take a change, as a code.
 pub(super) fn refusal(error: &Error) -> Refusal {
+    match (error.of(), error.of()) {
+        (Some(LiveError::Operated { .. }), _) => return Refusal::AccessDenied,
+        (Some(LiveError::Busy { .. }), _) => return Refusal::NotNow,
+        (_, Some(BenchError::NotWhileRunning { .. })) => return Refusal::WriteProtected,
+        _ => {}
+    }
     match error {
-        Error::Operated { .. } => Refusal::AccessDenied,
-        Error::NotWhileRunning { .. } => Refusal::WriteProtected,
-        Error::Busy { .. } => Refusal::NotNow,
         // Of a variant that is not chosen.
         Error::Parameters(found) if found.problems.iter().any(|p| matches!(p.fault, Fault::OtherVariant { .. })) => {
             Refusal::AccessDenied

@@ -1,5 +1,6 @@
 //! The text of a trigger, and what is an event.
 
+use crate::RecordingError;
 use proptest::prelude::*;
 
 use crate::capture::detector::Detector;
@@ -135,7 +136,10 @@ fn a_wrong_text_is_refused_with_column_reason_and_remedy() {
     ] {
         let error = text.parse::<Trigger>().unwrap_err();
         let message = error.to_string();
-        assert!(matches!(error, Error::Trigger { column: found, .. } if found == column), "{text}: {message}");
+        assert!(
+            matches!(error.of(), Some(RecordingError::Trigger { column: found, .. }) if *found == column),
+            "{text}: {message}"
+        );
         assert!(message.contains(part), "{text}: {message}");
     }
 }

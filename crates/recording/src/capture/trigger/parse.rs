@@ -1,5 +1,6 @@
 //! Reads a trigger, and says what, where and how to mend.
 
+use crate::RecordingError;
 use std::str::FromStr;
 
 use super::{Condition, Side, Slope, Test, Trigger};
@@ -40,12 +41,9 @@ impl FromStr for Trigger {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        trigger(text).map_err(|Fault { column, fault, remedy }| Error::Trigger {
-            text: text.into(),
-            column,
-            fault,
-            remedy,
-        })
+        let refused =
+            |Fault { column, fault, remedy }| RecordingError::Trigger { text: text.into(), column, fault, remedy };
+        Ok(trigger(text).map_err(refused)?)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
+use stickslip::LiveError;
 
 use stickslip::Error;
 use stickslip::capture::{Stream, Tap};
@@ -89,7 +90,7 @@ impl Bench for Desk {
     fn change(&self, change: &Change) -> Result<(), Error> {
         self.changes.borrow_mut().push(change.clone());
         if self.operated.get() {
-            return Err(Error::Operated { by: "ann".into() });
+            return Err(LiveError::Operated { by: "ann".into() }.into());
         }
         let proposal = match change {
             Change::Set(changes) => self.tuning.borrow().set(changes)?,
