@@ -110,11 +110,11 @@ impl<T: Scalar, B: Fields<T>> Fields<T> for Bristles<B> {
     const SHAPE: Shape = B::SHAPE;
     type With<U: Scalar> = Bristles<B::With<U>>;
 
-    fn contents(&mut self, walk: &mut impl Walk<T>) {
+    fn contents(&mut self, walk: &mut dyn Walk<T>) {
         self.0.contents(walk);
     }
 
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
         Bristles(self.0.map(convert))
     }
 

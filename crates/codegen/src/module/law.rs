@@ -43,11 +43,11 @@ impl<T: Scalar, C: Fields<T>> Fields<T> for Loaded<C> {
     const SHAPE: Shape = C::SHAPE;
     type With<U: Scalar> = Loaded<C::With<U>>;
 
-    fn contents(&mut self, walk: &mut impl Walk<T>) {
+    fn contents(&mut self, walk: &mut dyn Walk<T>) {
         self.0.contents(walk);
     }
 
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
         Loaded(self.0.map(convert))
     }
 
