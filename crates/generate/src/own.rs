@@ -31,7 +31,7 @@ pub fn own<B>(block: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
     B::With<f64>: Block<f64, Input: Default>,
-    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     Ok(Own { kind: "block", name: name.into(), step, project: c::project::<B, f64>(block, name, step)? })
 }
@@ -53,7 +53,7 @@ pub fn own_friction<B>(model: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
     B::With<f64>: Bristle<f64>,
-    B::With<Recorded<f64>>: Bristle<Recorded<f64>>,
+    B::With<Recorded>: Bristle<Recorded>,
 {
     Ok(Own { kind: "friction", ..own(&Bristles(*model), name, step)? })
 }

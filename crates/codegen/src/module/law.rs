@@ -86,8 +86,7 @@ impl<T: Scalar, C: Block<T, Input = ControllerInput<T>, Output = ControllerOutpu
 pub fn record_law<C>(controller: &C) -> Program
 where
     C: Fields<f64>,
-    C::With<Recorded<f64>>:
-        Block<Recorded<f64>, Input = ControllerInput<Recorded<f64>>, Output = ControllerOutput<Recorded<f64>>>,
+    C::With<Recorded>: Block<Recorded, Input = ControllerInput<Recorded>, Output = ControllerOutput<Recorded>>,
 {
     record::<Loaded<C>, f64>(&Loaded(*controller))
 }

@@ -12,7 +12,7 @@ pub use law::{LawSample, record_law};
 use crate::c::{identifier_path, literal, plain, string};
 use stickslip_core::fields::Field;
 
-use crate::record::{Declared, Program, Signature};
+use crate::record::{Declared, Program, Real, Signature};
 use crate::tree::Tree;
 
 /// What a library is told once.
@@ -72,7 +72,8 @@ pub fn source(program: &Program, name: &str) -> String {
             // The name of a parameter in a library has no dots.
             let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
             // What has no bound must be finite.
-            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value].map(literal::<f64>);
+            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value]
+                .map(|value| literal(Real::DOUBLE, value));
             put(format_args!("    {{{texts}, {}}},\n", bounds.join(", ")));
         }
         put(format_args!("}};\n\n"));
