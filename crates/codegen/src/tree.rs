@@ -51,7 +51,7 @@ impl PartialEq for Member {
 }
 
 /// The field of a bare number or list, which has no name of its own.
-pub(crate) static VALUE: Field = Field {
+static VALUE: Field = Field {
     name: "value",
     symbol: "",
     unit: "",

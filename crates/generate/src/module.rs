@@ -72,8 +72,7 @@ fn library_of(own: Own) -> Result<Module, Error> {
 pub fn module_of<C>(controller: &C, name: &str, step: f64) -> Result<Module, Error>
 where
     C: Fields<f64>,
-    C::With<Recorded>:
-        Block<Recorded, Input = ControllerInput<Recorded>, Output = ControllerOutput<Recorded>>,
+    C::With<Recorded>: Block<Recorded, Input = ControllerInput<Recorded>, Output = ControllerOutput<Recorded>>,
 {
     module(record_law(controller), name, step)
 }

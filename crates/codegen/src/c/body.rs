@@ -176,7 +176,7 @@ impl<'a> Body<'a> {
             Node::Source(..) | Node::Result(..) => return,
             Node::Negate(a) => (format!("-{}", self.operand(a)), false),
             Node::Apply(function, a) => {
-                self.needs.functions.insert(function);
+                self.needs.function(function);
                 (format!("{}({})", function_name(real, function), self.plain(a)), true)
             }
             Node::Binary(operator, a, b) => {
@@ -205,7 +205,7 @@ impl<'a> Body<'a> {
 
     /// The call of a small function.
     fn idiom(&mut self, real: Real, id: Id, idiom: Idiom) {
-        self.needs.helpers.insert(idiom.helper());
+        self.needs.helper(idiom.helper());
         let arguments: Vec<String> = idiom.arguments().into_iter().map(|id| self.plain(id)).collect();
         let text = format!("{}({})", idiom.helper().name(real), arguments.join(", "));
         self.put(real, id, Expression { text, atomic: true });

@@ -54,7 +54,7 @@ pub(super) fn body(real: Real, program: &Program) -> (String, Needs) {
     for (place, field) in top.parameters.leaves() {
         let function = if is_whole(field) { "whole" } else { "within" };
         if is_whole(field) {
-            needs.functions.insert(Function::Floor);
+            needs.function(Function::Floor);
         }
         let bound = |value: f64, sign: &str| {
             if value.is_finite() { literal(real, value) } else { format!("{sign}{}", largest(real)) }

@@ -1,10 +1,9 @@
 //! What stands above the steps: the switches of the compiler, and the functions of one number.
 
-use std::collections::BTreeSet;
-
 use super::body::{self, function_name};
 use super::idiom::Helper;
 use super::text::literal;
+use crate::distinct::insert;
 use crate::record::{Function, Real, record_function};
 use stickslip_core::scalar::kernel;
 
@@ -38,16 +37,24 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
 /// Small functions that are called.
 #[derive(Clone, Default)]
 pub(super) struct Needs {
-    /// Of one number.
-    pub(super) functions: BTreeSet<Function>,
-    /// Of several operations in one.
-    pub(super) helpers: BTreeSet<Helper>,
+    /// Of one number; in order, each once.
+    pub(super) functions: Vec<Function>,
+    /// Of several operations in one; in order, each once.
+    pub(super) helpers: Vec<Helper>,
 }
 
 impl Needs {
     pub(super) fn extend(&mut self, others: &Needs) {
-        self.functions.extend(&others.functions);
-        self.helpers.extend(&others.helpers);
+        others.functions.iter().for_each(|function| self.function(*function));
+        others.helpers.iter().for_each(|helper| self.helper(*helper));
+    }
+
+    pub(super) fn function(&mut self, function: Function) {
+        insert(&mut self.functions, function);
+    }
+
+    pub(super) fn helper(&mut self, helper: Helper) {
+        insert(&mut self.helpers, helper);
     }
 }
 

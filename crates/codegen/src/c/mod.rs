@@ -138,7 +138,7 @@ fn structs(step: &Step) -> [(&'static str, &Tree); 4] {
 
 impl<'a> Printer<'a> {
     fn new(program: &'a Program, name: &'a str) -> Self {
-        let top = program.steps.last().expect("a program has at least the block itself");
+        let top = program.top();
         let mut types = Types::default();
         for (kind, tree) in structs(top).into_iter().filter(|(_, tree)| !tree.is_bare()) {
             types.register(format!("{name}_{kind}"), tree);

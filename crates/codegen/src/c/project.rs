@@ -44,14 +44,19 @@ where
 /// # Errors
 /// If C would not take the name.
 pub fn project_of(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
-    let top = program.steps.last().expect("a program has at least the step itself");
-    let vectors = vectors::of_program(&program, top, step);
-    files(Real::DOUBLE, program, &vectors, name, step)
+    evaluated::<f64>(program, name, step)
+}
+
+/// The project of a program in the precision that it was recorded in; the program itself makes the vectors of the
+/// self-test.
+pub(super) fn evaluated<F: Precision>(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
+    let vectors = vectors::of_program::<F>(&program, step);
+    files(Real::of::<F>(), program, &vectors, name, step)
 }
 
 fn files(real: Real, program: Program, vectors: &[Vector], name: &str, step: f64) -> Result<Project, NotAName> {
     let code = print_in(real, &program, name)?;
-    let top = program.steps.last().expect("a program has at least the block itself");
+    let top = program.top();
     let file = |name: String, text: String| (name, text);
     let files = vec![
         file(format!("{name}.h"), code.header),

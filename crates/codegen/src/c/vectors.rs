@@ -1,11 +1,11 @@
 //! The vectors of the self-test: what the model makes of a short run that meets everything a block may meet.
 
 use stickslip_core::block::{Block, Status, guarded};
-use stickslip_core::fields::{Field, Fields, Walk};
+use stickslip_core::fields::{Fields, each};
 
 use super::excitation::{period, span, spread, triangle};
-use crate::record::{Precision, Program, Real, Step};
-use crate::tree::{Tree, VALUE};
+use crate::record::{Precision, Program, Real};
+use crate::tree::Tree;
 
 /// Zeros, subnormals, what overflows, and what is no number.
 const SPECIAL: [f64; 12] =
@@ -31,18 +31,23 @@ pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: 
     let mut state = B::State::default();
     let mut given = B::Input::default();
     run(Real::of::<F>(), &Tree::of(&given), dt, &mut |input, dt| {
-        given.walk(&VALUE, &mut Put(input.iter()));
+        let mut numbers = input.iter();
+        each(&mut given, &mut |number| {
+            *number = F::of(*numbers.next().expect("a struct has as many numbers as its tree"));
+        });
         let (output, status) = guarded(block, &mut state, given, F::of(dt));
         (list(&output), list(&state), status)
     })
 }
 
-/// The same of a program that was recorded without a block, in `double`.
-pub(super) fn of_program(program: &Program, top: &Step, dt: f64) -> Vec<Vector> {
-    let mut state = program.start.clone();
-    run(Real::DOUBLE, &top.input, dt, &mut |input, dt| {
-        let (output, status) = program.evaluate_guarded(&program.parameters, &mut state, input, dt);
-        (output, state.clone(), status)
+/// The same of a program that was recorded in the precision `F`.
+pub(super) fn of_program<F: Precision>(program: &Program, dt: f64) -> Vec<Vector> {
+    let numbers = |values: &[f64]| -> Vec<F> { values.iter().map(|value| F::of(*value)).collect() };
+    let values = |numbers: &[F]| -> Vec<f64> { numbers.iter().map(|number| (*number).into()).collect() };
+    let (parameters, mut state) = (numbers(&program.parameters), numbers(&program.start));
+    run(Real::of::<F>(), &program.top().input, dt, &mut |input, dt| {
+        let (output, status) = program.evaluate_guarded(&parameters, &mut state, &numbers(input), F::of(dt));
+        (values(&output), values(&state), status)
     })
 }
 
@@ -76,27 +81,9 @@ fn run(
     (0..STEPS).map(vector).collect()
 }
 
-/// Numbers into a struct, in the order of declaration.
-struct Put<'a>(std::slice::Iter<'a, f64>);
-
-impl<F: Precision> Walk<F> for Put<'_> {
-    fn number(&mut self, _: &'static Field, value: &mut F) {
-        *value = F::of(*self.0.next().expect("a struct has as many numbers as its tree"));
-    }
-}
-
 /// The numbers of a struct, in the order of declaration.
-struct Numbers(Vec<f64>);
-
-impl<F: Precision> Walk<F> for Numbers {
-    fn number(&mut self, _: &'static Field, value: &mut F) {
-        self.0.push((*value).into());
-    }
-}
-
 fn list<F: Precision>(value: &impl Fields<F>) -> Vec<f64> {
-    let mut numbers = Numbers(Vec::new());
-    let mut copy = *value;
-    copy.walk(&VALUE, &mut numbers);
-    numbers.0
+    let (mut copy, mut numbers) = (*value, Vec::new());
+    each(&mut copy, &mut |number: &mut F| numbers.push((*number).into()));
+    numbers
 }

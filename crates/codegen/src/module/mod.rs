@@ -56,7 +56,7 @@ fn signal(input: &str) -> Option<&str> {
 /// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; whatever else
 /// it takes is 0. It takes `NAME.c` and `stickslip_module.h` from beside it.
 pub fn source(program: &Program, name: &str) -> String {
-    let top = program.steps.last().expect("a program has at least the step itself");
+    let top = program.top();
     let parameters = top.parameters.leaves();
     let (tuned, state) = (!parameters.is_empty(), top.state.numbers() > 0);
     let mut out = format!(

@@ -3,10 +3,10 @@
 use std::cell::RefCell;
 
 use stickslip_core::block::Block;
-use stickslip_core::fields::{Field, Fields, Walk};
+use stickslip_core::fields::{Fields, each};
 
 use super::{Call, Graph, Id, LawBook, Node, Precision, Real, Recorded, Source, laws};
-use crate::tree::{Tree, VALUE};
+use crate::tree::Tree;
 
 /// A block's step as recorded.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +51,13 @@ pub struct Program {
     pub start: Vec<f64>,
     /// The laws between its parameters.
     pub laws: LawBook,
+}
+
+impl Program {
+    /// The block itself.
+    pub(crate) fn top(&self) -> &Step {
+        self.steps.last().expect("a program has at least the block itself")
+    }
 }
 
 /// The recording on this thread: a graph for each block between the outermost and the current one.
@@ -122,8 +129,8 @@ pub(super) fn constant(double: f64, single: f64) -> Recorded {
 trait Numbers {
     /// What it consists of.
     fn tree(&self) -> Tree;
-    /// Visits the numbers.
-    fn walk_all(&mut self, walk: &mut dyn Walk<Recorded>);
+    /// Visits each number.
+    fn each(&mut self, visit: &mut dyn FnMut(&mut Recorded));
     /// The positions of the numbers, in order.
     fn ids(&self) -> Vec<Id>;
 }
@@ -133,52 +140,40 @@ impl<V: Fields<Recorded>> Numbers for V {
         Tree::of(self)
     }
 
-    fn walk_all(&mut self, walk: &mut dyn Walk<Recorded>) {
-        self.walk(&VALUE, walk);
+    fn each(&mut self, visit: &mut dyn FnMut(&mut Recorded)) {
+        each(self, visit);
     }
 
     fn ids(&self) -> Vec<Id> {
-        let (mut copy, mut ids) = (*self, Ids(Vec::new()));
-        copy.walk(&VALUE, &mut ids);
-        ids.0
+        let mut copy = *self;
+        ids(&mut copy)
     }
 }
 
-struct Ids(Vec<Id>);
-
-impl Walk<Recorded> for Ids {
-    fn number(&mut self, _: &'static Field, value: &mut Recorded) {
-        self.0.push(value.id);
-    }
-}
-
-/// Replaces the numbers of a struct, in order.
-struct Replace<'a> {
-    next: u32,
-    /// The place of a number and the number before.
-    number: &'a mut dyn FnMut(u32, Recorded) -> Recorded,
-}
-
-impl Walk<Recorded> for Replace<'_> {
-    fn number(&mut self, _: &'static Field, value: &mut Recorded) {
-        *value = (self.number)(self.next, *value);
-        self.next += 1;
-    }
+fn ids(values: &mut dyn Numbers) -> Vec<Id> {
+    let mut ids = Vec::new();
+    values.each(&mut |number| ids.push(number.id));
+    ids
 }
 
 /// Replaces the numbers by those that come from outside the block.
 fn take_from(values: &mut dyn Numbers, source: Source) {
-    let number = &mut |place, _| Recorded::new(Node::Source(source, place));
-    values.walk_all(&mut Replace { next: 0, number });
+    let mut place = 0;
+    values.each(&mut |number| {
+        *number = Recorded::new(Node::Source(source, place));
+        place += 1;
+    });
 }
 
 /// Replaces the numbers by the results of a call, from the one at `first` on; a number that is `kept` stays.
 fn take_results(values: &mut dyn Numbers, call: u32, first: usize, kept: &[bool]) {
-    let number = &mut |place, before| {
-        let stays = kept.get(place as usize).is_some_and(|kept| *kept);
-        if stays { before } else { Recorded::new(Node::Result(call, first as u32 + place)) }
-    };
-    values.walk_all(&mut Replace { next: 0, number });
+    let mut place = 0;
+    values.each(&mut |number| {
+        if !kept.get(place).is_some_and(|kept| *kept) {
+            *number = Recorded::new(Node::Result(call, (first + place) as u32));
+        }
+        place += 1;
+    });
 }
 
 /// What is known of a step before it is recorded.
