@@ -60,11 +60,11 @@ impl<P, R> Either<P, R> {
     }
 }
 
-pub(crate) type Real = Either<f64, Recorded<f64>>;
-pub(crate) type Condition = Either<bool, <Recorded<f64> as Scalar>::Mask>;
+pub(crate) type Real = Either<f64, Recorded>;
+pub(crate) type Condition = Either<bool, <Recorded as Scalar>::Mask>;
 
 impl Real {
-    pub(crate) fn recorded(self) -> Recorded<f64> {
+    pub(crate) fn recorded(self) -> Recorded {
         match self {
             Either::Plain(value) => Scalar::of(value),
             Either::Recorded(number, _) => number,
@@ -140,14 +140,14 @@ impl<'py> FromPyObject<'_, 'py> for TruthLike {
 
 impl RealLike {
     /// Within a recording.
-    pub(crate) fn recorded(&self, py: Python<'_>) -> PyResult<Recorded<f64>> {
+    pub(crate) fn recorded(&self, py: Python<'_>) -> PyResult<Recorded> {
         self.0.is_recorded(py)?;
         Ok(self.0.recorded())
     }
 }
 
-impl From<Recorded<f64>> for Number {
-    fn from(number: Recorded<f64>) -> Self {
+impl From<Recorded> for Number {
+    fn from(number: Recorded) -> Self {
         Number(Either::Recorded(number, at_work()))
     }
 }
@@ -281,7 +281,7 @@ macro_rules! join {
 }
 
 /// A condition within a recording: what is known already is a comparison of constants.
-fn mask(condition: Condition) -> <Recorded<f64> as Scalar>::Mask {
+fn mask(condition: Condition) -> <Recorded as Scalar>::Mask {
     match condition {
         Either::Plain(truth) => Recorded::of(f64::from(u8::from(truth))).gt(Recorded::of(0.0)),
         Either::Recorded(mask, _) => mask,

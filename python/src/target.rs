@@ -50,7 +50,7 @@ pub(crate) fn record_controller(
     let signature = module::signature(name, help, rows(parameters), rows(state));
     let program = apart(|| {
         record_declared::<f64, PyErr>(&signature, |Given { parameters, state, input, dt }| {
-            let list = |numbers: Vec<Recorded<f64>>| PyList::new(py, numbers.into_iter().map(Number::from));
+            let list = |numbers: Vec<Recorded>| PyList::new(py, numbers.into_iter().map(Number::from));
             let computed = step.call1((list(parameters)?, list(state)?, list(input)?, Number::from(dt)))?;
             let (state, torque): (Vec<RealLike>, RealLike) = computed.extract()?;
             let state = state.iter().map(|number| number.recorded(py)).collect::<PyResult<_>>()?;

@@ -10,6 +10,7 @@
 
 pub mod c;
 pub mod diagram;
+mod distinct;
 pub mod fmu;
 pub mod module;
 pub mod record;

@@ -63,23 +63,13 @@ static VALUE: Field = Field {
     shape: Shape::Number,
 };
 
-fn shape_of<T: Scalar, V: Fields<T>>(_value: &V) -> Shape {
-    V::SHAPE
-}
-
 impl Tree {
     /// The tree of a value. A bare number or list becomes the struct of one member `value`.
-    pub fn of<T: Scalar>(value: &impl Fields<T>) -> Tree {
-        let mut builder = Builder { frames: vec![Frame::default()], shape: shape_of(value) };
+    pub fn of<T: Scalar, V: Fields<T>>(value: &V) -> Tree {
+        let mut builder = Builder::new(V::SHAPE);
         let mut copy = *value;
         copy.walk(&VALUE, &mut builder);
-        let mut whole = builder.close();
-        if let [Member { tree: Tree::Group(_), .. }] = whole.members.as_slice()
-            && let Some(Member { tree, .. }) = whole.members.pop()
-        {
-            return tree;
-        }
-        Tree::Group(whole)
+        builder.finish()
     }
 
     /// How many numbers it holds.
@@ -171,8 +161,42 @@ struct Builder {
 }
 
 impl Builder {
+    fn new(shape: Shape) -> Self {
+        Builder { frames: vec![Frame::default()], shape }
+    }
+
+    fn finish(mut self) -> Tree {
+        let mut whole = self.close();
+        if let [Member { tree: Tree::Group(_), .. }] = whole.members.as_slice()
+            && let Some(Member { tree, .. }) = whole.members.pop()
+        {
+            return tree;
+        }
+        Tree::Group(whole)
+    }
+
     fn top(&mut self) -> &mut Frame {
         self.frames.last_mut().expect("the outermost frame is closed last")
+    }
+
+    fn met(&mut self, field: &'static Field) {
+        self.top().met.push((field, Tree::Number));
+    }
+
+    fn chosen(&mut self, tag: &'static str, variant: &'static str) {
+        self.top().chosen.push((tag, variant));
+    }
+
+    fn entered(&mut self, field: &'static Field) {
+        self.frames.push(Frame { field: Some(field), ..Frame::default() });
+    }
+
+    fn left(&mut self) {
+        let field = self.top().field;
+        let group = self.close();
+        if let Some(field) = field {
+            self.top().met.push((field, Tree::Group(group)));
+        }
     }
 
     /// Ends the innermost frame.
@@ -207,24 +231,20 @@ fn gather<'a>(shape: Shape, elements: &mut impl Iterator<Item = &'a Tree>) -> Op
 
 impl<T> Walk<T> for Builder {
     fn number(&mut self, field: &'static Field, _value: &mut T) {
-        self.top().met.push((field, Tree::Number));
+        self.met(field);
     }
 
     fn choice(&mut self, tag: &'static str, variants: &'static [Variant], current: usize) -> usize {
-        self.top().chosen.push((tag, variants[current].name));
+        self.chosen(tag, variants[current].name);
         current
     }
 
     fn enter(&mut self, field: &'static Field) {
-        self.frames.push(Frame { field: Some(field), ..Frame::default() });
+        self.entered(field);
     }
 
     fn leave(&mut self) {
-        let field = self.top().field;
-        let group = self.close();
-        if let Some(field) = field {
-            self.top().met.push((field, Tree::Group(group)));
-        }
+        self.left();
     }
 }
 
@@ -290,8 +310,8 @@ mod tests {
 
     #[test]
     fn bare_numbers_become_a_struct_of_one() {
-        assert_eq!(Tree::of::<f64>(&1.0).paths(), ["value"]);
-        assert_eq!(Tree::of::<f64>(&[1.0, 2.0]).paths(), ["value[0]", "value[1]"]);
-        assert_eq!(Tree::of::<f64>(&()), Tree::Group(Group::default()));
+        assert_eq!(Tree::of::<f64, _>(&1.0).paths(), ["value"]);
+        assert_eq!(Tree::of::<f64, _>(&[1.0, 2.0]).paths(), ["value[0]", "value[1]"]);
+        assert_eq!(Tree::of::<f64, _>(&()), Tree::Group(Group::default()));
     }
 }

@@ -48,7 +48,7 @@ pub fn guarded<T: Scalar<Mask = bool>, B: Block<T>>(
     let possible = is_finite(dt) && dt.gt(T::of(0.0));
     if !(possible && all_finite(state) && all_finite(&output)) {
         *state = before;
-        (output.merge(&output, &mut |_, _| T::of(0.0)), Status::NotComputed)
+        (output.merge(&output, &mut zero), Status::NotComputed)
     } else if all_finite(&input) {
         (output, Status::Ok)
     } else {
@@ -60,14 +60,23 @@ fn is_finite<T: Scalar>(value: T) -> T::Mask {
     value.abs().lt(T::of(f64::INFINITY))
 }
 
+fn zero<T: Scalar>(_: T, _: T) -> T {
+    T::of(0.0)
+}
+
 fn all_finite<T: Scalar<Mask = bool>, V: Fields<T>>(value: &V) -> bool {
     // 0·x is 0 unless x is infinite or no number. A chain of comparisons keeps LLVM 22 busy without end.
     let mut sum = T::of(0.0);
-    value.map(&mut |number: T| {
-        sum += number * T::of(0.0);
-        number
-    });
+    let _ = value.merge(value, &mut adding_zeros(&mut sum));
     is_finite(sum)
+}
+
+/// Adds 0·x to a sum: one closure for all structs.
+fn adding_zeros<T: Scalar>(sum: &mut T) -> impl FnMut(T, T) -> T {
+    |number, _| {
+        *sum += number * T::of(0.0);
+        number
+    }
 }
 
 #[cfg(test)]

@@ -192,19 +192,17 @@ pub trait Walk<T> {
 /// What may be fixed: one count or two.
 pub trait Fixed {
     /// Visits the counts.
-    fn counts<T>(&mut self, walk: &mut impl Walk<T>);
+    fn counts<T>(&mut self, walk: &mut dyn Walk<T>);
 }
 
 impl Fixed for usize {
-    #[inline(always)]
-    fn counts<T>(&mut self, walk: &mut impl Walk<T>) {
+    fn counts<T>(&mut self, walk: &mut dyn Walk<T>) {
         walk.fixed(self);
     }
 }
 
 impl Fixed for (usize, usize) {
-    #[inline(always)]
-    fn counts<T>(&mut self, walk: &mut impl Walk<T>) {
+    fn counts<T>(&mut self, walk: &mut dyn Walk<T>) {
         walk.fixed(&mut self.0);
         walk.fixed(&mut self.1);
     }
@@ -236,20 +234,20 @@ pub trait Fields<T: Scalar>: Copy {
     type With<U: Scalar>: Fields<U>;
 
     /// Visits the contents.
-    fn contents(&mut self, walk: &mut impl Walk<T>);
+    fn contents(&mut self, walk: &mut dyn Walk<T>);
 
     /// Visits this as the field of a struct.
-    #[inline]
-    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
+    fn walk(&mut self, field: &'static Field, walk: &mut dyn Walk<T>) {
         walk.enter(field);
         self.contents(walk);
         walk.leave();
     }
 
-    /// Each number converted.
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U>;
+    /// Each number converted. Compiled once for each pair of kinds: in the tick, take [`merge`](Self::merge).
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U>;
 
-    /// Each number made from two. Where a choice differs, the one of `self` stays.
+    /// Each number made from two. Where a choice differs, the one of `self` stays. Inlined, and so compiled again for each
+    /// `join`: a closure belongs to the number alone, not to the struct that is merged.
     fn merge(&self, other: &Self, join: &mut impl FnMut(T, T) -> T) -> Self;
 
     /// States the laws between fields, here and below. Ranges are checked by whoever walks the numbers.
@@ -262,21 +260,46 @@ pub trait Fields<T: Scalar>: Copy {
     }
 }
 
+/// Visits each number of a value in the order of declaration, to read it or to change it; off the tick, as it is compiled
+/// once for each kind of number.
+pub fn each<T: Scalar>(value: &mut impl Fields<T>, visit: &mut dyn FnMut(&mut T)) {
+    value.walk(&ANY, &mut Each(visit));
+}
+
+struct Each<'a, T>(&'a mut dyn FnMut(&mut T));
+
+impl<T> Walk<T> for Each<'_, T> {
+    fn number(&mut self, _: &'static Field, value: &mut T) {
+        (self.0)(value);
+    }
+}
+
+/// The field of a value that may be a bare number.
+static ANY: Field = Field {
+    name: "value",
+    symbol: "",
+    unit: "",
+    minimum: f64::NEG_INFINITY,
+    maximum: f64::INFINITY,
+    default: 0.0,
+    help: "",
+    kind: Kind::Real,
+    shape: Shape::Number,
+};
+
 impl<T: Scalar> Fields<T> for T {
     const NAME: &'static str = "Number";
     const SHAPE: Shape = Shape::Number;
     type With<U: Scalar> = U;
 
-    #[inline(always)]
-    fn contents(&mut self, _walk: &mut impl Walk<T>) {}
+    fn contents(&mut self, _walk: &mut dyn Walk<T>) {}
 
-    #[inline(always)]
-    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
+    fn walk(&mut self, field: &'static Field, walk: &mut dyn Walk<T>) {
         walk.number(field, self);
     }
 
-    #[inline(always)]
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> U {
+    #[inline]
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> U {
         convert(*self)
     }
 
@@ -293,11 +316,9 @@ impl<T: Scalar> Fields<T> for () {
     const SHAPE: Shape = Shape::Group(&[]);
     type With<U: Scalar> = ();
 
-    #[inline(always)]
-    fn contents(&mut self, _walk: &mut impl Walk<T>) {}
+    fn contents(&mut self, _walk: &mut dyn Walk<T>) {}
 
-    #[inline(always)]
-    fn map<U: Scalar>(&self, _convert: &mut impl FnMut(T) -> U) {}
+    fn map<U: Scalar>(&self, _convert: &mut dyn FnMut(T) -> U) {}
 
     #[inline(always)]
     fn merge(&self, _other: &Self, _join: &mut impl FnMut(T, T) -> T) {}
@@ -311,24 +332,22 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
     const SHAPE: Shape = Shape::List(N, &V::SHAPE);
     type With<U: Scalar> = [V::With<U>; N];
 
-    fn contents(&mut self, walk: &mut impl Walk<T>) {
-        for (index, element) in self.iter_mut().enumerate() {
-            walk.element(index);
-            element.contents(walk);
-        }
+    fn contents(&mut self, walk: &mut dyn Walk<T>) {
+        list(self, None, walk);
     }
 
-    #[inline]
-    fn walk(&mut self, field: &'static Field, walk: &mut impl Walk<T>) {
-        for (index, element) in self.iter_mut().enumerate() {
-            walk.element(index);
-            element.walk(field, walk);
-        }
+    fn walk(&mut self, field: &'static Field, walk: &mut dyn Walk<T>) {
+        list(self, Some(field), walk);
     }
 
-    #[inline]
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
-        core::array::from_fn(|index| self[index].map(convert))
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
+        // Not `from_fn`, which is a hundred times as much code.
+        const { assert!(N > 0, "a list has elements") }
+        let mut mapped = [self[0].map(convert); N];
+        for index in 1..N {
+            mapped[index] = self[index].map(convert);
+        }
+        mapped
     }
 
     #[inline(always)]
@@ -345,6 +364,17 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
         for (index, value) in self.iter().enumerate() {
             laws.element(index);
             value.laws(laws);
+        }
+    }
+}
+
+/// Visits the elements of a list, as the field of a struct or by themselves; the same code for lists of any length.
+fn list<T: Scalar, V: Fields<T>>(elements: &mut [V], field: Option<&'static Field>, walk: &mut dyn Walk<T>) {
+    for (index, element) in elements.iter_mut().enumerate() {
+        walk.element(index);
+        match field {
+            Some(field) => element.walk(field, walk),
+            None => element.contents(walk),
         }
     }
 }
@@ -446,6 +476,21 @@ mod tests {
         let fewer = Counted { count: 2, stiffness: 1.0 };
         assert_eq!(springs.merge(&fewer, &mut |a, b| a + b), Counted { count: 4, stiffness: 4.0 });
         assert_eq!(<Counted<f64> as Fields<f64>>::SHAPE.fields().len(), 1);
+    }
+
+    #[test]
+    fn each_number_is_visited_in_order_and_may_be_changed() {
+        let mut pairs = [Pair::<f64>::default(), Pair { soft: 3.0, stiff: [4.0, 5.0, 6.0] }];
+        let mut met = Vec::new();
+        each(&mut pairs, &mut |number| {
+            met.push(*number);
+            *number += 1.0;
+        });
+        assert_eq!(met, [2.0, 20.0, 20.0, 20.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(pairs[1], Pair { soft: 4.0, stiff: [5.0, 6.0, 7.0] });
+        let mut bare = 1.0;
+        each::<f64>(&mut bare, &mut |number| *number = 2.0);
+        assert_eq!(bare, 2.0);
     }
 
     #[test]

@@ -122,7 +122,15 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
     let types: Vec<_> = varied.iter().map(|f| &f.ty).collect();
     let fixed: Vec<_> = fixed.iter().filter_map(|f| f.ident.as_ref()).collect();
     let index = 0..idents.len();
-    let index_too = index.clone();
+    // A number has no laws of its own.
+    let groups = varied.iter().enumerate().filter(|(_, field)| !is_number(&field.ty, number));
+    let laws = groups.map(|(index, Field { ident, ty, .. })| {
+        quote! {
+            laws.enter(const { &<Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields()[#index] });
+            <#ty as ::stickslip_core::fields::Fields<#number>>::laws(&self.#ident, laws);
+            laws.leave();
+        }
+    });
     let help = attribute::doc(&input.attrs);
     let law = container.law.as_ref().map(|path| quote!(for law in #path(self) { laws.state(law); }));
     let check = container.check.as_ref().map(|path| {
@@ -148,17 +156,17 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
             const SHAPE: ::stickslip_core::fields::Shape = ::stickslip_core::fields::Shape::Group(&[#(#rows,)*]);
             type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
 
-            #[inline]
-            fn contents(&mut self, walk: &mut impl ::stickslip_core::fields::Walk<#number>) {
-                let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
-                #(<#types as ::stickslip_core::fields::Fields<#number>>::walk(&mut self.#idents, &fields[#index], walk);)*
+            fn contents(&mut self, walk: &mut dyn ::stickslip_core::fields::Walk<#number>) {
+                #(
+                    let field = const { &<Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields()[#index] };
+                    <#types as ::stickslip_core::fields::Fields<#number>>::walk(&mut self.#idents, field, walk);
+                )*
                 #(::stickslip_core::fields::Fixed::counts(&mut self.#fixed, walk);)*
             }
 
-            #[inline]
             fn map<Other: ::stickslip_core::scalar::Scalar>(
                 &self,
-                convert: &mut impl FnMut(#number) -> Other,
+                convert: &mut dyn FnMut(#number) -> Other,
             ) -> #name<Other> {
                 #name {
                     #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)*
@@ -175,12 +183,7 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
             }
 
             fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
-                let fields = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields() };
-                #(
-                    laws.enter(&fields[#index_too]);
-                    <#types as ::stickslip_core::fields::Fields<#number>>::laws(&self.#idents, laws);
-                    laws.leave();
-                )*
+                #(#laws)*
                 #law
             }
 
@@ -275,7 +278,7 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
                 ::stickslip_core::fields::Shape::Choice { tag: #tag, variants: &[#(#table,)*] };
             type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
 
-            fn contents(&mut self, walk: &mut impl ::stickslip_core::fields::Walk<#number>) {
+            fn contents(&mut self, walk: &mut dyn ::stickslip_core::fields::Walk<#number>) {
                 let variants = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.variants() };
                 let current: usize = match self { #(#current,)* };
                 let wanted = walk.choice(#tag, variants, current);
@@ -285,10 +288,9 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
                 match self { #(#contents,)* }
             }
 
-            #[inline]
             fn map<Other: ::stickslip_core::scalar::Scalar>(
                 &self,
-                convert: &mut impl FnMut(#number) -> Other,
+                convert: &mut dyn FnMut(#number) -> Other,
             ) -> #name<Other> {
                 match self { #(#map,)* }
             }

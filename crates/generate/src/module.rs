@@ -73,8 +73,7 @@ fn library_of(own: Own) -> Result<Module, Error> {
 pub fn module_of<C>(controller: &C, name: &str, step: f64) -> Result<Module, Error>
 where
     C: Fields<f64>,
-    C::With<Recorded<f64>>:
-        Block<Recorded<f64>, Input = ControllerInput<Recorded<f64>>, Output = ControllerOutput<Recorded<f64>>>,
+    C::With<Recorded>: Block<Recorded, Input = ControllerInput<Recorded>, Output = ControllerOutput<Recorded>>,
 {
     module(record_law(controller), name, step)
 }
@@ -97,7 +96,7 @@ pub fn friction_module_of<B>(model: &B, name: &str, step: f64) -> Result<Module,
 where
     B: Fields<f64>,
     B::With<f64>: Bristle<f64>,
-    B::With<Recorded<f64>>: Bristle<Recorded<f64>>,
+    B::With<Recorded>: Bristle<Recorded>,
 {
     library_of(own_friction(model, name, step)?)
 }

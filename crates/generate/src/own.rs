@@ -32,7 +32,7 @@ pub fn own<B>(block: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
     B::With<f64>: Block<f64, Input: Default>,
-    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let project = c::project::<B, f64>(block, name, step).map_err(GenerateError::NoIdentifier)?;
     Ok(Own { kind: "block", name: name.into(), step, project })
@@ -55,7 +55,7 @@ pub fn own_friction<B>(model: &B, name: &str, step: f64) -> Result<Own, Error>
 where
     B: Fields<f64>,
     B::With<f64>: Bristle<f64>,
-    B::With<Recorded<f64>>: Bristle<Recorded<f64>>,
+    B::With<Recorded>: Bristle<Recorded>,
 {
     Ok(Own { kind: "friction", ..own(&Bristles(*model), name, step)? })
 }
@@ -112,11 +112,11 @@ impl<T: Scalar, B: Fields<T>> Fields<T> for Bristles<B> {
     const SHAPE: Shape = B::SHAPE;
     type With<U: Scalar> = Bristles<B::With<U>>;
 
-    fn contents(&mut self, walk: &mut impl Walk<T>) {
+    fn contents(&mut self, walk: &mut dyn Walk<T>) {
         self.0.contents(walk);
     }
 
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
         Bristles(self.0.map(convert))
     }
 

@@ -2,7 +2,7 @@
 
 use stickslip_core::block::Block;
 use stickslip_core::control::{Cascade, ControllerInput, ControllerOutput, Pid};
-use stickslip_core::fields::{Field, Fields, Walk};
+use stickslip_core::fields::{Fields, each};
 use stickslip_core::friction::{Bristle, Dahl, ElastoPlastic, LuGre};
 use stickslip_core::scalar::{Lanes, Scalar};
 
@@ -48,26 +48,15 @@ swept!(SweptLaw: Cascade, Pid);
 
 /// The numbers of a struct in the order of declaration.
 pub(super) fn numbers(of: &impl Fields<f64>) -> Vec<f64> {
-    let mut numbers = Vec::new();
-    of.map(&mut |number: f64| {
-        numbers.push(number);
-        number
-    });
+    let (mut copy, mut numbers) = (*of, Vec::new());
+    each(&mut copy, &mut |number: &mut f64| numbers.push(*number));
     numbers
 }
 
 /// Puts numbers into one lane of a struct.
 pub(super) fn put<T: Number>(numbers: &[f64], lane: usize, into: &mut impl Fields<T>) {
-    into.contents(&mut Put { numbers: numbers.iter(), lane });
-}
-
-struct Put<'a> {
-    numbers: std::slice::Iter<'a, f64>,
-    lane: usize,
-}
-
-impl<T: Number> Walk<T> for Put<'_> {
-    fn number(&mut self, _field: &'static Field, number: &mut T) {
-        number.set(self.lane, *self.numbers.next().expect("a struct has as many numbers over any kind"));
-    }
+    let mut numbers = numbers.iter();
+    each(into, &mut |number| {
+        number.set(lane, *numbers.next().expect("a struct has as many numbers over any kind"));
+    });
 }

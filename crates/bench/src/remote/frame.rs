@@ -7,7 +7,7 @@ use std::fmt;
 
 use flate2::Crc;
 use stickslip_core::Fields;
-use stickslip_core::fields::Fields as Numbers;
+use stickslip_core::fields::{Fields as Numbers, each};
 use stickslip_core::tick::Measurement;
 
 use stickslip_core::cycle::Voltages;
@@ -186,10 +186,8 @@ impl Datagram {
 
     /// The numbers of a struct, in the order of its fields.
     fn numbers<N: Numbers<f64>>(&mut self, of: &N) {
-        of.map(&mut |number: f64| {
-            self.extend(number.to_le_bytes());
-            number
-        });
+        let mut copy = *of;
+        each(&mut copy, &mut |number: &mut f64| self.extend(number.to_le_bytes()));
     }
 }
 
@@ -209,12 +207,12 @@ impl std::ops::DerefMut for Datagram {
 
 /// The struct of these numbers; `None` where there are more or fewer.
 fn made_of<N: Numbers<f64> + Default>(mut numbers: impl ExactSizeIterator<Item = f64>) -> Option<N> {
-    let (blank, mut enough) = (N::default(), true);
-    let made = blank.merge(&blank, &mut |_, _| {
-        numbers.next().unwrap_or_else(|| {
+    let (mut made, mut enough) = (N::default(), true);
+    each(&mut made, &mut |number| {
+        *number = numbers.next().unwrap_or_else(|| {
             enough = false;
             0.0
-        })
+        });
     });
     (enough && numbers.len() == 0).then_some(made)
 }

@@ -10,7 +10,7 @@ use super::plan::Plan;
 use super::text::{literal, wrap};
 use super::types::Types;
 use super::uses::count;
-use crate::record::{Function, Graph, Id, Law, LawBook, Node, Operator, Precision, Source, Step};
+use crate::record::{Function, Graph, Id, Law, LawBook, Node, Operator, Real, Source, Step};
 use crate::tree::Tree;
 
 /// Expressions that are needed once are written where they are needed up to this length.
@@ -55,12 +55,12 @@ pub(super) struct Callees<'a> {
 }
 
 /// The statements of a step, without its frame.
-pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Callees<'a>) -> Body<'a> {
+pub(super) fn step<'a>(real: Real, step: &'a Step, plan: &Plan, callees: &Callees<'a>) -> Body<'a> {
     let mut body = Body::new(&step.graph, plan.uses.clone());
     body.name_results(step);
     body.taken.extend(plan.names());
     body.final_only = plan.stores.iter().map(|store| store.1).filter(|id| body.uses[id.index()] == 1).collect();
-    body.load::<F>(&[&step.parameters, &step.state, &step.input]);
+    body.load(real, &[&step.parameters, &step.state, &step.input]);
     let mut written = vec![false; step.graph.calls.len()];
     for position in 0..step.graph.nodes.len() {
         let id = Id(position as u32);
@@ -68,9 +68,9 @@ pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Call
             && !std::mem::replace(&mut written[call as usize], true)
             && let Some(planned) = &plan.calls[call as usize]
         {
-            body.call::<F>(call, planned, callees);
+            body.call(real, call, planned, callees);
         }
-        body.statement::<F>(id);
+        body.statement(real, id);
     }
     body.blank_line();
     for (place, id) in &plan.stores {
@@ -81,14 +81,14 @@ pub(super) fn step<'a, F: Precision>(step: &'a Step, plan: &Plan, callees: &Call
 }
 
 /// The statements of a function of one number, ending with its return.
-pub(super) fn function<'a, F: Precision>(graph: &'a Graph, result: Id) -> Body<'a> {
+pub(super) fn function<'a>(real: Real, graph: &'a Graph, result: Id) -> Body<'a> {
     let mut body = Body::new(graph, count(graph, [&result]).0);
     body.final_only.insert(result);
     for (position, node) in graph.nodes.iter().enumerate() {
         if *node == Node::Source(Source::Input, 0) {
             body.expressions[position] = Some(Expression { text: "x".into(), atomic: true });
         }
-        body.statement::<F>(Id(position as u32));
+        body.statement(real, Id(position as u32));
     }
     let value = body.plain(result);
     body.lines += &wrap(INDENT, &format!("return {value};"));
@@ -96,11 +96,11 @@ pub(super) fn function<'a, F: Precision>(graph: &'a Graph, result: Id) -> Body<'
 }
 
 /// The statements that compute values and bounds from the parameters, and each law as a condition.
-pub(super) fn laws<'a, F: Precision>(book: &'a LawBook, parameters: &Tree) -> (Body<'a>, Vec<String>) {
+pub(super) fn laws<'a>(real: Real, book: &'a LawBook, parameters: &Tree) -> (Body<'a>, Vec<String>) {
     let graph = &book.graph;
     let mut body = Body::new(graph, count(graph, book.laws.iter().flat_map(|law| [&law.value, &law.bound])).0);
-    body.load::<F>(&[parameters]);
-    (0..graph.nodes.len()).for_each(|position| body.statement::<F>(Id(position as u32)));
+    body.load(real, &[parameters]);
+    (0..graph.nodes.len()).for_each(|position| body.statement(real, Id(position as u32)));
     let condition = |law: &Law| {
         let order = if law.order == Order::AtMost { "<=" } else { ">=" };
         format!("{} {order} {}", body.operand(law.value), body.operand(law.bound))
@@ -159,25 +159,25 @@ impl<'a> Body<'a> {
     }
 
     /// Makes an expression of an operation, and a statement if it is needed twice or long.
-    fn statement<F: Precision>(&mut self, id: Id) {
+    fn statement(&mut self, real: Real, id: Id) {
         let position = id.index();
         if self.uses[position] == 0 || self.expressions[position].is_some() {
             return;
         }
         if let Some(idiom) = self.idioms[position] {
-            return self.idiom::<F>(id, idiom);
+            return self.idiom(real, id, idiom);
         }
         let (text, atomic) = match self.graph.node(id) {
             Node::Constant(bits) => {
-                let text = literal::<F>(f64::from_bits(bits));
+                let text = literal(real, f64::from_bits(bits));
                 self.expressions[position] = Some(Expression { text, atomic: true });
                 return;
             }
             Node::Source(..) | Node::Result(..) => return,
             Node::Negate(a) => (format!("-{}", self.operand(a)), false),
             Node::Apply(function, a) => {
-                self.needs.functions.insert(function);
-                (format!("{}({})", function_name::<F>(function), self.plain(a)), true)
+                self.needs.function(function);
+                (format!("{}({})", function_name(real, function), self.plain(a)), true)
             }
             Node::Binary(operator, a, b) => {
                 let sign = match operator {
@@ -200,24 +200,24 @@ impl<'a> Body<'a> {
             Node::Or(a, b) => (format!("{} || {}", self.operand(a), self.operand(b)), false),
             Node::Not(a) => (format!("!{}", self.operand(a)), false),
         };
-        self.put::<F>(id, Expression { text, atomic });
+        self.put(real, id, Expression { text, atomic });
     }
 
     /// The call of a small function.
-    fn idiom<F: Precision>(&mut self, id: Id, idiom: Idiom) {
-        self.needs.helpers.insert(idiom.helper());
+    fn idiom(&mut self, real: Real, id: Id, idiom: Idiom) {
+        self.needs.helper(idiom.helper());
         let arguments: Vec<String> = idiom.arguments().into_iter().map(|id| self.plain(id)).collect();
-        let text = format!("{}({})", idiom.helper().name::<F>(), arguments.join(", "));
-        self.put::<F>(id, Expression { text, atomic: true });
+        let text = format!("{}({})", idiom.helper().name(real), arguments.join(", "));
+        self.put(real, id, Expression { text, atomic: true });
     }
 
     /// Keeps an expression for the one place that needs it, or gives it a name.
-    fn put<F: Precision>(&mut self, id: Id, expression: Expression) {
+    fn put(&mut self, real: Real, id: Id, expression: Expression) {
         let short = expression.text.len() <= INLINE && !self.alone.contains(&id);
         if self.uses[id.index()] == 1 && (short || self.final_only.contains(&id)) {
             self.expressions[id.index()] = Some(expression);
         } else {
-            let kind = if is_mask(self.graph.node(id)) { "bool" } else { F::C_NAME };
+            let kind = if is_mask(self.graph.node(id)) { "bool" } else { real.c_name };
             self.assign(id.index(), &expression.text, kind);
         }
     }
@@ -231,9 +231,9 @@ fn is_mask(node: Node) -> bool {
 }
 
 /// What C calls a function of one number.
-pub(crate) fn function_name<F: Precision>(function: Function) -> String {
+pub(crate) fn function_name(real: Real, function: Function) -> String {
     let name = match function {
-        Function::Abs => return format!("fabs{}", F::C_SUFFIX),
+        Function::Abs => return format!("fabs{}", real.c_suffix),
         Function::Exp => "exp",
         Function::Ln => "ln",
         Function::Sin => "sin",
@@ -243,7 +243,7 @@ pub(crate) fn function_name<F: Precision>(function: Function) -> String {
         Function::PowerOfTwo => "power_of_two",
         Function::Exponent => "exponent",
     };
-    format!("stickslip_{name}{}", F::C_SUFFIX)
+    format!("stickslip_{name}{}", real.c_suffix)
 }
 
 /// Whether a word stands in a text.

@@ -4,11 +4,11 @@ use super::body::{Body, Callees, Expression, INDENT};
 use super::names::last_name;
 use super::plan::{Access, Argument, Planned};
 use super::text::{self, wrap};
-use crate::record::{Node, Precision, Step};
+use crate::record::{Node, Real, Step};
 
 impl Body<'_> {
     /// A call, with the structs that it needs before and the new state that is needed after it.
-    pub(super) fn call<F: Precision>(&mut self, number: u32, planned: &Planned, callees: &Callees<'_>) {
+    pub(super) fn call(&mut self, real: Real, number: u32, planned: &Planned, callees: &Callees<'_>) {
         let call = &self.graph.calls[number as usize];
         let callee = &callees.steps[call.function];
         let label = &callees.labels[call.function];
@@ -35,11 +35,11 @@ impl Body<'_> {
             arguments.push(access.address());
         }
         self.lines += &wrap(INDENT, &format!("{}_{label}_step({});", callees.prefix, arguments.join(", ")));
-        self.results::<F>(number, planned, callee);
+        self.results(real, number, planned, callee);
     }
 
     /// The new state is copied, since the next call may work on it in place; an output stays where it lies.
-    fn results<F: Precision>(&mut self, call: u32, planned: &Planned, callee: &Step) {
+    fn results(&mut self, real: Real, call: u32, planned: &Planned, callee: &Step) {
         let (state, output) = (callee.state.paths(), callee.output.paths());
         for position in 0..self.graph.nodes.len() {
             let Node::Result(of, number) = self.graph.nodes[position] else { continue };
@@ -50,7 +50,7 @@ impl Body<'_> {
             let member = |access: &Access, path: &str| access.member(&text::path(path));
             if let (Some((access, _)), Some(path)) = (&planned.state, state.get(number)) {
                 self.wanted_names[position].push(last_name(path));
-                self.assign(position, &member(access, path), F::C_NAME);
+                self.assign(position, &member(access, path), real.c_name);
             } else if let Some(access) = &planned.output {
                 let text = member(access, &output[number - state.len()]);
                 self.expressions[position] = Some(Expression { text, atomic: true });

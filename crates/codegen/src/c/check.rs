@@ -5,11 +5,11 @@ use stickslip_core::fields::{Field, Kind};
 use super::body::function_name;
 use super::kernel::Needs;
 use super::text::{literal, number, path, wrap};
-use crate::record::{Function, Precision, Program};
+use crate::record::{Function, Program, Real};
 
 /// Largest finite number of the precision, as C calls it: the range of a number that has none.
-fn largest<F: Precision>() -> &'static str {
-    if F::C_SUFFIX.is_empty() { "DBL_MAX" } else { "FLT_MAX" }
+fn largest(real: Real) -> &'static str {
+    if real.c_suffix.is_empty() { "DBL_MAX" } else { "FLT_MAX" }
 }
 
 /// Whether only whole numbers make sense.
@@ -18,12 +18,11 @@ fn is_whole(field: &Field) -> bool {
 }
 
 /// The functions that [`body`] calls: each hands on what is known to be wrong, or says what is.
-pub(super) fn functions<F: Precision>(program: &Program) -> String {
-    let real = F::C_NAME;
+pub(super) fn functions(real: Real, program: &Program) -> String {
     let leaves = program.steps.last().map(|top| top.parameters.leaves()).unwrap_or_default();
     let value = format!("{real} value, {real} minimum, {real} maximum");
     let within = "(value >= minimum) && (value <= maximum)";
-    let floor = function_name::<F>(Function::Floor);
+    let floor = function_name(real, Function::Floor);
     let whole = format!("{within} && (value <= {floor}(value))");
     let all: [(bool, &str, &str, &str, &str); 3] = [
         (leaves.iter().any(|leaf| !is_whole(leaf.1)), "within", &value, within, "a number out of its range, or NaN"),
@@ -48,17 +47,17 @@ pub(super) fn functions<F: Precision>(program: &Program) -> String {
 }
 
 /// The statements of `NAME_check`.
-pub(super) fn body<F: Precision>(program: &Program) -> (String, Needs) {
+pub(super) fn body(real: Real, program: &Program) -> (String, Needs) {
     let mut needs = Needs::default();
     let mut out = String::from("    const char *fault = NULL;\n");
     let Some(top) = program.steps.last() else { return (out, needs) };
     for (place, field) in top.parameters.leaves() {
         let function = if is_whole(field) { "whole" } else { "within" };
         if is_whole(field) {
-            needs.functions.insert(Function::Floor);
+            needs.function(Function::Floor);
         }
         let bound = |value: f64, sign: &str| {
-            if value.is_finite() { literal::<F>(value) } else { format!("{sign}{}", largest::<F>()) }
+            if value.is_finite() { literal(real, value) } else { format!("{sign}{}", largest(real)) }
         };
         let (minimum, maximum) = (bound(field.minimum, "-"), bound(field.maximum, ""));
         let message = format!("\"{place} must be {}\"", allowed(field));
@@ -67,7 +66,7 @@ pub(super) fn body<F: Precision>(program: &Program) -> (String, Needs) {
         out += &wrap("    ", &call);
     }
     if !program.laws.laws.is_empty() {
-        let (laws, conditions) = super::body::laws::<F>(&program.laws, &top.parameters);
+        let (laws, conditions) = super::body::laws(real, &program.laws, &top.parameters);
         needs.extend(&laws.needs);
         out += &laws.lines;
         for (law, condition) in program.laws.laws.iter().zip(conditions) {

@@ -2,14 +2,13 @@
 
 use super::excitation::{period, span};
 use super::text::{literal, number, path, wrap};
-use crate::record::{Precision, Step};
+use crate::record::{Real, Step};
 
 /// Steps that it runs.
 const STEPS: u32 = 400;
 
 /// The example, with steps of `dt` [s].
-pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
-    let real = F::C_NAME;
+pub(super) fn main(real: Real, name: &str, step: &Step, dt: f64) -> String {
     let upper = name.to_uppercase();
     let [parameters, state, input, output] =
         [&step.parameters, &step.state, &step.input, &step.output].map(|tree| tree.numbers() > 0);
@@ -25,7 +24,7 @@ pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
             })
         })
         .collect();
-    let cast = if F::C_SUFFIX.is_empty() { "" } else { "(double)" };
+    let cast = if real.c_suffix.is_empty() { "" } else { "(double)" };
     let mut prints = String::new();
     for (_, value) in &columns {
         prints += &wrap("        ", &format!("(void)printf(\",%.9g\", {cast}{value});"));
@@ -37,9 +36,9 @@ pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
              \"{name}.h\"\n#include \"{name}_selftest.h\"\n\n#include <stddef.h>\n#include <stdio.h>\n\n",
             number(dt)
         ),
-        when(input, triangle::<F>()),
+        when(input, triangle(real)),
         "int main(void) {\n".into(),
-        format!("    const {real} dt = {};\n", literal::<F>(dt)),
+        format!("    const {real} dt = {};\n", literal(real, dt)),
         when(parameters, format!("    {name}_parameters p;\n")),
         when(state, format!("    {name}_state s;\n")),
         "    const char *fault;\n    int k;\n\n".into(),
@@ -56,7 +55,7 @@ pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
         when(input, format!("        {name}_input in;\n")),
         when(output, format!("        {name}_output out;\n")),
         format!("        {name}_status status;\n"),
-        inputs::<F>(step),
+        inputs(real, step),
         format!("        status = {name}_step({});\n", arguments.join(", ")),
         "        (void)printf(\"%.9g\", (double)k * (double)dt);\n".into(),
         prints,
@@ -67,9 +66,8 @@ pub(super) fn main<F: Precision>(name: &str, step: &Step, dt: f64) -> String {
 }
 
 /// The triangle wave of `excitation`.
-fn triangle<F: Precision>() -> String {
-    let real = F::C_NAME;
-    let [one, two, three, four] = [1.0, 2.0, 3.0, 4.0].map(literal::<F>);
+fn triangle(real: Real) -> String {
+    let [one, two, three, four] = [1.0, 2.0, 3.0, 4.0].map(|value| literal(real, value));
     format!(
         "/* A wave between -1 and 1 that starts at 0 and rises; its period is so many steps. */\nstatic {real} \
          triangle(int step, int period) {{\n    const {real} quarters = ({four} * ({real})(step % period)) / \
@@ -79,18 +77,18 @@ fn triangle<F: Precision>() -> String {
 }
 
 /// Each input on its way through its span.
-fn inputs<F: Precision>(step: &Step) -> String {
+fn inputs(real: Real, step: &Step) -> String {
     let mut out = String::new();
     for (i, (place, field)) in step.input.leaves().into_iter().enumerate() {
         let (span, place, period) = (span(field), path(&place), period(i));
         let (middle, half) = (0.5 * (span.low + span.high), 0.5 * (span.high - span.low));
         let value = if span.low == 0.0 && span.high == 1.0 && span.whole {
-            let (zero, one) = (literal::<F>(0.0), literal::<F>(1.0));
+            let (zero, one) = (literal(real, 0.0), literal(real, 1.0));
             format!("(triangle(k, {period}) < {zero}) ? {zero} : {one}")
         } else {
-            let wave = format!("{} * triangle(k, {period})", literal::<F>(half));
-            let whole = if middle == 0.0 { wave } else { format!("{} + ({wave})", literal::<F>(middle)) };
-            if span.whole { format!("({})(int)({whole})", F::C_NAME) } else { whole }
+            let wave = format!("{} * triangle(k, {period})", literal(real, half));
+            let whole = if middle == 0.0 { wave } else { format!("{} + ({wave})", literal(real, middle)) };
+            if span.whole { format!("({})(int)({whole})", real.c_name) } else { whole }
         };
         out += &wrap("        ", &format!("in.{place} = {value};"));
     }

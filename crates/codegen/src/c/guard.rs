@@ -3,7 +3,7 @@
 use super::interface::assign;
 use super::prose::comment;
 use super::text::{literal, path, wrap};
-use crate::record::{Precision, Step};
+use crate::record::{Real, Step};
 use crate::tree::Tree;
 
 /// The type of what [`body`] returns; its cases are those of `stickslip_core::block::Status`.
@@ -28,7 +28,7 @@ pub(super) fn constants(name: &str) -> [String; 3] {
 }
 
 /// The statements of `NAME_step`.
-pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
+pub(super) fn body(real: Real, name: &str, step: &Step) -> String {
     let [ok, input_not_finite, not_computed] = constants(name);
     let (state, output) = (step.state.numbers() > 0, step.output.numbers() > 0);
     let arguments = [
@@ -49,7 +49,7 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
     }
     out += &format!("    {name}_raw_step({});\n", arguments.join(", "));
     let computed = [
-        vec!["isfinite(dt)".into(), format!("(dt > {})", literal::<F>(0.0))],
+        vec!["isfinite(dt)".into(), format!("(dt > {})", literal(real, 0.0))],
         // What the step leaves as it is cannot have become wrong.
         finite("s", &step.state, |number| !step.keeps(number)),
         finite("out", &step.output, |_| true),
@@ -61,7 +61,7 @@ pub(super) fn body<F: Precision>(name: &str, step: &Step) -> String {
         out += "        *s = before;\n";
     }
     let zeros = vec![0.0; step.output.numbers()];
-    out += &assign::<F>("out", &step.output, &zeros).replace("    out->", "        out->");
+    out += &assign(real, "out", &step.output, &zeros).replace("    out->", "        out->");
     out += &format!("        status = {not_computed};\n");
     let inputs = finite("in", &step.input, |_| true);
     if !inputs.is_empty() {

@@ -1,7 +1,7 @@
 //! Larger, smaller, limited, sign: what several operations say together, written as one call.
 
 use super::text::literal;
-use crate::record::{Graph, Id, Node, Precision};
+use crate::record::{Graph, Id, Node, Real};
 
 /// Several operations by the name that `stickslip_core::scalar::Scalar` has for them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,20 +42,20 @@ impl Idiom {
 }
 
 impl Helper {
-    pub(super) fn name<F: Precision>(self) -> String {
+    pub(super) fn name(self, real: Real) -> String {
         let name = match self {
             Helper::Max => "max",
             Helper::Min => "min",
             Helper::Clamp => "clamp",
             Helper::Sign => "sign",
         };
-        format!("stickslip_{name}{}", F::C_SUFFIX)
+        format!("stickslip_{name}{}", real.c_suffix)
     }
 
     /// The function, as in `Scalar`.
-    pub(super) fn definition<F: Precision>(self) -> String {
-        let (real, name) = (F::C_NAME, self.name::<F>());
-        let (zero, one, minus) = (literal::<F>(0.0), literal::<F>(1.0), literal::<F>(-1.0));
+    pub(super) fn definition(self, real: Real) -> String {
+        let name = self.name(real);
+        let (zero, one, minus) = (literal(real, 0.0), literal(real, 1.0), literal(real, -1.0));
         let (about, arguments, body) = match self {
             Helper::Max => ("The larger; b if either is NaN.", "a b", "    return (b < a) ? a : b;\n".to_string()),
             Helper::Min => ("The smaller; b if either is NaN.", "a b", "    return (a < b) ? a : b;\n".to_string()),

@@ -2,7 +2,7 @@
 
 use super::kernel::Needs;
 use super::{Printer, check, guard, prose, structs, text};
-use crate::record::Precision;
+use crate::record::Real;
 use crate::tree::Tree;
 
 /// A function that is called from outside.
@@ -19,7 +19,7 @@ pub(super) struct Public {
 
 impl Printer<'_> {
     /// `NAME.h`.
-    pub(super) fn header<F: Precision>(&self) -> String {
+    pub(super) fn header(&self, real: Real) -> String {
         let (name, guard) = (self.name, format!("{}_H", self.name.to_uppercase()));
         let mut out = format!(
             "/* {}, written by stickslip. Change the model, not this file. */\n#ifndef {guard}\n#define {guard}\n\n",
@@ -27,14 +27,14 @@ impl Printer<'_> {
         );
         let mut done = Vec::new();
         for (kind, tree) in structs(self.top) {
-            out += &self.types.define::<F>(tree, &mut done);
+            out += &self.types.define(real, tree, &mut done);
             let own = format!("{name}_{kind}");
             if let Some(shared) = self.types.name(tree).filter(|shared| *shared != own) {
                 out += &format!("typedef {shared} {own};\n\n");
             }
         }
         out += &guard::status(name);
-        for function in self.interface::<F>() {
+        for function in self.interface(real) {
             out +=
                 &format!("{}{};\n\n", prose::comment("", &function.about), text::wrap("", &function.head).trim_end());
         }
@@ -42,7 +42,7 @@ impl Printer<'_> {
     }
 
     /// The functions that are called from outside.
-    pub(super) fn interface<F: Precision>(&self) -> Vec<Public> {
+    pub(super) fn interface(&self, real: Real) -> Vec<Public> {
         let name = self.name;
         let mut out = Vec::new();
         let mut add = |about: &str, head: String, (body, needs): (String, Needs)| {
@@ -52,19 +52,19 @@ impl Printer<'_> {
             add(
                 "Sets the parameters to those that this file was written with.",
                 format!("void {name}_parameters_init({name}_parameters *p)"),
-                (assign::<F>("p", &self.top.parameters, &self.program.parameters), Needs::default()),
+                (assign(real, "p", &self.top.parameters, &self.program.parameters), Needs::default()),
             );
             add(
                 "NULL, or what is wrong with the parameters: the first fault that was found.",
                 format!("const char *{name}_check(const {name}_parameters *p)"),
-                check::body::<F>(self.program),
+                check::body(real, self.program),
             );
         }
         if self.top.state.numbers() > 0 {
             add(
                 "Sets the state to that before the first step.",
                 format!("void {name}_init({name}_state *s)"),
-                (assign::<F>("s", &self.top.state, &self.program.start), Needs::default()),
+                (assign(real, "s", &self.top.state, &self.program.start), Needs::default()),
             );
         }
         add(
@@ -73,8 +73,8 @@ impl Printer<'_> {
                  overlap.",
                 self.top.help
             ),
-            self.head::<F>(self.top, &format!("{name}_status {name}_step")),
-            (guard::body::<F>(name, self.top), Needs::default()),
+            self.head(real, self.top, &format!("{name}_status {name}_step")),
+            (guard::body(real, name, self.top), Needs::default()),
         );
         out
     }
@@ -91,9 +91,9 @@ pub(super) fn epk(name: &str, text: &str) -> (String, String) {
 }
 
 /// Statements that set each number of a struct.
-pub(super) fn assign<F: Precision>(base: &str, tree: &Tree, values: &[f64]) -> String {
+pub(super) fn assign(real: Real, base: &str, tree: &Tree, values: &[f64]) -> String {
     let number = |(path, value): (&String, &f64)| {
-        format!("    {base}->{} = {};\n", text::path(path), text::literal::<F>(*value))
+        format!("    {base}->{} = {};\n", text::path(path), text::literal(real, *value))
     };
     tree.paths().iter().zip(values).map(number).collect()
 }

@@ -1,11 +1,10 @@
 //! What stands above the steps: the switches of the compiler, and the functions of one number.
 
-use std::collections::BTreeSet;
-
 use super::body::{self, function_name};
 use super::idiom::Helper;
 use super::text::literal;
-use crate::record::{Function, Precision, record_function};
+use crate::distinct::insert;
+use crate::record::{Function, Real, record_function};
 use stickslip_core::scalar::kernel;
 
 /// Comment, switches and includes; `code` is what follows.
@@ -38,41 +37,48 @@ pub(super) fn preamble(block: &str, name: &str, code: &str) -> String {
 /// Small functions that are called.
 #[derive(Clone, Default)]
 pub(super) struct Needs {
-    /// Of one number.
-    pub(super) functions: BTreeSet<Function>,
-    /// Of several operations in one.
-    pub(super) helpers: BTreeSet<Helper>,
+    /// Of one number; in order, each once.
+    pub(super) functions: Vec<Function>,
+    /// Of several operations in one; in order, each once.
+    pub(super) helpers: Vec<Helper>,
 }
 
 impl Needs {
     pub(super) fn extend(&mut self, others: &Needs) {
-        self.functions.extend(&others.functions);
-        self.helpers.extend(&others.helpers);
+        others.functions.iter().for_each(|function| self.function(*function));
+        others.helpers.iter().for_each(|helper| self.helper(*helper));
+    }
+
+    pub(super) fn function(&mut self, function: Function) {
+        insert(&mut self.functions, function);
+    }
+
+    pub(super) fn helper(&mut self, helper: Helper) {
+        insert(&mut self.helpers, helper);
     }
 }
 
 /// The functions that are called, and those that they call.
-pub(super) fn functions<F: Precision>(called: &Needs) -> String {
-    let real = F::C_NAME;
+pub(super) fn functions(real: Real, called: &Needs) -> String {
     let mut needs = called.clone();
     let mut out = String::new();
     for function in &called.functions {
         let (graph, result) = match function {
-            Function::Exp => record_function::<F>(kernel::exp),
-            Function::Ln => record_function::<F>(kernel::ln),
-            Function::Sin => record_function::<F>(kernel::sin),
-            Function::Cos => record_function::<F>(kernel::cos),
-            Function::Round => record_function::<F>(kernel::round),
-            Function::Floor => record_function::<F>(kernel::floor),
+            Function::Exp => record_function(real, kernel::exp),
+            Function::Ln => record_function(real, kernel::ln),
+            Function::Sin => record_function(real, kernel::sin),
+            Function::Cos => record_function(real, kernel::cos),
+            Function::Round => record_function(real, kernel::round),
+            Function::Floor => record_function(real, kernel::floor),
             Function::Abs | Function::PowerOfTwo | Function::Exponent => continue,
         };
-        let body = body::function::<F>(&graph, result);
+        let body = body::function(real, &graph, result);
         needs.extend(&body.needs);
         out += &format!("/* {} */\n", about(*function));
-        out += &format!("static {real} {}({real} x) {{\n{}}}\n\n", function_name::<F>(*function), body.lines);
+        out += &format!("static {real} {}({real} x) {{\n{}}}\n\n", function_name(real, *function), body.lines);
     }
-    let helpers: String = needs.helpers.into_iter().map(Helper::definition::<F>).collect();
-    let on_bits = needs.functions.into_iter().filter_map(on_bits::<F>).collect::<String>();
+    let helpers: String = needs.helpers.into_iter().map(|helper| helper.definition(real)).collect();
+    let on_bits = needs.functions.into_iter().filter_map(|function| on_bits(real, function)).collect::<String>();
     helpers + &on_bits + &out
 }
 
@@ -91,16 +97,16 @@ fn about(function: Function) -> &'static str {
 }
 
 /// The two functions that see a number as bits, as in `stickslip_core::scalar`.
-fn on_bits<F: Precision>(function: Function) -> Option<String> {
+fn on_bits(real: Real, function: Function) -> Option<String> {
     if !matches!(function, Function::PowerOfTwo | Function::Exponent) {
         return None;
     }
-    let (real, name) = (F::C_NAME, function_name::<F>(function));
-    let (word, whole, bias, mantissa) = match real {
+    let name = function_name(real, function);
+    let (word, whole, bias, mantissa) = match real.c_name {
         "float" => ("uint32_t", 8_388_608.0, 127.0, 23),
         _ => ("uint64_t", 4_503_599_627_370_496.0, 1023.0, 52),
     };
-    let (whole, shifter) = (literal::<F>(whole), literal::<F>(whole + bias));
+    let (whole, shifter) = (literal(real, whole), literal(real, whole + bias));
     let statements = if function == Function::PowerOfTwo {
         [
             format!("union {{ {real} number; {word} bits; }} view;"),

@@ -28,7 +28,7 @@ use sha2::{Digest as _, Sha256};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
-use crate::record::{self, Precision, Program, Recorded, Step};
+use crate::record::{self, Precision, Program, Real, Recorded, Step};
 use crate::tree::Tree;
 use body::Callees;
 pub(crate) use body::function_name;
@@ -93,9 +93,9 @@ pub fn generate<B, F>(parameters: &B, name: &str) -> Result<CSource, NotAName>
 where
     F: Precision,
     B: Fields<f64>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
-    print::<F>(&record::record::<B, F>(parameters), name)
+    print_in(Real::of::<F>(), &record::record::<B, F>(parameters), name)
 }
 
 /// Writes a recorded block as C.
@@ -103,11 +103,15 @@ where
 /// # Errors
 /// If C would not take the name.
 pub fn print<F: Precision>(program: &Program, name: &str) -> Result<CSource, NotAName> {
+    print_in(Real::of::<F>(), program, name)
+}
+
+fn print_in(real: Real, program: &Program, name: &str) -> Result<CSource, NotAName> {
     if !text::is_identifier(name) {
         return Err(NotAName(name.into()));
     }
     let printer = Printer::new(program, name);
-    let (header, source) = (printer.header::<F>(), printer.source::<F>());
+    let (header, source) = (printer.header(real), printer.source(real));
     let hash = Sha256::new().chain_update(&header).chain_update(&source).finalize();
     let hash: String = hash[..8].iter().map(|byte| format!("{byte:02x}")).collect();
     let epk = format!("stickslip {} {name} {hash}", env!("CARGO_PKG_VERSION"));
@@ -134,7 +138,7 @@ fn structs(step: &Step) -> [(&'static str, &Tree); 4] {
 
 impl<'a> Printer<'a> {
     fn new(program: &'a Program, name: &'a str) -> Self {
-        let top = program.steps.last().expect("a program has at least the block itself");
+        let top = program.top();
         let mut types = Types::default();
         for (kind, tree) in structs(top).into_iter().filter(|(_, tree)| !tree.is_bare()) {
             types.register(format!("{name}_{kind}"), tree);
@@ -150,7 +154,7 @@ impl<'a> Printer<'a> {
     }
 
     /// The head of a step's function: what stands before the parenthesis, then the arguments.
-    fn head<F: Precision>(&self, step: &Step, function: &str) -> String {
+    fn head(&self, real: Real, step: &Step, function: &str) -> String {
         let mut arguments = Vec::new();
         for (kind, tree) in structs(step) {
             let type_name = if std::ptr::eq(step, self.top) {
@@ -159,7 +163,7 @@ impl<'a> Printer<'a> {
                 self.types.name(tree).unwrap_or_default().to_string()
             };
             if kind == "output" {
-                arguments.push(format!("{} dt", F::C_NAME));
+                arguments.push(format!("{} dt", real.c_name));
             }
             if tree.numbers() > 0 {
                 arguments.push(match kind {
@@ -173,38 +177,38 @@ impl<'a> Printer<'a> {
         format!("{function}({})", arguments.join(", "))
     }
 
-    fn source<F: Precision>(&self) -> String {
+    fn source(&self, real: Real) -> String {
         let name = self.name;
         let mut needs = Needs::default();
         let mut steps = String::new();
         for (step, label) in self.program.steps.iter().zip(&self.labels) {
             let label = if std::ptr::eq(step, self.top) { "raw" } else { label };
-            let head = self.head::<F>(step, &format!("static void {name}_{label}_step"));
+            let head = self.head(real, step, &format!("static void {name}_{label}_step"));
             steps += &prose::comment("", &prose::plain(step.help));
-            steps += &self.function::<F>(step, &head, &mut needs);
+            steps += &self.function(real, step, &head, &mut needs);
         }
-        for function in self.interface::<F>() {
+        for function in self.interface(real) {
             needs.extend(&function.needs);
             steps += &format!("{} {{\n{}}}\n\n", text::wrap("", &function.head).trim_end(), function.body);
         }
-        let kernels = kernel::functions::<F>(&needs);
+        let kernels = kernel::functions(real, &needs);
         let mut types = String::new();
         let mut done = Vec::new();
         for (_, tree) in structs(self.top) {
-            self.types.define::<F>(tree, &mut done);
+            self.types.define(real, tree, &mut done);
         }
         for (_, tree) in self.program.steps.iter().flat_map(structs) {
-            types += &self.types.define::<F>(tree, &mut done);
+            types += &self.types.define(real, tree, &mut done);
         }
-        let code = format!("{types}{kernels}{}{steps}", check::functions::<F>(self.program));
+        let code = format!("{types}{kernels}{}{steps}", check::functions(real, self.program));
         format!("{}{code}", kernel::preamble(self.top.name, name, &code))
     }
 
-    fn function<F: Precision>(&self, step: &Step, head: &str, needs: &mut Needs) -> String {
+    fn function(&self, real: Real, step: &Step, head: &str, needs: &mut Needs) -> String {
         let plan = plan::plan(step, &self.program.steps, &self.labels, &self.types);
         let callees =
             Callees { steps: &self.program.steps, labels: &self.labels, types: &self.types, prefix: self.name };
-        let body = body::step::<F>(step, &plan, &callees);
+        let body = body::step(real, step, &plan, &callees);
         needs.extend(&body.needs);
         let mut out = format!("{} {{\n", text::wrap("", head).trim_end());
         for argument in ["p", "s", "in", "dt", "out"] {

@@ -2,7 +2,7 @@
 
 use super::body::{Body, Expression};
 use super::text;
-use crate::record::{Node, Precision, Source, Step};
+use crate::record::{Node, Real, Source, Step};
 use crate::tree::Tree;
 
 impl Body<'_> {
@@ -17,7 +17,7 @@ impl Body<'_> {
     }
 
     /// Names for what is handed in. The state is read before anything is written to it.
-    pub(super) fn load<F: Precision>(&mut self, trees: &[&Tree]) {
+    pub(super) fn load(&mut self, real: Real, trees: &[&Tree]) {
         let paths: Vec<Vec<String>> = trees.iter().map(|tree| tree.paths()).collect();
         for (position, node) in self.graph.nodes.iter().enumerate() {
             let Node::Source(source, number) = *node else { continue };
@@ -43,7 +43,7 @@ impl Body<'_> {
                 let unique = among.iter().filter(|other| last_name(other) == short).count() == 1;
                 let name = if unique { short } else { last_names(path) };
                 self.wanted_names[position] = vec![name.clone(), format!("{name}{suffix}")];
-                self.assign(position, &text, F::C_NAME);
+                self.assign(position, &text, real.c_name);
             } else {
                 self.expressions[position] = Some(Expression { text, atomic: true });
             }

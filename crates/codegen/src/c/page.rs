@@ -7,33 +7,32 @@ use super::prose::plain;
 use super::text::{literal, number, path};
 use super::vectors::STEPS;
 use super::{DEVIATIONS, check};
-use crate::record::{Precision, Program, Step};
+use crate::record::{Program, Real, Step};
 use crate::tree::Tree;
 
 /// The page for steps of `dt` [s].
-pub(super) fn page<F: Precision>(program: &Program, top: &Step, name: &str, dt: f64) -> String {
+pub(super) fn page(real: Real, program: &Program, top: &Step, name: &str, dt: f64) -> String {
     let mut out = format!("# {name}\n\n{}", about(top));
     out += &format!(
         "Written by stickslip from its block {}: change the model there, not these files. C99 without heap, recursion, \
          global variables or libraries, in `{}`; every operation rounds once, in the order of the model, so that it \
          computes the bits of the model.\n\n",
-        top.name,
-        F::C_NAME
+        top.name, real.c_name
     );
     out += &format!(
         "| file | what for |\n|-|-|\n| `{name}.h`, `{name}.c` | the block: all that goes onto the target |\n\
          | `{name}_selftest.h`, `{name}_selftest.c` | {STEPS} steps of the model, recomputed and compared |\n\
          | `main.c` | an example that runs |\n\n"
     );
-    out += &format!("## How to call it\n\n```c\n{}```\n\n", calls::<F>(top, name, dt));
+    out += &format!("## How to call it\n\n```c\n{}```\n\n", calls(real, top, name, dt));
     out += &status(name);
     for (title, tree) in [("Inputs", &top.input), ("Outputs", &top.output)] {
         out += &signals(title, tree);
     }
-    out += &parameters::<F>(program, top);
-    out += &state::<F>(top);
+    out += &parameters(real, program, top);
+    out += &state(real, top);
     out += &choices(top);
-    out + &building::<F>(name) + &misra()
+    out + &building(real, name) + &misra()
 }
 
 /// What the block computes: its documentation, equations set apart.
@@ -44,14 +43,14 @@ fn about(top: &Step) -> String {
 }
 
 /// The sequence of calls, with the names of this block.
-fn calls<F: Precision>(top: &Step, name: &str, dt: f64) -> String {
+fn calls(real: Real, top: &Step, name: &str, dt: f64) -> String {
     let [parameters, state, input, output] =
         [&top.parameters, &top.state, &top.input, &top.output].map(|tree| tree.numbers() > 0);
     let lines = |all: &[(bool, String)]| -> String {
         all.iter().filter(|line| line.0).map(|line| format!("{}\n", line.1)).collect()
     };
     let join = |all: &[(bool, &str)]| all.iter().filter(|a| a.0).map(|a| a.1).collect::<Vec<_>>().join(", ");
-    let step = literal::<F>(dt);
+    let step = literal(real, dt);
     let arguments = join(&[(parameters, "&p"), (state, "&s"), (input, "in"), (true, &step), (output, "out")]);
     let (in_type, out_type) = (format!("const {name}_input *in"), format!("{name}_output *out"));
     let given = join(&[(input, &in_type), (output, &out_type)]);
@@ -106,7 +105,7 @@ fn signals(title: &str, tree: &Tree) -> String {
     out + "\n"
 }
 
-fn parameters<F: Precision>(program: &Program, top: &Step) -> String {
+fn parameters(real: Real, program: &Program, top: &Step) -> String {
     if top.parameters.numbers() == 0 {
         return String::new();
     }
@@ -121,7 +120,7 @@ fn parameters<F: Precision>(program: &Program, top: &Step) -> String {
             field.symbol,
             field.unit,
             check::values(field),
-            number(F::of(*value).text().parse().unwrap_or(*value)),
+            number((real.text)(*value).parse().unwrap_or(*value)),
             help(field)
         );
     }
@@ -132,9 +131,9 @@ fn parameters<F: Precision>(program: &Program, top: &Step) -> String {
     out + "\n\n"
 }
 
-fn state<F: Precision>(top: &Step) -> String {
+fn state(real: Real, top: &Step) -> String {
     let numbers = top.state.numbers();
-    let bytes = numbers * if F::C_SUFFIX.is_empty() { 8 } else { 4 };
+    let bytes = numbers * if real.c_suffix.is_empty() { 8 } else { 4 };
     match numbers {
         0 => "The block has no state.\n\n".into(),
         1 => format!("The state is one number, {bytes} bytes.\n\n"),
@@ -158,7 +157,7 @@ fn choices(top: &Step) -> String {
     if out.is_empty() { out } else { format!("Chosen when this was written, and not open any more:\n\n{out}\n") }
 }
 
-fn building<F: Precision>(name: &str) -> String {
+fn building(real: Real, name: &str) -> String {
     format!(
         "## How to compile it\n\n```sh\ncc -std=c99 -O2 -o {name} {name}.c {name}_selftest.c main.c\n./{name} > \
          {name}.csv\n```\n\nWith gcc and clang any `-O` and `-march` will do: the source itself forbids them to fuse \
@@ -167,7 +166,7 @@ fn building<F: Precision>(name: &str) -> String {
          decide:\n\n```c\nconst char *fault = {name}_selftest();   /* NULL, or \"step 12: output …\" */\n```\n\nRun it \
          once at start on the target as well. The processor must round to nearest and keep subnormal numbers: on \
          x86 MXCSR without FTZ and DAZ, on Cortex-M FPSCR with FZ, DN and RMode 0, as after reset.{}\n\n",
-        if F::C_SUFFIX.is_empty() { " A Cortex-M4F computes `double` in software." } else { "" }
+        if real.c_suffix.is_empty() { " A Cortex-M4F computes `double` in software." } else { "" }
     )
 }
 

@@ -4,8 +4,8 @@ use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 
 use super::vectors::{self, Vector};
-use super::{NotAName, example, page, print, selftest};
-use crate::record::{self, Precision, Program, Recorded};
+use super::{NotAName, example, page, print_in, selftest};
+use crate::record::{self, Precision, Program, Real, Recorded};
 
 /// What is written into one folder.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,10 +33,10 @@ where
     F: Precision,
     B: Fields<f64>,
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
-    let vectors = vectors::vectors(&block.map(&mut |v: f64| F::of(v)), step);
-    files::<F>(record::record::<B, F>(block), &vectors, name, step)
+    let vectors = vectors::vectors(&block.map(&mut F::of), step);
+    files(Real::of::<F>(), record::record::<B, F>(block), &vectors, name, step)
 }
 
 /// The same of a program that was recorded without a block, in `double`: see [`record::record_declared`].
@@ -44,22 +44,27 @@ where
 /// # Errors
 /// If C would not take the name.
 pub fn project_of(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
-    let top = program.steps.last().expect("a program has at least the step itself");
-    let vectors = vectors::of_program::<f64>(&program, top, step);
-    files::<f64>(program, &vectors, name, step)
+    evaluated::<f64>(program, name, step)
 }
 
-fn files<F: Precision>(program: Program, vectors: &[Vector<F>], name: &str, step: f64) -> Result<Project, NotAName> {
-    let code = print::<F>(&program, name)?;
-    let top = program.steps.last().expect("a program has at least the block itself");
+/// The project of a program in the precision that it was recorded in; the program itself makes the vectors of the
+/// self-test.
+pub(super) fn evaluated<F: Precision>(program: Program, name: &str, step: f64) -> Result<Project, NotAName> {
+    let vectors = vectors::of_program::<F>(&program, step);
+    files(Real::of::<F>(), program, &vectors, name, step)
+}
+
+fn files(real: Real, program: Program, vectors: &[Vector], name: &str, step: f64) -> Result<Project, NotAName> {
+    let code = print_in(real, &program, name)?;
+    let top = program.top();
     let file = |name: String, text: String| (name, text);
     let files = vec![
         file(format!("{name}.h"), code.header),
         file(format!("{name}.c"), code.source),
         file(format!("{name}_selftest.h"), selftest::header(name)),
-        file(format!("{name}_selftest.c"), selftest::source(name, top, vectors)),
-        file("main.c".into(), example::main::<F>(name, top, step)),
-        file("README.md".into(), page::page::<F>(&program, top, name, step)),
+        file(format!("{name}_selftest.c"), selftest::source(real, name, top, vectors)),
+        file("main.c".into(), example::main(real, name, top, step)),
+        file("README.md".into(), page::page(real, &program, top, name, step)),
     ];
     Ok(Project { files, program })
 }

@@ -11,17 +11,19 @@ use stickslip_core::sensor::{Encoder, Pickups};
 use stickslip_core::tick::{Decoder, Tick, VirtualBench};
 
 use super::NotAName;
-use super::project::{Project, project};
+use super::project::{Project, evaluated};
+use crate::record::record;
 
-/// A block with its parameters, ready to become a project.
+/// A block with its parameters, ready to become a project. The vectors of its self-test are made by the recorded program,
+/// so that this crate compiles the block over one kind of number only; tests compare them with those of the block.
 pub trait Ready {
-    /// [`project`] in `double`.
+    /// [`project`](super::project) in `double`.
     ///
     /// # Errors
     /// If C would not take the name.
     fn double(&self, name: &str, step: f64) -> Result<Project, NotAName>;
 
-    /// [`project`] in `float`.
+    /// [`project`](super::project) in `float`.
     ///
     /// # Errors
     /// If C would not take the name.
@@ -32,11 +34,11 @@ macro_rules! ready {
     ($($Block:ident),+ $(,)?) => {$(
         impl Ready for $Block<f64> {
             fn double(&self, name: &str, step: f64) -> Result<Project, NotAName> {
-                project::<Self, f64>(self, name, step)
+                evaluated::<f64>(record::<Self, f64>(self), name, step)
             }
 
             fn single(&self, name: &str, step: f64) -> Result<Project, NotAName> {
-                project::<Self, f32>(self, name, step)
+                evaluated::<f32>(record::<Self, f32>(self), name, step)
             }
         }
     )+};

@@ -6,7 +6,7 @@ use super::guard::constants;
 use super::prose::comment;
 use super::text::{path, wrap};
 use super::vectors::{STEPS, Vector};
-use crate::record::{Precision, Step};
+use crate::record::{Real, Step};
 use crate::tree::Tree;
 
 /// State of at most so many numbers is compared after every step, more of it after every tenth.
@@ -27,9 +27,8 @@ pub(super) fn header(name: &str) -> String {
 }
 
 /// `NAME_selftest.c`.
-pub(super) fn source<F: Precision>(name: &str, step: &Step, vectors: &[Vector<F>]) -> String {
-    let real = F::C_NAME;
-    let word = if F::C_SUFFIX.is_empty() { "uint64_t" } else { "uint32_t" };
+pub(super) fn source(real: Real, name: &str, step: &Step, vectors: &[Vector]) -> String {
+    let word = if real.c_suffix.is_empty() { "uint64_t" } else { "uint32_t" };
     let [inputs, outputs, states] = [&step.input, &step.output, &step.state].map(Tree::numbers);
     let every = if states <= SMALL { 1 } else { 10 };
     let mut out = format!(
@@ -45,27 +44,27 @@ pub(super) fn source<F: Precision>(name: &str, step: &Step, vectors: &[Vector<F>
     let longest = [&step.output, &step.state].into_iter().flat_map(Tree::paths).map(|path| path.len()).max();
     let length = "step 123: output ".len() + longest.unwrap_or(0) + 1;
     out += &helpers(name, real, word, length);
-    out + &function(name, real, step, &tables(word, name, step, vectors, every), every)
+    out + &function(name, real, step, &tables(real, word, name, step, vectors, every), every)
 }
 
 /// Vectors, states and names, as they stand in the function.
-fn tables<F: Precision>(word: &str, name: &str, step: &Step, vectors: &[Vector<F>], every: usize) -> String {
+fn tables(real: Real, word: &str, name: &str, step: &Step, vectors: &[Vector], every: usize) -> String {
     let states = step.state.numbers();
     let mut out = format!("    static const {name}_vector vectors[{STEPS}] = {{\n");
     for vector in vectors {
-        let lists = [&vector.input, &vector.output].map(|numbers| list(numbers));
+        let lists = [&vector.input, &vector.output].map(|numbers| list(real, numbers));
         let lists: Vec<String> = lists.into_iter().filter(|list| !list.is_empty()).collect();
         let status = &constants(name)[vector.status as usize];
-        let row = [vec![bits(vector.dt)], lists, vec![status.clone()]].concat().join(", ");
+        let row = [vec![bits(real, vector.dt)], lists, vec![status.clone()]].concat().join(", ");
         out += &wrap("        ", &format!("{{ {row} }},"));
     }
     out += "    };\n";
     if states > 0 {
-        let rows: Vec<&Vector<F>> = vectors.iter().skip(every - 1).step_by(every).collect();
+        let rows: Vec<&Vector> = vectors.iter().skip(every - 1).step_by(every).collect();
         let when = if every == 1 { "every step".into() } else { format!("every {every}th step") };
         out += &format!("    /* The state after {when}. */\n");
         out += &format!("    static const {word} states[{}][{states}] = {{\n", rows.len());
-        rows.iter().for_each(|vector| out += &wrap("        ", &format!("{},", list(&vector.state))));
+        rows.iter().for_each(|vector| out += &wrap("        ", &format!("{},", list(real, &vector.state))));
         out += "    };\n";
     }
     for (kind, tree) in [("output", &step.output), ("state", &step.state)].into_iter().filter(|k| k.1.numbers() > 0) {
@@ -76,19 +75,18 @@ fn tables<F: Precision>(word: &str, name: &str, step: &Step, vectors: &[Vector<F
     out
 }
 
-fn bits<F: Precision>(number: F) -> String {
-    let double: f64 = number.into();
-    let bits = if F::C_SUFFIX.is_empty() { double.to_bits() } else { u64::from((double as f32).to_bits()) };
+fn bits(real: Real, number: f64) -> String {
+    let bits = if real.c_suffix.is_empty() { number.to_bits() } else { u64::from((number as f32).to_bits()) };
     if bits == 0 { "0U".into() } else { format!("0x{bits:x}U") }
 }
 
-fn list<F: Precision>(numbers: &[F]) -> String {
-    let numbers: Vec<String> = numbers.iter().map(|number| bits(*number)).collect();
+fn list(real: Real, numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(|number| bits(real, *number)).collect();
     if numbers.is_empty() { String::new() } else { format!("{{ {} }}", numbers.join(", ")) }
 }
 
 /// Number from bits and back, comparison, and the message.
-fn helpers(name: &str, real: &str, word: &str, length: usize) -> String {
+fn helpers(name: &str, real: Real, word: &str, length: usize) -> String {
     format!(
         "static {real} {name}_from_bits({word} bits) {{
     union {{ {real} number; {word} bits; }} view;
@@ -147,7 +145,7 @@ static const char *{name}_compare(uint32_t step, const char *const names[], cons
 }
 
 /// `NAME_selftest`.
-fn function(name: &str, real: &str, step: &Step, tables: &str, every: usize) -> String {
+fn function(name: &str, real: Real, step: &Step, tables: &str, every: usize) -> String {
     let [parameters, state, input, output] =
         [&step.parameters, &step.state, &step.input, &step.output].map(|tree| tree.numbers() > 0);
     let when = |yes: bool, text: String| if yes { text } else { String::new() };

@@ -1,6 +1,6 @@
 //! Words, literals and lines of C.
 
-use crate::record::Precision;
+use crate::record::Real;
 
 /// Longest line that is written where it can be broken.
 pub(super) const WIDTH: usize = 110;
@@ -51,13 +51,13 @@ pub(super) fn snake(name: &str) -> String {
 }
 
 /// A constant. Reads back to the same bits.
-pub(crate) fn literal<F: Precision>(value: f64) -> String {
+pub(crate) fn literal(real: Real, value: f64) -> String {
     if value.is_nan() {
         "NAN".into()
     } else if value.is_infinite() {
         if value > 0.0 { "INFINITY".into() } else { "-INFINITY".into() }
     } else {
-        format!("{}{}", shorter(F::of(value).text()), F::C_SUFFIX)
+        format!("{}{}", shorter((real.text)(value)), real.c_suffix)
     }
 }
 
@@ -130,13 +130,13 @@ mod tests {
 
     #[test]
     fn literals_read_back_to_the_same_number() {
-        assert_eq!(literal::<f64>(0.1), "0.1");
-        assert_eq!(literal::<f32>(f64::from(0.1f32)), "0.1f");
-        assert_eq!(literal::<f64>(1e300), "1e300");
-        assert_eq!(literal::<f32>(1e12), "1e12f");
-        assert_eq!(literal::<f64>(-0.0), "-0.0");
-        assert_eq!(literal::<f64>(f64::NEG_INFINITY), "-INFINITY");
-        assert_eq!(literal::<f32>(3.0), "3.0f");
+        assert_eq!(literal(Real::DOUBLE, 0.1), "0.1");
+        assert_eq!(literal(Real::of::<f32>(), f64::from(0.1f32)), "0.1f");
+        assert_eq!(literal(Real::DOUBLE, 1e300), "1e300");
+        assert_eq!(literal(Real::of::<f32>(), 1e12), "1e12f");
+        assert_eq!(literal(Real::DOUBLE, -0.0), "-0.0");
+        assert_eq!(literal(Real::DOUBLE, f64::NEG_INFINITY), "-INFINITY");
+        assert_eq!(literal(Real::of::<f32>(), 3.0), "3.0f");
     }
 
     #[test]

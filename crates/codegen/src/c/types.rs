@@ -2,7 +2,7 @@
 
 use super::prose::{comment, plain};
 use super::text::{identifier, number};
-use crate::record::Precision;
+use crate::record::Real;
 use crate::tree::{Member, Tree};
 
 /// The structs that have a name.
@@ -25,27 +25,27 @@ impl Types {
     }
 
     /// The definition of a struct and of the named ones within, each unless it is in `done`.
-    pub(super) fn define<F: Precision>(&self, tree: &Tree, done: &mut Vec<String>) -> String {
+    pub(super) fn define(&self, real: Real, tree: &Tree, done: &mut Vec<String>) -> String {
         let mut out = String::new();
         for (path, _, part) in tree.parts() {
             if !path.is_empty() && self.name(part).is_some() {
-                out += &self.define::<F>(part, done);
+                out += &self.define(real, part, done);
             }
         }
         if let Some(name) = self.name(tree).map(String::from)
             && !done.contains(&name)
         {
-            out += &format!("typedef struct {{\n{}}} {name};\n\n", self.members::<F>(tree, "    "));
+            out += &format!("typedef struct {{\n{}}} {name};\n\n", self.members(real, tree, "    "));
             done.push(name);
         }
         out
     }
 
-    fn members<F: Precision>(&self, tree: &Tree, indent: &str) -> String {
-        tree.members().iter().map(|member| self.member::<F>(member, indent)).collect()
+    fn members(&self, real: Real, tree: &Tree, indent: &str) -> String {
+        tree.members().iter().map(|member| self.member(real, member, indent)).collect()
     }
 
-    fn member<F: Precision>(&self, member: &Member, indent: &str) -> String {
+    fn member(&self, real: Real, member: &Member, indent: &str) -> String {
         // C has no struct without members.
         if member.tree.numbers() == 0 {
             return String::new();
@@ -59,9 +59,9 @@ impl Types {
         let declared = match (element, self.name(element)) {
             (_, Some(name)) => name.to_string(),
             (Tree::Group(_), None) => {
-                format!("struct {{\n{}{indent}}}", self.members::<F>(element, &format!("{indent}    ")))
+                format!("struct {{\n{}{indent}}}", self.members(real, element, &format!("{indent}    ")))
             }
-            _ => F::C_NAME.to_string(),
+            _ => real.c_name.to_string(),
         };
         let about = comment(indent, &describe(member, element));
         format!("{about}{indent}{declared} {}{lengths};\n", identifier(&member.name))

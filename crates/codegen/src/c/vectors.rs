@@ -1,10 +1,10 @@
 //! The vectors of the self-test: what the model makes of a short run that meets everything a block may meet.
 
 use stickslip_core::block::{Block, Status, guarded};
-use stickslip_core::fields::Fields;
+use stickslip_core::fields::{Fields, each};
 
 use super::excitation::{period, span, spread, triangle};
-use crate::record::{Precision, Program, Step};
+use crate::record::{Precision, Program, Real};
 use crate::tree::Tree;
 
 /// Zeros, subnormals, what overflows, and what is no number.
@@ -17,43 +17,47 @@ const TINY: u32 = 36;
 /// Steps in all; the two last have a time step that is none.
 pub(super) const STEPS: u32 = TINY + SPECIAL.len() as u32 + 2;
 
-/// A step of the model.
-pub(super) struct Vector<F> {
-    pub(super) dt: F,
-    pub(super) input: Vec<F>,
-    pub(super) output: Vec<F>,
-    pub(super) state: Vec<F>,
+/// A step of the model: numbers of its precision.
+pub(super) struct Vector {
+    pub(super) dt: f64,
+    pub(super) input: Vec<f64>,
+    pub(super) output: Vec<f64>,
+    pub(super) state: Vec<f64>,
     pub(super) status: Status,
 }
 
 /// The run of a block from its state at the start, by steps of `dt` [s].
-pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: f64) -> Vec<Vector<F>> {
+pub(super) fn vectors<F: Precision, B: Block<F, Input: Default>>(block: &B, dt: f64) -> Vec<Vector> {
     let mut state = B::State::default();
-    let template = B::Input::default();
-    run(&Tree::of(&template), dt, |input, dt| {
+    let mut given = B::Input::default();
+    run(Real::of::<F>(), &Tree::of(&given), dt, &mut |input, dt| {
         let mut numbers = input.iter();
-        let given = template.merge(&template, &mut |old, _| numbers.next().copied().unwrap_or(old));
-        let (output, status) = guarded(block, &mut state, given, dt);
+        each(&mut given, &mut |number| {
+            *number = F::of(*numbers.next().expect("a struct has as many numbers as its tree"));
+        });
+        let (output, status) = guarded(block, &mut state, given, F::of(dt));
         (list(&output), list(&state), status)
     })
 }
 
-/// The same of a program that no block stands behind.
-pub(super) fn of_program<F: Precision>(program: &Program, top: &Step, dt: f64) -> Vec<Vector<F>> {
+/// The same of a program that was recorded in the precision `F`.
+pub(super) fn of_program<F: Precision>(program: &Program, dt: f64) -> Vec<Vector> {
     let numbers = |values: &[f64]| -> Vec<F> { values.iter().map(|value| F::of(*value)).collect() };
+    let values = |numbers: &[F]| -> Vec<f64> { numbers.iter().map(|number| (*number).into()).collect() };
     let (parameters, mut state) = (numbers(&program.parameters), numbers(&program.start));
-    run(&top.input, dt, |input, dt| {
-        let (output, status) = program.evaluate_guarded(&parameters, &mut state, input, dt);
-        (output, state.clone(), status)
+    run(Real::of::<F>(), &program.top().input, dt, &mut |input, dt| {
+        let (output, status) = program.evaluate_guarded(&parameters, &mut state, &numbers(input), F::of(dt));
+        (values(&output), values(&state), status)
     })
 }
 
 /// The inputs that are met, and what a step makes of each: output, state, status.
-fn run<F: Precision>(
+fn run(
+    real: Real,
     input: &Tree,
     dt: f64,
-    mut step: impl FnMut(&[F], F) -> (Vec<F>, Vec<F>, Status),
-) -> Vec<Vector<F>> {
+    step: &mut dyn FnMut(&[f64], f64) -> (Vec<f64>, Vec<f64>, Status),
+) -> Vec<Vector> {
     let spans: Vec<_> = input.leaves().iter().map(|leaf| span(leaf.1)).collect();
     let vector = |k: u32| {
         let value = |i: usize| match k {
@@ -63,8 +67,8 @@ fn run<F: Precision>(
             _ if (k - TINY) as usize % spans.len() == i => SPECIAL[(k - TINY) as usize % SPECIAL.len()],
             _ => spans[i].at(spread(k, i)),
         };
-        let input: Vec<F> = (0..spans.len()).map(|i| F::of(value(i))).collect();
-        let dt = F::of(if k == STEPS - 2 {
+        let input: Vec<f64> = (0..spans.len()).map(|i| real.nearest(value(i))).collect();
+        let dt = real.nearest(if k == STEPS - 2 {
             0.0
         } else if k == STEPS - 1 {
             f64::NAN
@@ -77,11 +81,9 @@ fn run<F: Precision>(
     (0..STEPS).map(vector).collect()
 }
 
-fn list<F: Precision>(value: &impl Fields<F>) -> Vec<F> {
-    let mut out = Vec::new();
-    value.map(&mut |number: F| {
-        out.push(number);
-        number
-    });
-    out
+/// The numbers of a struct, in the order of declaration.
+fn list<F: Precision>(value: &impl Fields<F>) -> Vec<f64> {
+    let (mut copy, mut numbers) = (*value, Vec::new());
+    each(&mut copy, &mut |number: &mut F| numbers.push((*number).into()));
+    numbers
 }

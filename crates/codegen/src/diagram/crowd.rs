@@ -1,8 +1,7 @@
 //! What a crowded page draws as one box: pure arithmetic that belongs together becomes a function f.
 
-use std::collections::BTreeSet;
-
 use super::{Kind, Page};
+use crate::distinct::{distinct, insert};
 
 /// A page with more boxes than this is hard to read.
 const BOXES: usize = 40;
@@ -14,9 +13,9 @@ pub(super) fn groups(page: &Page) -> Vec<usize> {
     let mut group: Vec<usize> = (0..page.nodes.len()).collect();
     let crowded = |group: &[usize]| {
         let shown = |node: usize| !matches!(page.nodes[node].kind, Kind::Constant(_));
-        let boxes: BTreeSet<_> = (0..group.len()).filter(|node| shown(*node)).map(|node| group[node]).collect();
+        let boxes = distinct((0..group.len()).filter(|node| shown(*node)).map(|node| group[node]));
         let between = page.wires.iter().filter(|w| shown(w.from.node) && group[w.from.node] != group[w.to.node]);
-        let wires: BTreeSet<_> = between.map(|wire| (wire.from, group[wire.to.node])).collect();
+        let wires = distinct(between.map(|wire| (wire.from, group[wire.to.node])));
         boxes.len() > BOXES || wires.len() > WIRES
     };
     if page.nodes.len() > 2 * BOXES {
@@ -50,17 +49,14 @@ fn cones(page: &Page, group: &mut [usize]) {
 
 /// Joins two groups, one of which reads the other: those that together have the fewest ports. `false` if none can be.
 fn merge(page: &Page, group: &mut [usize]) -> bool {
-    let between: BTreeSet<(usize, usize)> = page
-        .wires
-        .iter()
-        .map(|wire| (group[wire.from.node], group[wire.to.node]))
-        .filter(|(a, b)| a != b && is_pure(&page.nodes[*a].kind) && is_pure(&page.nodes[*b].kind))
-        .collect();
+    let pairs = page.wires.iter().map(|wire| (group[wire.from.node], group[wire.to.node]));
+    let between =
+        distinct(pairs.filter(|(a, b)| a != b && is_pure(&page.nodes[*a].kind) && is_pure(&page.nodes[*b].kind)));
     // A function with one result can be read; one with several is two that were not told apart.
     let ports = |a: usize, b: usize| {
         let inside = |node: usize| group[node] == a || group[node] == b;
         let crossing = page.wires.iter().filter(|wire| inside(wire.from.node) != inside(wire.to.node));
-        let ends: BTreeSet<_> = crossing.map(|wire| wire.from).collect();
+        let ends = distinct(crossing.map(|wire| wire.from));
         ends.len() + 3 * ends.iter().filter(|end| inside(end.node)).count()
     };
     let mut candidates: Vec<_> = between.into_iter().map(|(a, b)| (ports(a, b), a, b)).collect();
@@ -74,7 +70,7 @@ fn merge(page: &Page, group: &mut [usize]) -> bool {
 
 /// Whether one group is read by the other also by way of a third: then one box would close a loop.
 fn detour(page: &Page, group: &[usize], from: usize, to: usize) -> bool {
-    let mut seen = BTreeSet::new();
+    let mut seen = Vec::new();
     let after = |of: usize| {
         let memory = matches!(page.nodes[of].kind, Kind::Delay);
         let wires = page.wires.iter().filter(move |wire| !memory && group[wire.from.node] == of);
@@ -85,7 +81,7 @@ fn detour(page: &Page, group: &[usize], from: usize, to: usize) -> bool {
         if next == to {
             return true;
         }
-        if seen.insert(next) {
+        if insert(&mut seen, next) {
             open.extend(after(next));
         }
     }

@@ -3,10 +3,9 @@
 mod size;
 mod written;
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use super::layout::{self, Column, Layout, Link, Shape};
 use super::{Diagram, End, Kind, Page, crowd, draw};
+use crate::distinct::distinct;
 use size::{size, wired};
 use written::Writer;
 pub(super) use written::{function_formula, function_names, port_name, short_name};
@@ -68,19 +67,20 @@ pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
 }
 
 fn place(elements: &[Element]) -> Layout {
-    let mut begins = BTreeMap::new();
-    for (number, element) in elements.iter().enumerate() {
-        element.outputs.iter().enumerate().for_each(|(port, end)| {
-            begins.insert(*end, (number, port));
-        });
-    }
+    // Where a signal begins; the last one, if several elements give it.
+    let begin = |from: &End| {
+        let place = |(number, element): (usize, &Element)| {
+            element.outputs.iter().rposition(|end| end == from).map(|port| (number, port))
+        };
+        elements.iter().enumerate().rev().find_map(place).expect("a wire begins at an element")
+    };
     let mut links = Vec::new();
     for (number, element) in elements.iter().enumerate() {
         let wires = element.inputs.iter().filter_map(|entry| match entry {
             Entry::Wire(from, _) => Some(*from),
             Entry::Text(_) => None,
         });
-        links.extend(wires.enumerate().map(|(port, from)| Link { from: begins[&from], to: (number, port) }));
+        links.extend(wires.enumerate().map(|(port, from)| Link { from: begin(&from), to: (number, port) }));
     }
     let shapes: Vec<Shape> = elements.iter().map(|element| element.shape.clone()).collect();
     layout::layout(&shapes, &links)
@@ -89,14 +89,15 @@ fn place(elements: &[Element]) -> Layout {
 /// The elements of a page, sized.
 fn elements(page: &Page, writer: &mut Writer) -> Vec<Element> {
     let group = crowd::groups(page);
-    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let mut members: Vec<Vec<usize>> = vec![Vec::new(); group.len()];
     for (node, group) in group.iter().enumerate() {
         if !matches!(page.nodes[node].kind, Kind::Constant(_)) {
-            members.entry(*group).or_default().push(node);
+            members[*group].push(node);
         }
     }
     let mut functions = 0;
-    members.into_values().map(|nodes| element(page, nodes, writer, &mut functions)).collect()
+    let there = members.into_iter().filter(|nodes| !nodes.is_empty());
+    there.map(|nodes| element(page, nodes, writer, &mut functions)).collect()
 }
 
 fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut usize) -> Element {
@@ -117,7 +118,7 @@ fn element(page: &Page, nodes: Vec<usize>, writer: &mut Writer, functions: &mut 
         }
     }
     let leaving = page.wires.iter().filter(|wire| inside(wire.from.node) && (alone || !inside(wire.to.node)));
-    let outputs: Vec<End> = leaving.map(|wire| wire.from).collect::<BTreeSet<_>>().into_iter().collect();
+    let outputs = distinct(leaving.map(|wire| wire.from));
     let label = if alone {
         writer.label(&page.nodes[nodes[0]])
     } else {

@@ -9,7 +9,7 @@
 use std::fmt::Write;
 
 use crate::c::{function_name, literal};
-use crate::record::{Function, Graph, Id, Node, Operator, Program, Source, Step};
+use crate::record::{Function, Graph, Id, Node, Operator, Program, Real, Source, Step};
 
 /// Functions for all steps of a program, the block's own the last, and `fmu_tangent`, which is that one.
 pub(super) fn functions(program: &Program) -> String {
@@ -70,7 +70,7 @@ impl Writer<'_> {
 
     fn value(&self, id: Id) -> String {
         match self.graph.node(id) {
-            Node::Constant(bits) => literal::<f64>(f64::from_bits(bits)),
+            Node::Constant(bits) => literal(Real::DOUBLE, f64::from_bits(bits)),
             Node::Source(Source::Step, _) => "dt".into(),
             Node::Source(source, number) => format!("{}[{number}]", array(source)),
             Node::Truth(truth) => u8::from(truth).to_string(),
@@ -121,14 +121,14 @@ impl Writer<'_> {
                 let (x, dx) = (self.value(a), self.slope(a));
                 let slope = match function {
                     Function::Abs => Some(format!("(double)(({x} > 0.0) - ({x} < 0.0)) * {dx}")),
-                    Function::Exp => Some(format!("{}({x}) * {dx}", function_name::<f64>(function))),
+                    Function::Exp => Some(format!("{}({x}) * {dx}", function_name(Real::DOUBLE, function))),
                     Function::Ln => Some(format!("{dx} / {x}")),
                     Function::Sin => Some(format!("cos({x}) * {dx}")),
                     Function::Cos => Some(format!("-sin({x}) * {dx}")),
                     Function::Round | Function::Floor | Function::PowerOfTwo | Function::Exponent => None,
                 };
                 let slope = slope.filter(|_| moves(a));
-                self.define(id, &format!("{}({x})", function_name::<f64>(function)), slope);
+                self.define(id, &format!("{}({x})", function_name(Real::DOUBLE, function)), slope);
             }
             Node::Binary(operator, a, b) => self.binary(id, operator, a, b),
             Node::Select(mask, yes, no) => {

@@ -111,7 +111,7 @@ impl Role {
 /// Makes an FMU of a project in `double`, called `name`, with steps of `step` [s]; with a `service` it speaks XCP, and its
 /// description `NAME.a2l` is still to be put into [`FOLDER`].
 pub fn fmu(project: &Project, name: &str, step: f64, version: Version, service: Option<&Service>) -> Fmu {
-    let top = project.program.steps.last().expect("a program has at least the block itself");
+    let top = project.program.top();
     let variables = variables(project, top);
     let code = |ending: &str| project.file(&format!("{name}.{ending}")).expect("every project has it").to_owned();
     let (functions, text) = version.functions();

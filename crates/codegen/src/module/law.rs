@@ -43,11 +43,11 @@ impl<T: Scalar, C: Fields<T>> Fields<T> for Loaded<C> {
     const SHAPE: Shape = C::SHAPE;
     type With<U: Scalar> = Loaded<C::With<U>>;
 
-    fn contents(&mut self, walk: &mut impl Walk<T>) {
+    fn contents(&mut self, walk: &mut dyn Walk<T>) {
         self.0.contents(walk);
     }
 
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> Self::With<U> {
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
         Loaded(self.0.map(convert))
     }
 
@@ -86,8 +86,7 @@ impl<T: Scalar, C: Block<T, Input = ControllerInput<T>, Output = ControllerOutpu
 pub fn record_law<C>(controller: &C) -> Program
 where
     C: Fields<f64>,
-    C::With<Recorded<f64>>:
-        Block<Recorded<f64>, Input = ControllerInput<Recorded<f64>>, Output = ControllerOutput<Recorded<f64>>>,
+    C::With<Recorded>: Block<Recorded, Input = ControllerInput<Recorded>, Output = ControllerOutput<Recorded>>,
 {
     record::<Loaded<C>, f64>(&Loaded(*controller))
 }

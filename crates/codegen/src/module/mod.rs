@@ -12,7 +12,7 @@ pub use law::{LawSample, record_law};
 use crate::c::{identifier_path, literal, plain, string};
 use stickslip_core::fields::Field;
 
-use crate::record::{Declared, Program, Signature};
+use crate::record::{Declared, Program, Real, Signature};
 use crate::tree::Tree;
 
 /// What a library is told once.
@@ -56,7 +56,7 @@ fn signal(input: &str) -> Option<&str> {
 /// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; whatever else
 /// it takes is 0. It takes `NAME.c` and `stickslip_module.h` from beside it.
 pub fn source(program: &Program, name: &str) -> String {
-    let top = program.steps.last().expect("a program has at least the step itself");
+    let top = program.top();
     let parameters = top.parameters.leaves();
     let (tuned, state) = (!parameters.is_empty(), top.state.numbers() > 0);
     let mut out = format!(
@@ -72,7 +72,8 @@ pub fn source(program: &Program, name: &str) -> String {
             // The name of a parameter in a library has no dots.
             let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
             // What has no bound must be finite.
-            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value].map(literal::<f64>);
+            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value]
+                .map(|value| literal(Real::DOUBLE, value));
             put(format_args!("    {{{texts}, {}}},\n", bounds.join(", ")));
         }
         put(format_args!("}};\n\n"));

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use stickslip_core::fields::{Field, Kind, Shape};
 
 use super::program::apart;
-use super::{Id, LawBook, Node, Precision, Program, Recorded, Source, Step};
+use super::{Id, LawBook, Node, Precision, Program, Real, Recorded, Source, Step};
 use crate::tree::{Group, Member, Tree};
 
 /// A number as it is declared.
@@ -45,24 +45,24 @@ pub struct Signature {
 
 /// What a step computes with, each in the order of its declaration.
 #[derive(Clone, Debug)]
-pub struct Given<F> {
+pub struct Given {
     /// The parameters.
-    pub parameters: Vec<Recorded<F>>,
+    pub parameters: Vec<Recorded>,
     /// The state before the step.
-    pub state: Vec<Recorded<F>>,
+    pub state: Vec<Recorded>,
     /// The input.
-    pub input: Vec<Recorded<F>>,
+    pub input: Vec<Recorded>,
     /// The time step.
-    pub dt: Recorded<F>,
+    pub dt: Recorded,
 }
 
 /// What a step has computed, each in the order of its declaration.
 #[derive(Clone, Debug)]
-pub struct Computed<F> {
+pub struct Computed {
     /// The state after the step.
-    pub state: Vec<Recorded<F>>,
+    pub state: Vec<Recorded>,
     /// The output.
-    pub output: Vec<Recorded<F>>,
+    pub output: Vec<Recorded>,
 }
 
 /// Records a step that computes with declared numbers, in the precision `F`. Recordings may lie within each other, each
@@ -75,9 +75,9 @@ pub struct Computed<F> {
 /// If the step computes another count of numbers than is declared.
 pub fn record_declared<F: Precision, E>(
     signature: &Signature,
-    step: impl FnOnce(Given<F>) -> Result<Computed<F>, E>,
+    step: impl FnOnce(Given) -> Result<Computed, E>,
 ) -> Result<Program, E> {
-    let (computed, graph, mut steps) = apart(|| {
+    let (computed, graph, mut steps) = apart(Real::of::<F>(), || {
         let all = |source, declared: &[Declared]| {
             (0..declared.len()).map(|k| Recorded::new(Node::Source(source, k as u32))).collect()
         };
@@ -89,7 +89,7 @@ pub fn record_declared<F: Precision, E>(
         })
     });
     let Computed { state, output } = computed?;
-    let ids = |numbers: Vec<Recorded<F>>, declared: &[Declared]| -> Vec<Id> {
+    let ids = |numbers: Vec<Recorded>, declared: &[Declared]| -> Vec<Id> {
         assert_eq!(numbers.len(), declared.len(), "{}: a number for each that is declared", signature.name);
         numbers.into_iter().map(|number| number.id).collect()
     };

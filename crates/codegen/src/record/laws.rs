@@ -2,7 +2,7 @@
 
 use stickslip_core::fields::{Field, Fields, Laws, Order, Relation};
 
-use super::{Graph, Id, Precision, Recorded};
+use super::{Graph, Id, Recorded};
 
 /// A law between fields: a value and a bound, both computed from the parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct LawBook {
 }
 
 /// The laws of recorded parameters; the graph is filled in by the caller, who opened it.
-pub(super) fn collect<F: Precision>(parameters: &impl Fields<Recorded<F>>) -> Vec<Law> {
+pub(super) fn collect(parameters: &impl Fields<Recorded>) -> Vec<Law> {
     let mut collector = Collector::default();
     parameters.laws(&mut collector);
     collector.laws
@@ -42,7 +42,7 @@ struct Collector {
     laws: Vec<Law>,
 }
 
-impl<F: Precision> Laws<Recorded<F>> for Collector {
+impl Laws<Recorded> for Collector {
     fn enter(&mut self, field: &'static Field) {
         self.groups.push((field.name, None));
     }
@@ -57,7 +57,7 @@ impl<F: Precision> Laws<Recorded<F>> for Collector {
         }
     }
 
-    fn state(&mut self, law: Relation<Recorded<F>>) {
+    fn state(&mut self, law: Relation<Recorded>) {
         let mut path = String::new();
         for (name, element) in &self.groups {
             path += name;

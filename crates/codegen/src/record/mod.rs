@@ -7,7 +7,6 @@ mod laws;
 mod program;
 
 use std::fmt::Debug;
-use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
 use stickslip_core::block::Block;
@@ -17,7 +16,8 @@ pub use declared::{Computed, Declared, Given, Signature, record_declared};
 pub use graph::{Call, Function, Graph, Id, Node, Operator, Source};
 pub use laws::{Law, LawBook};
 use program::node;
-pub use program::{Program, Step, record, record_function};
+pub(crate) use program::record_function;
+pub use program::{Program, Step, record};
 
 /// The arithmetic that is recorded: `f64` or `f32`.
 pub trait Precision: Scalar<Mask = bool> + Into<f64> {
@@ -45,38 +45,86 @@ impl Precision for f32 {
     }
 }
 
-/// A number of a block that is being recorded. It lives within [`record`]; elsewhere its arithmetic panics.
+/// A precision as a value: the code that prints is compiled once for both.
+#[derive(Clone, Copy)]
+pub(crate) struct Real {
+    /// [`Precision::C_NAME`].
+    pub(crate) c_name: &'static str,
+    /// [`Precision::C_SUFFIX`].
+    pub(crate) c_suffix: &'static str,
+    /// [`Precision::text`] of the nearest number.
+    pub(crate) text: fn(f64) -> String,
+    /// Adds an operation to a graph.
+    add: fn(&mut Graph, Node) -> Id,
+    /// The nearest number to the first in double precision, to the second in single precision.
+    round: fn(f64, f64) -> f64,
+}
+
+impl Real {
+    pub(crate) const DOUBLE: Real = Real::of::<f64>();
+
+    pub(crate) const fn of<F: Precision>() -> Self {
+        Real {
+            c_name: F::C_NAME,
+            c_suffix: F::C_SUFFIX,
+            text: |value| F::of(value).text(),
+            add: Graph::add::<F>,
+            round: |double, single| F::by_precision(double, single).into(),
+        }
+    }
+
+    /// The nearest number of the precision.
+    pub(crate) fn nearest(self, value: f64) -> f64 {
+        (self.round)(value, value)
+    }
+}
+
+/// As in C: `double`.
+impl std::fmt::Display for Real {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.c_name)
+    }
+}
+
+/// A number of a block that is being recorded, whose precision is that of the recording. It lives within [`record`];
+/// elsewhere its arithmetic panics.
+///
+/// Each operation is a call of one function that is not inlined: a block is compiled over recorded numbers to run once.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Recorded<F> {
+pub struct Recorded {
     id: Id,
-    precision: PhantomData<F>,
 }
 
 /// The outcome of a comparison of [`Recorded`] numbers.
 #[derive(Clone, Copy, Debug)]
-pub struct RecordedMask<F> {
+pub struct RecordedMask {
     id: Id,
-    precision: PhantomData<F>,
 }
 
-impl<F: Precision> Recorded<F> {
+impl Recorded {
     fn new(operation: Node) -> Self {
-        Recorded { id: node::<F>(operation), precision: PhantomData }
+        Recorded { id: node(operation) }
     }
 
+    #[inline(never)]
     fn binary(self, operator: Operator, other: Self) -> Self {
         Self::new(Node::Binary(operator, self.id, other.id))
     }
+
+    #[inline(never)]
+    fn apply(self, function: Function) -> Self {
+        Self::new(Node::Apply(function, self.id))
+    }
 }
 
-impl<F: Precision> RecordedMask<F> {
+impl RecordedMask {
     fn new(operation: Node) -> Self {
-        RecordedMask { id: node::<F>(operation), precision: PhantomData }
+        RecordedMask { id: node(operation) }
     }
 }
 
 /// Zero.
-impl<F: Precision> Default for Recorded<F> {
+impl Default for Recorded {
     fn default() -> Self {
         Self::of(0.0)
     }
@@ -84,7 +132,7 @@ impl<F: Precision> Default for Recorded<F> {
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $operator:ident) => {
-        impl<F: Precision> $trait for Recorded<F> {
+        impl $trait for Recorded {
             type Output = Self;
             fn $method(self, other: Self) -> Self {
                 self.binary(Operator::$operator, other)
@@ -95,7 +143,7 @@ macro_rules! operator {
 
 macro_rules! assign {
     ($trait:ident, $method:ident, $operator:ident) => {
-        impl<F: Precision> $trait for Recorded<F> {
+        impl $trait for Recorded {
             fn $method(&mut self, other: Self) {
                 *self = self.binary(Operator::$operator, other);
             }
@@ -111,93 +159,100 @@ assign!(AddAssign, add_assign, Add);
 assign!(SubAssign, sub_assign, Subtract);
 assign!(MulAssign, mul_assign, Multiply);
 
-impl<F: Precision> Neg for Recorded<F> {
+impl Neg for Recorded {
     type Output = Self;
+    #[inline(never)]
     fn neg(self) -> Self {
         Self::new(Node::Negate(self.id))
     }
 }
 
-impl<F: Precision> BitAnd for RecordedMask<F> {
+impl BitAnd for RecordedMask {
     type Output = Self;
+    #[inline(never)]
     fn bitand(self, other: Self) -> Self {
         Self::new(Node::And(self.id, other.id))
     }
 }
 
-impl<F: Precision> BitOr for RecordedMask<F> {
+impl BitOr for RecordedMask {
     type Output = Self;
+    #[inline(never)]
     fn bitor(self, other: Self) -> Self {
         Self::new(Node::Or(self.id, other.id))
     }
 }
 
-impl<F: Precision> Not for RecordedMask<F> {
+impl Not for RecordedMask {
     type Output = Self;
+    #[inline(never)]
     fn not(self) -> Self {
         Self::new(Node::Not(self.id))
     }
 }
 
-impl<F: Precision> Mask<Recorded<F>> for RecordedMask<F> {
-    fn select(self, yes: Recorded<F>, no: Recorded<F>) -> Recorded<F> {
+impl Mask<Recorded> for RecordedMask {
+    #[inline(never)]
+    fn select(self, yes: Recorded, no: Recorded) -> Recorded {
         Recorded::new(Node::Select(self.id, yes.id, no.id))
     }
 }
 
-impl<F: Precision> Scalar for Recorded<F> {
-    type Mask = RecordedMask<F>;
+impl Scalar for Recorded {
+    type Mask = RecordedMask;
 
     fn of(value: f64) -> Self {
-        Self::new(Node::Constant(F::of(value).into().to_bits()))
+        program::constant(value, value)
     }
 
     fn by_precision(double: f64, single: f64) -> Self {
-        Self::new(Node::Constant(F::by_precision(double, single).into().to_bits()))
+        program::constant(double, single)
     }
 
-    fn lt(self, other: Self) -> RecordedMask<F> {
+    #[inline(never)]
+    fn lt(self, other: Self) -> RecordedMask {
         RecordedMask::new(Node::Less(self.id, other.id))
     }
 
-    fn le(self, other: Self) -> RecordedMask<F> {
+    #[inline(never)]
+    fn le(self, other: Self) -> RecordedMask {
         RecordedMask::new(Node::LessOrEqual(self.id, other.id))
     }
 
     fn abs(self) -> Self {
-        Self::new(Node::Apply(Function::Abs, self.id))
+        self.apply(Function::Abs)
     }
 
     fn power_of_two(self) -> Self {
-        Self::new(Node::Apply(Function::PowerOfTwo, self.id))
+        self.apply(Function::PowerOfTwo)
     }
 
     fn exponent(self) -> Self {
-        Self::new(Node::Apply(Function::Exponent, self.id))
+        self.apply(Function::Exponent)
     }
 
     fn ln(self) -> Self {
-        Self::new(Node::Apply(Function::Ln, self.id))
+        self.apply(Function::Ln)
     }
 
     fn exp(self) -> Self {
-        Self::new(Node::Apply(Function::Exp, self.id))
+        self.apply(Function::Exp)
     }
 
     fn sin(self) -> Self {
-        Self::new(Node::Apply(Function::Sin, self.id))
+        self.apply(Function::Sin)
     }
 
     fn cos(self) -> Self {
-        Self::new(Node::Apply(Function::Cos, self.id))
+        self.apply(Function::Cos)
     }
 
     fn round(self) -> Self {
-        Self::new(Node::Apply(Function::Round, self.id))
+        self.apply(Function::Round)
     }
 
     fn floor(self) -> Self {
-        Self::new(Node::Apply(Function::Floor, self.id))
+        self.apply(Function::Floor)
     }
 
     fn call<B: Block<Self>>(block: &B, state: &mut B::State, input: B::Input, dt: Self) -> B::Output {

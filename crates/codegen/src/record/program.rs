@@ -1,12 +1,11 @@
 //! From a block to the functions that it consists of.
 
 use std::cell::RefCell;
-use std::marker::PhantomData;
 
 use stickslip_core::block::Block;
-use stickslip_core::fields::Fields;
+use stickslip_core::fields::{Fields, each};
 
-use super::{Call, Graph, Id, LawBook, Node, Precision, Recorded, Source, laws};
+use super::{Call, Graph, Id, LawBook, Node, Precision, Real, Recorded, Source, laws};
 use crate::tree::Tree;
 
 /// A block's step as recorded.
@@ -54,125 +53,217 @@ pub struct Program {
     pub laws: LawBook,
 }
 
-/// What is being recorded on this thread: a graph for each block between the outermost and the one at work.
-#[derive(Default)]
+impl Program {
+    /// The block itself.
+    pub(crate) fn top(&self) -> &Step {
+        self.steps.last().expect("a program has at least the block itself")
+    }
+}
+
+/// The recording on this thread: a graph for each block between the outermost and the current one.
 struct Recorder {
+    real: Real,
     graphs: Vec<Graph>,
     steps: Vec<Step>,
 }
 
 thread_local! {
-    static RECORDER: RefCell<Recorder> = RefCell::default();
+    static RECORDER: RefCell<Option<Recorder>> = const { RefCell::new(None) };
 }
 
-fn recorder<R>(f: impl FnOnce(&mut Recorder) -> R) -> R {
-    RECORDER.with_borrow_mut(f)
-}
-
-fn graph<R>(f: impl FnOnce(&mut Graph) -> R) -> R {
-    recorder(|s| f(s.graphs.last_mut().expect("recorded numbers live within `record`; none is at work on this thread")))
-}
-
-/// What a closure gives, the graph that it leaves behind and the steps that it calls, apart from what is being recorded.
-pub(super) fn apart<R>(work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
-    let own = Recorder { graphs: vec![Graph::default()], steps: Vec::new() };
-    let outer = recorder(|s| std::mem::replace(s, own));
-    let result = work();
-    let Recorder { mut graphs, steps } = recorder(|s| std::mem::replace(s, outer));
-    (result, graphs.pop().expect("each graph is closed where it was opened"), steps)
-}
-
-/// The position of an operation in the graph at work.
-pub(super) fn node<F: Precision>(operation: Node) -> Id {
-    graph(|g| g.add::<F>(operation))
-}
-
-fn number<F: Precision>(operation: Node) -> Recorded<F> {
-    Recorded { id: node::<F>(operation), precision: PhantomData }
-}
-
-/// The same value with each number replaced, in order.
-fn renumber<F: Precision, V: Fields<Recorded<F>>>(value: &V, operation: impl Fn(u32) -> Node) -> V {
-    let mut count = 0;
-    value.merge(value, &mut |_, _| {
-        count += 1;
-        number(operation(count - 1))
+/// The recording on this thread. Called by few functions, none of them generic: each operation of each block is one of
+/// them.
+fn recorder<R>(change: impl FnOnce(&mut Recorder) -> R) -> R {
+    RECORDER.with_borrow_mut(|it| {
+        change(it.as_mut().expect("recorded numbers live within `record`; no recording is active on this thread"))
     })
 }
 
-/// The positions of a value's numbers, in order.
-fn ids<F: Precision>(value: &impl Fields<Recorded<F>>) -> Vec<Id> {
-    let mut out = Vec::new();
-    value.map(&mut |v: Recorded<F>| {
-        out.push(v.id);
-        v
-    });
-    out
+fn graph<R>(change: impl FnOnce(&mut Graph) -> R) -> R {
+    recorder(|it| change(it.graphs.last_mut().expect("a recording has a graph")))
 }
 
-/// The step of a block in a graph of its own; with it the state and output, for their choices.
-fn record_step<F: Precision, B: Block<Recorded<F>>>(
-    block: &B,
-    state: &B::State,
-    input: &B::Input,
-) -> (Step, B::State, B::Output) {
-    recorder(|s| s.graphs.push(Graph::default()));
-    let parameters = renumber(block, |i| Node::Source(Source::Parameters, i));
-    let mut new_state = renumber(state, |i| Node::Source(Source::State, i));
-    let input = renumber(input, |i| Node::Source(Source::Input, i));
-    let dt = number(Node::Source(Source::Step, 0));
-    let output = parameters.step(&mut new_state, input, dt);
-    let graph = recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
-    assert_eq!(Tree::of(state), Tree::of(&new_state), "{}: a step does not change the choices of its state", B::NAME);
-    let step = Step {
-        name: B::NAME,
-        help: B::HELP,
-        type_name: std::any::type_name::<B>(),
-        parameters: Tree::of(block),
-        state: Tree::of(&new_state),
-        input: Tree::of(&input),
-        output: Tree::of(&output),
+/// What a closure gives, the graph that it leaves behind and the steps that it calls, apart from any other recording.
+pub(super) fn apart<R>(real: Real, work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
+    let outer = begin(real);
+    let result = work();
+    let (graph, steps) = end(outer);
+    (result, graph, steps)
+}
+
+/// Begins a recording; the one that was active so far.
+fn begin(real: Real) -> Option<Recorder> {
+    RECORDER.replace(Some(Recorder { real, graphs: vec![Graph::default()], steps: Vec::new() }))
+}
+
+/// Ends a recording and continues the outer one: the graph and the steps of the recording.
+fn end(outer: Option<Recorder>) -> (Graph, Vec<Step>) {
+    let Recorder { mut graphs, steps, .. } = RECORDER.replace(outer).expect("a recording ends once");
+    (graphs.pop().expect("each graph is closed where it was opened"), steps)
+}
+
+/// Opens the graph of a block within the current one.
+fn open() {
+    recorder(|it| it.graphs.push(Graph::default()));
+}
+
+/// Closes the current graph.
+fn close() -> Graph {
+    recorder(|it| it.graphs.pop()).expect("each graph is closed where it was opened")
+}
+
+/// The position of an operation in the current graph.
+#[inline(never)]
+pub(super) fn node(operation: Node) -> Id {
+    recorder(|it| (it.real.add)(it.graphs.last_mut().expect("a recording has a graph"), operation))
+}
+
+/// A constant: one value in double precision, one in single precision.
+#[inline(never)]
+pub(super) fn constant(double: f64, single: f64) -> Recorded {
+    let round = recorder(|it| it.real.round);
+    Recorded::new(Node::Constant(round(double, single).to_bits()))
+}
+
+/// A struct of recorded numbers, whatever its type: all but the step itself is compiled once.
+trait Numbers {
+    /// What it consists of.
+    fn tree(&self) -> Tree;
+    /// Visits each number.
+    fn each(&mut self, visit: &mut dyn FnMut(&mut Recorded));
+    /// The positions of the numbers, in order.
+    fn ids(&self) -> Vec<Id>;
+}
+
+impl<V: Fields<Recorded>> Numbers for V {
+    fn tree(&self) -> Tree {
+        Tree::of(self)
+    }
+
+    fn each(&mut self, visit: &mut dyn FnMut(&mut Recorded)) {
+        each(self, visit);
+    }
+
+    fn ids(&self) -> Vec<Id> {
+        let mut copy = *self;
+        ids(&mut copy)
+    }
+}
+
+fn ids(values: &mut dyn Numbers) -> Vec<Id> {
+    let mut ids = Vec::new();
+    values.each(&mut |number| ids.push(number.id));
+    ids
+}
+
+/// Replaces the numbers by those that come from outside the block.
+fn take_from(values: &mut dyn Numbers, source: Source) {
+    let mut place = 0;
+    values.each(&mut |number| {
+        *number = Recorded::new(Node::Source(source, place));
+        place += 1;
+    });
+}
+
+/// Replaces the numbers by the results of a call, from the one at `first` on; a number that is `kept` stays.
+fn take_results(values: &mut dyn Numbers, call: u32, first: usize, kept: &[bool]) {
+    let mut place = 0;
+    values.each(&mut |number| {
+        if !kept.get(place).is_some_and(|kept| *kept) {
+            *number = Recorded::new(Node::Result(call, (first + place) as u32));
+        }
+        place += 1;
+    });
+}
+
+/// What is known of a step before it is recorded.
+struct Opened {
+    parameters: Tree,
+    state: Tree,
+    input: Tree,
+    dt: Recorded,
+}
+
+/// Opens the graph of a block: its parameters, state and input become numbers from outside.
+fn open_step([parameters, state, input]: [&mut dyn Numbers; 3]) -> Opened {
+    open();
+    take_from(parameters, Source::Parameters);
+    take_from(state, Source::State);
+    take_from(input, Source::Input);
+    let dt = Recorded::new(Node::Source(Source::Step, 0));
+    Opened { parameters: parameters.tree(), state: state.tree(), input: input.tree(), dt }
+}
+
+/// Closes the graph of a block.
+fn close_step(
+    opened: Opened,
+    [name, help, type_name]: [&'static str; 3],
+    [state, output]: [&mut dyn Numbers; 2],
+) -> Step {
+    let graph = close();
+    assert_eq!(opened.state, state.tree(), "{name}: a step does not change the choices of its state");
+    Step {
+        name,
+        help,
+        type_name,
+        parameters: opened.parameters,
+        state: opened.state,
+        input: opened.input,
+        output: output.tree(),
         graph,
-        new_state: ids(&new_state),
-        results: ids(&output),
-    };
-    (step, new_state, output)
+        new_state: state.ids(),
+        results: output.ids(),
+    }
+}
+
+/// The step of a block in a graph of its own, and the output, for its choices.
+fn record_step<B: Block<Recorded>>(block: &B, state: &B::State, input: &B::Input) -> (Step, B::Output) {
+    let (mut parameters, mut state, mut input) = (*block, *state, *input);
+    let opened = open_step([&mut parameters, &mut state, &mut input]);
+    let mut output = parameters.step(&mut state, input, opened.dt);
+    let names = [B::NAME, B::HELP, std::any::type_name::<B>()];
+    (close_step(opened, names, [&mut state, &mut output]), output)
 }
 
 /// The laws between the parameters of a block, in a graph of their own.
-fn record_laws<F: Precision>(block: &impl Fields<Recorded<F>>) -> LawBook {
-    recorder(|s| s.graphs.push(Graph::default()));
-    let laws = laws::collect(&renumber(block, |i| Node::Source(Source::Parameters, i)));
-    let graph = recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened");
-    LawBook { graph, laws }
+fn record_laws(block: &impl Fields<Recorded>) -> LawBook {
+    open();
+    let mut parameters = *block;
+    take_from(&mut parameters, Source::Parameters);
+    let laws = laws::collect(&parameters);
+    LawBook { graph: close(), laws }
 }
 
 /// A block within another: a function of its own, and a call of it.
 ///
 /// The callee is recorded at each call and then compared with those known: whatever its parameters choose, equal steps
 /// are one function. That costs as many operations as the flat step has, and no key can be too coarse.
-pub(super) fn call<F: Precision, B: Block<Recorded<F>>>(
-    block: &B,
-    state: &mut B::State,
-    input: B::Input,
-    dt: Recorded<F>,
-) -> B::Output {
-    let (step, new_state, output) = record_step(block, state, &input);
+#[inline(never)]
+pub(super) fn call<B: Block<Recorded>>(block: &B, state: &mut B::State, input: B::Input, dt: Recorded) -> B::Output {
+    let (step, mut output) = record_step(block, state, &input);
+    enter(step, [block, &input], dt, state, &mut output);
+    output
+}
+
+/// Adds a call of a step to the current graph, and replaces state and output by its results.
+fn enter(
+    step: Step,
+    [parameters, input]: [&dyn Numbers; 2],
+    dt: Recorded,
+    state: &mut dyn Numbers,
+    output: &mut dyn Numbers,
+) {
     let kept: Vec<bool> = (0..step.new_state.len()).map(|number| step.keeps(number)).collect();
-    let function = recorder(|s| {
-        s.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
-            s.steps.push(step);
-            s.steps.len() - 1
+    let function = recorder(|it| {
+        it.steps.iter().position(|known| *known == step).unwrap_or_else(|| {
+            it.steps.push(step);
+            it.steps.len() - 1
         })
     });
-    let call = Call { function, parameters: ids(block), state: ids(state), input: ids(&input), step: dt.id };
-    let call = graph(|g| g.call(call));
-    let mut number = 0;
-    *state = state.merge(&new_state, &mut |before, _| {
-        number += 1;
-        if kept[number - 1] { before } else { self::number(Node::Result(call, number as u32 - 1)) }
-    });
-    renumber(&output, |i| Node::Result(call, kept.len() as u32 + i))
+    let call = Call { function, parameters: parameters.ids(), state: state.ids(), input: input.ids(), step: dt.id };
+    let call = graph(|graph| graph.call(call));
+    take_results(state, call, 0, &kept);
+    take_results(output, call, kept.len(), &[]);
 }
 
 /// Records a block in the precision `F`. Choices in the parameters are made here; numbers stay open.
@@ -180,27 +271,44 @@ pub fn record<B, F>(parameters: &B) -> Program
 where
     F: Precision,
     B: Fields<f64>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
-    recorder(|s| *s = Recorder { graphs: vec![Graph::default()], steps: Vec::new() });
+    record_by(Real::of::<F>(), parameters)
+}
+
+/// [`record`], compiled once for both precisions.
+fn record_by<B>(real: Real, parameters: &B) -> Program
+where
+    B: Fields<f64>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
+{
+    let outer = begin(real);
     let mut values = Vec::new();
-    let block = parameters.map(&mut |v: f64| {
-        values.push(v);
-        number::<F>(Node::Constant(F::of(v).into().to_bits()))
-    });
-    let state = Default::default();
-    let start = ids::<F>(&state);
-    let start = graph(|g| start.iter().map(|id| g.constant(*id).unwrap_or(0.0)).collect());
+    let block = parameters.map(&mut constants(&mut values));
+    let state = <B::With<Recorded> as Block<Recorded>>::State::default();
+    let start = constant_values(&Numbers::ids(&state));
     let laws = record_laws(&block);
-    let (top, _, _) = record_step(&block, &state, &Default::default());
-    let mut steps = recorder(std::mem::take).steps;
+    let (top, _) = record_step(&block, &state, &Default::default());
+    let (_, mut steps) = end(outer);
     steps.push(top);
     Program { steps, parameters: values, start, laws }
 }
 
+/// Recorded constants; their values are kept in `values`.
+fn constants(values: &mut Vec<f64>) -> impl FnMut(f64) -> Recorded {
+    |value| {
+        values.push(value);
+        constant(value, value)
+    }
+}
+
+/// The values of numbers that are constants, 0 of others.
+fn constant_values(ids: &[Id]) -> Vec<f64> {
+    graph(|graph| ids.iter().map(|id| graph.constant(*id).unwrap_or(0.0)).collect())
+}
+
 /// Records a function of one number. Its argument is the first input.
-pub fn record_function<F: Precision>(function: impl FnOnce(Recorded<F>) -> Recorded<F>) -> (Graph, Id) {
-    recorder(|s| s.graphs.push(Graph::default()));
-    let out = function(number(Node::Source(Source::Input, 0))).id;
-    (recorder(|s| s.graphs.pop()).expect("each graph is closed where it was opened"), out)
+pub(crate) fn record_function(real: Real, function: fn(Recorded) -> Recorded) -> (Graph, Id) {
+    let (out, graph, _) = apart(real, || function(Recorded::new(Node::Source(Source::Input, 0))).id);
+    (graph, out)
 }

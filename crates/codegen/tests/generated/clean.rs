@@ -7,12 +7,13 @@ use super::support::blocks::{Lag, Nested};
 use super::support::compiler::{STRICT, compile, compile_and_run, tool};
 use super::support::projects::{self, Written};
 use super::support::{assert_same, bench, case, number};
-use stickslip_codegen::c::DEVIATIONS;
+use stickslip_codegen::c::{DEVIATIONS, Project, Ready, project};
 use stickslip_codegen::record;
 use stickslip_core::control::{Pid, VelocityObserver};
 use stickslip_core::friction::{Fading, LuGre, Model};
 use stickslip_core::plant::Plant;
 use stickslip_core::render::DifferenceTorque;
+use stickslip_core::tick::Tick;
 
 const SANITIZERS: [&str; 3] = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
 
@@ -229,4 +230,24 @@ fn the_page_shows_calls_that_compile_and_every_number() {
     let single = projects::project::<f32, _>("law", &DifferenceTorque::<f64>::default(), 250e-6);
     let page = single.project.file("README.md").expect("a project has a page");
     assert!(page.contains("| M_K | N m | 1e-6 to 200 | 0.18 |"), "{page}");
+}
+
+#[test]
+fn the_self_test_of_a_recorded_program_is_that_of_its_block() {
+    let (bench, tick, pid) = (bench::bench(), Tick::<f64>::default(), Pid::<f64>::default());
+    let double: [(&dyn Ready, Project); 3] = [
+        (&bench, project::<_, f64>(&bench, "block", bench::TICK).expect("a good name")),
+        (&tick, project::<_, f64>(&tick, "block", bench::TICK).expect("a good name")),
+        (&pid, project::<_, f64>(&pid, "block", bench::TICK).expect("a good name")),
+    ];
+    let single: [(&dyn Ready, Project); 2] = [
+        (&tick, project::<_, f32>(&tick, "block", bench::TICK).expect("a good name")),
+        (&pid, project::<_, f32>(&pid, "block", bench::TICK).expect("a good name")),
+    ];
+    for (block, expected) in double {
+        assert!(block.double("block", bench::TICK) == Ok(expected));
+    }
+    for (block, expected) in single {
+        assert!(block.single("block", bench::TICK) == Ok(expected));
+    }
 }

@@ -38,7 +38,7 @@ trait Visit {
     fn visit<B>(&mut self, name: &str, block: B, dt: f64)
     where
         B: Block<f64, Input: Default>,
-        B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>;
+        B::With<Recorded>: Block<Recorded, Input: Default>;
 }
 
 /// Of the trajectories every so many, and so many steps of each: an evaluation is slow, and equal paths are compared
@@ -102,7 +102,7 @@ impl Visit for Computes {
     fn visit<B>(&mut self, name: &str, block: B, dt: f64)
     where
         B: Block<f64, Input: Default>,
-        B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+        B::With<Recorded>: Block<Recorded, Input: Default>,
     {
         let program = record::record::<B, f64>(&block);
         let [computed, drawn] = compared(&block, &program, &Diagram::of(&program, name), dt);
@@ -159,7 +159,7 @@ impl Visit for Complete {
     fn visit<B>(&mut self, name: &str, block: B, _dt: f64)
     where
         B: Block<f64, Input: Default>,
-        B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+        B::With<Recorded>: Block<Recorded, Input: Default>,
     {
         let program = record::record::<B, f64>(&block);
         let text = diagram::json(&program, name);
@@ -248,7 +248,7 @@ impl Visit for Tidy {
     fn visit<B>(&mut self, name: &str, block: B, _dt: f64)
     where
         B: Block<f64, Input: Default>,
-        B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
+        B::With<Recorded>: Block<Recorded, Input: Default>,
     {
         let program = record::record::<B, f64>(&block);
         let diagram = Diagram::of(&program, name);

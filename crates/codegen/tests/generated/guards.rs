@@ -102,7 +102,7 @@ fn a_name_that_c_would_not_take_is_refused() {
 
 #[test]
 fn recorded_numbers_do_not_live_outside_a_recording() {
-    let outside = std::panic::catch_unwind(|| Recorded::<f64>::of(1.0));
+    let outside = std::panic::catch_unwind(|| Recorded::of(1.0));
     let panic = outside.expect_err("there is no recording");
     let plain = panic.downcast_ref::<&str>().map(|text| text.to_string());
     let message = plain.or(panic.downcast_ref::<String>().cloned()).expect("a panic has a message");

@@ -119,7 +119,7 @@ fn agree_in<F: Precision + Number, B: Fields<f64>>(
     inlined: usize,
 ) where
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let program = record::record::<B, F>(block);
     let top = program.steps.last().expect("a program has at least the block itself");
@@ -148,8 +148,8 @@ where
     B: Block<f64, Input: Default>,
     B::With<f32>: Block<f32, Input: Default>,
     B::With<f64>: Block<f64, Input: Default>,
-    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
-    B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let schedule = Schedule::new(&block, dt);
     agree_in::<f64, B>(&block, &schedule, (MILLION, ticks.double_other), ticks.inlined);

@@ -47,7 +47,7 @@ where
 fn agree_in_c<F: Precision + Number, B: Fields<f64>>(block: &B, trajectories: &[Trajectory], expected: &[Vec<f64>])
 where
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let program = record::record::<B, F>(block);
     let code = c::print::<F>(&program, "block").expect("a good name");
@@ -81,8 +81,8 @@ where
     B::With<Lanes<f64, 8>>: Block<Lanes<f64, 8>, Input: Default>,
     B::With<Lanes<f64, 32>>: Block<Lanes<f64, 32>, Input: Default>,
     B::With<Dual<6>>: Block<Dual<6>, Input: Default>,
-    B::With<Recorded<f64>>: Block<Recorded<f64>, Input: Default>,
-    B::With<Recorded<f32>>: Block<Recorded<f32>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let trajectories = case::trajectories(&block, dt);
     let double = run(&block, &trajectories);

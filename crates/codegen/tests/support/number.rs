@@ -1,7 +1,7 @@
 //! The kinds of numbers that are compared, as rows of `f64`.
 
 use stickslip_core::block::{Block, guarded};
-use stickslip_core::fields::Fields;
+use stickslip_core::fields::{Fields, each};
 use stickslip_core::scalar::{Dual, Lanes, Scalar};
 
 use super::case::Trajectory;
@@ -58,18 +58,16 @@ impl<const N: usize> Number for Dual<N> {
 
 /// The numbers of a value.
 pub fn numbers<T: Scalar>(value: &impl Fields<T>) -> Vec<T> {
-    let mut out = Vec::new();
-    value.map(&mut |v: T| {
-        out.push(v);
-        v
-    });
+    let (mut copy, mut out) = (*value, Vec::new());
+    each(&mut copy, &mut |number: &mut T| out.push(*number));
     out
 }
 
 /// The value with other numbers.
 pub fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: impl IntoIterator<Item = T>) -> V {
-    let mut numbers = numbers.into_iter();
-    template.merge(template, &mut |_, _| numbers.next().expect("one number for each field"))
+    let (mut value, mut numbers) = (*template, numbers.into_iter());
+    each(&mut value, &mut |number| *number = numbers.next().expect("one number for each field"));
+    value
 }
 
 /// One step. Apart, so that each kind of number is compiled once for a block.

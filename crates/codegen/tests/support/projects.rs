@@ -37,7 +37,7 @@ pub fn write(name: &'static str, project: Project) -> Written {
 pub fn project<F: Precision, B: Fields<f64>>(name: &'static str, block: &B, dt: f64) -> Written
 where
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     write(name, c::project::<B, F>(block, name, dt).expect("a good name"))
 }

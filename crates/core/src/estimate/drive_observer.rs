@@ -226,7 +226,7 @@ impl<T: Scalar> DriveObserver<T> {
         }
         // What no machine does is forgotten: the next measurement is taken as it is.
         let mut sane = T::of(0.0).le(T::of(0.0));
-        state.map(&mut |number: T| {
+        let _ = state.merge(state, &mut |number, _| {
             sane = sane & number.abs().lt(T::of(1e9));
             number
         });

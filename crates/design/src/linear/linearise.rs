@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use stickslip_core::block::Block;
-use stickslip_core::fields::Fields;
+use stickslip_core::fields::{Fields, each};
 use stickslip_core::scalar::{Dual, Scalar};
 
 use super::{Port, StateSpace};
@@ -46,20 +46,15 @@ where
 
 /// How many numbers a struct has.
 pub(crate) fn count<F: Fields<f64>>(values: &F) -> usize {
-    let mut count = 0;
-    values.map(&mut |value: f64| {
-        count += 1;
-        value
-    });
+    let (mut copy, mut count) = (*values, 0);
+    each(&mut copy, &mut |_: &mut f64| count += 1);
     count
 }
 
 /// The numbers of a struct behind those that are there.
 pub(crate) fn keep<F: Fields<Wide>>(values: &F, found: &mut Vec<Wide>) {
-    values.map(&mut |value: Wide| {
-        found.push(value);
-        value
-    });
+    let mut copy = *values;
+    each(&mut copy, &mut |value: &mut Wide| found.push(*value));
 }
 
 /// Name and unit of each number; a choice is no number.

@@ -65,7 +65,7 @@ struct State<T: Scalar> {
 }
 
 impl<T: Scalar> State<T> {
-    fn map<U: Scalar>(&self, convert: &mut impl FnMut(T) -> U) -> State<U> {
+    fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> State<U> {
         State {
             machine: self.machine.map(convert),
             observer: self.observer.map(convert),

@@ -33,7 +33,7 @@ fn experiment() -> &'static (Tick<f64>, Run) {
 fn agrees<F: Bytes, B: Fields<f64>>(target: Target, block: &B, run: &Run)
 where
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let program = record::record::<B, F>(block);
     let code = c::print::<F>(&program, "block").expect("a good name");

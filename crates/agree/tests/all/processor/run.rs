@@ -3,7 +3,7 @@
 use stickslip_codegen::record::Precision;
 use stickslip_codegen::tree::Tree;
 use stickslip_core::block::{Block, guarded};
-use stickslip_core::fields::Fields;
+use stickslip_core::fields::{Fields, each};
 use stickslip_core::scalar::Scalar;
 
 /// What goes into the processor, in order; the numbers as the block's structs have them.
@@ -43,18 +43,16 @@ impl Bytes for f32 {
 
 /// The numbers of a value.
 pub fn numbers<T: Scalar>(value: &impl Fields<T>) -> Vec<T> {
-    let mut out = Vec::new();
-    value.map(&mut |number: T| {
-        out.push(number);
-        number
-    });
+    let (mut copy, mut out) = (*value, Vec::new());
+    each(&mut copy, &mut |number: &mut T| out.push(*number));
     out
 }
 
 /// The value with other numbers, rounded to its precision.
 fn filled<T: Scalar, V: Fields<T>>(template: &V, numbers: &[f64]) -> V {
-    let mut numbers = numbers.iter();
-    template.merge(template, &mut |_, _| T::of(*numbers.next().expect("one number for each field")))
+    let (mut value, mut numbers) = (*template, numbers.iter());
+    each(&mut value, &mut |number| *number = T::of(*numbers.next().expect("one number for each field")));
+    value
 }
 
 impl Run {
@@ -95,7 +93,7 @@ impl Run {
     where
         B::With<F>: Block<F, Input: Default>,
     {
-        let template = block.map(&mut |number: f64| F::of(number));
+        let template = block.map(&mut F::of);
         let (mut block, mut state) = (template, <B::With<F> as Block<F>>::State::default());
         let mut out = Vec::new();
         for record in &self.records {

@@ -84,7 +84,7 @@ fn somewhere(input: &Tree, dt: f64) -> Run {
 fn row<F: Bytes, B: Fields<f64>>(target: Target, name: &str, block: &B, run: Option<&Run>) -> Row
 where
     B::With<F>: Block<F, Input: Default>,
-    B::With<Recorded<F>>: Block<Recorded<F>, Input: Default>,
+    B::With<Recorded>: Block<Recorded, Input: Default>,
 {
     let program = record::record::<B, F>(block);
     let code = c::print::<F>(&program, "block").expect("a good name");

@@ -1,6 +1,7 @@
 //! Which layer a box stands in.
 
 use super::{Column, Link, Shape};
+use crate::distinct::distinct;
 
 /// The layer of each box, and which links go back.
 pub(super) fn ranks(shapes: &[Shape], links: &[Link]) -> (Vec<usize>, Vec<bool>) {
@@ -25,7 +26,7 @@ pub(super) fn ranks(shapes: &[Shape], links: &[Link]) -> (Vec<usize>, Vec<bool>)
     // What has fewer wires in than out stands close to who reads it.
     while (0..shapes.len()).fold(false, |changed, node| {
         let to: Vec<&Link> = ahead.iter().filter(|link| link.from.0 == node).collect();
-        let ports = to.iter().map(|link| link.from.1).collect::<std::collections::BTreeSet<_>>().len();
+        let ports = distinct(to.iter().map(|link| link.from.1)).len();
         let into = ahead.iter().filter(|link| link.to.0 == node).count();
         let close = to.iter().map(|link| ranks[link.to.0] - 1).min().unwrap_or(ranks[node]);
         let movable = shapes[node].column != Column::First && shapes[node].column != Column::Last;

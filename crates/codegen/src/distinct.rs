@@ -1,0 +1,21 @@
+//! Sorted lists without repetition, of some dozen elements: a tenth of the code of a `BTreeSet`.
+
+/// Puts an element where it belongs; `false` if it is there already.
+pub(crate) fn insert<T: Ord>(list: &mut Vec<T>, element: T) -> bool {
+    match list.binary_search(&element) {
+        Ok(_) => false,
+        Err(place) => {
+            list.insert(place, element);
+            true
+        }
+    }
+}
+
+/// The elements in their order, each once.
+pub(crate) fn distinct<T: Ord>(elements: impl Iterator<Item = T>) -> Vec<T> {
+    let mut list = Vec::new();
+    for element in elements {
+        insert(&mut list, element);
+    }
+    list
+}
