@@ -5,7 +5,6 @@
 //! not how well their mean is known, and samples that follow each other are not independent; it is left alone.
 
 use std::path::Path;
-use stickslip_recording::RecordingError;
 
 use crate::machine::Axis;
 use stickslip_base::Error;
@@ -219,7 +218,7 @@ mod tests {
         assert_eq!(linear.curves[0].points[1], CurvePoint { velocity: -0.01, torque: -21.0, standard_error: 0.5 });
         let rotary = parse("n [rpm];M [mNm]\n60;20\n");
         assert!(
-            matches!(rotary.as_ref().err().and_then(|error| error.of()), Some(RecordingError::MissingColumn { .. })),
+            matches!(rotary.as_ref().err().and_then(|error| error.of()), Some(stickslip_recording::RecordingError::MissingColumn { .. })),
             "n counts samples: {rotary:?}"
         );
         let rotary = parse("Drehzahl [1/min];M [mNm];se [mNm]\n60;20,5;1\n").unwrap();

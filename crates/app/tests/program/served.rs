@@ -89,7 +89,7 @@ fn pyxcp_reads_writes_switches_pages_and_measures_every_cycle() {
         println!("NOT RUN: pyxcp is missing (pip install pyxcp)");
         return;
     }
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../lab/tests/interop/xcp.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../stickslip/tests/interop/xcp.py");
     let served = Served::start(Command::new(PROGRAM), &["--xcp-udp", "0", "--xcp-tcp", "0"]);
     for door in served.status(|status| status["xcp"].as_array().filter(|doors| doors.len() == 2).cloned()) {
         let (transport, address) = (door["transport"].as_str(), door["address"].as_str());

@@ -12,10 +12,10 @@ use stickslip_bench::foreign::{ForeignFile, Role};
 
 /// Compiles the controller of the tests.
 fn compile(to: &Path, options: &[&str]) {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/foreign");
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/foreign");
     let mut compiler = Command::new("cc");
     let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options).arg("-I").arg(&sources);
-    let compiler = compiler.arg("-o").arg(to).arg(sources.join("tests/tuned.c"));
+    let compiler = compiler.arg("-o").arg(to).arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../stickslip/tests/laboratory/loaded/tuned.c"));
     assert!(compiler.status().expect("there is a compiler").success());
 }
 

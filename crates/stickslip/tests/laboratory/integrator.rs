@@ -5,7 +5,6 @@
 #[path = "../../examples/integrator/study.rs"]
 mod study;
 
-use stickslip::Error;
 use stickslip::SimulateError;
 use stickslip::integrator::Scheme;
 use study::{clm_bench, creep, prototype};

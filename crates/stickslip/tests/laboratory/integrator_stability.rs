@@ -1,6 +1,5 @@
 //! The stability bound of the plant's step, checked against the step itself on random stuck machines.
 
-use stickslip::Error;
 use stickslip::SimulateError;
 use stickslip::integrator::prepare;
 use stickslip_core::block::Block;

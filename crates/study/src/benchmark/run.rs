@@ -2,7 +2,6 @@
 
 use stickslip_core::control::reference::{Generator, Setpoint};
 use stickslip_core::tick::{Order, Tick};
-use stickslip_simulate::SimulateError;
 
 use super::Manoeuvre;
 use stickslip_base::preset::Preset;
@@ -243,7 +242,7 @@ mod tests {
                     5 => assert!(
                         matches!(
                             together.as_ref().err().and_then(|error| error.of()),
-                            Some(SimulateError::StepTooLarge { .. })
+                            Some(stickslip_simulate::SimulateError::StepTooLarge { .. })
                         ),
                         "{together:?}"
                     ),

@@ -5,7 +5,6 @@ use proptest::prelude::*;
 
 use crate::capture::detector::Detector;
 use crate::capture::{Account, Condition, Row, Side, Sink, Slope, Stream, Test, Trigger};
-use stickslip_base::Error;
 
 /// Notes the cycles of events.
 struct Events {

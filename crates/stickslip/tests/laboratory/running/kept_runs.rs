@@ -15,7 +15,7 @@ use stickslip_core::control::reference::Setpoint;
 use stickslip_core::supervise::{Request, SafetyState};
 
 fn file() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/running/everything.mf4")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/laboratory/running/everything.mf4")
 }
 
 /// Homes, moves under one law after another, changes controller and linings, breaks, is acknowledged and armed again.
