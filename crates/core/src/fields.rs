@@ -260,8 +260,8 @@ pub trait Fields<T: Scalar>: Copy {
     }
 }
 
-/// Visits each number of a value in the order of declaration, to read it or to change it; off the tick, as it is compiled
-/// once for each kind of number.
+/// Visits each number of a value in the order of declaration, to read or to change it. Compiled once for each kind of
+/// number: for code off the tick.
 pub fn each<T: Scalar>(value: &mut impl Fields<T>, visit: &mut dyn FnMut(&mut T)) {
     value.walk(&ANY, &mut Each(visit));
 }
@@ -341,7 +341,7 @@ impl<T: Scalar, V: Fields<T>, const N: usize> Fields<T> for [V; N] {
     }
 
     fn map<U: Scalar>(&self, convert: &mut dyn FnMut(T) -> U) -> Self::With<U> {
-        // Not `from_fn`, which is a hundred times as much code.
+        // Not `from_fn`: it compiles to a hundred times as much code.
         const { assert!(N > 0, "a list has elements") }
         let mut mapped = [self[0].map(convert); N];
         for index in 1..N {

@@ -51,13 +51,11 @@ pub(super) fn of_program<F: Precision>(program: &Program, dt: f64) -> Vec<Vector
     })
 }
 
-/// The inputs that are met, and what a step makes of each: output, state, status.
-fn run(
-    real: Real,
-    input: &Tree,
-    dt: f64,
-    step: &mut dyn FnMut(&[f64], f64) -> (Vec<f64>, Vec<f64>, Status),
-) -> Vec<Vector> {
+/// Output, state and status after a step.
+type Results = (Vec<f64>, Vec<f64>, Status);
+
+/// The inputs of a run, and the results of a step with each.
+fn run(real: Real, input: &Tree, dt: f64, step: &mut dyn FnMut(&[f64], f64) -> Results) -> Vec<Vector> {
     let spans: Vec<_> = input.leaves().iter().map(|leaf| span(leaf.1)).collect();
     let vector = |k: u32| {
         let value = |i: usize| match k {

@@ -67,7 +67,7 @@ pub(super) fn arrange(diagram: &Diagram, page: usize) -> Picture {
 }
 
 fn place(elements: &[Element]) -> Layout {
-    // Where a signal begins; the last one, if several elements give it.
+    // The element and port where a signal begins; the last ones if there are several.
     let begin = |from: &End| {
         let place = |(number, element): (usize, &Element)| {
             element.outputs.iter().rposition(|end| end == from).map(|port| (number, port))

@@ -44,10 +44,17 @@ static void tell(const void *of, const char *name, int serious, const char *mess
     }
 }
 
-/* What went well is fmi2OK; an instance that is none has nobody to tell. */
-#define ANSWER(done) (((c != NULL) && fmu_lock(INSTANCE) && fmu_unlock(INSTANCE, (done))) ? fmi2OK : fmi2Error)
-#define INSTANCE ((fmu_instance *)c)
-#define NONE_OF(what) ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " what "."))
+#define FMI(Name) fmi2##Name
+#define FMI_OK fmi2OK
+#define FMI_ERROR fmi2Error
+#define FMI_SIZE
+#define FMI_USE_SIZE (void)0
+typedef fmi2Status fmi_status;
+typedef fmi2Boolean fmi_boolean;
+typedef fmi2String fmi_string;
+typedef fmi2Byte fmi_byte;
+
+#include "fmi.h"
 
 FMU_EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
 
@@ -55,40 +62,12 @@ FMU_EXPORT const char *fmi2GetVersion(void) { return "2.0"; }
 
 FMU_EXPORT fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                          const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
-    fmu_instance *instance;
-    const char *fault = NULL;
     (void)resources;
     (void)visible;
     (void)logging;
-    if (type != fmi2CoSimulation) {
-        fault = "The model is for co-simulation.";
-    } else if ((guid == NULL) || (strcmp(guid, FMU_TOKEN) != 0)) {
-        fault = "The GUID is not that of this model: description and library are of different models.";
-    } else {
-        /* It is the model that was asked for. */
-    }
-    instance = fmu_new(name);
-    if (instance == NULL) {
-        return NULL;
-    }
-    instance->tell = tell;
-    /* It stays where it is until the instance is freed, as the standard demands. */
-    instance->callback = (void *)(uintptr_t)functions;
-    if (fault != NULL) {
-        (void)fmu_refuse(instance, "%s", fault);
-        free(instance);
-        return NULL;
-    }
-    return instance;
-}
-
-FMU_EXPORT void fmi2FreeInstance(fmi2Component c) { fmu_free(c); }
-
-FMU_EXPORT fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-    (void)on;
-    (void)n;
-    (void)categories;
-    return ANSWER(1);
+    /* The standard demands that the callbacks stay where they are until the instance is freed. */
+    return fmi_new(name, guid, NULL, (void *)(uintptr_t)functions,
+                   (type == fmi2CoSimulation) ? NULL : "The model is for co-simulation.");
 }
 
 FMU_EXPORT fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance, fmi2Real start,
@@ -110,25 +89,6 @@ FMU_EXPORT fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     return ANSWER(fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
 }
 
-FMU_EXPORT fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-    return ANSWER(fmu_checked(INSTANCE) && fmu_enter(INSTANCE, "The end of initialization", FMU_INITIALIZING, FMU_STEPPING));
-}
-
-FMU_EXPORT fmi2Status fmi2Terminate(fmi2Component c) {
-    const fmi2Status status = ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
-    if (status == fmi2OK) {
-        fmu_silence(INSTANCE);
-    }
-    return status;
-}
-
-FMU_EXPORT fmi2Status fmi2Reset(fmi2Component c) {
-    if (c != NULL) {
-        fmu_reset(INSTANCE);
-    }
-    return ANSWER(1);
-}
-
 FMU_EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real values[]) {
     return ANSWER(fmu_get(INSTANCE, r, n, values));
 }
@@ -137,109 +97,16 @@ FMU_EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[],
     return ANSWER(fmu_set(INSTANCE, r, n, values));
 }
 
-#define NO_VARIABLES(Name, Type)                                                                                       \
-    FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, Type values[]) {       \
-        (void)r;                                                                                                       \
-        (void)values;                                                                                                  \
-        return NONE_OF(#Name);                                                                                         \
-    }                                                                                                                  \
-    FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, const Type values[]) { \
-        (void)r;                                                                                                       \
-        (void)values;                                                                                                  \
-        return NONE_OF(#Name);                                                                                         \
-    }
-
 #if defined(FMU_XCP)
 /* Where XCP is served. */
-#define OPTIONS(Name, Type, KIND, READ, WRITE)                                                                         \
-    FMU_EXPORT fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, Type values[]) {      \
-        size_t k;                                                                                                      \
-        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
-            const xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                              \
-            if (door == NULL) {                                                                                        \
-                return fmi2Error;                                                                                      \
-            }                                                                                                          \
-            values[k] = READ;                                                                                          \
-        }                                                                                                              \
-        return ANSWER(1);                                                                                              \
-    }                                                                                                                  \
-    FMU_EXPORT fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference r[], size_t n, const Type values[]) {\
-        size_t k;                                                                                                      \
-        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
-            xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                                    \
-            if ((door == NULL) || !fmu_may_configure(INSTANCE, 0) || !(WRITE)) {                                       \
-                return fmi2Error;                                                                                      \
-            }                                                                                                          \
-        }                                                                                                              \
-        return ANSWER(1);                                                                                              \
-    }
-
-OPTIONS(Integer, fmi2Integer, XCP_TCP_PORT, door->port, fmu_set_port(INSTANCE, door, values[k]))
-OPTIONS(Boolean, fmi2Boolean, XCP_TCP_ENABLE, door->enable, (door->enable = (values[k] != 0), 1))
-OPTIONS(String, fmi2String, XCP_TCP_ADDRESS, door->address, fmu_set_address(INSTANCE, door, values[k]))
+OPTIONS(Integer, fmi2Integer, XCP_TCP_PORT, 0, door->port, fmu_set_port(INSTANCE, door, values[k]))
+OPTIONS(Boolean, fmi2Boolean, XCP_TCP_ENABLE, 0, door->enable, (door->enable = (values[k] != 0), 1))
+OPTIONS(String, fmi2String, XCP_TCP_ADDRESS, 0, door->address, fmu_set_address(INSTANCE, door, values[k]))
 #else
 NO_VARIABLES(Integer, fmi2Integer)
 NO_VARIABLES(Boolean, fmi2Boolean)
 NO_VARIABLES(String, fmi2String)
 #endif
-
-FMU_EXPORT fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    if ((c == NULL) || (state == NULL)) {
-        return fmi2Error;
-    }
-    if (*state == NULL) {
-        *state = malloc(FMU_SAVED);
-    }
-    if (*state == NULL) {
-        return ANSWER(fmu_refuse(INSTANCE, "There is no memory for a state."));
-    }
-    fmu_save(INSTANCE, *state);
-    return fmi2OK;
-}
-
-FMU_EXPORT fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-    if ((c == NULL) || !fmu_saved(INSTANCE, state, FMU_SAVED)) {
-        return fmi2Error;
-    }
-    fmu_restore(INSTANCE, state);
-    return fmi2OK;
-}
-
-FMU_EXPORT fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return ANSWER(1);
-}
-
-FMU_EXPORT fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    (void)state;
-    *size = FMU_SAVED;
-    return ANSWER(1);
-}
-
-FMU_EXPORT fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if ((c == NULL) || !fmu_saved(INSTANCE, state, size)) {
-        return fmi2Error;
-    }
-    (void)memcpy(bytes, state, size);
-    return fmi2OK;
-}
-
-FMU_EXPORT fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if ((c == NULL) || (state == NULL) || !fmu_saved(INSTANCE, (const unsigned char *)bytes, size)) {
-        return fmi2Error;
-    }
-    if (*state == NULL) {
-        *state = malloc(FMU_SAVED);
-    }
-    if (*state == NULL) {
-        return ANSWER(fmu_refuse(INSTANCE, "There is no memory for a state."));
-    }
-    (void)memcpy(*state, bytes, size);
-    return fmi2OK;
-}
 
 FMU_EXPORT fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference of[], size_t n_of,
                                                    const fmi2ValueReference by[], size_t n_by, const fmi2Real seed[],
@@ -252,7 +119,7 @@ FMU_EXPORT fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2Val
     (void)r;
     (void)order;
     (void)values;
-    return NONE_OF("Real whose derivatives can be set");
+    return NONE_OF("variables of type Real whose derivatives can be set");
 }
 
 FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference r[], size_t n,
@@ -260,7 +127,7 @@ FMU_EXPORT fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2Va
     (void)r;
     (void)order;
     (void)values;
-    return NONE_OF("Real with derivatives");
+    return NONE_OF("variables of type Real with derivatives");
 }
 
 FMU_EXPORT fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real length, fmi2Boolean no_set_before) {

@@ -42,26 +42,33 @@ static void tell(const void *of, const char *name, int serious, const char *mess
     }
 }
 
-/* What went well is fmi3OK; an instance that is none has nobody to tell. */
-#define ANSWER(done) (((c != NULL) && fmu_lock(INSTANCE) && fmu_unlock(INSTANCE, (done))) ? fmi3OK : fmi3Error)
-#define INSTANCE ((fmu_instance *)c)
-#define REFUSE(message) ANSWER(fmu_refuse(INSTANCE, message))
+#define FMI(Name) fmi3##Name
+#define FMI_OK fmi3OK
+#define FMI_ERROR fmi3Error
+#define FMI_SIZE , size_t m
+#define FMI_USE_SIZE (void)m
+typedef fmi3Status fmi_status;
+typedef fmi3Boolean fmi_boolean;
+typedef fmi3String fmi_string;
+typedef fmi3Byte fmi_byte;
+
+/* FMI 3.0 spells them differently. */
+#define fmi3GetFMUstate fmi3GetFMUState
+#define fmi3SetFMUstate fmi3SetFMUState
+#define fmi3FreeFMUstate fmi3FreeFMUState
+#define fmi3SerializedFMUstateSize fmi3SerializedFMUStateSize
+#define fmi3SerializeFMUstate fmi3SerializeFMUState
+#define fmi3DeSerializeFMUstate fmi3DeserializeFMUState
+
+#include "fmi.h"
 
 FMU_EXPORT const char *fmi3GetVersion(void) { return "3.0"; }
-
-FMU_EXPORT fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-    (void)on;
-    (void)n;
-    (void)categories;
-    return ANSWER(1);
-}
 
 FMU_EXPORT fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
                                                     fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean events,
                                                     fmi3Boolean early_return, const fmi3ValueReference intermediate[],
                                                     size_t n, fmi3InstanceEnvironment environment,
                                                     fmi3LogMessageCallback logger, fmi3IntermediateUpdateCallback update) {
-    fmu_instance *instance = fmu_new(name);
     callback log;
     (void)resources;
     (void)visible;
@@ -71,22 +78,11 @@ FMU_EXPORT fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String 
     (void)intermediate;
     (void)n;
     (void)update;
-    if (instance == NULL) {
-        return NULL;
-    }
     log.object = NULL;
     if (logger != NULL) {
         log.function = logger;
     }
-    instance->tell = tell;
-    instance->importer = environment;
-    instance->callback = log.object;
-    if ((token == NULL) || (strcmp(token, FMU_TOKEN) != 0)) {
-        (void)fmu_refuse(instance, "The token is not that of this model: description and library are of different models.");
-        free(instance);
-        return NULL;
-    }
-    return instance;
+    return fmi_new(name, token, environment, log.object, NULL);
 }
 
 /* The model is for co-simulation. */
@@ -115,8 +111,6 @@ FMU_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3S
     return fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, logger);
 }
 
-FMU_EXPORT void fmi3FreeInstance(fmi3Instance c) { fmu_free(c); }
-
 FMU_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                                   fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
     (void)has_tolerance;
@@ -127,25 +121,6 @@ FMU_EXPORT fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean ha
         return fmi3Error;
     }
     return ANSWER(fmu_begin(INSTANCE, start) && fmu_enter(INSTANCE, "Initialization", FMU_INSTANTIATED, FMU_INITIALIZING));
-}
-
-FMU_EXPORT fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-    return ANSWER(fmu_checked(INSTANCE) && fmu_enter(INSTANCE, "The end of initialization", FMU_INITIALIZING, FMU_STEPPING));
-}
-
-FMU_EXPORT fmi3Status fmi3Terminate(fmi3Instance c) {
-    const fmi3Status status = ANSWER(fmu_enter(INSTANCE, "The end of the simulation", FMU_STEPPING, FMU_TERMINATED));
-    if (status == fmi3OK) {
-        fmu_silence(INSTANCE);
-    }
-    return status;
-}
-
-FMU_EXPORT fmi3Status fmi3Reset(fmi3Instance c) {
-    if (c != NULL) {
-        fmu_reset(INSTANCE);
-    }
-    return ANSWER(1);
 }
 
 FMU_EXPORT fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Float64 values[], size_t n_values) {
@@ -161,20 +136,6 @@ FMU_EXPORT fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference r[
                   fmu_set(INSTANCE, r, n, values));
 }
 
-#define NO_VARIABLES(Name, Type)                                                                                       \
-    FMU_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, Type values[], size_t m) { \
-        (void)r;                                                                                                       \
-        (void)values;                                                                                                  \
-        (void)m;                                                                                                       \
-        return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " #Name "."));               \
-    }                                                                                                                  \
-    FMU_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const Type values[], size_t m) { \
-        (void)r;                                                                                                       \
-        (void)values;                                                                                                  \
-        (void)m;                                                                                                       \
-        return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type " #Name "."));               \
-    }
-
 NO_VARIABLES(Float32, fmi3Float32)
 NO_VARIABLES(Int8, int8_t)
 NO_VARIABLES(UInt8, uint8_t)
@@ -185,34 +146,9 @@ NO_VARIABLES(Int64, int64_t)
 NO_VARIABLES(UInt64, uint64_t)
 #if defined(FMU_XCP)
 /* Where XCP is served. */
-#define OPTIONS(Name, Type, KIND, READ, WRITE)                                                                         \
-    FMU_EXPORT fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, Type values[], size_t m) {\
-        size_t k;                                                                                                      \
-        (void)m;                                                                                                       \
-        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
-            const xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                              \
-            if (door == NULL) {                                                                                        \
-                return fmi3Error;                                                                                      \
-            }                                                                                                          \
-            values[k] = READ;                                                                                          \
-        }                                                                                                              \
-        return ANSWER(1);                                                                                              \
-    }                                                                                                                  \
-    FMU_EXPORT fmi3Status fmi3Set##Name(fmi3Instance c, const fmi3ValueReference r[], size_t n, const Type values[], size_t m) {\
-        size_t k;                                                                                                      \
-        (void)m;                                                                                                       \
-        for (k = 0; (c != NULL) && (k < n); k++) {                                                                     \
-            xcp_door *door = fmu_door(INSTANCE, r[k], KIND, #Name);                                                    \
-            if ((door == NULL) || !fmu_may_configure(INSTANCE, 1) || !(WRITE)) {                                       \
-                return fmi3Error;                                                                                      \
-            }                                                                                                          \
-        }                                                                                                              \
-        return ANSWER(1);                                                                                              \
-    }
-
-OPTIONS(UInt16, uint16_t, XCP_TCP_PORT, (uint16_t)door->port, fmu_set_port(INSTANCE, door, values[k]))
-OPTIONS(Boolean, fmi3Boolean, XCP_TCP_ENABLE, door->enable != 0, (door->enable = values[k], 1))
-OPTIONS(String, fmi3String, XCP_TCP_ADDRESS, door->address, fmu_set_address(INSTANCE, door, values[k]))
+OPTIONS(UInt16, uint16_t, XCP_TCP_PORT, 1, (uint16_t)door->port, fmu_set_port(INSTANCE, door, values[k]))
+OPTIONS(Boolean, fmi3Boolean, XCP_TCP_ENABLE, 1, door->enable != 0, (door->enable = values[k], 1))
+OPTIONS(String, fmi3String, XCP_TCP_ADDRESS, 1, door->address, fmu_set_address(INSTANCE, door, values[k]))
 
 FMU_EXPORT fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) {
     if ((c == NULL) || !fmu_may_configure(INSTANCE, 0)) {
@@ -240,7 +176,7 @@ FMU_EXPORT fmi3Status fmi3GetBinary(fmi3Instance c, const fmi3ValueReference r[]
     (void)sizes;
     (void)values;
     (void)m;
-    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type Binary."));
+    return NONE_OF("variables of type Binary");
 }
 
 FMU_EXPORT fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference r[], size_t n, const size_t sizes[], const fmi3Binary values[], size_t m) {
@@ -248,77 +184,19 @@ FMU_EXPORT fmi3Status fmi3SetBinary(fmi3Instance c, const fmi3ValueReference r[]
     (void)sizes;
     (void)values;
     (void)m;
-    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no variables of type Binary."));
+    return NONE_OF("variables of type Binary");
 }
 
 FMU_EXPORT fmi3Status fmi3GetClock(fmi3Instance c, const fmi3ValueReference r[], size_t n, fmi3Clock values[]) {
     (void)r;
     (void)values;
-    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no clocks."));
+    return NONE_OF("clocks");
 }
 
 FMU_EXPORT fmi3Status fmi3SetClock(fmi3Instance c, const fmi3ValueReference r[], size_t n, const fmi3Clock values[]) {
     (void)r;
     (void)values;
-    return ANSWER((n == 0U) || fmu_refuse(INSTANCE, "The model has no clocks."));
-}
-
-FMU_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-    if ((c == NULL) || (state == NULL)) {
-        return fmi3Error;
-    }
-    if (*state == NULL) {
-        *state = malloc(FMU_SAVED);
-    }
-    if (*state == NULL) {
-        return REFUSE("There is no memory for a state.");
-    }
-    fmu_save(INSTANCE, *state);
-    return fmi3OK;
-}
-
-FMU_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-    if ((c == NULL) || !fmu_saved(INSTANCE, state, FMU_SAVED)) {
-        return fmi3Error;
-    }
-    fmu_restore(INSTANCE, state);
-    return fmi3OK;
-}
-
-FMU_EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
-    if (state != NULL) {
-        free(*state);
-        *state = NULL;
-    }
-    return ANSWER(1);
-}
-
-FMU_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-    (void)state;
-    *size = FMU_SAVED;
-    return ANSWER(1);
-}
-
-FMU_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    if ((c == NULL) || !fmu_saved(INSTANCE, state, size)) {
-        return fmi3Error;
-    }
-    (void)memcpy(bytes, state, size);
-    return fmi3OK;
-}
-
-FMU_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if ((c == NULL) || (state == NULL) || !fmu_saved(INSTANCE, bytes, size)) {
-        return fmi3Error;
-    }
-    if (*state == NULL) {
-        *state = malloc(FMU_SAVED);
-    }
-    if (*state == NULL) {
-        return REFUSE("There is no memory for a state.");
-    }
-    (void)memcpy(*state, bytes, size);
-    return fmi3OK;
+    return NONE_OF("clocks");
 }
 
 FMU_EXPORT fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 point, fmi3Float64 length, fmi3Boolean no_set_before,

@@ -118,7 +118,8 @@ pub fn fmu(project: &Project, name: &str, step: f64, version: Version, service: 
     let described = |token: &str| description::model(top, name, token, step, version, &variables, service);
     // Library and description know each other by all that both follow from.
     let parts = [include_str!("service.h"), include_str!("xcp.h"), include_str!("xcp_slave.h")];
-    let token = token(&[&described(""), &code("h"), &code("c"), text, include_str!("instance.h"), &parts.concat()]);
+    let shared = [include_str!("instance.h"), include_str!("fmi.h")];
+    let token = token(&[&described(""), &code("h"), &code("c"), text, &shared.concat(), &parts.concat()]);
     // One unit of translation: the derivatives call the small functions of the block.
     let sources = vec![functions.to_owned()];
     let mut files = vec![
@@ -127,7 +128,8 @@ pub fn fmu(project: &Project, name: &str, step: f64, version: Version, service: 
         (format!("sources/{name}.c"), code("c")),
         ("sources/model.h".into(), model(top, name, &token, step, &variables, service)),
         ("sources/derivative.h".into(), derivative::functions(&project.program)),
-        ("sources/instance.h".into(), include_str!("instance.h").into()),
+        ("sources/instance.h".into(), shared[0].into()),
+        ("sources/fmi.h".into(), shared[1].into()),
         (format!("sources/{functions}"), text.into()),
         ("documentation/README.md".into(), project.file("README.md").unwrap_or_default().into()),
         ("documentation/index.html".into(), description::page(top, name, step)),

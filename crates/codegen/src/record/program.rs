@@ -71,8 +71,7 @@ thread_local! {
     static RECORDER: RefCell<Option<Recorder>> = const { RefCell::new(None) };
 }
 
-/// The recording on this thread. Called by few functions, none of them generic: each operation of each block is one of
-/// them.
+/// Changes the recording on this thread. Only functions that are not generic call it, so that it is compiled a dozen times.
 fn recorder<R>(change: impl FnOnce(&mut Recorder) -> R) -> R {
     RECORDER.with_borrow_mut(|it| {
         change(it.as_mut().expect("recorded numbers live within `record`; no recording is active on this thread"))
@@ -176,7 +175,7 @@ fn take_results(values: &mut dyn Numbers, call: u32, first: usize, kept: &[bool]
     });
 }
 
-/// What is known of a step before it is recorded.
+/// The structs of a step whose graph is open, and its time step.
 struct Opened {
     parameters: Tree,
     state: Tree,
