@@ -1,11 +1,11 @@
-//! `cargo xtask bench`: ratios against named peers.
+//! `cargo xtask bench`: ratios to named peers.
 
-use std::process::Command;
+use crate::command::Cargo;
+use crate::tree;
 
-/// Runs the benchmarks whose name contains `name`, optimised as what is handed on.
+/// Runs the benchmarks whose name contains `name`, optimised as the released program.
 pub(crate) fn bench(name: Option<&str>) -> Result<(), String> {
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--profile", "shipped", "--package", "stickslip-benches", "--"]).args(name);
-    let status = cargo.status().map_err(|error| format!("cannot start cargo ({error})"))?;
-    if status.success() { Ok(()) } else { Err("the benchmarks did not run to their end".into()) }
+    let root = tree::root()?;
+    let run = ["run", "--quiet", "--profile", "shipped", "--package", "stickslip-benches", "--"];
+    Cargo::new(&root, &root).run(run.into_iter().chain(name))
 }

@@ -1,35 +1,36 @@
-//! `cargo xtask dist`: one archive that runs on a bare machine.
+//! `cargo xtask dist`: the archive for a bare machine.
 //!
-//! `target/dist/stickslip-VERSION-TARGET.tar.gz` holds the program, licences, README, presets and completions. The
-//! program is linked statically: with musl where its target can be had, else with the C library of this machine.
+//! `target/dist/stickslip-VERSION-TARGET.tar.gz` contains the program, licences, README, presets and completions. The
+//! program is linked statically: with musl if its target is available, otherwise with the C library of this machine.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::test::{cargo, run};
+use crate::command::{Cargo, run};
 use crate::{tools, tree};
 
 const MUSL: &str = "x86_64-unknown-linux-musl";
 const GLIBC: &str = "x86_64-unknown-linux-gnu";
 
-/// The shells that get completions, and where each keeps them.
+/// Shells with completions, and the file name of each.
 const SHELLS: [(&str, &str); 4] =
     [("bash", "stickslip.bash"), ("zsh", "_stickslip"), ("fish", "stickslip.fish"), ("powershell", "_stickslip.ps1")];
 
-/// Builds, packs, and starts what was packed in an empty folder that is its whole world.
+/// Builds and packs the program, then runs it from the archive in an empty folder.
 pub(crate) fn dist() -> Result<(), String> {
     let root = tree::root()?;
     let target = if tools::target(MUSL) && tools::musl_compiler() {
         MUSL
     } else {
-        let remedy = format!("`rustup target add {MUSL}`, and musl-gcc, on Debian of musl-tools");
-        println!("skipped: {MUSL} cannot be had ({remedy}); {GLIBC} is linked statically instead");
+        let remedy = format!("`rustup target add {MUSL}`, and musl-gcc, on Debian in musl-tools");
+        println!("skipped: {MUSL} is not available ({remedy}); {GLIBC} is linked statically instead");
         GLIBC
     };
     let build = ["build", "--profile", "shipped", "--locked", "--package", "stickslip-cli", "--target", target];
-    run(cargo(&root, build).env("RUSTFLAGS", "-C target-feature=+crt-static -C strip=symbols"))?;
-    let built = root.join("target").join(target).join("shipped/stickslip");
+    let cargo = Cargo::new(&root, &root);
+    run(cargo.command(build).env("RUSTFLAGS", "-C target-feature=+crt-static -C strip=symbols"))?;
+    let built = cargo.target.join(target).join("shipped/stickslip");
 
     let name = format!("stickslip-{}-{target}", env!("CARGO_PKG_VERSION"));
     let dist = root.join("target/dist");
@@ -39,7 +40,7 @@ pub(crate) fn dist() -> Result<(), String> {
     }
     fill(&root, &built, &folder)?;
     let archive = dist.join(format!("{name}.tar.gz"));
-    // The same files give the same bytes: no owner, no time, names in order.
+    // The same files give the same bytes: without owner and time, sorted by name.
     let tar = ["--sort=name", "--owner=0", "--group=0", "--numeric-owner", "--mtime=@0", "-czf"];
     run(Command::new("tar").current_dir(&dist).args(tar).arg(&archive).arg(&name))?;
     let bytes = fs::metadata(&archive).map_err(|error| format!("cannot read {}: {error}", archive.display()))?.len();
@@ -47,10 +48,10 @@ pub(crate) fn dist() -> Result<(), String> {
     try_alone(&dist, &archive, &name)
 }
 
-/// What the archive holds.
+/// Fills the folder of the archive.
 fn fill(root: &Path, built: &Path, folder: &Path) -> Result<(), String> {
     let copy = |from: PathBuf, to: PathBuf| {
-        let into = to.parent().expect("a file of the archive lies in the archive");
+        let into = to.parent().expect("a file has a folder");
         fs::create_dir_all(into).map_err(|error| format!("cannot create {}: {error}", into.display()))?;
         fs::copy(&from, &to).map_err(|error| format!("cannot copy {}: {error}", from.display())).map(drop)
     };
@@ -73,7 +74,7 @@ fn fill(root: &Path, built: &Path, folder: &Path) -> Result<(), String> {
 }
 
 /// Unpacks the archive into an empty folder and runs the demonstration there, with that folder as the root of the file
-/// system: no libraries, no Rust, no /proc. Said and skipped where this machine does not allow it.
+/// system: no libraries, no Rust, no /proc. Skipped with a message if this machine does not allow it.
 fn try_alone(dist: &Path, archive: &Path, name: &str) -> Result<(), String> {
     let world = dist.join("alone");
     if world.exists() {
@@ -87,18 +88,17 @@ fn try_alone(dist: &Path, archive: &Path, name: &str) -> Result<(), String> {
         command.args(["--map-root-user", "--root"]).arg(&world).arg(&program).args(arguments);
         command
     };
-    // Whether namespaces are allowed is the machine's business; whether the program starts in one is ours.
     let allowed = Command::new("unshare").args(["--map-root-user", "true"]).status();
     if !allowed.is_ok_and(|status| status.success()) {
-        println!("skipped: this machine allows no user namespace, so the archive was not tried alone");
+        println!("skipped: this machine allows no user namespace, so the archive was not run in an empty folder");
         return Ok(());
     }
     run(&mut alone(&["demo", "--out", "/results"]))?;
     match fs::read_to_string(world.join("results/summary.json")) {
         Ok(summary) if summary.contains("render.rms_error") => {
-            println!("its demo runs in an empty folder");
+            println!("the demo runs in an empty folder");
             Ok(())
         }
-        _ => Err("the demo in an empty folder left no summary".into()),
+        _ => Err("the demo in an empty folder wrote no summary".into()),
     }
 }

@@ -1,12 +1,12 @@
-//! What `cargo doc` complains about, without the units that it takes for links.
+//! Complaints of `cargo doc`, except those about units that it reads as links.
 
-/// Units of one word, which stand in brackets behind a quantity: "mean step [s]". Rustdoc reads `[s]` as a link.
+/// Units of one word in brackets behind a quantity: "mean step [s]". Rustdoc reads `[s]` as a link.
 const UNITS: [&str; 20] = [
     "s", "ns", "m", "kg", "A", "K", "rad", "mrad", "N", "V", "W", "J", "H", "Ω", "Hz", "px", "dB", "lines", "counts",
     "bytes",
 ];
 
-/// The complaints in what `cargo doc` writes to stderr.
+/// The complaints in the error output of `cargo doc`.
 pub(crate) fn complaints(stderr: &str) -> Vec<&str> {
     stderr.lines().filter(|line| is_complaint(line)).collect()
 }
@@ -15,7 +15,7 @@ fn is_complaint(line: &str) -> bool {
     let Some(message) = line.strip_prefix("warning: ") else { return line.starts_with("error") };
     let link = message.strip_prefix("unresolved link to `").and_then(|rest| rest.strip_suffix('`'));
     let is_unit = link.is_some_and(|link| UNITS.contains(&link));
-    // Cargo's own count of what the lines above say.
+    // The number of the complaints above.
     let is_count = message.starts_with('`') && message.contains(") generated ");
     !is_unit && !is_count
 }
@@ -25,14 +25,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_in_brackets_are_no_broken_links() {
+    fn units_in_brackets_are_not_complaints() {
         let stderr = "warning: unresolved link to `s`\n  --> src/lib.rs:1:5\n = help: to escape …\n\
                       warning: `stickslip` (lib doc) generated 1 warning\n    Finished\n";
         assert_eq!(complaints(stderr), [""; 0]);
     }
 
     #[test]
-    fn broken_links_and_everything_else_are_complaints() {
+    fn broken_links_and_other_warnings_are_complaints() {
         let lines = "warning: unresolved link to `Stribek`\nwarning: unclosed HTML tag `T`\nerror: could not document\n\
                      error[E0425]: cannot find value";
         assert_eq!(complaints(lines), lines.lines().collect::<Vec<_>>());

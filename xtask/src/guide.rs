@@ -1,18 +1,33 @@
-//! The guide as a book, laid out by mdBook where there is one.
-//!
-//! Its commands, links, files and symbols are checked by the tests of `stickslip-cli`, which need no mdBook.
+//! The part `guide`: the book by mdBook, and the tests of its commands, links, files and symbols, which need no mdBook.
 
 use std::path::Path;
 use std::process::Command;
 
+use crate::budget::{GUIDE, GUIDE_TESTS};
+use crate::command::run_counting;
 use crate::suite::Outcome;
+use crate::test::Run;
 
-/// Builds the book of a tree into a folder.
-pub(crate) fn build(tree: &Path, into: &Path) -> Result<Outcome, String> {
-    build_with("mdbook", tree, into)
+/// The test program of the command line and the names of its tests that run the commands of the guide. The part `rust`
+/// runs them with all others.
+const TESTS: [&str; 2] = ["program", "guide::"];
+
+/// Builds the book, and runs the tests of the guide unless they have run.
+pub(crate) fn check(Run { suite, cargo, .. }: &mut Run, with_tests: bool) {
+    suite.stage(GUIDE, |_| build("mdbook", &cargo.folder, &cargo.target.join("guide")));
+    if with_tests {
+        suite.stage(GUIDE_TESTS, |counts| {
+            // `--workspace` for the features that the part `rust` builds with.
+            let [program, names] = TESTS;
+            let test = ["test", "--workspace", "--locked", "--quiet", "--test", program, names];
+            run_counting(&mut cargo.command(test), counts)?;
+            Ok(Outcome::Passed)
+        });
+    }
 }
 
-fn build_with(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String> {
+/// Builds the book of a tree into a folder.
+fn build(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String> {
     let mut command = Command::new(program);
     let output = match command.arg("build").arg(tree.join("docs")).arg("--dest-dir").arg(into).output() {
         Ok(output) => output,
@@ -21,22 +36,22 @@ fn build_with(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String
             return Ok(Outcome::Skipped(format!("cannot start {program} ({error}); {remedy}")));
         }
     };
-    let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-    judge(program, output.status.success(), &said)
+    let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    judge(program, output.status.success(), &text)
 }
 
-/// Whether a program that said this and ended so has made a book.
-fn judge(program: &str, succeeded: bool, said: &str) -> Result<Outcome, String> {
-    // A file that is not there to be included is told of, and the book built without it.
-    let complaints: Vec<&str> = said.lines().filter(|line| complains(line)).collect();
+/// The result of a program with this output and exit status.
+fn judge(program: &str, succeeded: bool, output: &str) -> Result<Outcome, String> {
+    // mdBook reports an included file that is missing and builds the book without it.
+    let complaints: Vec<&str> = output.lines().filter(|line| is_complaint(line)).collect();
     if succeeded && complaints.is_empty() {
         return Ok(Outcome::Passed);
     }
-    eprint!("{said}");
+    eprint!("{output}");
     Err(format!("{program} complains: {}", complaints.join("; ")))
 }
 
-fn complains(line: &str) -> bool {
+fn is_complaint(line: &str) -> bool {
     ["ERROR", "WARN"].iter().any(|word| line.contains(word))
 }
 
@@ -45,22 +60,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_book_with_a_complaint_or_a_failure_is_none() {
-        let begun = " INFO Book building has started";
-        assert!(matches!(judge("mdbook", true, begun), Ok(Outcome::Passed)));
-        assert!(judge("mdbook", false, begun).is_err());
-        let lacks = judge("mdbook", true, "ERROR Error updating \"{{#include gone.md}}\"").map(|_| ());
-        assert!(lacks.is_err_and(|why| why.contains("gone.md")));
-    }
-
-    #[test]
-    fn a_program_that_fails_makes_no_book() {
-        assert!(build_with("false", Path::new("."), Path::new(".")).is_err());
+    fn a_complaint_and_a_failure_are_errors() {
+        let start = " INFO Book building has started";
+        assert!(matches!(judge("mdbook", true, start), Ok(Outcome::Passed)));
+        assert!(judge("mdbook", false, start).is_err());
+        let incomplete = judge("mdbook", true, "ERROR Error updating \"{{#include gone.md}}\"").map(|_| ());
+        assert!(incomplete.is_err_and(|reason| reason.contains("gone.md")));
+        assert!(build("false", Path::new("."), Path::new(".")).is_err());
     }
 
     #[test]
     fn without_mdbook_the_stage_is_skipped_with_the_remedy() {
-        let skipped = build_with("no-such-mdbook", Path::new("."), Path::new("."));
-        assert!(matches!(skipped, Ok(Outcome::Skipped(why)) if why.contains("cargo install mdbook")));
+        let skipped = build("no-such-mdbook", Path::new("."), Path::new("."));
+        assert!(matches!(skipped, Ok(Outcome::Skipped(reason)) if reason.contains("cargo install mdbook")));
     }
 }

@@ -1,20 +1,20 @@
-//! How fast a machine is now: machines that are rented share their processors, and the same work takes twice as long on
-//! the next one, or an hour later.
+//! The present speed of the machine. Rented machines share processors: the same work may take twice as long on the next
+//! one, or an hour later.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// About what it takes where the budgets are from: two cores of an AMD EPYC while few others use it.
+/// Time of the work on the reference machine of the budgets: two cores of an AMD EPYC under little other load.
 const REFERENCE: Duration = Duration::from_millis(150);
-/// So many numbers are sorted: more than caches hold, and with as many branches as a compiler has.
+/// How many numbers are sorted: more than the caches hold, with as many branches as a compiler has.
 const NUMBERS: usize = 3_000_000;
 
-/// How many times longer a piece of work takes on all cores now than where the budgets are from; 1 at least.
+/// How many times longer the work takes on all cores now than on the reference machine; at least 1.
 pub(crate) fn slowness() -> f64 {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let took = std::thread::scope(|scope| {
         let cores: Vec<_> = (0..cores).map(|_| scope.spawn(|| work(NUMBERS))).collect();
-        cores.into_iter().map(|core| core.join().expect("it only sorts")).max()
+        cores.into_iter().map(|core| core.join().expect("sorting does not panic")).max()
     });
     times(took.unwrap_or_default())
 }
@@ -23,7 +23,7 @@ fn times(took: Duration) -> f64 {
     (took.as_secs_f64() / REFERENCE.as_secs_f64()).max(1.0)
 }
 
-/// How long sorting takes.
+/// Time to sort some random numbers.
 fn work(numbers: usize) -> Duration {
     let start = Instant::now();
     let mut random = 1u64;
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slow_machine_is_known_and_a_fast_one_is_none() {
+    fn a_slow_machine_has_a_factor_and_a_fast_one_has_one() {
         assert_eq!(times(3 * REFERENCE), 3.0);
         assert_eq!(times(REFERENCE / 2), 1.0);
         assert!(work(2 * NUMBERS) > work(NUMBERS / 10));

@@ -1,24 +1,43 @@
-//! `cargo xtask study NAME`: what takes too long for the tests. The result is committed; a test checks that the
-//! program still gives it.
+//! `cargo xtask study NAME`: studies that are too long for the tests. The result is committed; a test compares a part
+//! of it with the program.
 
-use std::process::Command;
+use std::path::Path;
 
-/// The studies. Each is an example of the laboratory.
-const STUDIES: [&str; 9] =
-    ["benchmark", "calibrated", "calibration", "coverage", "fidelity", "hunting", "margins", "prediction", "soak"];
-/// Where their results lie, from the repository's root.
+use crate::command::Cargo;
+use crate::tree;
+use crate::workspace::{Kind, Workspace};
+
+/// The package whose examples contain the studies.
+const PACKAGE: &str = "stickslip";
+/// Folder of the results, relative to the root of the repository.
 const FOLDER: &str = "docs/studies";
 
-/// Runs a study, optimised as users run it.
+/// Lists the studies.
+pub(crate) fn list() -> Result<(), String> {
+    println!("{}", studies(&Workspace::read(&tree::root()?)?).join("\n"));
+    Ok(())
+}
+
+/// Runs a study, optimised as the program of users.
 pub(crate) fn study(name: &str) -> Result<(), String> {
-    if !STUDIES.contains(&name) {
-        return Err(format!("there is no study {name}; known: {}", STUDIES.join(", ")));
+    let root = tree::root()?;
+    let known = studies(&Workspace::read(&root)?);
+    if !known.iter().any(|study| study == name) {
+        return Err(format!("unknown study \"{name}\"; the studies are {}", known.join(", ")));
     }
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["run", "--quiet", "--release", "--package", "stickslip", "--example", name, "--", FOLDER]);
-    cargo.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
-    let status = cargo.status().map_err(|error| format!("cannot start cargo ({error})"))?;
-    if status.success() { Ok(()) } else { Err(format!("the study {name} did not run to its end")) }
+    let run = ["run", "--quiet", "--release", "--package", PACKAGE, "--example", name, "--", FOLDER];
+    Cargo::new(&root, &root).run(run)
+}
+
+/// The examples whose text contains the command that runs them as a study.
+fn studies(workspace: &Workspace) -> Vec<String> {
+    let examples = workspace.package(PACKAGE).into_iter().flat_map(|package| package.targets(Kind::Example));
+    let studies = examples.filter(|example| is_study(&example.name, &workspace.root.join(&example.source)));
+    studies.map(|example| example.name.clone()).collect()
+}
+
+fn is_study(name: &str, source: &Path) -> bool {
+    std::fs::read_to_string(source).is_ok_and(|text| text.contains(&format!("cargo xtask study {name}")))
 }
 
 #[cfg(test)]
@@ -27,9 +46,17 @@ mod tests {
 
     #[test]
     fn an_unknown_study_is_refused_with_the_known_ones() {
-        assert_eq!(
-            study("coverige"),
-            Err("there is no study coverige; known: benchmark, calibrated, calibration, coverage, fidelity, hunting, margins, prediction, soak".into())
-        );
+        let refusal = study("coverige").expect_err("no example has that name");
+        assert!(refusal.starts_with("unknown study \"coverige\"; the studies are "), "{refusal}");
+        assert!(refusal.contains("coverage"), "{refusal}");
+    }
+
+    #[test]
+    fn an_example_with_its_command_is_a_study() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let source = folder.path().join("main.rs");
+        std::fs::write(&source, "//! Coverage.\n//!\n//!     cargo xtask study coverage\n").expect("it can be written");
+        assert!(is_study("coverage", &source));
+        assert!(!is_study("margins", &source));
     }
 }

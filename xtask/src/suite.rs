@@ -1,20 +1,21 @@
-//! Stages of a check: each with its time, its budget and its say.
+//! Runs the stages of a check and reports their results, times and budgets.
 
 use std::time::{Duration, Instant};
 
+use crate::budget::Stage;
 use crate::pace::slowness;
 
-/// What a stage that found no fault has to say.
+/// The result of a stage without failures.
 pub(crate) enum Outcome {
     /// All checked.
     Passed,
-    /// All checked, some at the second try: named, since a test must not become one that passes by luck.
+    /// All checked, but these tests failed at the first try. They are listed, since a test must not pass by chance.
     Again(Vec<String>),
-    /// Not checked, and why.
+    /// Not checked, with the reason.
     Skipped(String),
 }
 
-/// Tests as the test harness counts them.
+/// Numbers of tests in the output of a test program.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Counts {
     pub(crate) passed: u32,
@@ -23,8 +24,8 @@ pub(crate) struct Counts {
 }
 
 impl Counts {
-    /// Adds a line of a test harness, `test result: ok. 12 passed; 0 failed; 1 ignored; …`, or of pytest, `2 failed,
-    /// 30 passed, 1 skipped in 2.50s`; any other line changes nothing.
+    /// Adds a line of a test program, `test result: ok. 12 passed; 0 failed; 1 ignored; …`, or of pytest, `2 failed,
+    /// 30 passed, 1 skipped in 2.50s`. Other lines change nothing.
     pub(crate) fn read(&mut self, line: &str) {
         let harness = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". "));
         let results = match (harness, line.rsplit_once(" in ")) {
@@ -44,65 +45,55 @@ impl Counts {
     }
 }
 
-/// The stages that have run.
+/// A finished stage.
+struct Finished {
+    stage: Stage,
+    took: Duration,
+    /// How many times slower than the reference machine this machine was during the stage.
+    slowness: f64,
+}
+
+/// The finished stages.
 #[derive(Default)]
 pub(crate) struct Suite {
-    /// Tests, plus each stage that failed without a failed test or was skipped.
+    /// Tests, plus each stage that was skipped or failed without a failed test.
     counts: Counts,
     skipped: Vec<String>,
     again: Vec<String>,
     failed: Vec<String>,
-    times: Vec<String>,
+    finished: Vec<Finished>,
+    /// The slowest test programs with their times.
+    pub(crate) slowest: Vec<(String, Duration)>,
+    /// The slowness measured after the last stage, which is that before the next.
+    pace: Option<f64>,
 }
 
 impl Suite {
-    /// Runs a stage. It fails by itself or by taking more than 1.5 × its budget, which is stretched where the machine is
-    /// slow before and behind it; the next stages run all the same.
-    pub(crate) fn stage(
-        &mut self,
-        name: &str,
-        budget: Duration,
-        work: impl FnOnce(&mut Counts) -> Result<Outcome, String>,
-    ) {
-        println!("\n== {name}");
+    /// Runs a stage. It fails by its own error or when it takes more than 1.5 × its budget, which is extended in
+    /// proportion when the machine is slow before and after the stage. The following stages run in either case.
+    pub(crate) fn stage(&mut self, stage: Stage, work: impl FnOnce(&mut Counts) -> Result<Outcome, String>) {
+        println!("\n== {}", stage.name);
         let mut counts = Counts::default();
-        let before = slowness();
+        let before = self.pace.unwrap_or_else(slowness);
         let start = Instant::now();
         let outcome = work(&mut counts);
         let took = start.elapsed();
-        self.finish(name, budget, (took, 0.5 * (before + slowness())), counts, outcome);
+        let after = slowness();
+        self.pace = Some(after);
+        self.finish(Finished { stage, took, slowness: 0.5 * (before + after) }, counts, outcome);
     }
 
-    fn finish(
-        &mut self,
-        name: &str,
-        budget: Duration,
-        (took, slowness): (Duration, f64),
-        counts: Counts,
-        outcome: Result<Outcome, String>,
-    ) {
-        let machine = if slowness > 1.1 { format!(", the machine {slowness:.1} times slower") } else { String::new() };
-        let time = format!("{name}: {:.1} s of {} s{machine}", took.as_secs_f64(), budget.as_secs());
-        println!("== {time}");
-        self.times.push(time);
+    fn finish(&mut self, finished: Finished, counts: Counts, outcome: Result<Outcome, String>) {
+        let Finished { stage: Stage { name, budget }, took, slowness } = finished;
+        println!("== {name}: {:.1} s of {} s{}", took.as_secs_f64(), budget.as_secs(), machine(slowness));
+        self.finished.push(finished);
         self.counts.passed += counts.passed;
         self.counts.failed += counts.failed;
         self.counts.skipped += counts.skipped;
-        let outcome = match outcome {
-            Ok(_) if took > budget.mul_f64(1.5 * slowness) => Err(format!(
-                "took {:.1} s, more than 1.5 × its budget of {} s{machine}",
-                took.as_secs_f64(),
-                budget.as_secs()
-            )),
-            other => other,
-        };
-        match outcome {
+        match outcome.and_then(|outcome| within(budget, took, slowness).map(|()| outcome)) {
             Ok(Outcome::Passed) => {}
             Ok(Outcome::Again(names)) => self.again.extend(names.iter().map(|which| format!("{name}: {which}"))),
-            Ok(Outcome::Skipped(reason)) => {
-                self.counts.skipped += 1;
-                self.skipped.push(format!("{name}: {reason}"));
-            }
+            Ok(Outcome::Skipped(reason)) => self.skip(format!("{name}: {reason}")),
             Err(reason) => {
                 self.counts.failed += u32::from(counts.failed == 0);
                 self.failed.push(format!("{name}: {reason}"));
@@ -110,30 +101,71 @@ impl Suite {
         }
     }
 
-    /// Notes something that is not checked, beside the stages.
-    pub(crate) fn skip(&mut self, what: String) {
+    /// Adds a check that cannot be made to the list of skipped ones.
+    pub(crate) fn skip(&mut self, reason: String) {
         self.counts.skipped += 1;
-        self.skipped.push(what);
+        self.skipped.push(reason);
     }
 
-    /// The times, what was skipped, what failed, and the sum alone on the last line.
+    /// Fails when all stages together take more than 1.5 × a budget, extended as those of the stages are.
+    pub(crate) fn limit(&mut self, Stage { name, budget }: Stage) {
+        let paced: f64 = self.finished.iter().map(|it| it.took.as_secs_f64() / it.slowness).sum();
+        let slowness = self.total().as_secs_f64() / paced.max(f64::MIN_POSITIVE);
+        if let Err(reason) = within(budget, self.total(), slowness) {
+            self.counts.failed += 1;
+            self.failed.push(format!("{name}: {reason}"));
+        }
+    }
+
+    fn total(&self) -> Duration {
+        self.finished.iter().map(|it| it.took).sum()
+    }
+
+    /// Times of the stages and test programs, what was skipped, what failed; the last line has the numbers alone.
     pub(crate) fn summary(&self) -> String {
         let list =
-            |word: &str, lines: &[String]| -> String { lines.iter().map(|line| format!("{word}{line}\n")).collect() };
+            |word: &str, lines: &[String]| -> String { lines.iter().map(|line| format!("{word}: {line}\n")).collect() };
+        let slowest = self.slowest.iter().map(|(name, took)| format!("{:8.1} s  {name}", took.as_secs_f64()));
         let Counts { passed, failed, skipped } = self.counts;
         format!(
-            "{}{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
-            list("time: ", &self.times),
-            list("skipped: ", &self.skipped),
-            list("passed at the second try: ", &self.again),
-            list("failed: ", &self.failed),
+            "{}{}{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
+            list("time", &self.times()),
+            list("slow test program", &slowest.collect::<Vec<_>>()),
+            list("skipped", &self.skipped),
+            list("passed at the second try", &self.again),
+            list("failed", &self.failed),
         )
     }
 
-    /// Whether nothing failed.
+    /// A line for each stage, the longest first, and one for all.
+    fn times(&self) -> Vec<String> {
+        let total = self.total();
+        let share = |took: Duration| 100.0 * took.as_secs_f64() / total.as_secs_f64().max(f64::MIN_POSITIVE);
+        let mut sorted: Vec<_> = self.finished.iter().collect();
+        sorted.sort_by_key(|it| std::cmp::Reverse(it.took));
+        let lines = sorted.into_iter().map(|Finished { stage, took, slowness }| {
+            let (seconds, budget) = (took.as_secs_f64(), stage.budget.as_secs());
+            format!("{seconds:8.1} s {:3.0} %  {}, budget {budget} s{}", share(*took), stage.name, machine(*slowness))
+        });
+        lines.chain([format!("{:8.1} s 100 %  all stages", total.as_secs_f64())]).collect()
+    }
+
+    /// Whether there is no failure.
     pub(crate) fn passed(&self) -> bool {
         self.failed.is_empty() && self.counts.failed == 0
     }
+}
+
+fn machine(slowness: f64) -> String {
+    if slowness > 1.1 { format!(", machine {slowness:.1} times slower") } else { String::new() }
+}
+
+fn within(budget: Duration, took: Duration, slowness: f64) -> Result<(), String> {
+    if took <= budget.mul_f64(1.5 * slowness) {
+        return Ok(());
+    }
+    let (seconds, budget) = (took.as_secs_f64(), budget.as_secs());
+    Err(format!("took {seconds:.1} s, more than 1.5 × its budget of {budget} s{}", machine(slowness)))
 }
 
 #[cfg(test)]
@@ -141,21 +173,27 @@ mod tests {
     use super::*;
 
     const SECOND: Duration = Duration::from_secs(1);
+    const STAGE: Stage = Stage { name: "stage", budget: Duration::from_secs(10) };
 
     fn finished(took: Duration, counts: Counts, outcome: Result<Outcome, String>) -> Suite {
         let mut suite = Suite::default();
-        suite.finish("stage", 10 * SECOND, (took, 1.0), counts, outcome);
+        suite.finish(Finished { stage: STAGE, took, slowness: 1.0 }, counts, outcome);
         suite
     }
 
+    fn passed(name: &'static str, took: Duration, slowness: f64, suite: &mut Suite) {
+        let stage = Stage { name, budget: STAGE.budget };
+        suite.finish(Finished { stage, took, slowness }, Counts::default(), Ok(Outcome::Passed));
+    }
+
     #[test]
-    fn the_lines_of_the_test_harness_add_up() {
+    fn results_of_test_programs_and_pytest_add_up() {
         let mut counts = Counts::default();
         for line in [
             "running 3 tests",
             "test result: ok. 12 passed; 0 failed; 1 ignored; 0 measured; 2 filtered out; finished in 0.00s",
             "test result: FAILED. 3 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.10s",
-            "test result: of a user's own printing",
+            "test result: printed by a test",
             "it passed in the end",
             "1 failed, 20 passed, 3 skipped, 1 error in 7.12s",
             "4 passed in 75.01s (0:01:15)",
@@ -166,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_beyond_its_budget_fails_and_one_within_passes() {
+    fn a_stage_fails_beyond_its_budget_and_passes_within() {
         let slow = finished(16 * SECOND, Counts::default(), Ok(Outcome::Passed));
         assert!(!slow.passed());
         assert!(slow.summary().contains("failed: stage: took 16.0 s, more than 1.5 × its budget of 10 s\n"));
@@ -174,19 +212,46 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_machine_stretches_the_budget() {
+    fn a_slow_machine_extends_the_budget() {
         let on_slow = |took| {
             let mut suite = Suite::default();
-            suite.finish("stage", 10 * SECOND, (took, 2.0), Counts::default(), Ok(Outcome::Passed));
+            passed("stage", took, 2.0, &mut suite);
             suite
         };
         assert!(on_slow(29 * SECOND).passed());
         let beyond = on_slow(31 * SECOND).summary();
-        assert!(beyond.contains("failed: stage: took 31.0 s") && beyond.contains("the machine 2.0 times slower"));
+        assert!(beyond.contains("failed: stage: took 31.0 s") && beyond.contains("machine 2.0 times slower"));
     }
 
     #[test]
-    fn a_skipped_stage_is_named_and_counted() {
+    fn the_whole_run_has_a_budget_that_a_slow_machine_extends() {
+        let limited = |slowness| {
+            let mut suite = Suite::default();
+            passed("one", 10 * SECOND, slowness, &mut suite);
+            passed("two", 10 * SECOND, slowness, &mut suite);
+            suite.limit(STAGE);
+            suite
+        };
+        assert!(limited(1.0).summary().contains("failed: stage: took 20.0 s, more than 1.5 × its budget of 10 s\n"));
+        assert!(limited(2.0).passed());
+    }
+
+    #[test]
+    fn the_summary_has_the_longest_stage_first_with_its_share() {
+        let mut suite = Suite::default();
+        passed("short", SECOND, 1.0, &mut suite);
+        passed("long", 3 * SECOND, 1.0, &mut suite);
+        suite.slowest = vec![("crates/rt/tests/causes.rs".into(), 2 * SECOND)];
+        let expected = "time:      3.0 s  75 %  long, budget 10 s\n\
+                        time:      1.0 s  25 %  short, budget 10 s\n\
+                        time:      4.0 s 100 %  all stages\n\
+                        slow test program:      2.0 s  crates/rt/tests/causes.rs\n\
+                        0 passed, 0 failed, 0 skipped";
+        assert_eq!(suite.summary(), expected);
+    }
+
+    #[test]
+    fn a_skipped_stage_is_listed_and_counted() {
         let suite = finished(SECOND, Counts::default(), Ok(Outcome::Skipped("no compiler".into())));
         assert!(suite.passed());
         assert!(suite.summary().contains("skipped: stage: no compiler\n"));
@@ -194,14 +259,14 @@ mod tests {
     }
 
     #[test]
-    fn a_second_try_is_told() {
+    fn a_test_that_passes_at_the_second_try_is_listed() {
         let suite = finished(SECOND, Counts::default(), Ok(Outcome::Again(vec!["by::clock".into()])));
         assert!(suite.passed());
         assert!(suite.summary().contains("passed at the second try: stage: by::clock\n"));
     }
 
     #[test]
-    fn a_failed_test_counts_once_and_a_stage_without_tests_counts_as_one() {
+    fn a_failed_test_counts_once_and_a_failed_stage_without_tests_counts_one() {
         let counts = Counts { passed: 7, failed: 2, skipped: 0 };
         let tests = finished(SECOND, counts, Err("a test failed".into()));
         assert!(tests.summary().ends_with("\n7 passed, 2 failed, 0 skipped"));

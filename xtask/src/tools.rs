@@ -1,25 +1,28 @@
-//! What the checks need besides Rust: found, else installed, else said.
+//! Tools besides Rust that the checks need: found, otherwise installed, otherwise reported as missing.
 
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// The bare-metal target that stands for "runs without an operating system": a Cortex-M4F or M7.
+use crate::test::Part;
+
+/// The target without an operating system: a Cortex-M4F or M7.
 pub(crate) const BARE_TARGET: &str = "thumbv7em-none-eabihf";
 
-/// The target that stands for Windows. Its programs are checked, not linked; the C in them is compiled.
+/// The target for Windows. Programs are checked, not linked; their C is compiled.
 pub(crate) const WINDOWS_TARGET: &str = "x86_64-pc-windows-gnu";
 const WINDOWS_COMPILER: &str = "x86_64-w64-mingw32-gcc";
 const MUSL_COMPILER: &str = "musl-gcc";
 
-/// A program and the Debian packages that hold it and what it needs.
+/// A program, and the Debian packages that contain it and its libraries.
 struct Program {
     command: &'static str,
-    /// A line of the shell that succeeds where the program can do its work: its headers and libraries are there too.
+    /// A line of shell that succeeds if the program works with its headers and libraries.
     probe: &'static str,
     packages: &'static [&'static str],
-    /// What is not checked without it.
+    /// The check that needs it.
     purpose: &'static str,
+    parts: &'static [Part],
 }
 
 const PROGRAMS: [Program; 11] = [
@@ -28,107 +31,122 @@ const PROGRAMS: [Program; 11] = [
         probe: "echo '#include <math.h>' | gcc -E -",
         packages: &["gcc", "libc6-dev"],
         purpose: "compiling the generated C",
+        parts: &Part::ALL,
     },
     Program {
         command: "clang",
         probe: "echo 'int main(void) { return 0; }' | clang -fsanitize=address,undefined -x c -o /dev/null -",
-        // Without a version: each release of Debian has its own behind these names.
+        // Names without a version: each release of Debian has its own version.
         packages: &["clang", "libclang-rt-dev", "libc6-dev"],
         purpose: "compiling the generated C, a second time and with sanitizers",
+        parts: &[Part::Rust, Part::Guide],
     },
     Program {
         command: "cppcheck",
         probe: "f=$(mktemp --suffix=.c) && cppcheck --addon=misra $f; r=$?; rm -f $f*; exit $r",
         packages: &["cppcheck", "python3"],
         purpose: "checking the generated C against MISRA C",
+        parts: &[Part::Rust],
     },
     Program {
         command: "arm-none-eabi-gcc",
         probe: "echo '#include <stdio.h>' | arm-none-eabi-gcc --specs=rdimon.specs -E -",
         packages: &["gcc-arm-none-eabi", "libnewlib-arm-none-eabi"],
         purpose: "compiling the generated C for a Cortex-M",
+        parts: &[Part::Rust],
     },
     Program {
         command: "qemu-system-arm",
         probe: "qemu-system-arm -M mps2-an500 -cpu help",
         packages: &["qemu-system-arm"],
         purpose: "running the generated C on a Cortex-M",
+        parts: &[Part::Rust],
     },
     Program {
         command: "objdump",
         probe: "objdump --version",
         packages: &["binutils"],
-        purpose: "looking at machine code",
+        purpose: "reading machine code",
+        parts: &[Part::Rust],
     },
     Program {
         command: WINDOWS_COMPILER,
         probe: "echo '#include <windows.h>' | x86_64-w64-mingw32-gcc -E -",
         packages: &["gcc-mingw-w64-x86-64"],
-        purpose: "compiling the C of SQLite for Windows",
+        purpose: "compiling C for Windows",
+        parts: &[Part::Rust],
     },
     Program {
         command: MUSL_COMPILER,
         probe: "echo '#include <math.h>' | musl-gcc -E -",
         packages: &["musl-tools"],
-        purpose: "compiling the C of SQLite for a program that is linked statically",
+        purpose: "compiling C for a statically linked program",
+        parts: &[Part::Rust],
     },
     Program {
         command: "python3",
         probe: "python3 --version",
         packages: &["python3"],
-        purpose: "running the scripts of reference numbers",
+        purpose: "running the scripts of reference values",
+        parts: &[Part::Rust, Part::Python, Part::Guide],
     },
     Program {
         command: "node",
         probe: "node -e 'process.exit(Number(process.versions.node.split(`.`)[0]) >= 20 ? 0 : 1)' && npm --version",
         packages: &["nodejs", "npm"],
         purpose: "building the page",
+        parts: &Part::ALL,
     },
     Program {
         command: "chromium",
         probe: "${CHROMIUM:-chromium} --version",
         packages: &["chromium"],
-        purpose: "working with the page in a browser",
+        purpose: "testing the page in a browser",
+        parts: &[Part::Page],
     },
 ];
 
-/// Which parts of the tool chain there are.
+/// Available parts of the tool chain.
 pub(crate) struct Tools {
     pub(crate) rustfmt: bool,
     pub(crate) clippy: bool,
     pub(crate) bare_target: bool,
     pub(crate) windows_target: bool,
-    /// A line for each thing that could not be had.
+    /// A line for each missing tool.
     pub(crate) missing: Vec<String>,
 }
 
-/// Finds or installs what the checks need.
-pub(crate) fn ensure() -> Tools {
-    let absent = || PROGRAMS.iter().filter(|program| !runs("sh", &["-c", program.probe])).collect::<Vec<_>>();
+/// Finds or installs the tools for some parts of the checks.
+pub(crate) fn ensure(parts: &[Part]) -> Tools {
+    let needed = |program: &&Program| program.parts.iter().any(|part| parts.contains(part));
+    let absent = || -> Vec<&Program> {
+        PROGRAMS.iter().filter(needed).filter(|program| !runs("sh", &["-c", program.probe])).collect()
+    };
     let wanted: Vec<_> = absent().iter().flat_map(|program| program.packages).collect();
     if !wanted.is_empty() && may_install() {
         install(&wanted);
     }
+    let rust = parts.contains(&Part::Rust);
     let component = |name: &str, command: &str| {
         runs("cargo", &[command, "--version"])
             || (runs("rustup", &["component", "add", name]) && runs("cargo", &[command, "--version"]))
     };
-    let rustfmt = component("rustfmt", "fmt");
-    let clippy = component("clippy", "clippy");
-    let bare_target = target(BARE_TARGET);
-    let windows_target = target(WINDOWS_TARGET) && runs(WINDOWS_COMPILER, &["--version"]);
+    let rustfmt = rust && component("rustfmt", "fmt");
+    let clippy = rust && component("clippy", "clippy");
+    let bare_target = rust && target(BARE_TARGET);
+    let windows_target = rust && target(WINDOWS_TARGET) && runs(WINDOWS_COMPILER, &["--version"]);
 
     let mut missing: Vec<String> = absent().into_iter().map(sentence).collect();
-    if !rustfmt {
+    if rust && !rustfmt {
         missing.push("rustfmt is missing (`rustup component add rustfmt`)".into());
     }
-    if !clippy {
+    if rust && !clippy {
         missing.push("clippy is missing (`rustup component add clippy`)".into());
     }
-    if !bare_target {
+    if rust && !bare_target {
         missing.push(format!("target {BARE_TARGET} is missing (`rustup target add {BARE_TARGET}`)"));
     }
-    if !windows_target {
+    if rust && !windows_target {
         let both = format!("`rustup target add {WINDOWS_TARGET}`, and {WINDOWS_COMPILER}");
         missing.push(format!("target {WINDOWS_TARGET} is missing ({both})"));
     }
@@ -140,7 +158,7 @@ fn sentence(program: &Program) -> String {
     format!("{command} is missing, needed for {purpose} (on Debian `apt-get install {}`)", packages.join(" "))
 }
 
-/// Whether a program is there.
+/// Whether a program can be started.
 pub(crate) fn works(command: &str) -> bool {
     runs(command, &["--version"])
 }
@@ -155,7 +173,7 @@ pub(crate) fn runs(command: &str, arguments: &[&str]) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-/// Only root on Debian and its kin gets packages installed; anybody else gets a sentence.
+/// Packages are installed by root on Debian and its derivatives only.
 fn may_install() -> bool {
     let is_root = std::fs::metadata("/proc/self").is_ok_and(|process| process.uid() == 0);
     is_root && runs("apt-get", &["--version"])
@@ -164,25 +182,24 @@ fn may_install() -> bool {
 fn install(packages: &[&&str]) {
     let apt = |arguments: &[&str]| {
         let mut command = Command::new("apt-get");
-        // What fails here is found missing by the caller, who says so.
+        // The caller probes the programs again and reports those that are missing.
         let _ = command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments).stdout(Stdio::null()).status();
     };
     apt(&["update"]);
-    // One name that a release does not have would refuse them all.
+    // A name that is unknown to this release of Debian would prevent the installation of all.
     let known = packages.iter().map(|package| **package).filter(|package| runs("apt-cache", &["show", package]));
     let known: Vec<&str> = known.collect();
     println!("installing {}", known.join(", "));
     apt(&[&["install", "-y", "--no-install-recommends"], &known[..]].concat());
 }
 
-/// Whether C can be compiled for a program that is linked with musl.
+/// Whether C can be compiled for linking with musl.
 pub(crate) fn musl_compiler() -> bool {
     runs(MUSL_COMPILER, &["--version"])
 }
 
-/// Whether the standard library of a target is there, or can be fetched within two minutes.
+/// Whether the standard library of a target is installed or can be downloaded within two minutes.
 pub(crate) fn target(target: &str) -> bool {
-    // A download that hangs is as good as none, and must not hang a test.
     has_target(target) || (runs("timeout", &["120", "rustup", "target", "add", target]) && has_target(target))
 }
 
@@ -203,8 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_target_is_there_or_not() {
-        // The one that this test was built for, and one that nobody makes.
+    fn an_installed_target_is_found_and_an_unknown_one_is_not() {
         let output = Command::new("rustc").args(["--print", "host-tuple"]).output().expect("rustc runs");
         assert!(has_target(String::from_utf8_lossy(&output.stdout).trim()));
         assert!(!has_target("z80-unknown-cpm"));
@@ -219,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probe_fails_where_a_program_lacks_what_it_needs() {
+    fn a_probe_fails_when_a_header_is_missing() {
         let gcc = PROGRAMS[0].probe;
         assert!(runs("sh", &["-c", gcc]));
         assert!(!runs("sh", &["-c", &gcc.replace("math.h", "no_such_header.h")]));

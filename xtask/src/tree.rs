@@ -1,6 +1,6 @@
-//! A copy of the tree that holds the repository's own files and nothing else.
+//! A copy of the tracked files of the repository.
 //!
-//! What builds and passes there reads nothing that a fresh clone would lack.
+//! Checks that pass there need no file that a fresh clone lacks.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,34 +8,34 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The repository, wherever within it the command was given.
-pub(crate) fn root() -> Result<PathBuf, String> {
-    let manifest = std::env::var("CARGO_MANIFEST_DIR").map_err(|_| "start this by `cargo xtask`".to_string())?;
-    Ok(Path::new(&manifest).parent().expect("xtask lies in the repository").to_path_buf())
+/// Root of the repository.
+pub fn root() -> Result<PathBuf, String> {
+    let manifest = std::env::var("CARGO_MANIFEST_DIR").map_err(|_| "start xtask with `cargo xtask`".to_string())?;
+    Ok(Path::new(&manifest).parent().expect("xtask is a folder of the repository").to_path_buf())
 }
 
-/// Where the copy of this repository lies: the same folder each time, so that an unchanged file is not built again.
+/// Folder of the copy: always the same for a repository, so that unchanged files are not built again.
 pub(crate) fn copy_of(root: &Path) -> PathBuf {
     let mut hasher = DefaultHasher::new();
     root.hash(&mut hasher);
     std::env::temp_dir().join(format!("stickslip-tree-{:016x}", hasher.finish()))
 }
 
-/// The files that belong to the repository, relative to it: those that git tracks, or all where there is no git.
+/// The files of the repository, relative to it: those that git tracks, or all without git.
 pub(crate) fn files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
     let git = Command::new("git").current_dir(root).args(["ls-files", "-z"]).output();
     match git {
         Ok(list) if list.status.success() && root.join(".git").exists() => Ok(String::from_utf8_lossy(&list.stdout)
             .split_terminator('\0')
             .map(PathBuf::from)
-            // Deleted, the deletion not yet committed.
+            // Not those whose deletion is not committed.
             .filter(|file| root.join(file).is_file())
             .collect()),
         _ => all_files(root),
     }
 }
 
-/// Every file below a folder, relative to it, without the outputs of a build.
+/// All files in a folder, relative to it, without build outputs.
 fn all_files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
     let mut found = BTreeSet::new();
     let mut folders = vec![PathBuf::new()];
@@ -60,7 +60,7 @@ fn all_files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
     Ok(found)
 }
 
-/// Makes `copy` hold exactly these files. An equal file stays untouched, with its time.
+/// Makes `copy` contain these files and no others. Files with the same content keep their time.
 pub(crate) fn mirror(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Result<(), String> {
     fs::create_dir_all(copy).map_err(|error| failure("create", copy, &error))?;
     for name in all_files(copy)?.difference(files) {
@@ -69,14 +69,14 @@ pub(crate) fn mirror(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Res
     }
     for name in files.iter().filter(|name| !same(&root.join(name), &copy.join(name))) {
         let (from, to) = (root.join(name), copy.join(name));
-        let folder = to.parent().expect("a file of the copy lies in the copy");
+        let folder = to.parent().expect("a file has a folder");
         fs::create_dir_all(folder).map_err(|error| failure("create", folder, &error))?;
         fs::copy(&from, &to).map_err(|error| failure("copy", &from, &error))?;
     }
     Ok(())
 }
 
-/// The files that were changed, left or lost in the copy.
+/// The files that were changed, added or removed in the copy.
 pub(crate) fn litter(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Result<Vec<PathBuf>, String> {
     let now = all_files(copy)?;
     let changed = files.iter().filter(|name| !same(&root.join(name), &copy.join(name)));
@@ -87,7 +87,7 @@ fn same(one: &Path, other: &Path) -> bool {
     matches!((fs::read(one), fs::read(other)), (Ok(one), Ok(other)) if one == other)
 }
 
-/// What went wrong with a path.
+/// The message of a failed action on a path.
 pub(crate) fn failure(action: &str, path: &Path, error: &std::io::Error) -> String {
     format!("cannot {action} {}: {error}", path.display())
 }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_holds_the_files_of_the_tree_and_no_other() {
+    fn a_copy_has_the_files_of_the_tree_and_no_others() {
         let (root, files) = tree(&[("a.rs", "1"), ("deep/b.rs", "2")]);
         let (copy, _) = tree(&[("a.rs", "old"), ("stray.rs", "?"), ("target/built", "?")]);
         mirror(root.path(), &files, copy.path()).unwrap();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn an_equal_file_keeps_its_time_so_that_it_is_not_built_again() {
+    fn a_file_with_the_same_content_keeps_its_time() {
         let (root, files) = tree(&[("a.rs", "1")]);
         let (copy, _) = tree(&[("a.rs", "1")]);
         let then = std::time::SystemTime::UNIX_EPOCH;
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_test_leaves_changes_or_loses_is_found() {
+    fn files_that_a_test_adds_changes_or_removes_are_found() {
         let (root, files) = tree(&[("a.rs", "1"), ("b.rs", "2"), ("c.rs", "3")]);
         let (copy, _) = tree(&[("a.rs", "1"), ("b.rs", "changed"), ("left.txt", "?")]);
         let found = litter(root.path(), &files, copy.path()).unwrap();
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn without_git_every_file_but_build_outputs_belongs_to_the_tree() {
+    fn without_git_all_files_except_build_outputs_belong_to_the_tree() {
         let (root, _) = tree(&[("a.rs", "1"), ("deep/target/b.rs", "2"), ("target/built", "?"), (".ci/run", "3")]);
         let expected = [".ci/run", "a.rs", "deep/target/b.rs"].map(PathBuf::from);
         assert_eq!(files(root.path()).unwrap(), BTreeSet::from(expected));

@@ -218,7 +218,10 @@ mod tests {
         assert_eq!(linear.curves[0].points[1], CurvePoint { velocity: -0.01, torque: -21.0, standard_error: 0.5 });
         let rotary = parse("n [rpm];M [mNm]\n60;20\n");
         assert!(
-            matches!(rotary.as_ref().err().and_then(|error| error.of()), Some(stickslip_recording::RecordingError::MissingColumn { .. })),
+            matches!(
+                rotary.as_ref().err().and_then(|error| error.of()),
+                Some(stickslip_recording::RecordingError::MissingColumn { .. })
+            ),
             "n counts samples: {rotary:?}"
         );
         let rotary = parse("Drehzahl [1/min];M [mNm];se [mNm]\n60;20,5;1\n").unwrap();

@@ -355,8 +355,8 @@ fn the_diagram_of_a_lag_looks_like_a_lag() {
     let program = record::record::<_, f64>(&Lag::<f64>::default());
     let pages = diagram::pages(&program, "lag");
     assert_eq!(pages.iter().map(|page| page.0.as_str()).collect::<Vec<_>>(), ["lag.svg"]);
-    expect_file!["golden/lag.svg"].assert_eq(&pages[0].1);
-    expect_file!["golden/lag.json"].assert_eq(&diagram::json(&program, "lag"));
+    expect_file!["../golden/lag.svg"].assert_eq(&pages[0].1);
+    expect_file!["../golden/lag.json"].assert_eq(&diagram::json(&program, "lag"));
 }
 
 #[test]

@@ -152,7 +152,7 @@ fn what_is_no_draft_is_refused_in_words() {
     }
     let drag = Some(PoleDrag { real: -1.0, imaginary: 1.0 });
     assert!(refused(LoopDraft { drag, ..LoopDraft::default() }).contains("state feedback"));
-    assert!(serde_json::from_str::<Call>(r#"{"call": "loop", "valves": {}}"#).is_err());
+    assert!(Call::from_json(serde_json::json!({ "call": "loop", "valves": {} })).is_err());
 }
 
 #[test]

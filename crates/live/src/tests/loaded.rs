@@ -15,7 +15,10 @@ fn compile(to: &Path, options: &[&str]) {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/foreign");
     let mut compiler = Command::new("cc");
     let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options).arg("-I").arg(&sources);
-    let compiler = compiler.arg("-o").arg(to).arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../stickslip/tests/laboratory/loaded/tuned.c"));
+    let compiler = compiler
+        .arg("-o")
+        .arg(to)
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../stickslip/tests/laboratory/loaded/tuned.c"));
     assert!(compiler.status().expect("there is a compiler").success());
 }
 
@@ -210,7 +213,8 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     let path = project.path().join("slip.so");
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut compiler = Command::new("cc");
-    let compiler = compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("src/foreign")).arg("-o").arg(&path);
+    let compiler =
+        compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/foreign")).arg("-o").arg(&path);
     let compiler = compiler.arg(here.join("../../examples/friction/maxwell_slip.c")).arg("-lm");
     assert!(compiler.status().expect("there is a compiler").success());
     let loaded = Some(ForeignFile { path: path.clone(), role: Role::Friction, trust: true, ..ForeignFile::default() });

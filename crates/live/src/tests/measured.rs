@@ -29,10 +29,10 @@ fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
 #[test]
 fn a_sketch_and_a_margin_are_told_and_nothing_is_put_in_force() {
     let (live, _folder) = live();
-    let sketch: Call = serde_json::from_str(
-        r#"{"call": "sketch", "speeds": [0, 1, 10], "desired": [0.3, 0.12, 0.01, 1e-4], "thorough": true}"#,
-    )
-    .unwrap();
+    let sketch = serde_json::json!(
+        {"call": "sketch", "speeds": [0, 1, 10], "desired": [0.3, 0.12, 0.01, 1e-4], "thorough": true}
+    );
+    let sketch = Call::from_json(sketch).unwrap();
     let Answer::Drawn(drawn) = live.call("looks", sketch).unwrap() else { panic!("it is drawn") };
     assert_eq!((drawn.curve.len(), drawn.renderable), (3, false));
     let margin = |law: &str, stiffness: &str| {
