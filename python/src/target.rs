@@ -5,7 +5,6 @@ use stickslip::GenerateError;
 
 use pyo3::prelude::*;
 use pyo3::types::PyList;
-use stickslip::Error;
 use stickslip::generate::{self, Version};
 use stickslip::output;
 use stickslip_codegen::module;

@@ -175,7 +175,7 @@ fn calls_of_a_guest(role: stickslip::foreign::Role, trusted: bool) -> Result<u64
     let folder = tempfile::tempdir().expect("a temporary folder");
     let library = folder.path().join("p_pi.so");
     let mut compiler = std::process::Command::new("cc");
-    compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("src/foreign")).arg("-o").arg(&library);
+    compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/foreign")).arg("-o").arg(&library);
     assert!(compiler.arg(here.join("../../examples/controller/p_pi.c")).status().is_ok_and(|status| status.success()));
     let _alone = alone();
     let mut preset = preset()?;

@@ -1,7 +1,9 @@
 //! Every interleaving of the lock-free exchanges, by loom.
 #![expect(unsafe_code, reason = "a design that must fail under loom")]
 
+#[expect(clippy::module_inception, reason = "the source of the crate within the file of its tests")]
 mod pages;
+#[expect(clippy::module_inception, reason = "the source of the crate within the file of its tests")]
 mod slot;
 
 /// The atomics and cells of loom in place of those of std.
