@@ -12,6 +12,12 @@ const PACKAGE: &str = "stickslip";
 /// Folder of the results, relative to the root of the repository.
 const FOLDER: &str = "docs/studies";
 
+/// Studies that are test programs: their name, package, program, and the arguments of the program. They pass or fail.
+const PROGRAMS: [(&str, &str, &str, &[&str]); 2] = [
+    ("generated-c", "stickslip-codegen", "long", &[]),
+    ("processor", "stickslip-agree", "all", &["--ignored", "processor::"]),
+];
+
 /// Lists the studies.
 pub(crate) fn list() -> Result<(), String> {
     println!("{}", studies(&Workspace::read(&tree::root()?)?).join("\n"));
@@ -25,15 +31,20 @@ pub(crate) fn study(name: &str) -> Result<(), String> {
     if !known.iter().any(|study| study == name) {
         return Err(format!("unknown study \"{name}\"; the studies are {}", known.join(", ")));
     }
-    let run = ["run", "--quiet", "--release", "--package", PACKAGE, "--example", name, "--", FOLDER];
-    Cargo::new(&root, &root).run(run)
+    let cargo = Cargo::new(&root, &root);
+    if let Some((_, package, program, arguments)) = PROGRAMS.iter().find(|(study, ..)| *study == name) {
+        let test = ["test", "--release", "--package", package, "--test", program, "--"];
+        return cargo.run([&test[..], arguments].concat());
+    }
+    cargo.run(["run", "--quiet", "--release", "--package", PACKAGE, "--example", name, "--", FOLDER])
 }
 
-/// The examples whose text contains the command that runs them as a study.
+/// The test programs, and the examples whose text contains the command that runs them as a study.
 fn studies(workspace: &Workspace) -> Vec<String> {
     let examples = workspace.package(PACKAGE).into_iter().flat_map(|package| package.targets(Kind::Example));
     let studies = examples.filter(|example| is_study(&example.name, &workspace.root.join(&example.source)));
-    studies.map(|example| example.name.clone()).collect()
+    let programs = PROGRAMS.iter().map(|(name, ..)| (*name).to_owned());
+    studies.map(|example| example.name.clone()).chain(programs).collect()
 }
 
 fn is_study(name: &str, source: &Path) -> bool {
