@@ -48,7 +48,7 @@ pub(crate) fn run_with(
     Ok(follow(bench, &mut [run], Some(&mut torque), watch)?.pop().flatten())
 }
 
-/// Runs it on several machines; each gets the very numbers of [`run`]. What a machine refuses is its own result.
+/// Runs it on several machines; each gets the very numbers of `run`. What a machine refuses is its own result.
 ///
 /// # Errors
 /// [`Error::Cancelled`] alone.
