@@ -117,5 +117,5 @@ fn apart(file: &Path, role: Role, map: &[(String, String)]) -> Result<Foreign, E
 #[cfg(not(unix))]
 fn apart(file: &Path, _: Role, _: &[(String, String)]) -> Result<Foreign, Error> {
     let problem = "on this system it runs in this process alone. Say that it is trusted: --trust".into();
-    Err(BenchError::Foreign { path: file.into(), problem })
+    Err(BenchError::Foreign { path: file.into(), problem }.into())
 }
