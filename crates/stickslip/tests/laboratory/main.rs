@@ -10,6 +10,7 @@ mod fidelity;
 mod integrator;
 mod integrator_stability;
 mod linear;
+#[cfg(unix)]
 mod loaded;
 mod margins;
 mod mdf;
