@@ -63,9 +63,7 @@ fn a_run_is_found_named_replayed_by_its_number_and_comes_back_from_the_bin() {
     assert!(refuses(here, "replay 9").contains("there is no run 9"));
 
     // Lost, and made again from the folders.
-    for ending in ["", "-wal", "-shm"] {
-        let _ = std::fs::remove_file(here.join(format!("stickslip-out/catalogue.sqlite{ending}")));
-    }
+    std::fs::remove_dir_all(here.join("stickslip-out/catalogue")).expect("it can be removed");
     std::fs::rename(here.join("designs/steep"), here.join("designs/flat")).expect("it moves");
     assert_eq!(says(here, "runs --rebuild"), "2 runs in the catalogue, 0 of them new to it.\n");
     assert!(says(here, "runs loose tag:good").contains("+good"));
@@ -98,11 +96,10 @@ fn a_catalogue_that_cannot_be_written_costs_a_warning_and_not_the_run() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("the run is not in the catalogue"), "{said}");
     assert!(folder.path().join("results/summary.json").exists());
-    // One that is none.
+    // A damaged one.
     let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::create_dir(folder.path().join("stickslip-out")).expect("the folder takes folders");
-    let file = folder.path().join("stickslip-out/catalogue.sqlite");
-    std::fs::write(&file, "this is something else, and more than a few bytes of it, as anybody sees").expect("a file");
+    std::fs::create_dir_all(folder.path().join("stickslip-out/catalogue")).expect("the folder takes folders");
+    std::fs::write(folder.path().join("stickslip-out/catalogue/last"), "many").expect("a file");
     let output = run(folder.path(), &format!("{DESIGN} --out results"));
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && said.contains("stickslip runs --rebuild"), "{said}");

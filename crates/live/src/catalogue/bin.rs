@@ -1,120 +1,91 @@
-//! What is deleted lies in a bin for a while.
+//! Deleted runs are kept in a bin for a while.
 
-use crate::LiveError;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
-use rusqlite::{Connection, params};
-
-use super::{Catalogue, State, label};
+use super::store::{Lock, rfc3339};
+use super::{Catalogue, label};
+use crate::LiveError;
 use stickslip_base::{Error, output};
 
-/// For so many days.
-const DAYS: u32 = 30;
+/// How long.
+const KEPT: Duration = Duration::from_hours(30 * 24);
 
 impl Catalogue {
     /// Moves a run into the bin.
     ///
     /// # Errors
-    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] where it lies there already.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] if it is in the bin.
     pub fn delete(&self, number: i64) -> Result<(), Error> {
-        let run = self.details(number)?.run;
-        if run.state == State::Deleted {
+        self.known(number)?;
+        let lock = self.lock()?;
+        let mut entry = self.known(number)?;
+        if entry.label.deleted.is_some() {
             let remedy = "`stickslip runs restore` brings it back.";
             return Err(LiveError::RunGone { number, how: "it is in the bin", remedy }.into());
         }
-        let mut connection = self.write()?;
-        let transaction = self.begin(&mut connection)?;
-        let (mut label, folder) = self.label(&transaction, number)?;
-        let from = self.absolute(&folder);
-        let holds = self.holds(&folder, &label.identity);
-        let (mut to, mut moved) = (folder.clone(), None);
-        if holds && run.state == State::Here {
-            let name = from.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            let place = self.bin().join(number.to_string());
-            output::create_folder(&place)?;
-            let target = place.join(name);
-            to = self.relative(&target);
-            moved = Some(target);
+        let from = self.absolute(&entry.folder);
+        let holds = self.holds(&entry.folder, &entry.label.identity);
+        let origin = entry.folder.clone();
+        (entry.label.deleted, entry.label.origin) = (Some(rfc3339(SystemTime::now())), Some(origin));
+        // Also for a run without files: by it the run is found when its time is over.
+        let place = self.bin().join(number.to_string());
+        output::create_folder(&place)?;
+        if holds && let Some(name) = from.file_name() {
+            let to = place.join(name);
+            shift(&from, &to)?;
+            entry.folder = self.relative(&to);
+            entry.label.write(&to)?;
         }
-        let now = "strftime('%Y-%m-%dT%H:%M:%SZ', 'now')";
-        let deleted: String =
-            transaction.query_row(&format!("SELECT {now}"), [], |row| row.get(0)).map_err(self.refused())?;
-        (label.deleted, label.origin) = (Some(deleted), Some(folder));
-        transaction
-            .execute(
-                "UPDATE run SET folder = ?2, deleted = ?3, origin = ?4 WHERE number = ?1",
-                params![number, to, label.deleted, label.origin],
-            )
-            .map_err(self.refused())?;
-        if let Some(target) = &moved {
-            label.write(&from)?;
-            shift(&from, target)?;
-        }
-        transaction.commit().map_err(self.refused())?;
-        self.purge(&mut connection)
+        self.put(&lock, &entry)?;
+        self.purge(&lock)
     }
 
-    /// Brings a run back to where it lay, or beside what lies there now: its folder.
+    /// Brings a run back to where it was, or beside what is there now. Returns its folder.
     ///
     /// # Errors
-    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] where it is not in the bin.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] if it is not in the bin.
     pub fn restore(&self, number: i64) -> Result<PathBuf, Error> {
-        let run = self.details(number)?.run;
-        if run.state != State::Deleted {
+        self.known(number)?;
+        let lock = self.lock()?;
+        let mut entry = self.known(number)?;
+        if entry.label.deleted.take().is_none() {
             let remedy = "Only what was deleted can be restored.";
             return Err(LiveError::RunGone { number, how: "it is not in the bin", remedy }.into());
         }
-        let mut connection = self.write()?;
-        let transaction = self.begin(&mut connection)?;
-        let (mut label, folder) = self.label(&transaction, number)?;
-        let from = self.absolute(&folder);
-        let origin = label.origin.take().unwrap_or_else(|| folder.clone());
-        label.deleted = None;
+        let from = self.absolute(&entry.folder);
+        let origin = entry.label.origin.take().unwrap_or_else(|| entry.folder.clone());
         let mut to = self.absolute(&origin);
-        let moves = from.starts_with(self.bin()) && from.exists();
-        if moves && to.exists() {
-            to = beside(&to, number);
-        }
-        transaction
-            .execute(
-                "UPDATE run SET folder = ?2, deleted = NULL, origin = NULL WHERE number = ?1",
-                params![number, self.relative(&to)],
-            )
-            .map_err(self.refused())?;
-        if moves {
+        if from.starts_with(self.bin()) && from.exists() {
+            if to.exists() {
+                to = beside(&to, number);
+            }
             if let Some(above) = to.parent() {
                 output::create_folder(above)?;
             }
-            label.write(&from)?;
             shift(&from, &to)?;
-            // Empty but for what a person put there.
-            let _ = from.parent().map(fs::remove_dir);
+            entry.label.write(&to)?;
         }
-        transaction.commit().map_err(self.refused())?;
+        entry.folder = self.relative(&to);
+        self.put(&lock, &entry)?;
+        // Empty but for what a person put there.
+        let _ = fs::remove_dir(self.bin().join(number.to_string()));
         Ok(to)
     }
 
-    /// What has been in the bin for long goes for good.
-    pub(super) fn purge(&self, connection: &mut Connection) -> Result<(), Error> {
-        let transaction = self.begin(connection)?;
-        let old =
-            format!("SELECT number FROM run WHERE deleted < strftime('%Y-%m-%dT%H:%M:%SZ', 'now', '-{DAYS} days')");
-        let numbers: Vec<i64> = {
-            let mut old = transaction.prepare(&old).map_err(self.refused())?;
-            let numbers = old.query_map([], |row| row.get(0));
-            numbers.and_then(Iterator::collect).map_err(self.refused())?
-        };
-        for number in &numbers {
-            transaction.execute("DELETE FROM run WHERE number = ?1", [number]).map_err(self.refused())?;
-        }
-        transaction.commit().map_err(self.refused())?;
-        for number in numbers {
-            let place = self.bin().join(number.to_string());
-            if let Err(source) = fs::remove_dir_all(&place)
-                && source.kind() != std::io::ErrorKind::NotFound
-            {
-                return Err(Error::file(&place, "empty", source));
+    /// Removes for good what has been in the bin for long.
+    pub(super) fn purge(&self, lock: &Lock) -> Result<(), Error> {
+        let Ok(places) = fs::read_dir(self.bin()) else { return Ok(()) };
+        let oldest = rfc3339(SystemTime::now() - KEPT);
+        for place in places.flatten() {
+            let Some(number) = place.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
+            let deleted = self.entry(number)?.and_then(|entry| entry.label.deleted);
+            // Texts of this form have the order of their times.
+            if deleted.is_some_and(|deleted| deleted < oldest) {
+                let place = place.path();
+                fs::remove_dir_all(&place).map_err(|source| Error::file(&place, "empty", source))?;
+                self.forget(lock, number)?;
             }
         }
         Ok(())

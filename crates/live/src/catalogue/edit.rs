@@ -1,7 +1,6 @@
-//! What a person says of a run.
+//! Name, tags and note of a run.
 
 use crate::LiveError;
-use rusqlite::{OptionalExtension as _, Row, params};
 
 use super::Catalogue;
 use super::label::Label;
@@ -11,7 +10,7 @@ impl Catalogue {
     /// Gives a run another name.
     ///
     /// # Errors
-    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunText`] for no name.
+    /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunText`] for an empty name.
     pub fn rename(&self, number: i64, name: &str) -> Result<(), Error> {
         let name = name.trim();
         if name.is_empty() {
@@ -20,10 +19,10 @@ impl Catalogue {
         self.edit(number, |label| label.name = name.into())
     }
 
-    /// Adds tags and takes others away.
+    /// Adds and removes tags.
     ///
     /// # Errors
-    /// As [`rename`](Self::rename); [`LiveError::RunText`] for what is no tag.
+    /// As [`rename`](Self::rename); [`LiveError::RunText`] for an invalid tag.
     pub fn tag(&self, number: i64, add: &[String], remove: &[String]) -> Result<(), Error> {
         for tag in add {
             let fits = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
@@ -40,7 +39,7 @@ impl Catalogue {
         })
     }
 
-    /// Writes a note; an empty one takes it away.
+    /// Writes a note; an empty one removes it.
     ///
     /// # Errors
     /// As [`rename`](Self::rename).
@@ -48,46 +47,16 @@ impl Catalogue {
         self.edit(number, |label| label.note = note.trim().into())
     }
 
-    /// In the index, and in the run's folder where that is there.
+    /// In the run's folder, if its files are there, and in the index.
     fn edit(&self, number: i64, edit: impl FnOnce(&mut Label)) -> Result<(), Error> {
-        self.look()?.ok_or(LiveError::NoRun { number })?;
-        let mut connection = self.write()?;
-        let transaction = self.begin(&mut connection)?;
-        let (mut label, folder) = self.label(&transaction, number)?;
-        edit(&mut label);
-        transaction
-            .execute(
-                "UPDATE run SET name = ?2, tags = ?3, note = ?4, deleted = ?5, origin = ?6 WHERE number = ?1",
-                params![number, label.name, label.tags.join(" "), label.note, label.deleted, label.origin],
-            )
-            .map_err(self.refused())?;
-        self.gather_words(&transaction, number)?;
-        if self.holds(&folder, &label.identity) {
-            label.write(&self.absolute(&folder))?;
+        // Before the lock, which would create the folder of the index.
+        self.known(number)?;
+        let lock = self.lock()?;
+        let mut entry = self.known(number)?;
+        edit(&mut entry.label);
+        if self.holds(&entry.folder, &entry.label.identity) {
+            entry.label.write(&self.absolute(&entry.folder))?;
         }
-        transaction.commit().map_err(self.refused())
-    }
-
-    /// What is kept beside a run, and where it lies.
-    pub(super) fn label(&self, connection: &rusqlite::Connection, number: i64) -> Result<(Label, String), Error> {
-        let text = "SELECT identity, name, begun, duration, preset, tags, note, deleted, origin, folder FROM run \
-                    WHERE number = ?1";
-        let label = |row: &Row<'_>| {
-            let label = Label {
-                number,
-                name: row.get(1)?,
-                begun: row.get(2)?,
-                duration: row.get(3)?,
-                preset: row.get(4)?,
-                tags: row.get::<_, String>(5)?.split_whitespace().map(Into::into).collect(),
-                note: row.get(6)?,
-                deleted: row.get(7)?,
-                origin: row.get(8)?,
-                ..Label::new(row.get(0)?)
-            };
-            Ok((label, row.get(9)?))
-        };
-        let found = connection.query_row(text, [number], label).optional().map_err(self.refused())?;
-        found.ok_or(LiveError::NoRun { number }.into())
+        self.put(&lock, &entry)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use stickslip_core::fields::Field;
 
@@ -10,7 +11,7 @@ use stickslip_base::{Preset, parameters};
 use stickslip_bench::run::{BEGIN, PRESET};
 use stickslip_recording::mdf::Opened;
 
-use super::row::{KeyNumber, Value};
+use super::run::{KeyNumber, Value};
 
 /// Name of a record in a run's folder.
 pub(super) const RECORD: &str = "run.mf4";
@@ -18,17 +19,20 @@ pub(super) const RECORD: &str = "run.mf4";
 const POINTS: usize = 64;
 
 /// What is known of a run from its files.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Facts {
     pub(super) kind: String,
     pub(super) command: String,
     pub(super) version: String,
+    #[serde(skip)]
     pub(super) preset: String,
     pub(super) controller: String,
     pub(super) law: String,
-    /// Time on the bench [s].
+    /// Time on the bench [s]. The label has it in the index.
+    #[serde(skip)]
     pub(super) duration: Option<f64>,
     /// Since 1970 [s], where a record says it.
+    #[serde(skip)]
     pub(super) begun: Option<f64>,
     pub(super) key: Option<KeyNumber>,
     pub(super) files: Vec<String>,
@@ -36,6 +40,7 @@ pub(super) struct Facts {
     pub(super) curve: Vec<[f64; 2]>,
     pub(super) values: Vec<Value>,
     /// What a name says beside the kind.
+    #[serde(skip)]
     words: String,
 }
 

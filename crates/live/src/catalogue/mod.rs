@@ -1,24 +1,25 @@
-//! The catalogue of a project: which runs there are, found again by words, numbers and parameters.
+//! The catalogue of a project: its runs, found by words, numbers and parameters.
 //!
-//! An index in SQLite, never the truth. A run is its folder: results in `summary.json`, parameters in `report.json` or in
-//! the record, and in `run.json` what only the catalogue would know, its number, name, tags and note. So the index can be
-//! deleted and built again ([`Catalogue::rebuild`]), and what is moved by hand is missing only until then. Several
-//! processes may write at once; whoever cannot write it has lost no run.
+//! An index beside the runs: one small JSON file a run. The runs themselves are the truth: results in `summary.json`,
+//! parameters in `report.json` or in the record, and number, name, tags and note in `run.json`. So the index can be
+//! deleted and built again ([`Catalogue::rebuild`]). Several processes may change it at once: a change holds a lock and
+//! replaces whole files; a search takes no lock. When the index cannot be written, the run is still complete.
 
 mod bin;
-mod connection;
 mod edit;
 mod enter;
+mod entry;
 mod facts;
 mod label;
 mod place;
 mod query;
 mod rebuild;
-mod row;
+mod run;
+mod store;
 #[cfg(test)]
 mod tests;
 
 pub use enter::Made;
 pub use place::Catalogue;
 pub use rebuild::Rebuilt;
-pub use row::{Details, Found, KeyNumber, Run, State, Value};
+pub use run::{Details, Found, KeyNumber, Run, State, Value};

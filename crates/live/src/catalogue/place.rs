@@ -4,33 +4,33 @@ use std::path::{Component, Path, PathBuf};
 
 /// Folder of results within a working folder.
 const RESULTS: &str = "stickslip-out";
-/// Its file.
-const FILE: &str = "catalogue.sqlite";
+/// Folder of the index.
+const INDEX: &str = "catalogue";
 
 /// The catalogue of a project.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Catalogue {
     /// What the folders of its runs are told from.
     pub(super) root: PathBuf,
-    pub(super) file: PathBuf,
+    pub(super) index: PathBuf,
 }
 
 impl Catalogue {
     /// Of a working folder: all runs in it.
     pub fn in_folder(folder: &Path) -> Self {
         let root = whole(folder);
-        Catalogue { file: root.join(RESULTS).join(FILE), root }
+        Catalogue { index: root.join(RESULTS).join(INDEX), root }
     }
 
     /// Of the project that a bench is served for: that of the working folder, where it lies in there; else its own.
     pub fn of_project(project: &Path, working: &Path) -> Self {
         let (root, working) = (whole(project), Self::in_folder(working));
-        if root.starts_with(&working.root) { working } else { Catalogue { file: root.join(FILE), root } }
+        if root.starts_with(&working.root) { working } else { Catalogue { index: root.join(INDEX), root } }
     }
 
-    /// Its file.
-    pub fn file(&self) -> &Path {
-        &self.file
+    /// Folder of the index.
+    pub fn index(&self) -> &Path {
+        &self.index
     }
 
     /// Whether a folder or file lies in the project.
@@ -52,7 +52,7 @@ impl Catalogue {
 
     /// Folder of what was deleted.
     pub(super) fn bin(&self) -> PathBuf {
-        self.file.with_file_name("bin")
+        self.index.with_file_name("bin")
     }
 }
 
@@ -60,7 +60,7 @@ impl Catalogue {
 fn whole(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     if cfg!(windows) {
-        // What it gives there, SQLite does not take.
+        // `canonicalize` returns `\\\\?\\` paths there, which other programs do not take.
         return path;
     }
     let mut missing = Vec::new();

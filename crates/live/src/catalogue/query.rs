@@ -1,24 +1,10 @@
 //! What a search asks for: `sweep law:bristle M_S>0.2 -tag:bad "with wheel"`.
 
-use rusqlite::types::Value;
+use std::cmp::Ordering;
 
-/// What a run is asked for by name, besides its parameters: the name, and what it is in the table.
-const COLUMNS: [(&str, &str); 14] = [
-    ("number", "number"),
-    ("name", "name"),
-    ("kind", "kind"),
-    ("begun", "begun"),
-    ("duration", "duration"),
-    ("preset", "preset"),
-    ("controller", "controller"),
-    ("law", "law"),
-    ("tag", "tags"),
-    ("note", "note"),
-    ("command", "command"),
-    ("version", "version"),
-    ("folder", "folder"),
-    ("key", "key_value"),
-];
+use super::Value;
+use super::entry::{Column, Entry};
+
 /// The longest first: `>=` begins like `>`.
 const OPERATORS: [&str; 6] = [">=", "<=", "!=", ">", "<", "="];
 
@@ -66,60 +52,62 @@ impl Query {
         query
     }
 
-    /// As a condition on a row of `run`, with its values.
-    pub(super) fn condition(&self) -> (String, Vec<Value>) {
-        let mut conditions = vec![if self.deleted { "deleted IS NOT NULL" } else { "deleted IS NULL" }.to_owned()];
-        let mut values = Vec::new();
-        for term in &self.terms {
-            let condition = term.what.condition(&mut values);
-            conditions.push(if term.not { format!("NOT coalesce({condition}, 0)") } else { condition });
-        }
-        (conditions.join(" AND "), values)
+    /// Whether all terms hold for a run.
+    pub(super) fn finds(&self, entry: &Entry) -> bool {
+        let deleted = entry.label.deleted.is_some();
+        deleted == self.deleted && self.terms.iter().all(|term| term.what.holds(entry) != term.not)
     }
 }
 
 impl What {
-    fn condition(&self, values: &mut Vec<Value>) -> String {
-        let mut put = |value: Value| {
-            values.push(value);
-            format!("?{}", values.len())
-        };
+    fn holds(&self, entry: &Entry) -> bool {
+        let contains = |text: &str, part: &str| text.to_lowercase().contains(&part.to_lowercase());
         match self {
-            What::Word(word) => format!("instr(words, {}) > 0", put(Value::Text(word.to_lowercase()))),
-            What::Has { name, text } => {
-                let text = put(Value::Text(text.to_lowercase()));
-                if let Some(column) = column(name) {
-                    return format!("instr(lower({column}), {text}) > 0");
-                }
-                let name = put(Value::Text(format!(".{name}.")));
+            What::Word(word) => entry.says(&word.to_lowercase()),
+            What::Has { name, text } => match entry.column(name) {
+                Some(Column::Text(value)) => contains(&value, text),
+                Some(Column::Number(value)) => value.is_some_and(|value| contains(&value.to_string(), text)),
                 // Any part of a path, so that `wheel:lugre` finds the wheel's model.
-                format!(
-                    "EXISTS (SELECT 1 FROM value WHERE run = run.number AND instr('.' || path || '.', {name}) > 0 \
-                     AND instr(lower(text), {text}) > 0)"
-                )
-            }
-            What::Compared { name, operator, with } => {
-                let number = with.parse::<f64>().ok();
-                if let Some(column) = column(name) {
-                    let with = put(number.map_or_else(|| Value::Text(with.clone()), Value::Real));
-                    return format!("{column} {operator} {with}");
+                None => entry.facts.values.iter().any(|value| {
+                    format!(".{}.", value.path).contains(&format!(".{name}.")) && contains(&value.text, text)
+                }),
+            },
+            What::Compared { name, operator, with } => match (entry.column(name), with.parse::<f64>()) {
+                (Some(Column::Text(value)), _) => compares(operator, value.partial_cmp(with)),
+                (Some(Column::Number(value)), Ok(with)) => value.is_some_and(|value| compare(operator, value, with)),
+                (Some(Column::Number(_)), Err(_)) => false,
+                (None, number) => {
+                    let end = format!(".{name}");
+                    let named = entry
+                        .facts
+                        .values
+                        .iter()
+                        .filter(|value| value.path == *name || value.symbol == *name || value.path.ends_with(&end));
+                    let holds = |value: &Value| match &number {
+                        Ok(with) => value.number.is_some_and(|value| compare(operator, value, *with)),
+                        Err(_) => compares(operator, value.text.partial_cmp(with)),
+                    };
+                    named.into_iter().any(holds)
                 }
-                let (value, with) = match number {
-                    Some(number) => ("value.number", put(Value::Real(number))),
-                    None => ("value.text", put(Value::Text(with.clone()))),
-                };
-                let (symbol, end) = (put(Value::Text(name.clone())), put(Value::Text(format!(".{name}"))));
-                format!(
-                    "EXISTS (SELECT 1 FROM value WHERE value.run = run.number AND {value} {operator} {with} AND (value.path = \
-                     {symbol} OR value.symbol = {symbol} OR substr(value.path, -length({end})) = {end}))"
-                )
-            }
+            },
         }
     }
 }
 
-fn column(name: &str) -> Option<&'static str> {
-    COLUMNS.iter().find(|(known, _)| *known == name).map(|(_, column)| *column)
+fn compare(operator: &str, value: f64, with: f64) -> bool {
+    compares(operator, value.partial_cmp(&with))
+}
+
+/// Whether an operator holds for an order; none does for a NaN.
+fn compares(operator: &str, order: Option<Ordering>) -> bool {
+    order.is_some_and(|order| match operator {
+        ">=" => order.is_ge(),
+        "<=" => order.is_le(),
+        "!=" => order.is_ne(),
+        ">" => order.is_gt(),
+        "<" => order.is_lt(),
+        _ => order.is_eq(),
+    })
 }
 
 fn term(token: &str) -> Result<What, String> {

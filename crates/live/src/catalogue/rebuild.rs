@@ -1,12 +1,14 @@
-//! The index anew, from the folders.
+//! Builds the index again from the folders.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, UNIX_EPOCH};
 
 use super::Catalogue;
-use super::connection::{calls_for_rebuild, set_aside};
+use super::entry::Entry;
 use super::facts::{Facts, RECORD};
 use super::label::{self, Label, identity};
+use super::store::rfc3339;
 use stickslip_base::Error;
 
 /// Folders that hold no runs.
@@ -30,15 +32,7 @@ impl Catalogue {
     /// # Errors
     /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`].
     pub fn rebuild(&self) -> Result<Rebuilt, Error> {
-        let mut connection = match self.write() {
-            Ok(connection) => connection,
-            // No catalogue of ours: what lies there may still be of use to somebody.
-            Err(error) if calls_for_rebuild(&error) => {
-                set_aside(&self.file)?;
-                self.write()?
-            }
-            Err(error) => return Err(error),
-        };
+        let lock = self.lock()?;
         let mut paths = Vec::new();
         find(&self.root, 0, &mut paths);
         paths.sort();
@@ -53,35 +47,38 @@ impl Catalogue {
             let key = |label: &Option<Label>| label.as_ref().map_or(i64::MAX, |label| label.number);
             key(label).cmp(&key(lies)).then(begun(path, facts).total_cmp(&begun(other, its)))
         });
-        let transaction = self.begin(&mut connection)?;
-        transaction.execute("DELETE FROM run", []).map_err(self.refused())?;
+        if self.next_number(&lock).is_err() {
+            // The counter is damaged; the labels and entries have numbers, too.
+            self.give(&lock, 0)?;
+        }
+        let mut last = self.next_number(&lock)? - 1;
         let (mut numbers, mut identities) = (BTreeSet::new(), BTreeSet::new());
-        let mut written = Vec::new();
         let mut rebuilt = Rebuilt { runs: 0, unlabelled: 0 };
+        last = runs.iter().filter_map(|(.., label)| label.as_ref()).fold(last, |last, label| last.max(label.number));
         for (path, facts, label) in runs {
             let known = label.filter(|label| label.number > 0 && !identities.contains(&label.identity));
-            let labelled = known.is_some();
             let mut label = known.unwrap_or_else(|| Label::new(identity()));
-            if !labelled || !numbers.insert(label.number) {
-                let before = label.number;
-                label.number = self.next_number(&transaction)?;
-                numbers.insert(label.number);
-                if before == 0 {
+            if numbers.contains(&label.number) || label.number == 0 {
+                let unlabelled = label.number == 0;
+                last += 1;
+                label.number = last;
+                if unlabelled {
                     label.name = facts.name(label.number);
-                    label.begun = self.time(&transaction, begun(&path, &facts))?;
+                    label.begun = rfc3339(UNIX_EPOCH + Duration::from_secs_f64(begun(&path, &facts).max(0.0)));
                     (label.duration, label.preset) = (facts.duration, facts.preset.clone());
                     rebuilt.unlabelled += 1;
                 }
-                written.push((path.clone(), label.clone()));
+                label.write(&path)?;
             }
+            numbers.insert(label.number);
             identities.insert(label.identity.clone());
-            self.insert(&transaction, &label, &facts, &self.relative(&path))?;
+            self.put(&lock, &Entry::new(self.relative(&path), label, facts))?;
             rebuilt.runs += 1;
         }
-        for (path, label) in written {
-            label.write(&path)?;
+        self.give(&lock, last)?;
+        for number in self.numbers()?.into_iter().filter(|number| !numbers.contains(number)) {
+            self.forget(&lock, number)?;
         }
-        transaction.commit().map_err(self.refused())?;
         Ok(rebuilt)
     }
 }

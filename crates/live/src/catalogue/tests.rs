@@ -1,11 +1,10 @@
 use crate::LiveError;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Barrier;
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use super::connection::MIGRATIONS;
+use super::entry::SCHEMA;
 use super::*;
 use stickslip_base::report::{Provenance, Report};
 use stickslip_base::{Error, Summary};
@@ -94,7 +93,7 @@ fn a_number_that_was_set_aside_is_its_runs_alone() {
 fn a_search_finds_words_keys_parameters_and_results() {
     let (folder, catalogue) = project();
     assert!(numbers(&catalogue, "").is_empty(), "no catalogue is made by looking");
-    assert!(!catalogue.file().exists());
+    assert!(!catalogue.index().exists());
     for (name, breakaway, law) in [("a", 0.1, "paper"), ("b", 0.25, "bristle"), ("c", 0.4, "bristle")] {
         enter(&catalogue, &leave(&folder.path().join(name), breakaway, law));
     }
@@ -150,7 +149,7 @@ fn what_a_person_says_of_a_run_survives_the_loss_of_the_index() {
     fs::rename(&path, folder.path().join("archive/one")).unwrap();
     assert_eq!(catalogue.details(2).unwrap().run.state, State::Missing);
     assert!(catalogue.folder(2).unwrap_err().to_string().contains("--rebuild"));
-    fs::remove_file(catalogue.file()).unwrap();
+    fs::remove_dir_all(catalogue.index()).unwrap();
     assert_eq!(catalogue.rebuild().unwrap(), Rebuilt { runs: 2, unlabelled: 0 });
     let after = catalogue.details(2).unwrap();
     let moved = Run { folder: "archive/one".into(), ..before.run.clone() };
@@ -182,7 +181,7 @@ fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
 
     // Its place was taken meanwhile.
     catalogue.delete(1).unwrap();
-    fs::remove_file(catalogue.file()).unwrap();
+    fs::remove_dir_all(catalogue.index()).unwrap();
     catalogue.rebuild().unwrap();
     assert_eq!(numbers(&catalogue, "is:deleted"), [1], "the bin is in the folders, too");
     enter(&catalogue, &leave(&path, 0.4, "paper"));
@@ -190,13 +189,25 @@ fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
     assert!(restored.ends_with("one-1"), "{}", restored.display());
 
     catalogue.delete(1).unwrap();
-    let mut connection = catalogue.write().unwrap();
-    catalogue.purge(&mut connection).unwrap();
+    let purge = || catalogue.purge(&catalogue.lock().unwrap()).unwrap();
+    purge();
     assert_eq!(numbers(&catalogue, "is:deleted"), [1]);
-    connection.execute("UPDATE run SET deleted = '2020-01-01T00:00:00Z'  WHERE number = 1", []).unwrap();
-    catalogue.purge(&mut connection).unwrap();
+    let mut entry = catalogue.known(1).unwrap();
+    entry.label.deleted = Some("2020-01-01T00:00:00Z".into());
+    catalogue.put(&catalogue.lock().unwrap(), &entry).unwrap();
+    purge();
     assert!(numbers(&catalogue, "is:deleted").is_empty() && !catalogue.bin().join("1").exists());
     assert_eq!(enter(&catalogue, &leave(&path, 0.4, "paper")), 3, "a number is never given again");
+
+    // The last one, and one whose files are gone.
+    catalogue.delete(3).unwrap();
+    let mut entry = catalogue.known(3).unwrap();
+    entry.label.deleted = Some("2020-01-01T00:00:00Z".into());
+    catalogue.put(&catalogue.lock().unwrap(), &entry).unwrap();
+    assert_eq!(enter(&catalogue, &leave(&path, 0.4, "paper")), 4);
+    fs::remove_dir_all(&path).unwrap();
+    catalogue.delete(4).unwrap();
+    assert_eq!((numbers(&catalogue, "is:deleted"), numbers(&catalogue, "")), (vec![4], vec![2]));
 }
 
 #[test]
@@ -207,6 +218,10 @@ fn a_run_that_lies_where_another_lay_replaces_it() {
     enter(&catalogue, &leave(&path, 0.4, "paper"));
     assert_eq!(catalogue.details(1).unwrap().run.state, State::Replaced);
     assert_eq!(catalogue.folder(2).unwrap(), path.canonicalize().unwrap());
+    assert_eq!(
+        catalogue.details(1).unwrap().values.iter().find(|value| value.symbol == "M_S").unwrap().number,
+        Some(0.3)
+    );
     // The later one's files stay.
     catalogue.rename(1, "gone").unwrap();
     catalogue.delete(1).unwrap();
@@ -237,32 +252,28 @@ fn many_at_once_lose_nothing() {
 }
 
 #[test]
-fn whoever_comes_first_refuses_nobody() {
-    for _ in 0..40 {
-        let (_folder, catalogue) = project();
-        let together = Barrier::new(8);
-        thread::scope(|scope| {
-            for _ in 0..8 {
-                scope.spawn(|| {
-                    together.wait();
-                    catalogue.write().unwrap();
-                });
-            }
-        });
-    }
+fn a_lock_excludes_other_changes_and_no_search() {
+    let (folder, catalogue) = project();
+    enter(&catalogue, &leave(&folder.path().join("one"), 0.3, "paper"));
+    let lock = catalogue.lock().unwrap();
+    thread::scope(|scope| {
+        let tagged = scope.spawn(|| catalogue.tag(1, &["good".into()], &[]).unwrap());
+        assert_eq!(numbers(&catalogue, ""), [1]);
+        thread::sleep(Duration::from_millis(20));
+        assert!(!tagged.is_finished() && numbers(&catalogue, "tag:good").is_empty());
+        drop(lock);
+    });
+    assert_eq!(numbers(&catalogue, "tag:good"), [1]);
 }
 
 #[test]
 fn an_entry_that_breaks_off_is_none() {
     let (folder, catalogue) = project();
     enter(&catalogue, &leave(&folder.path().join("one"), 0.3, "paper"));
-    // As a process that is killed leaves it: begun, and never committed.
-    let mut connection = catalogue.write().unwrap();
-    let transaction = catalogue.begin(&mut connection).unwrap();
-    transaction.execute("UPDATE run SET name = 'half'", []).unwrap();
-    drop(transaction);
-    drop(connection);
-    assert_eq!(catalogue.details(1).unwrap().run.name, "run 1, sweep with wheel");
+    // As a process that is killed leaves it: a temporary file, and the lock file that nobody holds.
+    fs::write(catalogue.index().join(".1.json.tmp"), "{\"schema\"").unwrap();
+    fs::write(catalogue.index().join("2.json.tmp"), "{\"schema\"").unwrap();
+    assert_eq!(numbers(&catalogue, ""), [1]);
     // Its label cannot be written: nothing of the entry stays.
     let path = leave(&folder.path().join("two"), 0.3, "paper");
     fs::create_dir(path.join("run.json")).unwrap();
@@ -271,22 +282,30 @@ fn an_entry_that_breaks_off_is_none() {
 }
 
 #[test]
-fn a_file_that_is_none_and_one_of_a_newer_program_are_refused_and_set_aside_by_a_rebuild() {
+fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
     let (folder, catalogue) = project();
-    let path = leave(&folder.path().join("one"), 0.3, "paper");
-    enter(&catalogue, &path);
-    let connection = catalogue.write().unwrap();
-    connection.pragma_update(None, "user_version", MIGRATIONS.len() as i64 + 1).unwrap();
-    drop(connection);
-    let newer = catalogue.enter(&Made::now(&path, SystemTime::now(), None)).unwrap_err().to_string();
-    assert!(newer.contains(&format!("its form is {}", MIGRATIONS.len() + 1)), "{newer}");
-    assert!(newer.contains("Use the version"), "{newer}");
-    assert_eq!(catalogue.rebuild().unwrap().runs, 1);
-    fs::write(catalogue.file(), "this is no catalogue, and long enough to be looked at as one").unwrap();
-    let broken = catalogue.runs("", 1).unwrap_err().to_string();
-    assert!(broken.contains("--rebuild"), "{broken}");
-    assert_eq!(catalogue.rebuild().unwrap().runs, 1);
-    assert!(catalogue.file().with_file_name("catalogue.sqlite.broken").exists());
+    for name in ["one", "two", "three"] {
+        enter(&catalogue, &leave(&folder.path().join(name), 0.3, "paper"));
+    }
+    let entry = |number: i64| catalogue.index().join(format!("{number}.json"));
+    let text = fs::read_to_string(entry(1)).unwrap();
+    fs::write(entry(1), text.replace(SCHEMA, "stickslip.catalogue-entry/9")).unwrap();
+    fs::write(entry(2), &text[..text.len() / 2]).unwrap();
+    fs::write(entry(7), text).unwrap();
+    let found = catalogue.runs("", 9).unwrap();
+    assert_eq!((found.of, found.hints.len()), (1, 3), "{found:?}");
+    let newer = catalogue.rename(1, "new").unwrap_err().to_string();
+    assert!(newer.contains("stickslip.catalogue-entry/9") && newer.contains("Use the version"), "{newer}");
+    for number in [2, 7] {
+        let damaged = catalogue.details(number).unwrap_err().to_string();
+        assert!(damaged.contains(&format!("{number}.json")) && damaged.contains("--rebuild"), "{damaged}");
+    }
+    fs::write(catalogue.index().join("last"), "many").unwrap();
+    assert!(catalogue.set_aside().unwrap_err().to_string().contains("--rebuild"));
+    assert_eq!(catalogue.rebuild().unwrap(), Rebuilt { runs: 3, unlabelled: 0 });
+    let found = catalogue.runs("", 9).unwrap();
+    assert_eq!((found.of, found.hints.len()), (3, 0), "{found:?}");
+    assert_eq!(catalogue.set_aside().unwrap(), 8);
 }
 
 #[test]
