@@ -13,9 +13,7 @@ mod exchange;
 mod fmu;
 mod lanes;
 mod tick;
-mod w2;
 mod w3;
-mod w4;
 mod w5;
 
 use std::error::Error;
@@ -27,8 +25,6 @@ use stickslip::{Preset, Watch, parameters};
 
 /// Rounds of each contestant: enough that one of them meets a quiet machine.
 const ROUNDS: usize = 15;
-/// Rounds of the sweeps and their peers, some seconds each.
-const SWEEPS: usize = 5;
 /// Rounds of the executive and of cyclictest, some seconds each.
 const WAKE_UPS: usize = 21;
 
@@ -69,12 +65,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         .iter()
         .map(|demo| demo.0)
         .chain(ticks)
-        .chain(w4::NAMES)
         .chain(whole)
         .chain([side_by_side, imported, spread])
         .chain(exchanges)
         .chain(controllers::NAMES)
-        .chain(w2::NAMES)
         .chain(wake_ups)
         .collect();
     if !names.iter().any(|name| wanted(name)) {
@@ -91,24 +85,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         let pairs = [(ours, hand), (ours_guarded, generated), (generated, hand), (generated, hand_checked)];
         for (name, (ours, peer)) in ticks.into_iter().zip(pairs) {
             println!("{name} {ours:.2} {peer:.2} {:.2}", peer / ours);
-        }
-    }
-    if w4::NAMES.into_iter().any(&wanted) {
-        // Microseconds a fit.
-        let w4::Outcome { ours, peers } = w4::run(ROUNDS)?;
-        for (name, peer) in w4::NAMES.into_iter().zip(peers) {
-            match peer {
-                Ok(peer) => println!(
-                    "{name} {:.2} {:.2} {:.2} (RMS residual {:.6e}, peer {:.6e} N m; parameters within {:.1e})",
-                    ours.time,
-                    peer.time,
-                    peer.time / ours.time,
-                    ours.rms,
-                    peer.rms,
-                    ours.apart(&peer)
-                ),
-                Err(reason) => println!("{name} skipped: {reason}"),
-            }
         }
     }
     if whole[..2].iter().any(|name| wanted(name)) {
@@ -156,8 +132,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{name} {ours:.1} {asked:.0} {:.2}", asked / ours);
         }
     }
-    // Seconds of processor time.
-    w2::run(&wanted, SWEEPS)?;
     for rate in w5::RATES {
         if !WAKE_UP.iter().any(|name| wanted(&wake_up(rate, name))) {
             continue;

@@ -7,7 +7,7 @@
 //! | `Dual`, its value; `Lanes` of `f64` | `f64` | `tests/agree.rs`, `tests/bench.rs` |
 //! | C99 in `double`, gcc | `f64` | the same |
 //! | `Lanes` of `f32`; C99 in `float`, gcc | `f32` | the same |
-//! | lanes as AVX2 and AVX-512 instructions, with few calls | `f64` | `crates/core/tests/vector.rs` |
+//! | lanes as AVX2 and AVX-512 instructions, with few calls | `f64` | `crates/wide/tests/vector.rs` |
 //! | C99, gcc and clang, several optimisations, up to a million ticks | `f64`, `f32` | `crates/codegen/tests/long/main.rs` |
 //! | C99 on Cortex-M4F and Cortex-M7 in QEMU, a whole experiment | `f64`, `f32` | `tests/processor/main.rs` |
 //!

@@ -27,7 +27,6 @@ pub mod drive;
 pub mod estimate;
 pub mod fields;
 pub mod friction;
-pub mod ideal;
 pub mod kept;
 pub mod plant;
 pub mod render;

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::points::Sample;
-use super::projection::{Parameters, cost};
+use super::projection::{Parameters, Sample, cost};
 use super::{f_test, student_t95};
 use stickslip_base::quantity::rough;
 

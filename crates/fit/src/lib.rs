@@ -2,14 +2,12 @@
 #![forbid(unsafe_code)]
 
 mod choice;
-mod descent;
 mod drop;
 mod error;
 mod findings;
 mod linear;
 mod nonlinear;
 mod optimum;
-mod points;
 mod profile;
 mod projection;
 mod statistics;
@@ -25,7 +23,6 @@ pub use findings::{Finding, HARDLY_KNOWN};
 pub use linear::LongRun;
 pub use linear::{LinearFit, fit_linear};
 pub use nonlinear::{Minimum, Stop, minimise};
-pub use optimum::{StribeckOptimum, stribeck_optimum};
 pub use profile::{Profile, ProfilePlan};
 pub use statistics::{f_test, runs_test, student_t95};
 pub use stribeck::{

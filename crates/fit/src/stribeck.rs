@@ -1,18 +1,16 @@
 //! The Stribeck curve, equation (1), from measured points: weighted, optionally robust, with covariance.
 //!
-//! A global search by variable projection, then Newton's method. Whether a drop is in the data at all is judged apart:
+//! A global search by variable projection, then Levenberg-Marquardt. Whether a drop is in the data at all is judged apart:
 //! [`StribeckDrop`].
 
 use nalgebra::{Matrix4, SymmetricEigen, Vector4};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::scalar::{Dual, Scalar};
 
-use super::descent::normal_at;
 use super::drop;
 pub use super::drop::StribeckDrop;
 use super::optimum::{bounds as bounds_of, from_near, optimum};
-use super::points::{Points, Sample};
-use super::projection::{Parameters, cost, curve};
+use super::projection::{Parameters, Sample, cost, curve};
 use super::{runs_test, student_t95};
 use stickslip_base::Error;
 use stickslip_base::quantity::Estimate;
@@ -317,6 +315,20 @@ fn gradient(parameters: Parameters<f64>, speed: f64) -> (f64, [f64; 4]) {
     (value.value, value.gradient)
 }
 
+/// JᵀWJ.
+fn normal(parameters: Parameters<f64>, samples: &[Sample]) -> [[f64; 4]; 4] {
+    let mut normal = [[0.0; 4]; 4];
+    for s in samples {
+        let (_, row) = gradient(parameters, s.speed);
+        for i in 0..4 {
+            for j in 0..4 {
+                normal[i][j] += s.weight * row[i] * row[j];
+            }
+        }
+    }
+    normal
+}
+
 fn at_bound(parameters: Parameters<f64>, bounds: [f64; 2]) -> [bool; 4] {
     let [breakaway, kinetic, velocity, viscous] = parameters;
     let edge = velocity <= bounds[0] * (1.0 + 1e-9) || velocity >= bounds[1] * (1.0 - 1e-9);
@@ -345,7 +357,7 @@ fn assess(
             scatter(parameters, samples, threshold) / (inside * inside)
         }
     };
-    let inverse = inverse(&normal_at(&Points::of_samples(samples), parameters));
+    let inverse = inverse(&normal(parameters, samples));
     let covariance = inverse.map_or([[f64::INFINITY; 4]; 4], |c| c.map(|r| r.map(|v| v * scale)));
     let standard_errors: [f64; 4] = std::array::from_fn(|i| covariance[i][i].sqrt());
     let known = match plan.uncertainty {
@@ -395,7 +407,7 @@ fn interval(value: f64, half_width: f64) -> [f64; 2] {
 }
 
 /// (JᵀWJ)⁻¹ by the eigenvalues of the scaled matrix; `None` if the data leave a direction open.
-pub(super) fn inverse(normal: &[[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
+fn inverse(normal: &[[f64; 4]; 4]) -> Option<[[f64; 4]; 4]> {
     let scales: [f64; 4] = std::array::from_fn(|j| normal[j][j].sqrt());
     // Written so that NaN is open.
     if !scales.iter().all(|scale| *scale > 0.0) {

@@ -2,8 +2,7 @@
 //!
 //!     cargo run --release -p stickslip --example own_friction -- my_friction
 //!
-//! writes it as C with its self-test, as FMU and as A2L, for simulations and boards that are not ours. Thousands of axes with
-//! it run side by side in `stickslip_sweep`; `crates/agree/tests/own/friction.rs` shows how.
+//! writes it as C with its self-test, as FMU and as A2L, for simulations and boards that are not ours.
 
 use std::path::PathBuf;
 
@@ -12,8 +11,7 @@ use stickslip::{Error, output};
 use stickslip_core::Fields;
 use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::{Bristle, Release};
-use stickslip_core::scalar::{Lanes, Scalar};
-use stickslip_sweep::SweptFriction;
+use stickslip_core::scalar::Scalar;
 
 /// Bristles as those of LuGre, which slide on the curve of Hess and Soom: it falls by a quotient, and needs no exponential.
 ///
@@ -60,15 +58,6 @@ impl<T: Scalar> Bristle<T> for HessSoom<T> {
     #[inline(always)]
     fn stiffness(&self) -> T {
         self.bristle_stiffness
-    }
-}
-
-impl SweptFriction for HessSoom<f64> {
-    type Over<T: Scalar> = HessSoom<T>;
-    type Singles = Lanes<f32, 64>;
-
-    fn over<T: Scalar>(&self) -> HessSoom<T> {
-        self.map(&mut T::of)
     }
 }
 

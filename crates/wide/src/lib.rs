@@ -26,6 +26,7 @@ pub fn tick(
     dt: Wide,
 ) -> TickOutput<Wide> {
     match_target! {
+        "x86_64+avx512f+avx512dq+avx512vl" => bench.tick_of(steps, state, *input, dt),
         "x86_64+avx2" => bench.tick_of(steps, state, *input, dt),
         "x86_64" => lane_by_lane(bench, steps, state, input, dt),
         _ => bench.tick_of(steps, state, *input, dt),

@@ -14,7 +14,7 @@ const LAYERS: [&[&str]; 11] = [
     &["recording", "fit"],
     &["identify", "design"],
     &["simulate"],
-    &["bench", "sweep"],
+    &["bench"],
     &["experiment"],
     &["study", "generate"],
     &["live"],

@@ -1,4 +1,4 @@
-//! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, in the loop, in sweeps.
+//! A controller in one file of Rust is found wherever controllers are: as C, library, FMU and A2L, and in the loop.
 
 #[path = "../../../../stickslip/examples/own_controller.rs"]
 mod own_controller;
@@ -91,53 +91,4 @@ fn on_a_served_bench_its_table_is_in_selector_form_scope_and_description() {
     served.describes(&["slope", "amplitude", "layer"]);
     assert_eq!(served.set("loaded.slope", "30"), 1);
     served.stop();
-}
-
-mod swept {
-    use stickslip_core::drive::TwoMass;
-    use stickslip_core::fields::Fields as _;
-    use stickslip_core::friction::{ElastoPlastic, LuGre};
-    use stickslip_core::ideal::IdealAxis;
-    use stickslip_core::scalar::Scalar;
-    use stickslip_sweep::{Arithmetic, Plan, SweptLaw, Variant, sweep};
-
-    use super::SlidingMode;
-
-    impl SweptLaw for SlidingMode<f64> {
-        type Over<T: Scalar> = SlidingMode<T>;
-
-        fn over<T: Scalar>(&self) -> SlidingMode<T> {
-            self.map(&mut T::of)
-        }
-    }
-
-    #[test]
-    fn a_thousand_of_it_run_side_by_side() {
-        let axis = |breakaway: f64| {
-            let mut lugre = LuGre { bristle_stiffness: 3000.0, ..LuGre::default() };
-            lugre.sliding.breakaway_torque = breakaway;
-            let bristle = ElastoPlastic { lugre, ..ElastoPlastic::default() };
-            let load_viscous = lugre.sliding.viscous_friction;
-            IdealAxis { mechanics: TwoMass::default(), motor_viscous: 0.0, load_viscous, bristle }
-        };
-        let plan = Plan {
-            sample_time: 1e-3,
-            reference: (0..1000).map(|k| 0.2 * (6.0e-3 * f64::from(k)).sin()).collect(),
-            tolerance: 1e-3,
-            arithmetic: Arithmetic::Double,
-            threads: 1,
-        };
-        let missed = |law: SlidingMode<f64>| {
-            let variants = [0.2, 0.25, 0.3].map(|breakaway| Variant { axis: axis(breakaway), law });
-            let found = sweep(&variants, &plan, |course| {
-                let deviations = course.angle.iter().zip(&plan.reference).map(|(angle, wanted)| (angle - wanted).abs());
-                deviations.fold(0.0, f64::max)
-            });
-            found.expect("a plan that can be run").into_iter().map(|it| it.expect("resolved")).fold(0.0, f64::max)
-        };
-        // Without its switched torque friction wins; with it the axis follows better.
-        let (weak, strong) =
-            (missed(SlidingMode { amplitude: 0.0, ..SlidingMode::default() }), missed(SlidingMode::default()));
-        assert!(strong < 0.8 * weak, "{strong} rad, without {weak} rad");
-    }
 }

@@ -1,4 +1,4 @@
-//! A friction model in one file of Rust becomes C, FMU, A2L and a library on a served bench, and is swept.
+//! A friction model in one file of Rust becomes C, FMU, A2L and a library on a served bench.
 
 #[path = "../../../../stickslip/examples/own_friction.rs"]
 mod own_friction;
@@ -8,11 +8,7 @@ use std::process::Command;
 use own_friction::HessSoom;
 use stickslip::foreign::{Foreign, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, friction_module_of, own_friction};
-use stickslip_core::control::Pid;
-use stickslip_core::drive::TwoMass;
 use stickslip_core::friction::{Bend, Bristle as _, advance};
-use stickslip_core::ideal::IdealAxis;
-use stickslip_sweep::{Arithmetic, Plan, Variant, sweep};
 
 use super::served::Served;
 
@@ -70,34 +66,4 @@ fn as_a_library_on_a_served_bench_it_is_in_selector_form_scope_and_description()
     assert!(served.signals().contains(&"added_load_torque".to_owned()), "its torque in the scope");
     served.describes(&["breakaway_torque", "drop_velocity", "bristle_stiffness"]);
     served.stop();
-}
-
-#[test]
-fn axes_with_it_run_side_by_side() {
-    let plan = Plan {
-        sample_time: 1e-3,
-        reference: (0..600).map(|k| 0.2 * (6.0e-3 * f64::from(k)).sin()).collect(),
-        tolerance: 1e-3,
-        arithmetic: Arithmetic::Double,
-        threads: 1,
-    };
-    let variant = |breakaway_torque: f64| Variant {
-        axis: IdealAxis {
-            mechanics: TwoMass::default(),
-            motor_viscous: 0.0,
-            load_viscous: 1e-4,
-            bristle: HessSoom { breakaway_torque, bristle_stiffness: 3000.0, ..HessSoom::default() },
-        },
-        law: Pid::default(),
-    };
-    let variants: Vec<_> = (0..40).map(|k| variant(0.2 + 0.005 * f64::from(k))).collect();
-    let missed = sweep(&variants, &plan, |course| {
-        let deviations = course.angle.iter().zip(&plan.reference).map(|(angle, wanted)| (angle - wanted).abs());
-        deviations.fold(0.0, f64::max)
-    });
-    let missed: Vec<f64> = missed.expect("a plan").into_iter().map(|it| it.expect("resolved")).collect();
-    assert!(
-        missed.iter().all(|it| *it > 0.0) && missed[39] > missed[0],
-        "more breakaway is followed worse: {missed:?}"
-    );
 }

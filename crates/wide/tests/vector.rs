@@ -1,21 +1,18 @@
 //! Lanes become vector instructions, without a call, and keep their bits under every instruction set.
 
-#[path = "support/bench.rs"]
+#[path = "../../codegen/tests/support/bench.rs"]
 #[allow(missing_docs, unreachable_pub, reason = "support of tests")]
 mod bench;
-#[path = "support/kernels.rs"]
-#[allow(missing_docs, unreachable_pub, reason = "support of tests")]
-mod kernels;
 
 use std::collections::HashMap;
 use std::process::Command;
 
-use bench::{TICK, bench};
-use kernels::{avx2_8, avx512_8};
+use bench::{STEPS, TICK, bench};
 use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::scalar::{Lanes, Scalar};
-use stickslip_core::tick::{BenchInput, BenchState};
+use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
+use stickslip_wide::{ABREAST, Wide, lane_by_lane, tick};
 
 /// What a function consists of.
 #[derive(Debug, Default)]
@@ -51,11 +48,10 @@ fn is_arithmetic(instruction: &str, suffix: &str) -> bool {
     name.ends_with(suffix) && kinds.iter().any(|kind| name.starts_with(kind))
 }
 
-/// Disassembles the function of this executable whose path ends so.
-fn mix(path: &[&str]) -> Mix {
-    let ending: String = path.iter().map(|name| format!("{}{name}", name.len())).collect();
+/// Disassembles the function of this executable whose symbol contains `name`.
+fn mix(name: &str) -> Mix {
     let symbols = output_of("nm", &["-S"]);
-    let line = symbols.lines().find(|line| line.contains(&ending)).unwrap_or_else(|| panic!("no symbol {path:?}"));
+    let line = symbols.lines().find(|line| line.contains(name)).unwrap_or_else(|| panic!("no symbol {name}"));
     let number = |n: usize| {
         let text = line.split_whitespace().nth(n).unwrap_or_default();
         u64::from_str_radix(text, 16).expect("nm -S prints address and size first")
@@ -97,36 +93,30 @@ fn mix(path: &[&str]) -> Mix {
     out
 }
 
-macro_rules! vectorised {
-    ($($module:ident),+) => {
-        #[test]
-        fn kernels_are_vector_instructions_without_a_call() {
-            $(
-                // The symbols exist only if somebody refers to them.
-                let cycle: unsafe fn(&_, &mut _, &_, &mut _, &_) = $module::cycle;
-                let elastic: unsafe fn(&_, &mut _, &mut _, &_) = $module::elastic;
-                std::hint::black_box(($module::exponential as unsafe fn(&mut _), elastic, cycle));
-                for kernel in ["exponential", "elastic", "cycle"] {
-                    let mix = mix(&["kernels", stringify!($module), kernel]);
-                    println!(
-                        "{} {kernel}: {} instructions, {} packed, {} scalar ({:.1} % packed), {} calls, {} copies",
-                        stringify!($module), mix.instructions, mix.packed, mix.scalar, 100.0 * mix.share(), mix.calls.len(), mix.copies
-                    );
-                    assert!(mix.packed > 20, "{kernel}: nothing was found: {mix:?}");
-                    // Rendering law, compensation and predictive control are out of line: one call a tick, and one where it begins.
-                    let names = ["6render12Law", "Compensation$LT$T$GT$", "Predictive$LT$T$GT$"];
-                    let out_of_line = |call: &String| names.iter().any(|name| call.contains(name));
-                    let others = mix.calls.iter().filter(|call| !out_of_line(call));
-                    assert_eq!(others.count(), 0, "{kernel} calls: {mix:?}");
-                    assert!(mix.copies == 0 || kernel == "cycle", "{kernel} copies structs: {mix:?}");
-                    assert!(mix.share() > 0.95, "{kernel}: {mix:?}");
-                }
-            )+
-        }
-    };
+#[test]
+fn a_tick_is_vector_instructions_with_few_calls() {
+    // The symbols exist only if something refers to them.
+    std::hint::black_box(tick as fn(&_, _, &mut _, &_, _) -> _);
+    for version in ["17tick_avx2_version", "tick_avx512"] {
+        let mix = mix(version);
+        println!(
+            "{version}: {} instructions, {} packed, {} scalar ({:.1} % packed), {} calls, {} copies",
+            mix.instructions,
+            mix.packed,
+            mix.scalar,
+            100.0 * mix.share(),
+            mix.calls.len(),
+            mix.copies
+        );
+        assert!(mix.packed > 20, "{version}: nothing was found: {mix:?}");
+        // Rendering law, compensation and predictive control are out of line: one call a tick, and one where it begins.
+        let names = ["6render12Law", "Compensation$LT$T$GT$", "Predictive$LT$T$GT$"];
+        let out_of_line = |call: &String| names.iter().any(|name| call.contains(name));
+        let others = mix.calls.iter().filter(|call| !out_of_line(call));
+        assert_eq!(others.count(), 0, "{version} calls: {mix:?}");
+        assert!(mix.share() > 0.95, "{version}: {mix:?}");
+    }
 }
-
-vectorised!(avx2_8, avx512_8);
 
 /// The counter itself: scalar code is seen as scalar, a call as a call.
 #[test]
@@ -136,14 +126,14 @@ fn scalar_code_is_told_from_vector_code() {
         (x * y + 1.0).sqrt() / (x - y)
     }
     std::hint::black_box(deliberately_scalar(std::hint::black_box(1.0), std::hint::black_box(2.0)));
-    let scalar = mix(&["deliberately_scalar"]);
+    let scalar = mix("19deliberately_scalar");
     assert!(scalar.scalar >= 4 && scalar.share() < 0.5, "{scalar:?}");
     #[inline(never)]
     fn deliberately_calling(x: f64) -> f64 {
         deliberately_scalar(x, 1.0) + deliberately_scalar(1.0, x)
     }
     std::hint::black_box(deliberately_calling(std::hint::black_box(2.0)));
-    let caller = mix(&["deliberately_calling"]);
+    let caller = mix("20deliberately_calling");
     assert_eq!(caller.calls.len(), 2, "{caller:?}");
 }
 
@@ -194,34 +184,23 @@ fn alone(lane: usize) -> Vec<u64> {
     out
 }
 
-macro_rules! same_bits {
-    ($test:ident, $module:ident, $lanes:literal, $($feature:tt),+) => {
-        #[test]
-        fn $test() {
-            if !($(std::arch::is_x86_feature_detected!($feature))&&+) {
-                println!("NOT RUN: this processor lacks {}", [$($feature),+].join(" or "));
-                return;
-            }
-            let bench = bench().map(&mut |v: f64| $module::Wide::of(v));
-            let (dt, mut state, mut output) = ($module::Wide::of(TICK), BenchState::default(), Default::default());
-            let mut lanes: [Vec<u64>; $lanes] = std::array::from_fn(|_| Vec::new());
-            for cycle in 0..CYCLES {
-                let input = side_by_side::<_, $lanes>(std::array::from_fn(|lane| input(lane, cycle)));
-                #[expect(unsafe_code, reason = "the one way to call a function for other processors")]
-                // SAFETY: the features were detected above.
-                unsafe {
-                    $module::cycle(&bench, &mut state, &input, &mut output, &dt);
-                }
-                for number in numbers(&output) {
-                    lanes.iter_mut().zip(number.0).for_each(|(lane, v)| lane.push(v.to_bits()));
-                }
-            }
-            for (lane, bits) in lanes.iter().enumerate() {
-                assert!(*bits == alone(lane), "lane {lane} differs");
+/// The vectors of this processor, and those of one that has none of them.
+#[test]
+fn lanes_have_the_bits_of_f64() {
+    let alone: [Vec<u64>; ABREAST] = std::array::from_fn(alone);
+    let bench: VirtualBench<Wide> = bench().map(&mut |v: f64| Wide::of(v));
+    for (name, tick) in [("tick", tick as fn(&_, _, &mut _, &_, _) -> _), ("lane_by_lane", lane_by_lane)] {
+        let mut state = BenchState::default();
+        let mut lanes: [Vec<u64>; ABREAST] = std::array::from_fn(|_| Vec::new());
+        for cycle in 0..CYCLES {
+            let input = side_by_side::<_, ABREAST>(std::array::from_fn(|lane| input(lane, cycle)));
+            let output = tick(&bench, STEPS, &mut state, &input, Wide::of(TICK));
+            for number in numbers(&output) {
+                lanes.iter_mut().zip(number.0).for_each(|(lane, v)| lane.push(v.to_bits()));
             }
         }
-    };
+        for (lane, (bits, alone)) in lanes.iter().zip(&alone).enumerate() {
+            assert!(bits == alone, "{name}: lane {lane} differs");
+        }
+    }
 }
-
-same_bits!(eight_lanes_of_avx2_have_the_bits_of_f64, avx2_8, 8, "avx2");
-same_bits!(eight_lanes_of_avx512_have_the_bits_of_f64, avx512_8, 8, "avx512f", "avx512dq", "avx512vl");
