@@ -9,7 +9,6 @@ use std::path::PathBuf;
 use stickslip::generate::{Variables, Version, own_friction};
 use stickslip::{Error, output};
 use stickslip_core::Fields;
-use stickslip_core::fields::Fields as _;
 use stickslip_core::friction::{Bristle, Release};
 use stickslip_core::scalar::Scalar;
 
