@@ -44,6 +44,18 @@ pub(crate) fn read<'a>(
     Ok(source)
 }
 
+/// Paths and values of a preset.
+pub(crate) type Values<'a> = Vec<(&'a str, &'a str)>;
+
+/// The settings of a preset, and those of a plan without their `plan.`.
+pub(crate) fn split(settings: &[Setting]) -> (Values<'_>, Values<'_>) {
+    let all = settings.iter().map(|setting| (setting.path.as_str(), setting.value.as_str()));
+    let (plan, preset): (Values<'_>, Values<'_>) = all.partition(|(path, _)| path.starts_with(PLAN));
+    (preset, plan.into_iter().map(|(path, value)| (&path[PLAN.len()..], value)).collect())
+}
+
+const PLAN: &str = "plan.";
+
 /// The command line, as a report keeps it: without what only says where or how to show the results.
 pub(crate) fn command_line() -> String {
     said(std::env::args().skip(1))

@@ -13,9 +13,8 @@ pub(crate) fn insert<T: Ord>(list: &mut Vec<T>, element: T) -> bool {
 
 /// The elements in their order, each once.
 pub(crate) fn distinct<T: Ord>(elements: impl Iterator<Item = T>) -> Vec<T> {
-    let mut list = Vec::new();
-    for element in elements {
-        insert(&mut list, element);
-    }
+    let mut list: Vec<T> = elements.collect();
+    list.sort_unstable();
+    list.dedup();
     list
 }

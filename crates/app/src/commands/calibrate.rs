@@ -4,11 +4,11 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use stickslip::Watch;
 use stickslip::bench::remote::Address;
 use stickslip::calibrate::CalibrationPlan;
 use stickslip::quantity::number;
 use stickslip::workflow::calibrate::{CALIBRATED, calibrate_remote, calibrate_run};
+use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
 use crate::shown::Shown;
@@ -20,7 +20,8 @@ pub(crate) struct CalibrateCommand {
     /// Name of a preset, or a parameter file: what the bench believes before.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     pub(super) preset: String,
-    /// Change a value of the bench (plant.servo.torque_per_volt=0.145); may be given several times.
+    /// Change a value of the bench (plant.servo.torque_per_volt=0.145), or of the plan (plan.duration=2); may be given
+    /// several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
     /// Where the machine is served (`stickslip plant`); without, it is the virtual one of the preset.
@@ -38,8 +39,9 @@ pub(crate) struct CalibrateCommand {
 
 impl CalibrateCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let preset = source::preset(&self.preset, self.set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
-        let plan = CalibrationPlan::default();
+        let (of_preset, of_plan) = source::split(&self.set);
+        let plan = parameters::changed(&CalibrationPlan::default(), "--set plan", &of_plan)?;
+        let preset = source::preset(&self.preset, of_preset)?;
         let duration = number(plan.bench_time(&preset.model, &preset.bench), 0);
         self.shown.say(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {

@@ -140,25 +140,14 @@ impl How {
         self.out.clone().unwrap_or_else(|| format!("stickslip-out/measure-{kind}").into())
     }
 
-    /// The plan with its values changed.
-    fn plan<P: Plan>(&self) -> Result<P, Failure> {
+    fn run<P: Plan>(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let plan = match self.plan {
             Length::Quick => P::default(),
             Length::Thorough => P::thorough(),
         };
-        let mut text = parameters::write_commented(&plan);
-        for Setting { path, value } in &self.set {
-            if let Some(path) = path.strip_prefix("plan.") {
-                text = parameters::set::<P>(&text, "--set plan", path, value)?;
-            }
-        }
-        Ok(parameters::read(&text, "--set plan").map_err(stickslip::Error::from)?)
-    }
-
-    fn run<P: Plan>(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-        let plan = self.plan::<P>()?;
-        let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
-        let preset = source::preset(&self.preset, settings.filter(|(path, _)| !path.starts_with("plan.")))?;
+        let (of_preset, of_plan) = source::split(&self.set);
+        let plan = parameters::changed(&plan, "--set plan", &of_plan)?;
+        let preset = source::preset(&self.preset, of_preset)?;
         let preload = self.linings.map(|linings| match linings {
             Linings::Released => 0.0,
             Linings::Pressed => 1.0,

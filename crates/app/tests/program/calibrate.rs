@@ -13,7 +13,7 @@ const OFF: [&str; 4] =
 
 fn calibrate(out: &Path) -> Command {
     let mut command = Command::new(PROGRAM);
-    command.args(["calibrate", "--preset", "prototype", "--out"]).arg(out);
+    command.args(["calibrate", "--preset", "prototype", "--set", "plan.duration=2", "--out"]).arg(out);
     command
 }
 

@@ -27,5 +27,5 @@ pub use entry::{Difference, Entry, Value, diff, differences, flatten, within};
 pub use problem::{Fault, ParameterProblems, Problem};
 pub use read::read;
 pub use schema::{Description, describe};
-pub use set::{set, set_all};
+pub use set::{changed, set, set_all};
 pub use write::write_commented;

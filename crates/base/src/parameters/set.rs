@@ -7,6 +7,7 @@ use super::entry::within;
 use super::problem::ParameterProblems;
 use super::read::{read, scan};
 use super::schema::{Description, describe, schema};
+use super::write::write_commented;
 use crate::Error;
 
 /// The text with the value at `path` changed or added. `value` is as in a file; quotes around a variant are not needed.
@@ -35,6 +36,19 @@ pub fn set_all<P: Fields<f64> + Default>(
     }
     read::<P>(&changed, file_name)?;
     Ok(changed)
+}
+
+/// The parameters with all these values changed, of paths and values as in a file.
+///
+/// # Errors
+/// As [`set`].
+pub fn changed<P: Fields<f64> + Default>(
+    parameters: &P,
+    file_name: &str,
+    changes: &[(impl AsRef<str>, impl AsRef<str>)],
+) -> Result<P, Error> {
+    let text = set_all::<P>(&write_commented(parameters), file_name, changes)?;
+    Ok(read(&text, file_name)?)
 }
 
 /// The text with one value changed, whatever it is.

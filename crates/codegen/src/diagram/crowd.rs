@@ -1,6 +1,6 @@
 //! What a crowded page draws as one box: pure arithmetic that belongs together becomes a function f.
 
-use super::{Kind, Page};
+use super::{Kind, Page, Wire};
 use crate::distinct::{distinct, insert};
 
 /// A page with more boxes than this is hard to read.
@@ -49,41 +49,64 @@ fn cones(page: &Page, group: &mut [usize]) {
 
 /// Joins two groups, one of which reads the other: those that together have the fewest ports. `false` if none can be.
 fn merge(page: &Page, group: &mut [usize]) -> bool {
-    let pairs = page.wires.iter().map(|wire| (group[wire.from.node], group[wire.to.node]));
-    let between =
-        distinct(pairs.filter(|(a, b)| a != b && is_pure(&page.nodes[*a].kind) && is_pure(&page.nodes[*b].kind)));
-    // A function with one result can be read; one with several is two that were not told apart.
-    let ports = |a: usize, b: usize| {
-        let inside = |node: usize| group[node] == a || group[node] == b;
-        let crossing = page.wires.iter().filter(|wire| inside(wire.from.node) != inside(wire.to.node));
-        let ends = distinct(crossing.map(|wire| wire.from));
-        ends.len() + 3 * ends.iter().filter(|end| inside(end.node)).count()
-    };
-    let mut candidates: Vec<_> = between.into_iter().map(|(a, b)| (ports(a, b), a, b)).collect();
+    let crossing = Crossing::of(page, group);
+    let is_pure = |node: usize| is_pure(&page.nodes[node].kind);
+    let pairs = crossing.all.iter().map(|wire| (group[wire.from.node], group[wire.to.node]));
+    let between = distinct(pairs.filter(|(a, b)| is_pure(*a) && is_pure(*b)));
+    let mut candidates: Vec<_> = between.into_iter().map(|(a, b)| (crossing.ports(group, a, b), a, b)).collect();
     candidates.sort_unstable();
-    let Some((_, from, into)) = candidates.into_iter().find(|(_, a, b)| !detour(page, group, *a, *b)) else {
+    let detour = |from, to| crossing.detour(page, group, from, to);
+    let Some((_, from, into)) = candidates.into_iter().find(|(_, a, b)| !detour(*a, *b)) else {
         return false;
     };
     group.iter_mut().filter(|member| **member == from).for_each(|member| *member = into);
     true
 }
 
-/// Whether one group is read by the other also by way of a third: then one box would close a loop.
-fn detour(page: &Page, group: &[usize], from: usize, to: usize) -> bool {
-    let mut seen = Vec::new();
-    let after = |of: usize| {
-        let memory = matches!(page.nodes[of].kind, Kind::Delay);
-        let wires = page.wires.iter().filter(move |wire| !memory && group[wire.from.node] == of);
-        wires.map(|wire| group[wire.to.node])
-    };
-    let mut open: Vec<usize> = after(from).filter(|next| *next != to && *next != from).collect();
-    while let Some(next) = open.pop() {
-        if next == to {
-            return true;
+/// The wires between groups.
+struct Crossing<'a> {
+    all: Vec<&'a Wire>,
+    /// Of each group those that touch it.
+    touching: Vec<Vec<&'a Wire>>,
+}
+
+impl<'a> Crossing<'a> {
+    fn of(page: &'a Page, group: &[usize]) -> Self {
+        let all: Vec<&Wire> = page.wires.iter().filter(|w| group[w.from.node] != group[w.to.node]).collect();
+        let mut touching = vec![Vec::new(); group.len()];
+        for wire in &all {
+            [wire.from.node, wire.to.node].into_iter().for_each(|node| touching[group[node]].push(*wire));
         }
-        if insert(&mut seen, next) {
-            open.extend(after(next));
-        }
+        Crossing { all, touching }
     }
-    false
+
+    /// Ports of two groups as one box. A function with one result can be read; one with several is two that were not
+    /// told apart.
+    fn ports(&self, group: &[usize], a: usize, b: usize) -> usize {
+        let inside = |node: usize| group[node] == a || group[node] == b;
+        let touching = self.touching[a].iter().chain(&self.touching[b]);
+        let ends = touching.filter(|wire| inside(wire.from.node) != inside(wire.to.node)).map(|wire| wire.from);
+        let ends = distinct(ends);
+        ends.len() + 3 * ends.iter().filter(|end| inside(end.node)).count()
+    }
+
+    /// Whether one group is read by the other also by way of a third: then one box would close a loop.
+    fn detour(&self, page: &Page, group: &[usize], from: usize, to: usize) -> bool {
+        let mut seen = Vec::new();
+        let after = |of: usize| {
+            let memory = matches!(page.nodes[of].kind, Kind::Delay);
+            let wires = self.touching[of].iter().filter(move |wire| !memory && group[wire.from.node] == of);
+            wires.map(|wire| group[wire.to.node])
+        };
+        let mut open: Vec<usize> = after(from).filter(|next| *next != to).collect();
+        while let Some(next) = open.pop() {
+            if next == to {
+                return true;
+            }
+            if insert(&mut seen, next) {
+                open.extend(after(next));
+            }
+        }
+        false
+    }
 }
