@@ -13,7 +13,7 @@ use stickslip_codegen::record::Program;
 use stickslip_codegen::tree::Tree;
 use stickslip_core::fields::{Field, Kind};
 
-use super::{Precision, generate};
+use super::{Precision, code};
 use crate::xcp::a2l::{Conversions, about, name, quoted};
 use crate::xcp::{Cell, Content};
 use stickslip_base::{Error, Preset};
@@ -53,10 +53,10 @@ pub(super) struct Placed<'a> {
     pub(super) address: u64,
 }
 
-/// Describes the code of a block, as [`generate`] makes it.
+/// Describes the code of a block, as [`generate`](super::generate()) makes it.
 ///
 /// # Errors
-/// As [`generate`]; [`GenerateError::Program`] where a variable is not in the program, or is not as long as its struct, or where the
+/// As [`generate`](super::generate()); [`GenerateError::Program`] where a variable is not in the program, or is not as long as its struct, or where the
 /// program says that it has other code.
 pub fn code_description(
     block: &str,
@@ -65,7 +65,7 @@ pub fn code_description(
     prefix: Option<&str>,
     variables: &Variables,
 ) -> Result<CodeDescription, Error> {
-    let made = generate(block, preset, precision, prefix)?;
+    let made = code(block, preset, precision, prefix)?;
     describe(&made.program, &made.prefix, precision, variables)
 }
 
@@ -317,7 +317,7 @@ mod tests {
 
     /// A program with a block in it.
     fn linked(folder: &Path, precision: Precision) -> std::path::PathBuf {
-        let made = generate("pid", &preset(), precision, None).expect("a block of the catalogue");
+        let made = code("pid", &preset(), precision, None).expect("a block of the catalogue");
         made.write(folder).expect("the folder takes files");
         let main = "#include \"pid.h\"\npid_parameters pid_parameters_;\nstatic pid_state axis_state;\n\
                     pid_input pid_input_;\npid_output pid_output_;\nint main(void) {\n    \
@@ -382,7 +382,7 @@ mod tests {
     fn a_program_that_has_other_code_is_refused_and_one_that_does_not_say_gets_no_address() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = linked(folder.path(), Precision::Double);
-        let epk = generate("pid", &preset(), Precision::Double, None).expect("a block of the catalogue");
+        let epk = code("pid", &preset(), Precision::Double, None).expect("a block of the catalogue");
         let epk = self::epk(&epk.program, "pid", Precision::Double).expect("a good name");
         let mut bytes = std::fs::read(&path).expect("it was linked");
         let at = bytes.windows(epk.len()).position(|window| window == epk.as_bytes()).expect("the program says it");

@@ -9,7 +9,7 @@ use stickslip_codegen::fmu::{self, Service};
 use super::archive::archive;
 use super::fmu_description::fmu_description;
 use super::library::{self, compiler};
-use super::{Precision, generate};
+use super::{Precision, code};
 use crate::xcp::cycle_time;
 use stickslip_base::{Error, Preset};
 
@@ -34,7 +34,7 @@ pub struct Fmu {
 /// by FMI-LS-XCP.
 ///
 /// # Errors
-/// As [`generate`]; [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
+/// As [`generate`](super::generate()); [`GenerateError::Compiler`](crate::GenerateError::Compiler) where the compiler is there and refuses; [`Error::File`].
 pub fn fmu(
     name: &str,
     preset: &Preset<f64>,
@@ -42,7 +42,7 @@ pub fn fmu(
     prefix: Option<&str>,
     xcp: Option<SocketAddr>,
 ) -> Result<Fmu, Error> {
-    let made = generate(name, preset, Precision::Double, prefix)?;
+    let made = code(name, preset, Precision::Double, prefix)?;
     fmu_of(&Project { files: made.files, program: made.program }, &made.prefix, made.step, version, xcp)
 }
 

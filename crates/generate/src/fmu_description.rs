@@ -65,14 +65,14 @@ pub(super) fn fmu_description(project: &Project, name: &str, service: &Service) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{blocks, generate};
+    use crate::{blocks, code};
     use stickslip_base::parameters::presets;
 
     #[test]
     fn a_strict_reader_has_nothing_to_say_of_any_block_and_no_addresses_overlap() {
         let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
         for entry in blocks() {
-            let made = generate(entry.name, &preset, Precision::Double, None).expect("a block of the catalogue");
+            let made = code(entry.name, &preset, Precision::Double, None).expect("a block of the catalogue");
             let project = Project { files: made.files, program: made.program };
             let address = "::1".parse().expect("an address");
             let service = Service { address, port: 5556, epk: "stickslip \"1\"".into(), cycle: (25, 3) };

@@ -64,13 +64,26 @@ pub struct Generated {
     pub program: Program,
 }
 
-/// Makes the files of the block called `name` with the numbers of a preset; `prefix` is what types and functions begin
+/// Makes the files of the block called `name`, its signal-flow diagram among them, with the numbers of a preset; `prefix` is what types and functions begin
 /// with, the block's name unless given.
 ///
 /// # Errors
 /// A name that is none of [`blocks`], a prefix that C does not take; whatever the design of observer and current
 /// control refuses, or a step that the virtual machine cannot take.
 pub fn generate(
+    name: &str,
+    preset: &Preset<f64>,
+    precision: Precision,
+    prefix: Option<&str>,
+) -> Result<Generated, Error> {
+    code(name, preset, precision, prefix).map(Generated::with_diagram)
+}
+
+/// As [`generate`], without the diagram: drawing it takes most of the time.
+///
+/// # Errors
+/// As [`generate`].
+pub(crate) fn code(
     name: &str,
     preset: &Preset<f64>,
     precision: Precision,
@@ -83,7 +96,9 @@ pub fn generate(
 
 /// The files of the software of a bench that runs, under the law in force; `step` is its tick [s].
 pub fn software(tick: &Tick<f64>, step: f64) -> Result<Generated, Error> {
-    Request { block: SOFTWARE, prefix: SOFTWARE, precision: Precision::Double }.files(tick, step)
+    Request { block: SOFTWARE, prefix: SOFTWARE, precision: Precision::Double }
+        .files(tick, step)
+        .map(Generated::with_diagram)
 }
 
 /// What is to be made.
@@ -101,7 +116,7 @@ impl Request<'_> {
             Precision::Single => block.single(self.prefix, step),
         }
         .map_err(GenerateError::NoIdentifier)?;
-        Ok(Generated::new(project, self.block, self.prefix, step).with_diagram())
+        Ok(Generated::new(project, self.block, self.prefix, step))
     }
 }
 
@@ -181,8 +196,9 @@ mod tests {
 
     #[test]
     fn no_block_swells() {
+        let preset = presets::find("clm-bench").and_then(|source| source.read()).expect("a preset of the product");
         let sizes = |name: &str| {
-            let summary = made(name).summary();
+            let summary = code(name, &preset, Precision::Double, None).expect("a block of the catalogue").summary();
             let size = |of: &str| summary.value(&format!("generate.{of}")).expect("every summary has it");
             let numbers: f64 = ["parameters", "states", "inputs", "outputs"].into_iter().map(size).sum();
             (size("operations"), numbers, size("source_lines"))
