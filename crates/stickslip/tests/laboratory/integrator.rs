@@ -36,14 +36,15 @@ fn the_well_balanced_step_converges_with_order_two() {
 }
 
 #[test]
-fn a_load_held_below_breakaway_does_not_creep_in_a_thousand_seconds() {
+fn a_load_held_below_breakaway_does_not_creep() {
     // Breakaway of prototype 0.45, of clm-bench 0.30 and 0.01 of the brushes N·m; both hold 0.9 of it.
     let (prototype, bench) = ((prototype(3000.0), 0.45), (clm_bench(), 0.31));
     for ((case, breakaway), share, dt) in
         [(&prototype, 0.5, 250e-6), (&prototype, 0.9, 250e-6), (&bench, 0.5, 250e-6), (&bench, 0.9, 25e-6)]
     {
-        let creep = creep(case, None, share * breakaway, 0.0, 0.0, 1000.0, dt).expect("within the bound");
-        assert!(creep <= 1e-9, "{share} of breakaway, {dt} s: {creep} rad");
+        // Creep keeps its rate: a thousand seconds are in the tests of the machine.
+        let creep = creep(case, None, share * breakaway, 0.0, 0.0, 100.0, dt).expect("within the bound");
+        assert!(creep <= 1e-10, "{share} of breakaway, {dt} s: {creep} rad");
     }
 }
 
