@@ -108,11 +108,17 @@ impl Master {
 
     fn ask(&mut self, packet: &[u8]) -> Vec<u8> {
         self.send(packet);
-        loop {
-            if let Some(response) = self.hear(Duration::from_secs(20)) {
+        let begun = Instant::now();
+        while begun.elapsed() < Duration::from_secs(60) {
+            if let Some(response) = self.hear(Duration::from_secs(1)) {
                 return response;
             }
+            // As masters do: a datagram may be lost while the address is opened again.
+            if packet == CONNECT {
+                self.send(packet);
+            }
         }
+        panic!("no response to {packet:02x?}");
     }
 
     /// Measures the number of every cycle.

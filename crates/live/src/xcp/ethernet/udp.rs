@@ -84,7 +84,9 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
         let silent = |session: &Session| session.silence() > door.patience && !session.is_measuring();
         // One that is merely silent may go on, until another one comes.
         if connected && (gone || master.as_ref().is_some_and(|(_, session)| silent(session))) {
-            (socket, connected) = (None, false);
+            // Closed first, or its address is taken; opened at once, so that the next master is heard.
+            drop(socket.take());
+            (socket, connected) = (bind(door.address).ok(), false);
         }
         if gone && let Some((_, session)) = master.take() {
             session.end();
