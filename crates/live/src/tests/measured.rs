@@ -227,7 +227,7 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
     let before = growing(Quantity::Presliding, &|told| !told.figures.is_empty());
     assert!(before.figures[0].figure.title().contains("friction"), "{before:?}");
     // The friction that comes first is no curve of a run.
-    assert!(lock(&live.shared.measured).plateaus.is_empty());
+    assert!(live.shared.measurements.current_curve().plateaus.is_empty());
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
     live.stop().unwrap();

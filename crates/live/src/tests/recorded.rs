@@ -42,7 +42,7 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
     live.call(ANN, sine(0.2)).unwrap();
-    while status(&live).doing.is_none_or(|doing| doing.stage != axis::MOVING) {
+    while status(&live).doing.is_none_or(|doing| doing.stage != motion::MOVING) {
         thread::sleep(Duration::from_millis(5));
     }
     live.call(ANN, set(GAIN, "14")).unwrap();
@@ -80,7 +80,11 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(replayed.identical() && replayed.machine && replayed.of > 500, "{replayed:?}");
     let record = stickslip_bench::run::Record::read(&file).unwrap();
     assert!(record.changes.len() >= 3 && record.state.is_some());
-    assert_ne!(record.preset.bench.controller, lock(&live.shared.tuning).reference().bench.controller, "14");
+    assert_ne!(
+        record.preset.bench.controller,
+        live.shared.parameters.read(|tuning| tuning.reference().bench.controller),
+        "14"
+    );
 
     // The same by a call, and what happened in it.
     let again = again(&live, run.number);
@@ -121,7 +125,7 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     // A second one, ended by the end of the bench.
     live.call(ANN, Call::Record { name: "second".into() }).unwrap();
     thread::sleep(Duration::from_millis(100));
-    let catalogue = live.shared.catalogue.clone();
+    let catalogue = crate::catalogue::Catalogue::of_project(project.path(), Path::new("."));
     live.stop().unwrap();
     let second = catalogue.runs("second", 9).unwrap().runs.remove(0);
     let file = project.path().join(&second.folder).join("run.mf4");

@@ -1,16 +1,106 @@
-//! One may change something, all may look.
+//! Operation: one client at a time changes the bench, all others read.
 
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Without a sign of life for so long an operator has gone.
+use super::protocol::Answer;
+use super::{LiveError, lock};
+use stickslip_base::Error;
+
+/// An operator that was silent for so long has gone.
 const LEASE: Duration = Duration::from_secs(10);
 
-/// A request for the operator's place that was not answered for so long is forgotten.
+/// A request to operate that was not answered for so long is dropped.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Who operates.
+/// The operator, and how long one may be silent while the axis moves.
+pub(super) struct Operation {
+    operator: Mutex<Operator>,
+    /// Unlimited if `None`.
+    silence: Option<Duration>,
+}
+
+impl Operation {
+    /// With a limit of the operator's silence [s].
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a time that no client can keep, or that is no time.
+    pub(super) fn new(silence: Option<f64>) -> Result<Self, Error> {
+        let checked = |value: f64| {
+            let [minimum, maximum] = [0.1, 3600.0];
+            if (minimum..=maximum).contains(&value) {
+                return Ok(Duration::from_secs_f64(value));
+            }
+            let remedy = "A client that polls is heard ten times a second.";
+            Err(Error::OutOfRange { name: "the operator's time", value, unit: "s", minimum, maximum, remedy })
+        };
+        Ok(Operation { operator: Mutex::default(), silence: silence.map(checked).transpose()? })
+    }
+
+    /// Admits a call of a client, who operates from now on if the call changes something.
+    ///
+    /// # Errors
+    /// [`LiveError::Operated`] if another client operates.
+    pub(super) fn admit(&self, client: &str, changes: bool) -> Result<(), Error> {
+        let (mut operator, now) = (lock(&self.operator), Instant::now());
+        operator.seen(client, now);
+        if changes {
+            operator.claim(client, now).map_err(|by| LiveError::Operated { by })?;
+        }
+        Ok(())
+    }
+
+    /// A sign of life of a client.
+    pub(super) fn seen(&self, client: &str) {
+        lock(&self.operator).seen(client, Instant::now());
+    }
+
+    /// A client has gone.
+    pub(super) fn left(&self, client: &str) {
+        lock(&self.operator).left(client);
+    }
+
+    /// A client asks to operate; if it insists, or no other client operates, it does from now on.
+    pub(super) fn ask(&self, client: &str, insists: bool) -> Answer {
+        let (mut operator, now) = (lock(&self.operator), Instant::now());
+        if insists {
+            operator.take(client, now);
+        } else {
+            operator.ask(client, now);
+        }
+        Answer::Done {}
+    }
+
+    pub(super) fn hand_over(&self, grant: bool) -> Answer {
+        lock(&self.operator).hand_over(grant, Instant::now());
+        Answer::Done {}
+    }
+
+    /// The operator, and the client that asks to operate.
+    pub(super) fn names(&self) -> (Option<String>, Option<String>) {
+        let (operator, now) = (lock(&self.operator), Instant::now());
+        (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
+    }
+
+    /// Whether the operator is silent for too long.
+    pub(super) fn is_silent(&self) -> bool {
+        let Some(limit) = self.silence else { return false };
+        lock(&self.operator).silent(Instant::now()).is_some_and(|silent| silent > limit)
+    }
+
+    /// Why the bench stopped when the operator was silent.
+    pub(super) fn silence(&self) -> String {
+        let limit = self.silence.unwrap_or_default().as_secs_f64();
+        format!(
+            "The operator was silent for more than {limit} s, and the bench stopped. Whoever operates must be heard more \
+             often, or choose another `--operator-time`."
+        )
+    }
+}
+
+/// The client that operates.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Operator {
+struct Operator {
     now: Option<(String, Instant)>,
     /// Who asks for the place, and since when.
     asks: Option<(String, Instant)>,
@@ -20,13 +110,13 @@ pub(super) struct Operator {
 
 impl Operator {
     /// Who operates at this moment.
-    pub(super) fn name(&self, now: Instant) -> Option<&str> {
+    fn name(&self, now: Instant) -> Option<&str> {
         let (name, seen) = self.now.as_ref()?;
         (now.saturating_duration_since(*seen) < LEASE).then_some(name)
     }
 
     /// A sign of life of somebody.
-    pub(super) fn seen(&mut self, client: &str, now: Instant) {
+    fn seen(&mut self, client: &str, now: Instant) {
         if self.name(now) == Some(client) {
             self.now = Some((client.into(), now));
         }
@@ -36,7 +126,7 @@ impl Operator {
     ///
     /// # Errors
     /// The one who is.
-    pub(super) fn claim(&mut self, client: &str, now: Instant) -> Result<(), String> {
+    fn claim(&mut self, client: &str, now: Instant) -> Result<(), String> {
         match self.name(now) {
             Some(other) if other != client => Err(other.into()),
             _ => {
@@ -47,20 +137,20 @@ impl Operator {
     }
 
     /// Somebody has gone, and operates no more.
-    pub(super) fn left(&mut self, client: &str) {
+    fn left(&mut self, client: &str) {
         if let Some((_, seen)) = self.now.take_if(|(name, _)| name == client) {
             self.before = Some(seen);
         }
     }
 
     /// How long the one who operates, or did last, is silent; none where nobody ever did.
-    pub(super) fn silent(&self, now: Instant) -> Option<Duration> {
+    fn silent(&self, now: Instant) -> Option<Duration> {
         let seen = self.now.as_ref().map(|(_, seen)| *seen).or(self.before)?;
         Some(now.saturating_duration_since(seen))
     }
 
     /// Somebody asks for the operator's place; where nobody is there, he has it.
-    pub(super) fn ask(&mut self, client: &str, now: Instant) {
+    fn ask(&mut self, client: &str, now: Instant) {
         match self.name(now) {
             Some(other) if other != client => self.asks = Some((client.into(), now)),
             _ => self.take(client, now),
@@ -68,13 +158,13 @@ impl Operator {
     }
 
     /// Who asks, unless that was long ago.
-    pub(super) fn asks(&self, now: Instant) -> Option<&str> {
+    fn asks(&self, now: Instant) -> Option<&str> {
         let (name, since) = self.asks.as_ref()?;
         (now.saturating_duration_since(*since) < PATIENCE).then_some(name)
     }
 
     /// Who asks has the place from now on, or not now.
-    pub(super) fn hand_over(&mut self, grant: bool, now: Instant) {
+    fn hand_over(&mut self, grant: bool, now: Instant) {
         let asks = self.asks(now).map(str::to_owned);
         self.asks = None;
         if let Some(name) = asks.filter(|_| grant) {
@@ -83,7 +173,7 @@ impl Operator {
     }
 
     /// Somebody is the operator from now on.
-    pub(super) fn take(&mut self, client: &str, now: Instant) {
+    fn take(&mut self, client: &str, now: Instant) {
         self.asks.take_if(|(name, _)| name == client);
         self.now = Some((client.into(), now));
     }

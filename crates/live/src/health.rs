@@ -1,11 +1,15 @@
-//! Cycles that were lost or held: when, how many, why, and what to do.
+//! Health of the loop: execution times, and cycles that were lost or held, each with its cause and a remedy.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Live, lock};
+use stickslip_rt::{Histograms, Overrun};
+
+use super::lock;
+use super::protocol::{Answer, Timing};
 use stickslip_bench::overrun_sentence;
 
 /// So many of each are told.
@@ -35,37 +39,75 @@ pub(super) enum Lost {
     Waiting,
 }
 
-/// The newest of them: cycle, cycles, where.
+/// Execution times of cycles, and the newest losses.
+pub(super) struct Health {
+    /// The bench fills them.
+    histograms: Arc<Mutex<Histograms>>,
+    losses: Mutex<Losses>,
+}
+
+/// Cycle, number of cycles, and what happened: those that were lost, and those that waited.
 #[derive(Default)]
-pub(super) struct Losses(VecDeque<(u64, u64, Lost)>);
+struct Losses {
+    lost: VecDeque<(u64, u64, Lost)>,
+    waited: VecDeque<(u64, u64, Lost)>,
+}
 
 impl Losses {
-    pub(super) fn push(&mut self, cycle: u64, count: u64, lost: Lost) {
-        if self.0.len() == MOST {
-            self.0.pop_front();
+    fn push(&mut self, cycle: u64, count: u64, lost: Lost) {
+        let list = if matches!(lost, Lost::Waiting) { &mut self.waited } else { &mut self.lost };
+        if list.len() == MOST {
+            list.pop_front();
         }
-        self.0.push_back((cycle, count, lost));
+        list.push_back((cycle, count, lost));
     }
 }
 
-impl Live {
-    /// Lost cycles, and those that were held, each the newest last.
-    pub(super) fn losses(&self) -> [Vec<Loss>; 2] {
-        let lost = lock(&self.shared.losses).0.iter().map(Loss::of).collect();
-        let waits: Vec<_> = lock(&self.shared.waits).0.iter().map(Loss::of).collect();
-        let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
-        let histograms = lock(&self.shared.histograms);
-        let newest = histograms.overruns.len().saturating_sub(MOST);
-        let overrun = |overrun: &stickslip_rt::Overrun| Loss {
+impl Health {
+    pub(super) fn new(histograms: Arc<Mutex<Histograms>>) -> Self {
+        Health { histograms, losses: Mutex::default() }
+    }
+
+    /// Notes cycles that did not come through.
+    pub(super) fn lost(&self, cycle: u64, count: u64, lost: Lost) {
+        lock(&self.losses).push(cycle, count, lost);
+    }
+
+    #[cfg(test)]
+    pub(super) fn add_overrun(&self, overrun: Overrun) {
+        lock(&self.histograms).overruns.push(overrun);
+    }
+
+    /// Reads the execution times.
+    pub(super) fn times<R>(&self, read: impl FnOnce(&Histograms) -> R) -> R {
+        read(&lock(&self.histograms))
+    }
+
+    /// The execution times at a tick rate.
+    pub(super) fn timing(&self, rate: f64) -> Answer {
+        Answer::Timing(Box::new(self.times(|times| Timing::of(times, rate))))
+    }
+
+    /// Lost cycles, and those that were held at a tick rate, each the newest last.
+    pub(super) fn losses(&self, rate: f64) -> Answer {
+        let (lost, waited) = {
+            let losses = lock(&self.losses);
+            let list = |list: &VecDeque<_>| list.iter().map(Loss::of).collect::<Vec<_>>();
+            (list(&losses.lost), list(&losses.waited))
+        };
+        let overrun = |overrun: &Overrun| Loss {
             cycle: overrun.cycle,
             count: (overrun.by as f64 * 1e-9 * rate).ceil().max(1.0) as u64,
             cause: overrun_sentence(overrun),
             remedy: "`stickslip doctor` finds what the system may do besides; `--cpu N` leaves a CPU to the loop."
                 .into(),
         };
-        let mut held: Vec<_> = histograms.overruns[newest..].iter().map(overrun).chain(waits).collect();
+        let mut held: Vec<_> = self.times(|times| {
+            let newest = times.overruns.len().saturating_sub(MOST);
+            times.overruns[newest..].iter().map(overrun).chain(waited).collect()
+        });
         held.sort_by_key(|loss| loss.cycle);
-        [lost, held]
+        Answer::Losses { lost, held }
     }
 }
 
@@ -97,7 +139,7 @@ mod tests {
     fn the_newest_losses_are_kept_with_cause_and_remedy() {
         let mut losses = Losses::default();
         (0..80).for_each(|cycle| losses.push(cycle, 3, Lost::Recording));
-        let told: Vec<Loss> = losses.0.iter().map(Loss::of).collect();
+        let told: Vec<Loss> = losses.lost.iter().map(Loss::of).collect();
         assert_eq!((told.len(), told[0].cycle, told[0].count), (MOST, 30, 3));
         assert!(told[0].cause.contains("disk") && !told[0].remedy.is_empty());
     }
