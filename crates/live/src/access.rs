@@ -24,12 +24,12 @@ impl Live {
         (newest.cycle, newest.signals.row())
     }
 
-    /// The parameters in force.
+    /// The active parameters.
     pub fn in_force(&self) -> Preset<f64> {
         self.shared.parameters.preset()
     }
 
-    /// All values in force, those of a loaded controller behind those of the preset.
+    /// All active values, those of a loaded controller behind those of the preset.
     pub fn entries(&self) -> Vec<Entry> {
         self.shared.parameters.read(Tuning::entries)
     }

@@ -6,7 +6,6 @@ use super::captures::Captures;
 use super::lock;
 use super::marks::Marks;
 use super::protocol::{Answer, Mark, MarkKind};
-use stickslip_base::Error;
 use stickslip_bench::run::{Signals, state_name};
 use stickslip_bench::tap::Sample;
 
@@ -29,36 +28,15 @@ pub(super) struct Newest {
 }
 
 impl Acquisition {
-    pub(super) fn new() -> Self {
+    /// At a tick rate [Hz].
+    pub(super) fn new(rate: f64) -> Self {
         let newest = Newest { state: "off", ..Newest::default() };
-        Acquisition { captures: Mutex::new(Captures::new()), newest: Mutex::new(newest), marks: Mutex::default() }
+        Acquisition { captures: Mutex::new(Captures::new(rate)), newest: Mutex::new(newest), marks: Mutex::default() }
     }
 
     /// The captures and streams; the listener waits while they are held.
     pub(super) fn captures(&self) -> MutexGuard<'_, Captures> {
         lock(&self.captures)
-    }
-
-    /// Begins a capture around a trigger, from `span[0]` before to `span[1]` after it [s].
-    pub(super) fn capture(
-        &self,
-        signals: Vec<String>,
-        trigger: &str,
-        span: [f64; 2],
-        decimation: u64,
-        rate: f64,
-    ) -> Result<Answer, Error> {
-        self.captures().begin(signals, trigger, span, decimation, rate)
-    }
-
-    /// Begins a stream with a point each so often [s].
-    pub(super) fn stream(&self, signals: &[String], every: f64, rate: f64) -> Result<Answer, Error> {
-        self.captures().watch(signals, every, rate)
-    }
-
-    /// Begins a stream of every cycle.
-    pub(super) fn samples(&self, signals: &[String], rate: f64) -> Result<Answer, Error> {
-        self.captures().sample(signals, rate)
     }
 
     pub(super) fn newest(&self) -> Newest {

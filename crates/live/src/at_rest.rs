@@ -86,7 +86,7 @@ impl SoFar {
         }
     }
 
-    fn told(&self) -> MeasuredAtRest {
+    fn shown(&self) -> MeasuredAtRest {
         let picture = |(figure, caption)| vec![Picture { figure, caption }];
         let (keys, figures) = match self {
             SoFar::Nothing => (Vec::new(), Vec::new()),
@@ -119,7 +119,7 @@ impl Measurements {
         let runs = folders.iter().map(|(run, _)| *run).collect();
         let so_far = self.current_at_rest();
         if run.is_none() && so_far.what() == Some(what) {
-            return Ok(MeasuredAtRest { runs, ..so_far.told() });
+            return Ok(MeasuredAtRest { runs, ..so_far.shown() });
         }
         let found = match run {
             None => match folders.first() {

@@ -125,7 +125,7 @@ struct Trajectory {
     render: bool,
 }
 
-/// Runs until it is told to end: how the clock was kept.
+/// Runs until [`Job::End`]. Returns how the clock was kept.
 pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<Clocked> {
     let mut trajectory = None;
     loop {

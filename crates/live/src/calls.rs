@@ -39,9 +39,7 @@ impl Live {
             Call::Undo {} => self.propose(Tuning::undo),
             Call::Redo {} => self.propose(Tuning::redo),
             Call::Reset {} => self.propose(Tuning::reset),
-            Call::Load { name } => {
-                shared.parameters.saved(&name).and_then(|set| self.propose(|tuning| tuning.load(set)))
-            }
+            Call::Load { name } => self.load(&name),
             Call::OpenAgain {} => self.open_again(),
             Call::Save { name } => shared.parameters.save(&name),
             Call::Sets {} => Ok(shared.parameters.names()),
@@ -70,12 +68,12 @@ impl Live {
             Call::Signals {} => Ok(signals::all()),
             Call::Marks {} => Ok(shared.acquisition.marks()),
             Call::Capture { signals, trigger, before, after, decimation } => {
-                shared.acquisition.capture(signals, &trigger, [before, after], decimation, shared.parameters.rate())
+                shared.acquisition.captures().begin(signals, &trigger, [before, after], decimation)
             }
             Call::Fetch { capture } => shared.acquisition.captures().fetch(capture),
-            Call::Stream { signals, every } => shared.acquisition.stream(&signals, every, shared.parameters.rate()),
+            Call::Stream { signals, every } => shared.acquisition.captures().watch(&signals, every),
             Call::Points { capture } => shared.acquisition.captures().points(capture),
-            Call::Samples { signals } => shared.acquisition.samples(&signals, shared.parameters.rate()),
+            Call::Samples { signals } => shared.acquisition.captures().sample(&signals),
             Call::Drop { capture } => shared.acquisition.captures().end(capture).map(|()| Answer::Done {}),
             Call::Record { name } => self.record(&name),
             Call::EndRecord {} => self.end_record(),

@@ -223,7 +223,7 @@ fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
 fn of_folder(folder: &Path) -> Result<MeasuredCurve, Error> {
     let fits = match fit_file(folder, &CurveColumns::default(), false) {
         Ok(fits) => fits,
-        // Too few points for a fit are told, not hidden.
+        // Too few points for a fit: a note says so.
         Err(error @ Error::TooFew { .. }) => {
             let file = folder.join(format!("{}.csv", <FrictionCurve as workflow::measure::Outcome>::DATA));
             let curves = read_curves(&file, &CurveColumns::default())?.curves;

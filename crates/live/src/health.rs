@@ -12,7 +12,7 @@ use super::lock;
 use super::protocol::{Answer, Timing};
 use stickslip_bench::overrun_sentence;
 
-/// So many of each are told.
+/// So many of each are kept.
 const MOST: usize = 50;
 
 /// Something that was lost.
@@ -31,7 +31,7 @@ pub struct Loss {
 /// What happened between two cycles that came through.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lost {
-    /// On the way to whoever watches.
+    /// On the way to the listener.
     Watching,
     /// On the way into the recording.
     Recording,

@@ -102,30 +102,30 @@ impl Operation {
 #[derive(Clone, Debug, Default)]
 struct Operator {
     now: Option<(String, Instant)>,
-    /// Who asks for the place, and since when.
+    /// The client that asks to operate, and since when.
     asks: Option<(String, Instant)>,
-    /// The last sign of life of one who has left.
+    /// The last sign of life of an operator that has left.
     before: Option<Instant>,
 }
 
 impl Operator {
-    /// Who operates at this moment.
+    /// The present operator.
     fn name(&self, now: Instant) -> Option<&str> {
         let (name, seen) = self.now.as_ref()?;
         (now.saturating_duration_since(*seen) < LEASE).then_some(name)
     }
 
-    /// A sign of life of somebody.
+    /// A sign of life of a client.
     fn seen(&mut self, client: &str, now: Instant) {
         if self.name(now) == Some(client) {
             self.now = Some((client.into(), now));
         }
     }
 
-    /// Somebody wants to change something, and is the operator from now on where nobody else is.
+    /// A client wants to change something; it operates from now on, unless another client does.
     ///
     /// # Errors
-    /// The one who is.
+    /// The name of the operator.
     fn claim(&mut self, client: &str, now: Instant) -> Result<(), String> {
         match self.name(now) {
             Some(other) if other != client => Err(other.into()),
@@ -136,20 +136,20 @@ impl Operator {
         }
     }
 
-    /// Somebody has gone, and operates no more.
+    /// A client has gone, and does not operate any more.
     fn left(&mut self, client: &str) {
         if let Some((_, seen)) = self.now.take_if(|(name, _)| name == client) {
             self.before = Some(seen);
         }
     }
 
-    /// How long the one who operates, or did last, is silent; none where nobody ever did.
+    /// Silence of the present or last operator; `None` before the first one.
     fn silent(&self, now: Instant) -> Option<Duration> {
         let seen = self.now.as_ref().map(|(_, seen)| *seen).or(self.before)?;
         Some(now.saturating_duration_since(seen))
     }
 
-    /// Somebody asks for the operator's place; where nobody is there, he has it.
+    /// A client asks to operate; it does from now on, unless another client does.
     fn ask(&mut self, client: &str, now: Instant) {
         match self.name(now) {
             Some(other) if other != client => self.asks = Some((client.into(), now)),
@@ -157,13 +157,13 @@ impl Operator {
         }
     }
 
-    /// Who asks, unless that was long ago.
+    /// The client that asks, unless that was long ago.
     fn asks(&self, now: Instant) -> Option<&str> {
         let (name, since) = self.asks.as_ref()?;
         (now.saturating_duration_since(*since) < PATIENCE).then_some(name)
     }
 
-    /// Who asks has the place from now on, or not now.
+    /// The client that asks operates from now on, or is refused.
     fn hand_over(&mut self, grant: bool, now: Instant) {
         let asks = self.asks(now).map(str::to_owned);
         self.asks = None;
@@ -172,7 +172,7 @@ impl Operator {
         }
     }
 
-    /// Somebody is the operator from now on.
+    /// A client operates from now on.
     fn take(&mut self, client: &str, now: Instant) {
         self.asks.take_if(|(name, _)| name == client);
         self.now = Some((client.into(), now));

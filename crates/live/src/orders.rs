@@ -113,6 +113,12 @@ impl Live {
         Ok(Answer::Entered { cycle, differences, margin })
     }
 
+    /// Activates a saved set.
+    pub(super) fn load(&self, name: &str) -> Result<Answer, Error> {
+        let set = self.shared.parameters.saved(name)?;
+        self.propose(|tuning| tuning.load(set))
+    }
+
     /// Activates a proposal: the first cycle with it.
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
         let Shared { parameters, motion, .. } = &*self.shared;

@@ -74,11 +74,11 @@ impl Recorder {
 
     fn start(&self, file: &Path, open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static) -> Scribe {
         let progress = Arc::new(Mutex::new(Progress::default()));
-        let told = |text, progress| Some(Report { text, progress });
-        *lock(&self.report) = told(file.display().to_string(), progress.clone());
+        let reported = |text, progress| Some(Report { text, progress });
+        *lock(&self.report) = reported(file.display().to_string(), progress.clone());
         let (report, written) = (self.report.clone(), progress.clone());
         // After a failure of the disk the bench continues; what was recorded is kept.
-        Scribe::start(open, progress, move |error| *lock(&report) = told(error.to_string(), written))
+        Scribe::start(open, progress, move |error| *lock(&report) = reported(error.to_string(), written))
     }
 
     /// The recording under way; the listener waits while it is held.

@@ -94,10 +94,10 @@ impl Live {
         let machine = start.io.as_ref().map_or_else(|| "virtual".into(), ToString::to_string);
         let target = Target::new(machine, bench.granted());
         let shared = Arc::new(Shared {
+            acquisition: Acquisition::new(parameters.rate()),
             parameters,
             motion: Motion::new(urgent, bench.preload()),
             operation,
-            acquisition: Acquisition::new(),
             recorder,
             runs,
             measurements: Measurements::new(&start.project.join("runs")),

@@ -129,7 +129,7 @@ impl Live {
         let folder = catalogue.folder(number)?;
         // Of a record alone the run is the file itself.
         let path = if folder.is_dir() { folder.join(name) } else { folder.with_file_name(name) };
-        // A link may lead anywhere, and a name that somebody else has written as well.
+        // A link or a foreign name may lead anywhere.
         let within = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         let plain = within && path.symlink_metadata().is_ok_and(|about| about.is_file());
         if plain && run.files.iter().any(|file| file == name) {
@@ -144,7 +144,7 @@ impl Live {
     /// As [`run_file`](Self::run_file) and [`export::export`].
     pub fn export_run(&self, number: i64, name: &str, kind: &str, watch: &Watch) -> Result<File, Error> {
         let from = self.run_file(number, name)?;
-        // Before it stands in the name of a file.
+        // Before it is part of a file name.
         export::known(kind)?;
         let to = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile();
         let to = to.map_err(|source| Error::file(&std::env::temp_dir(), "write into", source))?.into_temp_path();

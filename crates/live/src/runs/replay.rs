@@ -50,8 +50,8 @@ impl Replay {
         let replay = Replay { seen, cancelled: Arc::default() };
         let Replay { seen, cancelled } = replay.clone();
         thread::spawn(move || {
-            let told = seen.clone();
-            let watch = Watch::new(cancelled, move |_, fraction| lock(&told).fraction = fraction);
+            let progress = seen.clone();
+            let watch = Watch::new(cancelled, move |_, fraction| lock(&progress).fraction = fraction);
             let replayed = Stored::open(&file).and_then(|stored| stored.replay(&watch));
             let mut seen = lock(&seen);
             seen.ended = true;
@@ -73,15 +73,15 @@ impl Runs {
     pub(crate) fn replay(&self, number: i64) -> Result<Answer, Error> {
         let mut current = lock(&self.replay);
         let seen = lock(&current.seen).clone();
-        let told = |seen| Ok(Answer::Replay(seen));
         if seen.run == number && (!seen.ended || seen.identical.is_some()) {
-            return told(seen);
+            return Ok(Answer::Replay(seen));
         }
         if seen.run != 0 && !seen.ended {
             return Err(LiveError::Busy { what: format!("the replay of run {}", seen.run) }.into());
         }
         *current = Replay::begin(number, self.record_of(number)?);
-        told(lock(&current.seen).clone())
+        let seen = lock(&current.seen).clone();
+        Ok(Answer::Replay(seen))
     }
 
     /// Ends a replay that is under way.
@@ -95,7 +95,7 @@ impl Runs {
         story(&self.record_of(number)?).map(|happened| Answer::Story { happened })
     }
 
-    /// A signal of runs over time, laid over each other; a run that has none is told of.
+    /// A signal of runs over time, laid over each other; a run without it has a note.
     pub(crate) fn courses(
         &self,
         numbers: &[i64],

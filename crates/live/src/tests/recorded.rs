@@ -80,26 +80,10 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(replayed.identical() && replayed.machine && replayed.of > 500, "{replayed:?}");
     let record = stickslip_bench::run::Record::read(&file).unwrap();
     assert!(record.changes.len() >= 3 && record.state.is_some());
-    assert_ne!(
-        record.preset.bench.controller,
-        live.shared.parameters.read(|tuning| tuning.reference().bench.controller),
-        "14"
-    );
+    let reference = live.shared.parameters.read(|tuning| *tuning.reference());
+    assert_ne!(record.preset.bench.controller, reference.bench.controller, "14");
 
-    // The same by a call, and what happened in it.
-    let again = again(&live, run.number);
-    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
-    assert!(again.sentence.unwrap().contains("every bit is the same"));
-    let Answer::Story { happened } = live.call(ANN, Call::Story { number: run.number }).unwrap() else { panic!() };
-    let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
-    assert!(
-        words[0] == "Begin" && words.iter().any(|words| words.starts_with("Injected: accelerometer-jump")),
-        "{words:?}"
-    );
-    let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
-    assert!(gain, "{happened:?}");
-    let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
-    assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
+    is_told(&live, run.number);
 
     // On the virtual bench it is the same to the bit, and another with another gain.
     let simulate = |gain: Option<&str>| {
@@ -130,6 +114,23 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     let second = catalogue.runs("second", 9).unwrap().runs.remove(0);
     let file = project.path().join(&second.folder).join("run.mf4");
     assert!(stickslip_bench::run::Stored::open(&file).unwrap().replay(&Watch::silent()).unwrap().identical());
+}
+
+/// Replays a run by a call, and reads what happened in it.
+fn is_told(live: &Live, number: i64) {
+    let again = again(live, number);
+    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
+    assert!(again.sentence.unwrap().contains("every bit is the same"));
+    let Answer::Story { happened } = live.call(ANN, Call::Story { number }).unwrap() else { panic!() };
+    let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
+    assert!(
+        words[0] == "Begin" && words.iter().any(|words| words.starts_with("Injected: accelerometer-jump")),
+        "{words:?}"
+    );
+    let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
+    assert!(gain, "{happened:?}");
+    let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
+    assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
 }
 
 /// A replay to its end.
