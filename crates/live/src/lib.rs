@@ -79,8 +79,9 @@ pub struct Live {
 
 /// The services that all threads use; each has its state and its locks.
 ///
-/// A thread holds the lock of one service while it calls another only so: a change of parameters holds
-/// [`Parameters::changing`], then [`Motion::at_most_moving`]; the begin of a motion marks it; the listener holds
+/// A thread holds the lock of one service while it calls another in four cases only. A change of parameters holds
+/// [`Parameters::changing`], then [`Motion::at_most_moving`]. The begin of a record holds the former while the loop
+/// gives its state. The begin of a motion is marked under the lock of [`Motion`]. The listener holds
 /// [`Recorder::recording`] while it takes cycles.
 struct Shared {
     parameters: Parameters,

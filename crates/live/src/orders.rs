@@ -17,7 +17,7 @@ use stickslip_experiment::workflow::measure::Plan;
 use stickslip_experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 
 impl Live {
-    pub(super) fn send(&self, job: Job) -> Result<Answer, Error> {
+    fn send(&self, job: Job) -> Result<Answer, Error> {
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map(|()| Answer::Done {}).map_err(gone)
     }
@@ -32,7 +32,7 @@ impl Live {
 
     /// Follows a reference.
     pub(super) fn follow(&self, name: String, values: &BTreeMap<String, f64>, render: bool) -> Result<Answer, Error> {
-        let reference = parse_reference(&name, values.iter().map(|(name, value)| (name.as_str(), *value)))?;
+        let reference = parse_reference(&name, values)?;
         if render {
             self.shared.parameters.tuning().renderable()?;
         }
@@ -138,12 +138,12 @@ impl Live {
 }
 
 /// The reference of a name, with some of its values.
-fn parse_reference<'a>(name: &str, values: impl IntoIterator<Item = (&'a str, f64)>) -> Result<Reference<f64>, Error> {
+fn parse_reference(name: &str, values: &BTreeMap<String, f64>) -> Result<Reference<f64>, Error> {
     // A choice at the top is named by its tag.
     let mut text = toml_edit::DocumentMut::new();
     text.insert("reference", toml_edit::value(name));
     for (name, value) in values {
-        text.insert(name, toml_edit::value(value));
+        text.insert(name, toml_edit::value(*value));
     }
     Ok(stickslip_base::parameters::read(&text.to_string(), "the reference")?)
 }
