@@ -7,9 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::curve::{number, of};
+use super::measurements::Measurements;
 use super::protocol::Quantity;
 use super::rendered::{KeyEstimate, Picture};
-use super::{Live, Shared, lock};
 use stickslip_base::Error;
 use stickslip_base::figure::{Axis, Figure, Role, Series};
 use stickslip_base::preset::Model;
@@ -72,7 +72,7 @@ impl SoFar {
         }
     }
 
-    fn hear(&mut self, part: Part<'_>) {
+    pub(super) fn add(&mut self, part: Part<'_>) {
         match (self, part) {
             (SoFar::Breakaway(breakaway), Part::Ramp(ramp)) => breakaway.ramps.push(*ramp),
             (SoFar::Presliding(plateaus, _), Part::Plateau(plateau)) => plateaus.push(plateau.clone()),
@@ -86,7 +86,7 @@ impl SoFar {
         }
     }
 
-    fn told(&self) -> MeasuredAtRest {
+    fn shown(&self) -> MeasuredAtRest {
         let picture = |(figure, caption)| vec![Picture { figure, caption }];
         let (keys, figures) = match self {
             SoFar::Nothing => (Vec::new(), Vec::new()),
@@ -104,18 +104,7 @@ impl SoFar {
     }
 }
 
-impl Shared {
-    /// A part of what is measured is there.
-    pub(super) fn part(&self, part: Part<'_>) {
-        let mut at_rest = lock(&self.at_rest);
-        match part {
-            Part::Plateau(plateau) if matches!(*at_rest, SoFar::Nothing) => self.plateau(plateau),
-            part => at_rest.hear(part),
-        }
-    }
-}
-
-impl Live {
+impl Measurements {
     /// What a run of this measurement found, or is finding, or the newest did.
     pub(super) fn at_rest(&self, what: Quantity, run: Option<u64>) -> Result<MeasuredAtRest, Error> {
         let kind = match what {
@@ -128,9 +117,9 @@ impl Live {
         };
         let folders = self.folders(kind);
         let runs = folders.iter().map(|(run, _)| *run).collect();
-        let so_far = lock(&self.shared.at_rest).clone();
+        let so_far = self.current_at_rest();
         if run.is_none() && so_far.what() == Some(what) {
-            return Ok(MeasuredAtRest { runs, ..so_far.told() });
+            return Ok(MeasuredAtRest { runs, ..so_far.shown() });
         }
         let found = match run {
             None => match folders.first() {
@@ -152,7 +141,7 @@ impl Live {
 
     /// Number and folder of each run of a kind that has a report, the newest first.
     fn folders(&self, kind: &str) -> Vec<(u64, PathBuf)> {
-        let mut folders: Vec<_> = std::fs::read_dir(self.shared.project.join("runs"))
+        let mut folders: Vec<_> = std::fs::read_dir(&self.folder)
             .into_iter()
             .flatten()
             .flatten()

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, SystemTime};
 
@@ -12,25 +11,24 @@ use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
 use super::at_rest::SoFar;
-use super::protocol::{Doing, Ended, MarkKind};
+use super::measurements::Measurements;
+use super::motion::MOVING;
+use super::protocol::{Ended, MarkKind};
 use crate::catalogue::Made;
 use stickslip_base::figure::Series;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::foreign::Foreign;
 use stickslip_bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
-use stickslip_experiment::home;
 use stickslip_experiment::workflow::correct::render_corrected;
 use stickslip_experiment::workflow::measure::{Plan, measure_homed};
 use stickslip_experiment::workflow::render::{RenderRun, Rendering};
+use stickslip_experiment::{Part, home};
 
 /// From look to look where nothing runs.
 const LOOK: Duration = Duration::from_millis(5);
 /// Bench time that is handed over between two looks at what is asked for [s].
 const SLICE: f64 = 0.005;
-
-/// The stage of a motion: parameters may be changed during it.
-pub(super) const MOVING: &str = "moving";
 
 /// What the axis is to do.
 pub(super) enum Job {
@@ -51,25 +49,25 @@ pub(super) enum Job {
 }
 
 /// Says what is measured, where it begins.
-pub(super) type Begins = dyn FnOnce(&Shared) + Send;
+pub(super) type Begins = dyn FnOnce(&Measurements) + Send;
 
 /// Something that runs to its end.
 type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
     pub(super) fn home() -> Self {
-        let begins = Box::new(|_: &Shared| {});
+        let begins = Box::new(|_: &Measurements| {});
         Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
     }
 
     /// A friction curve of this number begins, and what is rendered meanwhile.
     pub(super) fn begins_curve(number: u64, planned: Option<Box<Rendering>>) -> Box<Begins> {
-        Box::new(move |shared| shared.begin_curve(number, planned))
+        Box::new(move |measurements| measurements.begin_curve(number, planned))
     }
 
     /// A measurement at rest begins.
     pub(super) fn begins_at_rest(so_far: SoFar) -> Box<Begins> {
-        Box::new(move |shared| *super::lock(&shared.at_rest) = so_far)
+        Box::new(move |measurements| measurements.begin_at_rest(so_far))
     }
 
     /// Homes if need be, measures, writes results into a folder.
@@ -119,19 +117,19 @@ fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
     }
 }
 
-/// A motion.
-struct Motion {
+/// A reference that the axis follows.
+struct Trajectory {
     name: String,
     generator: Shaped<'static>,
     ticks: u64,
     render: bool,
 }
 
-/// Runs until it is told to end: how the clock was kept.
+/// Runs until [`Job::End`]. Returns how the clock was kept.
 pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<Clocked> {
-    let mut motion = None;
+    let mut trajectory = None;
     loop {
-        let job = if motion.is_some() {
+        let job = if trajectory.is_some() {
             match jobs.try_recv() {
                 Ok(job) => Some(job),
                 Err(TryRecvError::Empty) => None,
@@ -144,7 +142,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 Err(RecvTimeoutError::Disconnected) => break,
             }
         };
-        shared.count_calls();
+        shared.parameters.loaded.count_calls();
         match job {
             Some(Job::End) => break,
             Some(Job::Adopt(adopted)) => bench.adopt(&adopted.0, &adopted.1, &adopted.2),
@@ -154,47 +152,33 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
             }
             Some(Job::Seat { foreign, settings, seated }) => {
                 let done = bench.seat(*foreign, &settings);
-                shared.doing(None);
-                // Whoever asked waits for it.
+                shared.motion.idle();
+                // The caller waits for it.
                 let _ = seated.send(done);
             }
-            // The loop has ended: who waits for the fault hears that.
+            // The loop has ended: the client that waits for the fault sees that in the status.
             Some(Job::Inject(injection)) => drop(bench.inject(injection)),
             Some(Job::Move { name, reference, render }) => {
-                shared.doing(Some(Doing { what: name.clone(), stage: MOVING.into(), fraction: 0.0 }));
-                motion = Some(begin(&bench, shared, name, &reference, render));
+                shared.motion.progress(&name, MOVING, 0.0);
+                trajectory = Some(begin(&bench, shared, name, &reference, render));
             }
-            Some(Job::Run { what, folder, begins, work }) => {
-                begins(shared);
-                let begun = SystemTime::now();
-                let ended = work(&mut bench, &shared.watch(&what));
-                shared.end_curve();
-                *super::lock(&shared.at_rest) = SoFar::Nothing;
-                // What was measured until a failure is kept as well. A clerk that has gone has told why.
-                if let Some(folder) = &folder {
-                    let made = Made::now(folder, begun, Some(shared.preset.clone()));
-                    let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
-                    let number = number.and_then(|number| i64::try_from(number).ok());
-                    let _ = shared.clerk.send(Some(Made { number, ..made }));
-                }
-                shared.ended(&what, ended.map(|()| folder));
-            }
+            Some(Job::Run { what, folder, begins, work }) => run_job(&mut bench, shared, &what, folder, begins, work),
             None => {}
         }
-        match &mut motion {
+        match &mut trajectory {
             Some(moving) => match go(&mut bench, shared, moving) {
                 Ok(true) => {}
                 ended => {
                     shared.ended(&moving.name, ended.map(|_| None));
-                    motion = None;
+                    trajectory = None;
                 }
             },
             None => {
-                // Faults are told by the stream; why the loop has ended is known here alone.
+                // The stream shows faults; why the loop has ended is known here alone.
                 if let Err(error) = bench.refresh()
                     && bench.granted().is_none()
                 {
-                    super::lock(&shared.newest).fault = Some(error.to_string());
+                    shared.acquisition.fail(error.to_string());
                 }
             }
         }
@@ -202,59 +186,79 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
     bench.stop()
 }
 
-fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Motion {
+/// Runs work to its end, and has its results entered.
+fn run_job(
+    bench: &mut ClockedBench,
+    shared: &Arc<Shared>,
+    what: &str,
+    folder: Option<PathBuf>,
+    begins: Box<Begins>,
+    work: Box<Work>,
+) {
+    begins(&shared.measurements);
+    let begun = SystemTime::now();
+    let ended = work(bench, &shared.watch(what));
+    shared.measurements.end();
+    // The results until a failure are kept as well.
+    if let Some(folder) = &folder {
+        let made = Made::now(folder, begun, Some(shared.parameters.file()));
+        let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
+        let number = number.and_then(|number| i64::try_from(number).ok());
+        shared.runs.enter(Made { number, ..made });
+    }
+    shared.ended(what, ended.map(|()| folder));
+}
+
+fn begin(bench: &ClockedBench, shared: &Shared, name: String, reference: &Reference<f64>, render: bool) -> Trajectory {
     let rate = bench.settings().tick_rate;
     let shaper = bench.settings().shaper.shaper(&bench.model().drive, rate);
     let ticks = ((reference.duration() * rate).min(u64::MAX as f64) as u64).saturating_add(shaper.delay());
-    let generator = Generator::new(*reference, rate).with_origin(shared.held());
-    Motion { name, generator: Shaped::new(generator, shaper), ticks, render }
+    let generator = Generator::new(*reference, rate).with_origin(shared.acquisition.held_angle());
+    Trajectory { name, generator: Shaped::new(generator, shaper), ticks, render }
 }
 
-/// A slice of a motion; whether it goes on.
-fn go(bench: &mut ClockedBench, shared: &Shared, motion: &mut Motion) -> Result<bool, Error> {
+/// A slice of a motion; whether it continues.
+fn go(bench: &mut ClockedBench, shared: &Shared, trajectory: &mut Trajectory) -> Result<bool, Error> {
+    let Trajectory { name, generator, ticks, render } = trajectory;
     for _ in 0..(SLICE * bench.settings().tick_rate) as u64 + 1 {
-        let halted = shared.halt.load(Ordering::Relaxed);
-        if halted || motion.generator.cycle() >= motion.ticks {
+        let halted = shared.motion.is_halted();
+        if halted || generator.cycle() >= *ticks {
             bench.come_to_rest()?;
             return if halted { Err(Error::Cancelled) } else { Ok(false) };
         }
-        let setpoint = motion.generator.next();
-        let command = Command { setpoint, control: true, render: motion.render, ..Command::default() };
+        let setpoint = generator.next();
+        let command = Command { setpoint, control: true, render: *render, ..Command::default() };
         let frame = bench.hand_over(command)?;
-        // The operator took the torque away: nobody follows.
+        // The operator took the torque away: the axis does not follow.
         if frame.is_some_and(|frame| !frame.safety.allows_torque()) {
             bench.drain(&mut |_| {})?;
             return Err(Error::Cancelled);
         }
     }
-    if motion.ticks < u64::MAX {
-        let fraction = motion.generator.cycle() as f64 / motion.ticks as f64;
-        shared.doing(Some(Doing { what: motion.name.clone(), stage: MOVING.into(), fraction }));
+    if *ticks < u64::MAX {
+        shared.motion.progress(name, MOVING, generator.cycle() as f64 / *ticks as f64);
     }
     Ok(true)
 }
 
 impl Shared {
-    /// Why something was stopped.
-    fn silence(&self) -> String {
-        let limit = self.operator_time.unwrap_or_default().as_secs_f64();
-        format!(
-            "The operator was silent for more than {limit} s, and the bench stopped. Whoever operates must be heard more \
-             often, or choose another `--operator-time`."
-        )
+    /// Shows the progress of something that runs, takes its parts, and cancels it.
+    fn watch(self: &Arc<Self>, what: &str) -> Watch {
+        let (shared, what, receiver) = (self.clone(), what.to_owned(), self.clone());
+        Watch::new(self.motion.halt_flag(), move |stage, fraction| shared.motion.progress(&what, stage, fraction))
+            .with_parts(move |part| Part::of(part).into_iter().for_each(|part| receiver.measurements.add(part)))
     }
 
     /// Something has ended: where its results are, or why it failed.
     fn ended(&self, what: &str, ended: Result<Option<PathBuf>, Error>) {
-        let abandoned = self.abandoned.swap(false, Ordering::Relaxed);
+        let abandoned = self.motion.take_abandoned();
         let (error, folder) = match ended {
-            Err(_) if abandoned => (Some(self.silence()), None),
+            Err(_) if abandoned => (Some(self.operation.silence()), None),
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };
         let said = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
-        self.mark_now(MarkKind::End, said);
-        *super::lock(&self.last) = Some(Ended { what: what.into(), error, folder });
-        self.doing(None);
+        self.acquisition.mark_now(MarkKind::End, said);
+        self.motion.end(Ended { what: what.into(), error, folder });
     }
 }

@@ -13,14 +13,14 @@ use stickslip_recording::capture::{
 
 /// Captures and streams at once.
 const MOST: usize = 16;
-/// Points that wait for whoever asks.
+/// Points of a stream that wait to be read.
 const WAITING: usize = 4096;
 /// Signals of a stream of every cycle, and for how long its rows wait [s].
 const WIDEST: usize = 64;
 const PATIENCE: f64 = 2.0;
 /// Memory of one [bytes].
 const LIMIT: usize = 64 << 20;
-/// Nobody asks any more for one that was not asked for so long.
+/// A capture or stream that was not read for so long may be ended.
 const FORGOTTEN: Duration = Duration::from_secs(60);
 
 /// The captures.
@@ -30,6 +30,8 @@ pub(super) struct Captures {
     names: Vec<String>,
     running: BTreeMap<u64, Running>,
     begun: u64,
+    /// Ticks in a second, fixed while the bench runs [Hz].
+    rate: f64,
 }
 
 /// One of them.
@@ -45,9 +47,10 @@ enum What {
 }
 
 impl Captures {
-    pub(super) fn new() -> Self {
+    /// At a tick rate [Hz].
+    pub(super) fn new(rate: f64) -> Self {
         let names: Vec<_> = channels().into_iter().map(|entry| entry.path).collect();
-        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), begun: 0 }
+        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), begun: 0, rate }
     }
 
     /// Begins one around a trigger, from `span[0]` before to `span[1]` after it [s].
@@ -57,28 +60,27 @@ impl Captures {
         trigger: &str,
         span: [f64; 2],
         decimation: u64,
-        rate: f64,
     ) -> Result<Answer, Error> {
         let trigger: Trigger = trigger.parse()?;
         let indices = self.indices(&signals)?;
-        let (before, after) = (ticks(span[0], rate)?, ticks(span[1], rate)?);
+        let (before, after) = (ticks(span[0], self.rate)?, ticks(span[1], self.rate)?);
         let plan = Plan { signals: indices, decimation, before, after, keep: Keep::First(1) };
         let capture = Capture::new(plan, &trigger, &self.names, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(capture)?;
-        Ok(self.run(What::Capture { tap, signals, tick_time: 1.0 / rate }, stage(Stage::Filling)))
+        Ok(self.run(What::Capture { tap, signals, tick_time: 1.0 / self.rate }, stage(Stage::Filling)))
     }
 
     /// Begins a stream with a point each so often [s].
-    pub(super) fn watch(&mut self, signals: &[String], every: f64, rate: f64) -> Result<Answer, Error> {
-        let envelope = Envelope::new(self.indices(signals)?, ticks(every, rate)?.max(1), WAITING, LIMIT)?;
+    pub(super) fn watch(&mut self, signals: &[String], every: f64) -> Result<Answer, Error> {
+        let envelope = Envelope::new(self.indices(signals)?, ticks(every, self.rate)?.max(1), WAITING, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(envelope)?;
         Ok(self.run(What::Stream(tap), "streaming"))
     }
 
     /// Begins a stream of every cycle.
-    pub(super) fn sample(&mut self, signals: &[String], rate: f64) -> Result<Answer, Error> {
+    pub(super) fn sample(&mut self, signals: &[String]) -> Result<Answer, Error> {
         let refused = |answer: String, remedy: &str| {
             Err(Error::Answer { question: "signals of a stream".into(), answer, remedy: remedy.into() })
         };
@@ -88,7 +90,7 @@ impl Captures {
         if let Some(twice) = repeated(signals) {
             return refused(format!("{twice} twice"), "Name each once.");
         }
-        let room = (PATIENCE * rate).ceil() as usize;
+        let room = (PATIENCE * self.rate).ceil() as usize;
         let batches = Batches::new(self.indices(signals)?, room, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(batches)?;

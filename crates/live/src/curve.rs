@@ -6,7 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Live, Shared, lock};
+use super::measurements::Measurements;
 use stickslip_base::Error;
 use stickslip_base::figure::{Role, Series};
 use stickslip_base::quantity::NORMAL95;
@@ -115,27 +115,14 @@ pub(super) struct Measured {
     own: (u64, Vec<Plateau>),
 }
 
-impl Shared {
-    /// A measurement of friction begins, perhaps of one that is rendered.
-    pub(super) fn begin_curve(&self, run: u64, planned: Option<Box<Rendering>>) {
-        let mut measured = lock(&self.measured);
-        let before = std::mem::take(&mut *measured);
-        let own = if before.planned.is_none() { (before.run, before.plateaus) } else { before.own };
-        *measured = Measured { run, measuring: true, planned, plateaus: Vec::new(), own };
-    }
-
-    /// It has ended.
-    pub(super) fn end_curve(&self) {
-        lock(&self.measured).measuring = false;
-    }
-
-    /// A plateau of it has ended.
-    pub(super) fn plateau(&self, plateau: &Plateau) {
-        lock(&self.measured).plateaus.push(plateau.clone());
-    }
-}
-
 impl Measured {
+    /// Another measurement begins; the own friction that was measured last is kept.
+    pub(super) fn begin(&mut self, run: u64, planned: Option<Box<Rendering>>) {
+        let before = std::mem::take(self);
+        let own = if before.planned.is_none() { (before.run, before.plateaus) } else { before.own };
+        *self = Measured { run, measuring: true, planned, plateaus: Vec::new(), own };
+    }
+
     /// The plateaus of a run, where it is known since the start.
     fn of(&self, run: u64) -> Option<FrictionCurve> {
         match run {
@@ -146,10 +133,10 @@ impl Measured {
     }
 }
 
-impl Live {
+impl Measurements {
     /// The runs that have a friction curve, the newest first.
     pub(super) fn curves(&self) -> Vec<CurveName> {
-        let mut names: Vec<_> = std::fs::read_dir(self.shared.project.join("runs"))
+        let mut names: Vec<_> = std::fs::read_dir(&self.folder)
             .into_iter()
             .flatten()
             .flatten()
@@ -166,7 +153,7 @@ impl Live {
 
     /// The curve of a run, or the one that is being measured, or the own friction that was last.
     pub(super) fn curve(&self, run: Option<u64>) -> Result<MeasuredCurve, Error> {
-        let known = lock(&self.shared.measured).clone();
+        let known = self.current_curve();
         if run.is_none() && known.measuring {
             return Ok(MeasuredCurve { rendered: known.planned.is_some(), ..being_measured(known.plateaus) });
         }
@@ -182,7 +169,7 @@ impl Live {
                 remedy: "The call `curves` lists them.".into(),
             })?,
         };
-        let mut curve = of_folder(&self.shared.project.join("runs").join(&name.name))?;
+        let mut curve = of_folder(&self.folder.join(&name.name))?;
         (curve.run, curve.rendered) = (Some(name.run), name.rendered);
         if let Some(measured) = known.of(name.run) {
             curve.course = course(&measured);
@@ -190,22 +177,19 @@ impl Live {
         }
         Ok(curve)
     }
-}
 
-impl Live {
     /// The noisy course of the own friction that was measured last; of an earlier start its points.
     pub(super) fn own_friction(&self) -> Option<Series> {
         let name = self.curves().into_iter().find(|name| !name.rendered)?;
-        if let Some(curve) = lock(&self.shared.measured).of(name.run) {
+        if let Some(curve) = self.current_curve().of(name.run) {
             return Some(workflow::draw::measured(&curve));
         }
-        let curve = of_folder(&self.shared.project.join("runs").join(&name.name)).ok()?;
+        let curve = of_folder(&self.folder.join(&name.name)).ok()?;
         let points = curve.points.iter().map(|point| (point.velocity, point.torque));
         Some(Series::points(Role::Measured, "measured", points))
     }
 }
 
-/// The number that a folder's name begins with.
 /// The number that a folder of runs is named by.
 pub(super) fn number(name: &str) -> Option<u64> {
     name.split_once('-')?.0.parse().ok()
@@ -239,7 +223,7 @@ fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
 fn of_folder(folder: &Path) -> Result<MeasuredCurve, Error> {
     let fits = match fit_file(folder, &CurveColumns::default(), false) {
         Ok(fits) => fits,
-        // Too few points for a fit are told, not hidden.
+        // Too few points for a fit: a note says so.
         Err(error @ Error::TooFew { .. }) => {
             let file = folder.join(format!("{}.csv", <FrictionCurve as workflow::measure::Outcome>::DATA));
             let curves = read_curves(&file, &CurveColumns::default())?.curves;

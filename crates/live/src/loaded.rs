@@ -3,13 +3,13 @@
 
 use crate::LiveError;
 use std::path::PathBuf;
-use std::sync::mpsc;
+use std::sync::{Mutex, mpsc};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::axis::Job;
 use super::protocol::{Answer, LoadedStatus, MarkKind};
-use super::{Live, Shared, lock};
+use super::{Live, lock};
 use stickslip_base::Error;
 use stickslip_bench::foreign::{BUDGET, Console, Foreign, ForeignFile};
 use stickslip_bench::tuning::{Loaded, selector};
@@ -54,15 +54,26 @@ impl Opened {
     }
 }
 
-impl Live {
-    /// Gives it other values.
-    pub(super) fn tell_loaded(&self, values: &[f64]) -> Result<(), Error> {
+/// The loaded file, if there is one.
+pub(super) struct LoadedFile(Mutex<Option<Opened>>);
+
+impl LoadedFile {
+    pub(super) fn new(opened: Option<Opened>) -> Self {
+        LoadedFile(Mutex::new(opened))
+    }
+
+    pub(super) fn replace(&self, opened: Opened) {
+        *lock(&self.0) = Some(opened);
+    }
+
+    /// Gives it other values, and waits until it accepts them.
+    pub(super) fn put(&self, values: &[f64]) -> Result<(), Error> {
         let begin = Instant::now();
         let mut number = None;
         loop {
             {
-                // Whoever looks is not kept waiting.
-                let mut loaded = lock(&self.shared.loaded);
+                // Locked in between: status and counts do not wait.
+                let mut loaded = lock(&self.0);
                 let Some(Opened { name, console, .. }) = loaded.as_mut() else { return Ok(()) };
                 let number = *number.get_or_insert_with(|| console.put(values));
                 match console.verdict(number) {
@@ -76,34 +87,8 @@ impl Live {
         }
     }
 
-    /// Opens its file again, which begins at rest.
-    pub(super) fn open_again(&self) -> Result<Answer, Error> {
-        let shared = &self.shared;
-        let _one = lock(&shared.changing);
-        let known = lock(&shared.loaded).as_ref().map(|loaded| (loaded.file.clone(), loaded.folder.clone()));
-        let (file, folder) = known.ok_or(LiveError::NothingLoaded)?;
-        let foreign = file.open_again(&folder, &mut |_| {})?;
-        let (loaded, mut foreign) = Opened::of(foreign, file, folder);
-        let settings = lock(&shared.tuning).preset().bench;
-        let mut tuning = lock(&shared.tuning).clone();
-        tuning.bring(Loaded::new(&foreign, &settings))?;
-        let values = tuning.loaded_values();
-        for (index, value) in values.into_iter().enumerate() {
-            foreign.begin_with(index, value);
-        }
-        let (seated, heard) = mpsc::channel();
-        let job = Job::Seat { foreign: Box::new(foreign), settings: Box::new(settings), seated };
-        self.begin("open the file", job)?;
-        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
-        heard.recv().map_err(gone)??;
-        shared.mark_now(MarkKind::Change, format!("opened again: {}", loaded.words()));
-        *lock(&shared.loaded) = Some(loaded);
-        *lock(&shared.tuning) = tuning;
-        Ok(Answer::Done {})
-    }
-
-    pub(super) fn loaded_status(&self) -> Option<LoadedStatus> {
-        let mut loaded = lock(&self.shared.loaded);
+    pub(super) fn status(&self) -> Option<LoadedStatus> {
+        let mut loaded = lock(&self.0);
         let loaded = loaded.as_mut()?;
         loaded.console.count();
         let (calls, responses, over_budget) = loaded.console.durations();
@@ -124,19 +109,48 @@ impl Live {
             late: loaded.console.late(),
         })
     }
-}
 
-impl Shared {
-    /// Counts its calls that were made since.
+    /// Counts its calls since the last time.
     pub(super) fn count_calls(&self) {
-        // Whoever holds it counts as well.
-        if let Ok(mut loaded) = self.loaded.try_lock() {
+        // Another thread that holds the lock counts as well.
+        if let Ok(mut loaded) = self.0.try_lock() {
             loaded.iter_mut().for_each(|loaded| loaded.console.count());
         }
     }
 
-    /// What is loaded, as a record names it.
-    pub(super) fn loaded_words(&self) -> Option<String> {
-        lock(&self.loaded).as_ref().map(|loaded| loaded.words.clone())
+    /// Its description in a record.
+    pub(super) fn words(&self) -> Option<String> {
+        lock(&self.0).as_ref().map(|loaded| loaded.words.clone())
+    }
+
+    /// How it was opened: the file, and the folder of a library made from it.
+    fn origin(&self) -> Option<(ForeignFile, PathBuf)> {
+        lock(&self.0).as_ref().map(|loaded| (loaded.file.clone(), loaded.folder.clone()))
+    }
+}
+
+impl Live {
+    /// Opens the file again; it begins at rest.
+    pub(super) fn open_again(&self) -> Result<Answer, Error> {
+        let parameters = &self.shared.parameters;
+        let _one = parameters.changing();
+        let (file, folder) = parameters.loaded.origin().ok_or(LiveError::NothingLoaded)?;
+        let foreign = file.open_again(&folder, &mut |_| {})?;
+        let (loaded, mut foreign) = Opened::of(foreign, file, folder);
+        let mut tuning = parameters.tuning();
+        let settings = tuning.preset().bench;
+        tuning.bring(Loaded::new(&foreign, &settings))?;
+        let values = tuning.loaded_values();
+        for (index, value) in values.into_iter().enumerate() {
+            foreign.begin_with(index, value);
+        }
+        let (seated, heard) = mpsc::channel();
+        let job = Job::Seat { foreign: Box::new(foreign), settings: Box::new(settings), seated };
+        self.begin("open the file", job)?;
+        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
+        heard.recv().map_err(gone)??;
+        self.shared.acquisition.mark_now(MarkKind::Change, format!("opened again: {}", loaded.words()));
+        parameters.replace_loaded(loaded, tuning);
+        Ok(Answer::Done {})
     }
 }

@@ -2,8 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::protocol::{Mark, MarkKind};
-use super::{Shared, lock};
+use super::protocol::Mark;
 
 /// So many are kept.
 const MOST: usize = 64;
@@ -16,7 +15,7 @@ pub(super) struct Marks {
 }
 
 impl Marks {
-    fn push(&mut self, mark: Mark) {
+    pub(super) fn push(&mut self, mark: Mark) {
         if self.kept.len() == MOST {
             self.kept.pop_front();
         }
@@ -35,21 +34,9 @@ impl Marks {
     }
 }
 
-impl Shared {
-    /// Something happened in a cycle.
-    pub(super) fn mark(&self, cycle: u64, kind: MarkKind, text: String) {
-        lock(&self.marks).push(Mark { cycle, kind, text });
-    }
-
-    /// Something happened now.
-    pub(super) fn mark_now(&self, kind: MarkKind, text: String) {
-        let cycle = lock(&self.newest).cycle;
-        self.mark(cycle, kind, text);
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::protocol::MarkKind;
     use super::*;
 
     #[test]

@@ -1,154 +1,149 @@
-//! What changes something: work for the axis, parameters, faults on purpose.
+//! Commands that change the bench: motions, measurements, parameters, injected faults.
 
-use crate::LiveError;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::MutexGuard;
-use std::sync::atomic::Ordering;
-use stickslip_bench::BenchError;
 
 use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::render::Correction;
-use stickslip_core::supervise::Request;
 
+use super::at_rest::SoFar;
 use super::axis::{self, Job};
-use super::protocol::{Answer, Changed, Doing, MarkKind};
-use super::{Live, form, lock};
-use stickslip_base::{Error, Preset, output, parameters};
-use stickslip_bench::Injection;
+use super::protocol::{Answer, Changed, MarkKind, Quantity};
+use super::{Live, Shared, form};
+use stickslip_base::{Error, Preset};
 use stickslip_bench::tuning::{Proposal, Tuning};
+use stickslip_bench::{BenchError, Injection};
 use stickslip_experiment::workflow::measure::Plan;
+use stickslip_experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 
 impl Live {
-    pub(super) fn request(&self, request: Request) -> Result<Answer, Error> {
-        lock(&self.shared.urgent).change(Change::Request(request))?;
-        Ok(Answer::Done {})
-    }
-
-    pub(super) fn send(&self, job: Job) -> Result<Answer, Error> {
+    fn send(&self, job: Job) -> Result<Answer, Error> {
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         self.jobs.send(job).map(|()| Answer::Done {}).map_err(gone)
     }
 
-    /// Nothing that has put parameters of its own in their place begins, or runs, as long as this is held.
-    fn at_most_moving(&self) -> Result<MutexGuard<'_, Option<Doing>>, Error> {
-        let doing = lock(&self.shared.doing);
-        match &*doing {
-            Some(running) if running.stage != axis::MOVING => {
-                Err(LiveError::Busy { what: running.what.clone() }.into())
-            }
-            _ => Ok(doing),
-        }
-    }
-
     /// Gives the axis something to do, unless it does something.
     pub(super) fn begin(&self, what: &str, job: Job) -> Result<Answer, Error> {
-        let mut doing = lock(&self.shared.doing);
-        if let Some(doing) = &*doing {
-            return Err(LiveError::Busy { what: doing.what.clone() }.into());
-        }
-        self.shared.halt.store(false, Ordering::Relaxed);
-        self.shared.abandoned.store(false, Ordering::Relaxed);
-        *doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
-        self.shared.mark_now(MarkKind::Begin, what.into());
-        self.send(job)
+        self.shared.motion.begin(what, || {
+            self.shared.acquisition.mark_now(MarkKind::Begin, what.into());
+            self.send(job)
+        })
     }
 
-    /// Breaks something from now on.
+    /// Follows a reference.
+    pub(super) fn follow(&self, name: String, values: &BTreeMap<String, f64>, render: bool) -> Result<Answer, Error> {
+        let reference = parse_reference(&name, values)?;
+        if render {
+            self.shared.parameters.tuning().renderable()?;
+        }
+        self.begin(&name.clone(), Job::Move { name, reference: Box::new(reference), render })
+    }
+
+    /// Sets the preload of the friction wheel.
+    pub(super) fn preload(&self, preload: f64) -> Result<Answer, Error> {
+        stickslip_bench::io::check_preload(preload)?;
+        self.begin("preload", Job::Preload(preload))?;
+        self.shared.motion.set_preload(preload);
+        Ok(Answer::Done {})
+    }
+
+    /// Injects a fault from now on.
     pub(super) fn inject(&self, fault: &str) -> Result<Answer, Error> {
-        // What lies in the past begins with the next tick.
+        // A time in the past is the next tick.
         let text = if fault.contains('@') { fault.to_owned() } else { format!("{fault}@0s") };
         let injection: Injection = text.parse()?;
-        if !self.shared.faults {
+        if !self.shared.links.is_virtual() {
             let remedy = "Faults are injected into the virtual machine of `stickslip serve`, not behind --io.".into();
             return Err(BenchError::Injection { fault: injection.to_string(), remedy }.into());
         }
-        let _doing = self.at_most_moving()?;
+        let _activity = self.shared.motion.at_most_moving()?;
         self.send(Job::Inject(injection))
     }
 
-    pub(super) fn measure<P: Plan + Send + 'static>(
+    /// Begins a measurement, under the rendering law or without it.
+    pub(super) fn measure(
+        &self,
+        what: Quantity,
+        plan: &BTreeMap<String, String>,
+        render: bool,
+    ) -> Result<Answer, Error> {
+        match (what, render) {
+            (Quantity::Friction, true) => self.measure_rendered(plan),
+            (_, true) => {
+                let remedy = "Only the friction curve is measured while the load motor renders.".into();
+                Err(Error::Unknown { what: "measurement under the law", name: format!("{what:?}"), remedy })
+            }
+            (Quantity::Friction, false) => {
+                self.measure_by::<FrictionPlan<f64>>(plan, |_, _, number| Job::begins_curve(number, None))
+            }
+            (Quantity::Breakaway, false) => self.measure_by::<BreakawayPlan<f64>>(plan, |plan, preset, _| {
+                Job::begins_at_rest(SoFar::breakaway(plan, &preset.model))
+            }),
+            (Quantity::Presliding, false) => self.measure_by::<PreslidingPlan<f64>>(plan, |_, _, _| {
+                Job::begins_at_rest(SoFar::Presliding(Vec::new(), Vec::new()))
+            }),
+        }
+    }
+
+    fn measure_by<P: Plan + Send + 'static>(
         &self,
         values: &BTreeMap<String, String>,
         begins: impl FnOnce(&P, &Preset<f64>, u64) -> Box<axis::Begins>,
     ) -> Result<Answer, Error> {
         let plan = form::with_values(&P::default(), values)?;
-        let preset = *lock(&self.shared.tuning).preset();
-        let (number, folder) = self.folder(&format!("measure-{}", P::KIND))?;
+        let preset = self.shared.parameters.preset();
+        let (number, folder) = self.shared.runs.folder(&format!("measure-{}", P::KIND))?;
         let begins = begins(&plan, &preset, number);
         self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, folder))
     }
 
-    /// Number and folder for results, which does not exist yet.
-    pub(super) fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
-        let runs = self.shared.project.join("runs");
-        output::create_folder(&runs)?;
-        loop {
-            // Its number in the catalogue as well; where that cannot be written, the next one.
-            let aside = self.shared.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
-            let number = aside.unwrap_or_else(|| self.shared.runs.fetch_add(1, Ordering::Relaxed));
-            let folder = runs.join(format!("{number:04}-{name}"));
-            if !taken(&runs, number) {
-                return Ok((number, folder));
-            }
-        }
-    }
-
-    /// Puts a proposal in force, unless something runs that has put parameters of its own in their place.
+    /// Activates a proposal, unless a measurement runs, which sets parameters itself.
     pub(super) fn propose(&self, propose: impl FnOnce(&Tuning) -> Result<Proposal, Error>) -> Result<Answer, Error> {
-        let _one = lock(&self.shared.changing);
-        // A design may take long: nobody waits for it who only looks.
-        let tuning = lock(&self.shared.tuning).clone();
-        let proposal = propose(&tuning)?;
-        let doing = self.at_most_moving()?;
+        let Shared { parameters, motion, acquisition, .. } = &*self.shared;
+        let _one = parameters.changing();
+        let proposal = propose(&parameters.tuning())?;
+        let activity = motion.at_most_moving()?;
         let cycle = self.enter(&proposal)?;
-        drop(doing);
+        drop(activity);
         let changed: Vec<_> = proposal.differences.iter().map(|difference| &*difference.path).collect();
-        self.shared.mark(cycle, MarkKind::Change, changed.join(", "));
-        let answer = Answer::Entered {
-            cycle,
-            differences: Changed::all(&proposal.differences),
-            margin: proposal.margin.map(|margin| margin.to_string()),
-        };
-        lock(&self.shared.tuning).entered(proposal);
-        Ok(answer)
+        acquisition.mark(cycle, MarkKind::Change, changed.join(", "));
+        let differences = Changed::all(&proposal.differences);
+        let margin = proposal.margin.map(|margin| margin.to_string());
+        parameters.entered(proposal);
+        Ok(Answer::Entered { cycle, differences, margin })
     }
 
-    /// Puts a proposal in force: the first cycle with it.
+    /// Activates a saved set.
+    pub(super) fn load(&self, name: &str) -> Result<Answer, Error> {
+        let set = self.shared.parameters.saved(name)?;
+        self.propose(|tuning| tuning.load(set))
+    }
+
+    /// Activates a proposal: the first cycle with it.
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
-        let parameters = proposal.parameters(Correction::Nothing)?;
-        let before = lock(&self.shared.tuning).loaded_values();
-        proposal.loaded.as_ref().map_or(Ok(()), |values| self.tell_loaded(values))?;
-        let changed = lock(&self.shared.urgent).change(Change::Parameters(parameters));
+        let Shared { parameters, motion, .. } = &*self.shared;
+        let active = proposal.parameters(Correction::Nothing)?;
+        let before = parameters.read(Tuning::loaded_values);
+        proposal.loaded.as_ref().map_or(Ok(()), |values| parameters.loaded.put(values))?;
+        let changed = motion.change(Change::Parameters(active));
         if let (Err(_), Some(_)) = (&changed, &proposal.loaded) {
-            // All of them or none; why the rest did not enter is what counts.
-            let _ = self.tell_loaded(&before);
+            // All of them or none; the error to report is why the rest did not enter.
+            let _ = parameters.loaded.put(&before);
         }
         let cycle = changed?;
         // An axis that has ended needs none.
-        let _ = self.jobs.send(Job::Adopt(Box::new((proposal.preset().model, proposal.settings(), parameters))));
+        let _ = self.jobs.send(Job::Adopt(Box::new((proposal.preset().model, proposal.settings(), active))));
         Ok(cycle)
     }
 }
 
-/// Whether a run of this number exists.
-fn taken(runs: &Path, number: u64) -> bool {
-    let begin = format!("{number:04}-");
-    let Ok(entries) = std::fs::read_dir(runs) else { return false };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with(&begin))
-}
-
 /// The reference of a name, with some of its values.
-pub(super) fn parse_reference<'a>(
-    name: &str,
-    values: impl IntoIterator<Item = (&'a str, f64)>,
-) -> Result<Reference<f64>, Error> {
+fn parse_reference(name: &str, values: &BTreeMap<String, f64>) -> Result<Reference<f64>, Error> {
     // A choice at the top is named by its tag.
     let mut text = toml_edit::DocumentMut::new();
     text.insert("reference", toml_edit::value(name));
     for (name, value) in values {
-        text.insert(name, toml_edit::value(value));
+        text.insert(name, toml_edit::value(*value));
     }
-    Ok(parameters::read(&text.to_string(), "the reference")?)
+    Ok(stickslip_base::parameters::read(&text.to_string(), "the reference")?)
 }

@@ -1,9 +1,13 @@
 //! Which preload of the friction wheel a desired friction needs, and why.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Live, lock};
+use super::measurements::Measurements;
+use super::protocol::Answer;
+use super::{Live, Shared};
 use stickslip_base::quantity::{Estimate, tied};
 use stickslip_base::{Error, Preset};
 use stickslip_design::{Passage, Region};
@@ -33,22 +37,22 @@ pub struct AdvisedPreload {
 }
 
 impl Live {
-    /// What the wheel must do for a desired friction, with some values changed.
-    pub(super) fn advise_preload(&self, values: &[(String, String)]) -> Result<AdvisedPreload, Error> {
-        let tuning = lock(&self.shared.tuning).clone();
-        let preset = tuning.preset_with(values)?;
-        let set = *lock(&self.shared.preload);
-        let told = advised(&preset, set, &self.pressed())?;
-        Ok(AdvisedPreload { by_hand: self.shared.traffic.is_some(), ..told })
+    /// The preload that a desired friction needs, with some values changed.
+    pub(super) fn advise_preload(&self, values: BTreeMap<String, String>) -> Result<Answer, Error> {
+        let Shared { parameters, motion, measurements, links, .. } = &*self.shared;
+        let preset = parameters.tuning().preset_with(&values.into_iter().collect::<Vec<_>>())?;
+        let advised = advised(&preset, motion.preload(), &measurements.pressed())?;
+        Ok(Answer::AdvisedPreload(AdvisedPreload { by_hand: links.counts().is_some(), ..advised }))
     }
+}
 
+impl Measurements {
     /// Breakaway torques of the own friction, the newest first, each at another preload than the one before.
     fn pressed(&self) -> Vec<Pressed> {
-        let runs = self.shared.project.join("runs");
         let own = self.curves().into_iter().filter(|name| !name.rendered).take(CURVES);
         let mut pressed: Vec<Pressed> = Vec::new();
         for name in own {
-            let Ok(fits) = fit_file(&runs.join(&name.name), &CurveColumns::default(), false) else { continue };
+            let Ok(fits) = fit_file(&self.folder.join(&name.name), &CurveColumns::default(), false) else { continue };
             let (Some(preload), Some(fitted)) = (fits.preload, fits.fits.first()) else { continue };
             if pressed.iter().all(|known| (known.preload - preload).abs() > APART) {
                 pressed.push(Pressed { preload, breakaway_torque: fitted.fit.parameters[0] });

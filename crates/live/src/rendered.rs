@@ -1,8 +1,6 @@
 //! Friction that is rendered: measured under the law, with the figures of the paper, and the report of it all.
 
-use crate::LiveError;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use schemars::JsonSchema;
@@ -10,8 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::Job;
 use super::curve::of;
+use super::measurements::Measurements;
 use super::protocol::Answer;
-use super::{Live, form, lock};
+use super::{Live, LiveError, Shared, form};
 use crate::catalogue::Made;
 use stickslip_base::Error;
 use stickslip_base::figure::Figure;
@@ -87,24 +86,10 @@ impl RenderedFriction {
     }
 }
 
-impl Live {
-    /// Measures the friction that is rendered; what cannot be rendered is refused before anything moves.
-    pub(super) fn measure_rendered(&self, values: &BTreeMap<String, String>) -> Result<Answer, Error> {
-        let plan = form::with_values(&FrictionPlan::default(), values)?;
-        let tuning = lock(&self.shared.tuning).clone();
-        if let Some(role @ (Role::Friction | Role::Law)) = tuning.acting() {
-            return Err(LiveError::RendersItself { role, selector: selector(role) }.into());
-        }
-        let preset = *tuning.preset();
-        let (planned, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench)?;
-        let own = self.own_friction();
-        let (number, folder) = self.folder("render")?;
-        self.begin("measure friction", Job::measure_rendered(planned, preset, own, number, folder))
-    }
-
+impl Measurements {
     /// What was rendered in a run, or is being measured, or was last.
     pub(super) fn rendered(&self, run: Option<u64>) -> Result<RenderedFriction, Error> {
-        let known = lock(&self.shared.measured).clone();
+        let known = self.current_curve();
         if let (None, true, Some(planned)) = (run, known.measuring, known.planned) {
             let so_far = Rendering { curve: of(known.plateaus), ..*planned };
             let report = Report::new("", Provenance::new("", None, ""));
@@ -123,47 +108,39 @@ impl Live {
                 remedy: "The call `curves` lists them.".into(),
             })?,
         };
-        let report = Report::read(&self.runs_folder().join(&name.name))?;
+        let report = Report::read(&self.folder.join(&name.name))?;
         Ok(RenderedFriction { run: Some(name.run), ..RenderedFriction::of(&report) })
+    }
+}
+
+impl Live {
+    /// Measures the friction that is rendered; what cannot be rendered is refused before anything moves.
+    pub(super) fn measure_rendered(&self, values: &BTreeMap<String, String>) -> Result<Answer, Error> {
+        let plan = form::with_values(&FrictionPlan::default(), values)?;
+        let tuning = self.shared.parameters.tuning();
+        if let Some(role @ (Role::Friction | Role::Law)) = tuning.acting() {
+            return Err(LiveError::RendersItself { role, selector: selector(role) }.into());
+        }
+        let preset = *tuning.preset();
+        let (planned, _) = Rendering::planned(&plan, &preset.bench.desired, &preset.model, &preset.bench)?;
+        let own = self.shared.measurements.own_friction();
+        let (number, folder) = self.shared.runs.folder("render")?;
+        self.begin("measure friction", Job::measure_rendered(planned, preset, own, number, folder))
     }
 
     /// Writes the report of own, desired and rendered friction into a run of its own.
     pub(super) fn save_report(&self) -> Result<Answer, Error> {
         let begun = SystemTime::now();
-        let names = self.curves();
+        let Shared { measurements, parameters, runs, .. } = &*self.shared;
+        let names = measurements.curves();
         let newest = |rendered: bool| {
             let name = names.iter().find(|name| name.rendered == rendered);
-            name.map(|name| self.runs_folder().join(&name.name))
+            name.map(|name| measurements.folder.join(&name.name))
         };
-        let preset = *lock(&self.shared.tuning).preset();
-        let experiment = Experiment::read(newest(false).as_deref(), newest(true).as_deref(), preset)?;
-        let (run, folder) = self.folder("report")?;
+        let experiment = Experiment::read(newest(false).as_deref(), newest(true).as_deref(), parameters.preset())?;
+        let (run, folder) = runs.folder("report")?;
         experiment.write(&folder, "stickslip serve, save report")?;
-        // A clerk that has gone has told why.
-        let _ = self.shared.clerk.send(Some(Made::now(&folder, begun, Some(self.shared.preset.clone()))));
+        runs.enter(Made::now(&folder, begun, Some(parameters.file())));
         Ok(Answer::Report { run, folder: folder.display().to_string() })
-    }
-
-    /// The page of a run's report.
-    ///
-    /// # Errors
-    /// [`Error::Unknown`] where the run has none; [`Error::File`] if the system refuses.
-    pub fn report_page(&self, run: u64) -> Result<String, Error> {
-        let begin = format!("{run:04}-");
-        let of_run = |entry: &std::fs::DirEntry| entry.file_name().to_string_lossy().starts_with(&begin);
-        let folder = std::fs::read_dir(self.runs_folder()).into_iter().flatten().flatten().find(of_run);
-        let page = folder.map(|folder| folder.path().join("report.html"));
-        // A link may lead anywhere.
-        let is_plain = |page: &PathBuf| page.symlink_metadata().is_ok_and(|about| about.is_file());
-        let page = page.filter(is_plain).ok_or_else(|| Error::Unknown {
-            what: "run with a report",
-            name: run.to_string(),
-            remedy: "Its number is the begin of a folder's name in `runs`.".into(),
-        })?;
-        std::fs::read_to_string(&page).map_err(|source| Error::file(&page, "read", source))
-    }
-
-    fn runs_folder(&self) -> PathBuf {
-        Path::new(&self.shared.project).join("runs")
     }
 }

@@ -86,7 +86,7 @@ impl Scribe {
         }
         let lost = sample.lost + std::mem::take(&mut self.unwritten);
         self.waiting.fetch_add(1, Ordering::Relaxed);
-        // Where writing has failed there is nobody.
+        // After a failure there is no receiver.
         if self.to.send(Item::Sample(Sample { lost, ..*sample })).is_err() {
             self.waiting.store(0, Ordering::Relaxed);
         }

@@ -1,32 +1,23 @@
 //! How the bench is, at this moment.
 
-use std::time::Instant;
-
 use stickslip_rt::Quantiles;
 
 use super::protocol::{ClockStatus, Status};
-use super::{Live, lock};
+use super::{Live, Shared};
 
 impl Live {
     pub(super) fn status(&self) -> Status {
-        let shared = &self.shared;
-        let newest = lock(&shared.newest).clone();
-        let tuning = lock(&shared.tuning);
-        let (undo, redo) = tuning.can_undo();
-        let (changed, rate) = (tuning.differences().len(), tuning.preset().bench.tick_rate);
-        drop(tuning);
-        let (lateness, cycle) = {
-            let histograms = lock(&shared.histograms);
-            (histograms.lateness(), histograms.total())
-        };
-        let (operator, asks) = {
-            let (operator, now) = (lock(&shared.operator), Instant::now());
-            (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
-        };
-        let recorded = self.recorded(rate);
+        let Shared { parameters, motion, operation, acquisition, recorder, runs, health, links, .. } = &*self.shared;
+        let newest = acquisition.newest();
+        let ((undo, redo), changed, rate) =
+            parameters.read(|tuning| (tuning.can_undo(), tuning.differences().len(), tuning.preset().bench.tick_rate));
+        let (lateness, cycle) = health.times(|times| (times.lateness(), times.total()));
+        let (operator, asks) = operation.names();
+        let (recording, recorded) = recorder.status(rate);
+        let (doing, last) = motion.status();
         let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
         Status {
-            preset: shared.preset.clone(),
+            preset: parameters.file(),
             state: newest.state.into(),
             reason: newest.fault,
             cycle: newest.cycle,
@@ -36,15 +27,15 @@ impl Live {
             drive_torque: newest.signals.software.commanded_torque,
             load_torque: newest.signals.software.measured_load_torque,
             render: newest.signals.render > 0.5,
-            preload: *lock(&shared.preload),
-            doing: lock(&shared.doing).clone(),
-            last: lock(&shared.last).clone(),
+            preload: motion.preload(),
+            doing,
+            last,
             changed,
             undo,
             redo,
             operator,
             asks,
-            loaded: self.loaded_status(),
+            loaded: parameters.loaded.status(),
             clock: ClockStatus {
                 lateness: seconds(lateness),
                 cycle: seconds(cycle),
@@ -52,12 +43,12 @@ impl Live {
                 held: newest.held,
                 lost: newest.lost,
             },
-            link: shared.traffic.as_ref().map(|traffic| traffic.counts()),
-            recording: lock(&shared.recording).clone(),
+            link: links.counts(),
+            recording,
             recorded,
-            not_entered: lock(&shared.not_entered).clone(),
-            xcp: lock(&shared.xcp).clone(),
-            marks: lock(&shared.marks).count(),
+            not_entered: runs.not_entered(),
+            xcp: links.xcp(),
+            marks: acquisition.mark_count(),
         }
     }
 }

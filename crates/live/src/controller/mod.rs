@@ -11,6 +11,7 @@ mod seen;
 mod tuning;
 
 use std::collections::BTreeMap;
+use std::sync::Mutex;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,14 +20,15 @@ pub use hunting::HuntingSeen;
 pub use poles::{DampingRay, LoopPole, PoleDrag, PoleGrip};
 pub use seen::{CornerSeen, LoopAt, LoopLimits, LoopMark, LoopNumber, LoopSeen, LoopVerdict};
 pub use tuning::TuneProgress;
-pub(super) use tuning::Tuner;
 
+use super::lock;
 use super::protocol::{Answer, Item};
-use super::{Live, lock};
 use stickslip_base::parameters::{self, Entry, Value, diff};
 use stickslip_base::{ControllerChoice, Error, Preset};
+use stickslip_bench::tuning::Tuning;
 use stickslip_design::within;
 use stickslip_experiment::workflow::position_loop::{LoopRun, as_cascade, as_pid, as_predictive, as_state_feedback};
+use tuning::Tuner;
 
 /// Where the position controller stands among the parameters.
 const CONTROLLER: &str = "bench.controller";
@@ -86,22 +88,7 @@ impl LoopDraft {
 }
 
 impl Drafted {
-    /// What is not as in force, by path.
-    fn values(&self) -> BTreeMap<String, String> {
-        changes(&self.in_force, &self.preset)
-    }
-
-    /// The fields of the controller.
-    fn items(&self) -> Vec<Item> {
-        let mut items = Item::all(&self.preset);
-        items.retain(|item| parameters::within(&item.path, CONTROLLER));
-        items
-    }
-}
-
-impl Live {
-    fn drafted(&self, draft: &LoopDraft) -> Result<Drafted, Error> {
-        let tuning = lock(&self.shared.tuning).clone();
+    fn new(tuning: &Tuning, draft: &LoopDraft) -> Result<Self, Error> {
         let changed: Vec<_> = draft.values.clone().into_iter().collect();
         let (speed, mut preset) = (draft.speed()?, tuning.preset_with(&changed)?);
         let controller = &mut preset.bench.controller;
@@ -118,36 +105,62 @@ impl Live {
         Ok(Drafted { in_force: *tuning.preset(), preset, speed })
     }
 
-    /// All that is to be seen of a draft.
-    pub(super) fn draft_loop(&self, draft: &LoopDraft) -> Result<Answer, Error> {
-        let drafted = self.drafted(draft)?;
+    /// What is not as in force, by path.
+    fn values(&self) -> BTreeMap<String, String> {
+        changes(&self.in_force, &self.preset)
+    }
+
+    /// The fields of the controller.
+    fn items(&self) -> Vec<Item> {
+        let mut items = Item::all(&self.preset);
+        items.retain(|item| parameters::within(&item.path, CONTROLLER));
+        items
+    }
+}
+
+/// The design of a position controller.
+#[derive(Default)]
+pub(super) struct ControllerDesign {
+    /// The tuning that runs, or ran last.
+    tuner: Mutex<Tuner>,
+}
+
+impl ControllerDesign {
+    /// The loop of a draft.
+    pub(super) fn draft(&self, tuning: &Tuning, draft: &LoopDraft) -> Result<Answer, Error> {
+        let drafted = Drafted::new(tuning, draft)?;
         let judge = if draft.thorough { LoopRun::new } else { LoopRun::glance };
         let run = judge(&drafted.preset, drafted.speed)?;
         Ok(Answer::Loop(Box::new(LoopSeen::of(&run, drafted.values(), drafted.items(), draft.thorough)?)))
     }
 
     /// Whether a draft hunts on the own friction, or on the desired one.
-    pub(super) fn draft_hunting(&self, draft: &LoopDraft, desired: bool) -> Result<Answer, Error> {
-        let drafted = self.drafted(draft)?;
+    pub(super) fn hunting(&self, tuning: &Tuning, draft: &LoopDraft, desired: bool) -> Result<Answer, Error> {
+        let drafted = Drafted::new(tuning, draft)?;
         Ok(Answer::Hunting(Box::new(HuntingSeen::of(&drafted.preset, desired)?)))
     }
 
     /// Begins to tune a draft.
-    pub(super) fn begin_tuning(&self, client: &str, draft: &LoopDraft) -> Result<Answer, Error> {
-        let drafted = self.drafted(draft)?;
-        let mut tuner = lock(&self.shared.tuner);
+    pub(super) fn begin(&self, client: &str, tuning: &Tuning, draft: &LoopDraft) -> Result<Answer, Error> {
+        let drafted = Drafted::new(tuning, draft)?;
+        let mut tuner = lock(&self.tuner);
         tuner.begin(client, drafted.in_force, drafted.preset, drafted.speed)?;
         Ok(Answer::Tuned(tuner.seen()))
     }
 
-    /// How far the tuning is that was begun last.
+    /// How far the last tuning is.
     pub(super) fn tuned(&self) -> Answer {
-        Answer::Tuned(lock(&self.shared.tuner).seen())
+        Answer::Tuned(lock(&self.tuner).seen())
     }
 
     /// Ends a tuning that this client began.
-    pub(super) fn end_tuning(&self, client: &str) -> Result<Answer, Error> {
-        lock(&self.shared.tuner).end(client).map(|()| Answer::Done {})
+    pub(super) fn end(&self, client: &str) -> Result<Answer, Error> {
+        lock(&self.tuner).end(client).map(|()| Answer::Done {})
+    }
+
+    /// Ends a tuning of any client.
+    pub(super) fn cancel(&self) {
+        lock(&self.tuner).cancel();
     }
 }
 

@@ -34,7 +34,7 @@ pub struct TuneProgress {
 
 /// The tuning that runs, or ran last.
 #[derive(Clone, Default)]
-pub(crate) struct Tuner {
+pub(super) struct Tuner {
     seen: Arc<Mutex<TuneProgress>>,
     cancelled: Arc<AtomicBool>,
 }
@@ -44,7 +44,7 @@ impl Tuner {
         lock(&self.seen).clone()
     }
 
-    pub(crate) fn cancel(&self) {
+    pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 

@@ -87,7 +87,7 @@ impl BuildStage {
 
 /// Builds, one at a time.
 #[derive(Clone, Debug)]
-pub(crate) struct Builder {
+pub(super) struct Builder {
     compiler: PathBuf,
     limit: Duration,
     seen: Arc<Mutex<BuildProgress>>,
@@ -116,11 +116,11 @@ impl Builder {
         Builder { compiler: compiler.to_owned(), limit, ..Builder::default() }
     }
 
-    pub(crate) fn seen(&self) -> BuildProgress {
+    pub(super) fn seen(&self) -> BuildProgress {
         lock(&self.seen).clone()
     }
 
-    pub(crate) fn cancel(&self) {
+    pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 

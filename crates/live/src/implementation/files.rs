@@ -1,10 +1,8 @@
-//! Files of what runs, for whoever takes them along.
-
-use std::net::SocketAddr;
+//! Files of the implementation, for download.
 
 use crate::xcp::Layout;
-use crate::xcp::a2l::{self, Doors};
-use crate::{Live, lock};
+use crate::xcp::a2l;
+use crate::{Live, Shared};
 use stickslip_base::Error;
 use stickslip_generate::Generated;
 use stickslip_generate::archive::archive;
@@ -18,11 +16,12 @@ impl Live {
     /// # Errors
     /// [`Error::Unknown`] for a name that is none of them; what the design of the software refuses.
     pub fn implementation_file(&self, name: &str) -> Result<Vec<u8>, Error> {
+        let Shared { parameters, implementation, links, .. } = &*self.shared;
         if name == DESCRIPTION {
-            let layout = Layout::with(self.in_force().bench.tick_rate, &self.entries());
-            return Ok(a2l::describe(&layout, self.doors()).into_bytes());
+            let layout = Layout::with(parameters.rate(), &self.entries());
+            return Ok(a2l::describe(&layout, links.doors()).into_bytes());
         }
-        let generated = self.generated()?;
+        let generated = implementation.generated(&parameters.tuning())?;
         let archive = format!("{}.zip", generated.prefix);
         if name == archive {
             return packed(&generated);
@@ -38,15 +37,6 @@ impl Live {
                 .collect::<Vec<_>>()
                 .join(", "),
         })
-    }
-
-    /// Where the bench is open to measurement and calibration tools.
-    fn doors(&self) -> Doors {
-        let known = lock(&self.shared.xcp);
-        let door = |transport: &str| -> Option<SocketAddr> {
-            known.iter().find(|one| one.transport == transport)?.address.parse().ok()
-        };
-        Doors { udp: door("udp"), tcp: door("tcp") }
     }
 }
 

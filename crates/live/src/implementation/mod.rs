@@ -15,32 +15,43 @@ pub use page::{BlockSize, DiagramPage};
 pub use target::{Target, TargetFile, Wished};
 pub use timing::{LateCycle, TimeBin, TimedPart, Timing};
 
-pub(super) use build::Builder;
-
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
 use stickslip_core::render::Correction;
 
+use super::lock;
 use super::protocol::Answer;
-use super::{Live, lock};
+use build::Builder;
 use stickslip_base::{Error, Preset};
+use stickslip_bench::tuning::Tuning;
 use stickslip_generate::{self as generate, Generated};
 
-/// Code and diagram that were made last, and of what: with bristles they take seconds.
-pub(super) type Made = Option<(Preset<f64>, Arc<Generated>)>;
+/// The implementation of the software: the program, its code, and builds of it.
+pub(super) struct Implementation {
+    /// Folder of builds.
+    folder: PathBuf,
+    target: Target,
+    builder: Mutex<Builder>,
+    /// Code and diagram that were made last, and of what: with bristles they take seconds.
+    generated: Mutex<Option<(Preset<f64>, Arc<Generated>)>>,
+}
 
-impl Live {
-    /// The software in force as code and diagram.
-    fn generated(&self) -> Result<Arc<Generated>, Error> {
-        let tuning = lock(&self.shared.tuning).clone();
-        // Whoever else asks meanwhile waits for the same.
-        let mut made = lock(&self.shared.generated);
+impl Implementation {
+    pub(super) fn new(folder: &Path, target: Target) -> Self {
+        Implementation { folder: folder.into(), target, builder: Mutex::default(), generated: Mutex::default() }
+    }
+
+    /// The active software as code and diagram.
+    fn generated(&self, tuning: &Tuning) -> Result<Arc<Generated>, Error> {
+        // Other clients that ask meanwhile wait for the same.
+        let mut made = lock(&self.generated);
         if let Some((of, generated)) = &*made
             && of == tuning.preset()
         {
             return Ok(generated.clone());
         }
-        // A proposal without a change is what is in force.
+        // A proposal without a change is the active software.
         let proposal = tuning.set(&[])?;
         let tick = proposal.parameters(Correction::Nothing)?.tick;
         let generated = Arc::new(generate::software(&tick, proposal.preset().bench.tick_time())?);
@@ -48,41 +59,33 @@ impl Live {
         Ok(generated)
     }
 
-    pub(super) fn flow(&self) -> Result<Answer, Error> {
-        let generated = self.generated()?;
-        let tuning = lock(&self.shared.tuning).clone();
-        let virtual_machine = self.shared.seed.is_some();
+    pub(super) fn flow(&self, tuning: &Tuning, virtual_machine: bool) -> Result<Answer, Error> {
+        let generated = self.generated(tuning)?;
         Ok(Answer::Flow(Box::new(Flow::of(&generated, tuning.preset(), &tuning.differences(), virtual_machine))))
     }
 
-    pub(super) fn diagram_page(&self, page: &str) -> Result<Answer, Error> {
-        let generated = self.generated()?;
-        Ok(Answer::DiagramPage(Box::new(DiagramPage::of(&generated, page)?)))
+    pub(super) fn diagram_page(&self, tuning: &Tuning, page: &str) -> Result<Answer, Error> {
+        Ok(Answer::DiagramPage(Box::new(DiagramPage::of(&*self.generated(tuning)?, page)?)))
     }
 
-    pub(super) fn timing(&self) -> Answer {
-        let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
-        Answer::Timing(Box::new(Timing::of(&lock(&self.shared.histograms), rate)))
+    /// The program at a tick rate.
+    pub(super) fn target(&self, rate: f64) -> Answer {
+        Answer::Target(Box::new(Target { rate, ..self.target.clone() }))
     }
 
-    pub(super) fn target(&self) -> Answer {
-        let rate = lock(&self.shared.tuning).preset().bench.tick_rate;
-        Answer::Target(Box::new(Target { rate, ..self.shared.target.clone() }))
-    }
-
-    /// Begins to build the software in force, unless that is under way.
-    pub(super) fn build(&self) -> Result<Answer, Error> {
-        let generated = self.generated()?;
-        lock(&self.shared.builder).begin(generated, &self.shared.project.join("build"))?;
+    /// Begins to build the active software, unless a build runs.
+    pub(super) fn build(&self, tuning: &Tuning) -> Result<Answer, Error> {
+        let generated = self.generated(tuning)?;
+        lock(&self.builder).begin(generated, &self.folder)?;
         Ok(Answer::Done {})
     }
 
     pub(super) fn built(&self) -> Answer {
-        Answer::Built(Box::new(lock(&self.shared.builder).seen()))
+        Answer::Built(Box::new(lock(&self.builder).seen()))
     }
 
     pub(super) fn end_build(&self) -> Answer {
-        lock(&self.shared.builder).cancel();
+        lock(&self.builder).cancel();
         Answer::Done {}
     }
 }

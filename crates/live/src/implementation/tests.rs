@@ -1,4 +1,3 @@
-use crate::LiveError;
 use std::collections::BTreeMap;
 #[cfg(unix)]
 use std::path::PathBuf;
@@ -8,8 +7,8 @@ use std::time::Duration;
 use stickslip_rt::Wishes;
 
 use super::*;
-use crate::Start;
 use crate::protocol::Call;
+use crate::{Live, LiveError, Start};
 use stickslip_base::parameters::{self, presets};
 use stickslip_bench::run::channels;
 

@@ -66,7 +66,7 @@ pub struct LateCycle {
 }
 
 impl Timing {
-    pub(super) fn of(histograms: &Histograms, rate: f64) -> Self {
+    pub(crate) fn of(histograms: &Histograms, rate: f64) -> Self {
         let seconds = |nanoseconds: u64| nanoseconds as f64 * 1e-9;
         let part = |name: &str, times: Quantiles| TimedPart {
             name: name.into(),

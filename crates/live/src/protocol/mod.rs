@@ -12,7 +12,6 @@ pub use chatter::ToChatter;
 pub use json::schema;
 pub use status::{ClockStatus, Doing, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
 
-pub use super::again::ReplayProgress;
 pub use super::at_rest::MeasuredAtRest;
 pub use super::controller::{
     CornerSeen, DampingRay, DraftKind, HuntingSeen, LoopAt, LoopDraft, LoopLimits, LoopMark, LoopNumber, LoopPole,
@@ -20,12 +19,13 @@ pub use super::controller::{
 };
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
+pub use super::health::Loss;
 pub use super::implementation::{
     BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
     LateCycle, Target, TargetFile, TimeBin, TimedPart, Timing, Wished,
 };
-pub use super::losses::Loss;
 pub use super::machine::{Factor, Machine, Part, PartKind};
 pub use super::preload::AdvisedPreload;
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
+pub use super::runs::ReplayProgress;
 pub use stickslip_bench::run::{Alignment, Course, Happened, Simulated, Trace};

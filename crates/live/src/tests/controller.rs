@@ -58,7 +58,7 @@ fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
         told.values,
         values(&[("bench.controller.velocity_gain", "0.05"), ("bench.controller.position_gain", "11.0"),])
     );
-    let preset = lock(&live.shared.tuning).preset_with(&draft.values.into_iter().collect::<Vec<_>>()).unwrap();
+    let preset = live.shared.parameters.tuning().preset_with(&draft.values.into_iter().collect::<Vec<_>>()).unwrap();
     let control = axis_control(&preset.model, &preset.bench).unwrap();
     for (load, at) in [("sliding", Operating::Sliding(7.0)), ("stuck", Operating::Stuck)] {
         let closes = PositionLoop::new(control, &preset.model, &preset.bench, at).unwrap();
@@ -112,11 +112,12 @@ fn a_loop_that_is_not_stable_has_no_steps_and_says_so() {
 fn a_controller_becomes_the_pid_that_it_is_and_a_hand_moves_the_poles_of_a_state_feedback() {
     let (live, _project) = live();
     let pid = seen(&live, LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() });
-    let preset = *lock(&live.shared.tuning).preset();
+    let preset = live.shared.parameters.preset();
     let ControllerChoice::Cascade(cascade) = preset.bench.controller else { panic!("a cascade by default") };
     let expected = stickslip_design::cascade_as_pid(&cascade);
     assert_eq!(pid.kind, "pid");
-    let entered = lock(&live.shared.tuning).preset_with(&pid.values.clone().into_iter().collect::<Vec<_>>()).unwrap();
+    let entered =
+        live.shared.parameters.tuning().preset_with(&pid.values.clone().into_iter().collect::<Vec<_>>()).unwrap();
     assert_eq!(entered.bench.controller, ControllerChoice::Pid(expected));
     assert!(pid.items.iter().all(|item| item.path.starts_with("bench.controller.")));
 
@@ -167,7 +168,7 @@ fn whether_a_draft_hunts_is_what_the_command_line_says() {
     };
     for (desired, changed) in [(false, BTreeMap::new()), (true, values(&[("bench.controller.integral_gain", "2")]))] {
         let told = hunting(changed.clone(), desired);
-        let mut preset = lock(&live.shared.tuning).preset_with(&changed.into_iter().collect::<Vec<_>>()).unwrap();
+        let mut preset = live.shared.parameters.tuning().preset_with(&changed.into_iter().collect::<Vec<_>>()).unwrap();
         if desired {
             (preset.model.own, preset.model.own_bristles) = (preset.bench.desired, preset.bench.desired_bristles);
         }

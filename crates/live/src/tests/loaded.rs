@@ -73,6 +73,26 @@ fn at_rest(live: &Live) {
 const STIFFNESS: &str = "loaded.stiffness";
 const WHO: &str = "position_controller";
 
+/// A calibration tool finds them behind all that every bench has, and changes them by their addresses.
+fn are_in_the_layout(live: &Live) {
+    let (layout, plain) = (Layout::with(1000.0, &live.entries()), Layout::new(1000.0));
+    let place = |path: &str| layout.parameters.iter().position(|parameter| parameter.cell.path == path).unwrap();
+    assert_eq!((place(WHO), layout.parameters.len()), (plain.parameters.len(), plain.parameters.len() + 4));
+    let cell = &layout.parameters[place(STIFFNESS)].cell;
+    assert_eq!((cell.unit, cell.minimum, cell.maximum), ("N m/rad", 0.0, 10.0));
+    let values = layout.values(&live.entries());
+    let mut other = values.clone();
+    (other[place(STIFFNESS)], other[place(WHO)]) = (3.0, 0.0);
+    let changes = layout.changes(&values, &other, |_| true);
+    let expected = [(WHO, "preset"), (STIFFNESS, "3.0")].map(|(path, value)| (path.to_owned(), value.to_owned()));
+    assert!(values[place(STIFFNESS)] == 2.0 && expected.iter().all(|change| changes.contains(change)), "{changes:?}");
+    let description = describe(&layout, Doors::default());
+    assert!(
+        description.contains("CHARACTERISTIC loaded.stiffness ") && description.contains("GROUP parameters.loaded ")
+    );
+    assert_ne!(layout.epk, plain.epk);
+}
+
 #[test]
 fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     let (live, project, _) = with_controller(&[("stiffness", 2.0)], true);
@@ -94,23 +114,7 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     assert!((after - before - 0.05).abs() < 0.02, "{before} {after}");
     assert_eq!((status(&live).changed, status(&live).undo), (1, true));
 
-    // A calibration tool finds them behind all that every bench has, and changes them by their addresses.
-    let (layout, plain) = (Layout::with(1000.0, &live.entries()), Layout::new(1000.0));
-    let place = |path: &str| layout.parameters.iter().position(|parameter| parameter.cell.path == path).unwrap();
-    assert_eq!((place(WHO), layout.parameters.len()), (plain.parameters.len(), plain.parameters.len() + 4));
-    let cell = &layout.parameters[place(STIFFNESS)].cell;
-    assert_eq!((cell.unit, cell.minimum, cell.maximum), ("N m/rad", 0.0, 10.0));
-    let values = layout.values(&live.entries());
-    let mut other = values.clone();
-    (other[place(STIFFNESS)], other[place(WHO)]) = (3.0, 0.0);
-    let changes = layout.changes(&values, &other, |_| true);
-    let expected = [(WHO, "preset"), (STIFFNESS, "3.0")].map(|(path, value)| (path.to_owned(), value.to_owned()));
-    assert!(values[place(STIFFNESS)] == 2.0 && expected.iter().all(|change| changes.contains(change)), "{changes:?}");
-    let description = describe(&layout, Doors::default());
-    assert!(
-        description.contains("CHARACTERISTIC loaded.stiffness ") && description.contains("GROUP parameters.loaded ")
-    );
-    assert_ne!(layout.epk, plain.epk);
+    are_in_the_layout(&live);
 
     // What it refuses, and what is outside of its range, changes nothing.
     let refused = live.call(ANN, set(STIFFNESS, "7")).unwrap_err();

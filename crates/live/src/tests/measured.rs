@@ -93,6 +93,19 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
     assert_eq!(machine.speeds[1].factor, 60.0 / std::f64::consts::TAU);
 }
 
+/// A key number is that of the summary, rounded as its uncertainty is.
+fn is_as_in_summary(key: &protocol::KeyEstimate, folder: &Path) {
+    let summary = std::fs::read_to_string(folder.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let error = stickslip_base::quantity::Estimate::new(
+        summary["results"]["render.rms_error"]["value"].as_f64().unwrap(),
+        "N m",
+    );
+    let (error, number) = (error.written(), |text: &str| text.parse::<f64>().unwrap());
+    assert!(!key.half_width.is_empty() && key.unit == error.unit, "{error} {key:?}");
+    assert!((number(&error.value) - number(&key.value)).abs() <= number(&key.half_width), "{error} {key:?}");
+}
+
 #[test]
 fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     let (live, project) = live();
@@ -135,17 +148,7 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     let told = rendered(None);
     assert_eq!((told.run, told.measuring, told.figures.len()), (Some(2), false, 4));
     assert!(told.verdict.contains("% of M_S"), "{}", told.verdict);
-    let summary = std::fs::read_to_string(project.path().join("runs/0002-render/summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    let error = stickslip_base::quantity::Estimate::new(
-        summary["results"]["render.rms_error"]["value"].as_f64().unwrap(),
-        "N m",
-    );
-    let key = &told.keys[0];
-    let (error, number) = (error.written(), |text: &str| text.parse::<f64>().unwrap());
-    assert!(!key.half_width.is_empty() && key.unit == error.unit, "{error} {key:?}");
-    // The key number is rounded as its uncertainty is.
-    assert!((number(&error.value) - number(&key.value)).abs() <= number(&key.half_width), "{error} {key:?}");
+    is_as_in_summary(&told.keys[0], &project.path().join("runs/0002-render"));
     // It is a curve like others, and not the own friction.
     let curves = |live: &Live| match live.call("looks", Call::Curves {}).unwrap() {
         Answer::Curves { curves } => curves.into_iter().map(|name| (name.run, name.rendered)).collect::<Vec<_>>(),
@@ -227,7 +230,7 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
     let before = growing(Quantity::Presliding, &|told| !told.figures.is_empty());
     assert!(before.figures[0].figure.title().contains("friction"), "{before:?}");
     // The friction that comes first is no curve of a run.
-    assert!(lock(&live.shared.measured).plateaus.is_empty());
+    assert!(live.shared.measurements.current_curve().plateaus.is_empty());
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
     live.stop().unwrap();

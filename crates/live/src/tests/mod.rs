@@ -5,16 +5,17 @@ mod measured;
 mod recorded;
 mod trouble;
 
-use crate::LiveError;
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::thread;
 use std::time::Duration;
 
 use stickslip_rt::Wishes;
 
-use super::protocol::Status;
+use super::protocol::{Answer, Call, Ended, Quantity, Status};
 use super::*;
-use stickslip_base::parameters;
-use stickslip_base::parameters::presets;
+use stickslip_base::parameters::presets::{self, Source};
+use stickslip_base::{Error, Watch, parameters};
 
 const ANN: &str = "ann";
 

@@ -42,7 +42,7 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
     live.call(ANN, sine(0.2)).unwrap();
-    while status(&live).doing.is_none_or(|doing| doing.stage != axis::MOVING) {
+    while status(&live).doing.is_none_or(|doing| doing.stage != motion::MOVING) {
         thread::sleep(Duration::from_millis(5));
     }
     live.call(ANN, set(GAIN, "14")).unwrap();
@@ -80,22 +80,10 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(replayed.identical() && replayed.machine && replayed.of > 500, "{replayed:?}");
     let record = stickslip_bench::run::Record::read(&file).unwrap();
     assert!(record.changes.len() >= 3 && record.state.is_some());
-    assert_ne!(record.preset.bench.controller, lock(&live.shared.tuning).reference().bench.controller, "14");
+    let reference = live.shared.parameters.read(|tuning| *tuning.reference());
+    assert_ne!(record.preset.bench.controller, reference.bench.controller, "14");
 
-    // The same by a call, and what happened in it.
-    let again = again(&live, run.number);
-    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
-    assert!(again.sentence.unwrap().contains("every bit is the same"));
-    let Answer::Story { happened } = live.call(ANN, Call::Story { number: run.number }).unwrap() else { panic!() };
-    let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
-    assert!(
-        words[0] == "Begin" && words.iter().any(|words| words.starts_with("Injected: accelerometer-jump")),
-        "{words:?}"
-    );
-    let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
-    assert!(gain, "{happened:?}");
-    let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
-    assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
+    is_told(&live, run.number);
 
     // On the virtual bench it is the same to the bit, and another with another gain.
     let simulate = |gain: Option<&str>| {
@@ -121,11 +109,28 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     // A second one, ended by the end of the bench.
     live.call(ANN, Call::Record { name: "second".into() }).unwrap();
     thread::sleep(Duration::from_millis(100));
-    let catalogue = live.shared.catalogue.clone();
+    let catalogue = crate::catalogue::Catalogue::of_project(project.path(), Path::new("."));
     live.stop().unwrap();
     let second = catalogue.runs("second", 9).unwrap().runs.remove(0);
     let file = project.path().join(&second.folder).join("run.mf4");
     assert!(stickslip_bench::run::Stored::open(&file).unwrap().replay(&Watch::silent()).unwrap().identical());
+}
+
+/// Replays a run by a call, and reads what happened in it.
+fn is_told(live: &Live, number: i64) {
+    let again = again(live, number);
+    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
+    assert!(again.sentence.unwrap().contains("every bit is the same"));
+    let Answer::Story { happened } = live.call(ANN, Call::Story { number }).unwrap() else { panic!() };
+    let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
+    assert!(
+        words[0] == "Begin" && words.iter().any(|words| words.starts_with("Injected: accelerometer-jump")),
+        "{words:?}"
+    );
+    let gain = happened.iter().flat_map(|one| &one.details).any(|line| line.contains("position_gain"));
+    assert!(gain, "{happened:?}");
+    let none = live.call(ANN, Call::Replay { number: 99 }).unwrap_err();
+    assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
 }
 
 /// A replay to its end.

@@ -1,7 +1,9 @@
 //! What goes wrong, and what the bench says.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::*;
-use stickslip_bench::remote::PlantServer;
+use stickslip_bench::remote::{Address, PlantServer};
 
 /// A machine in another thread, as `stickslip plant` serves one, until it is told to end.
 struct Plant {
@@ -148,9 +150,9 @@ fn missed_deadlines_are_told_with_their_cause() {
         cause: stickslip_rt::Cause::Block(0),
         evidence: None,
     };
-    lock(&live.shared.histograms).overruns.push(overrun);
-    lock(&live.shared.losses).push(9, 4, losses::Lost::Watching);
-    lock(&live.shared.waits).push(6, 2, losses::Lost::Waiting);
+    live.shared.health.add_overrun(overrun);
+    live.shared.health.lost(9, 4, health::Lost::Watching);
+    live.shared.health.lost(6, 2, health::Lost::Waiting);
     let (lost, held) = losses(&live);
     let told = held.iter().find(|one| one.cycle == 7).unwrap();
     assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");

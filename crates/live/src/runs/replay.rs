@@ -1,6 +1,6 @@
-//! Recorded runs of the catalogue once more, on a thread of their own: one at a time, whoever asks.
+//! Recorded runs once more: replayed, simulated with other parameters, and compared. One replay at a time, on its own
+//! thread.
 
-use crate::LiveError;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +10,9 @@ use std::thread;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::protocol::{Alignment, Answer, Changed, Laid};
-use super::{Live, lock};
+use super::Runs;
+use crate::protocol::{Alignment, Answer, Changed, Laid};
+use crate::{LiveError, lock};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::run::{self, Stored, Wanted, course, story};
 
@@ -36,25 +37,21 @@ pub struct ReplayProgress {
     pub sentence: Option<String>,
 }
 
-/// The one that runs, or was asked for last.
+/// The last replay that was requested.
 #[derive(Clone, Default)]
-pub(super) struct Current {
+pub(super) struct Replay {
     seen: Arc<Mutex<ReplayProgress>>,
     cancelled: Arc<AtomicBool>,
 }
 
-impl Current {
-    pub(super) fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
-    }
-
+impl Replay {
     fn begin(run: i64, file: PathBuf) -> Self {
         let seen = Arc::new(Mutex::new(ReplayProgress { run, ..ReplayProgress::default() }));
-        let current = Current { seen, cancelled: Arc::default() };
-        let Current { seen, cancelled } = current.clone();
+        let replay = Replay { seen, cancelled: Arc::default() };
+        let Replay { seen, cancelled } = replay.clone();
         thread::spawn(move || {
-            let told = seen.clone();
-            let watch = Watch::new(cancelled, move |_, fraction| lock(&told).fraction = fraction);
+            let progress = seen.clone();
+            let watch = Watch::new(cancelled, move |_, fraction| lock(&progress).fraction = fraction);
             let replayed = Stored::open(&file).and_then(|stored| stored.replay(&watch));
             let mut seen = lock(&seen);
             seen.ended = true;
@@ -67,39 +64,39 @@ impl Current {
                 Err(error) => seen.sentence = Some(error.to_string()),
             }
         });
-        current
+        replay
     }
 }
 
-impl Live {
+impl Runs {
     /// Replays a run, unless that is under way or has been done; how far it is.
-    pub(super) fn again(&self, number: i64) -> Result<Answer, Error> {
-        let mut current = lock(&self.shared.again);
+    pub(crate) fn replay(&self, number: i64) -> Result<Answer, Error> {
+        let mut current = lock(&self.replay);
         let seen = lock(&current.seen).clone();
-        let told = |seen| Ok(Answer::Replay(seen));
         if seen.run == number && (!seen.ended || seen.identical.is_some()) {
-            return told(seen);
+            return Ok(Answer::Replay(seen));
         }
         if seen.run != 0 && !seen.ended {
             return Err(LiveError::Busy { what: format!("the replay of run {}", seen.run) }.into());
         }
-        *current = Current::begin(number, self.record_of(number)?);
-        told(lock(&current.seen).clone())
+        *current = Replay::begin(number, self.record_of(number)?);
+        let seen = lock(&current.seen).clone();
+        Ok(Answer::Replay(seen))
     }
 
     /// Ends a replay that is under way.
-    pub(super) fn end_again(&self) -> Answer {
-        lock(&self.shared.again).cancel();
+    pub(crate) fn end_replay(&self) -> Answer {
+        lock(&self.replay).cancelled.store(true, Ordering::Relaxed);
         Answer::Done {}
     }
 
     /// What happened in a recorded run.
-    pub(super) fn story(&self, number: i64) -> Result<Answer, Error> {
+    pub(crate) fn story(&self, number: i64) -> Result<Answer, Error> {
         story(&self.record_of(number)?).map(|happened| Answer::Story { happened })
     }
 
-    /// A signal of runs over time, laid over each other; a run that has none is told of.
-    pub(super) fn courses(
+    /// A signal of runs over time, laid over each other; a run without it has a note.
+    pub(crate) fn courses(
         &self,
         numbers: &[i64],
         signal: &str,
@@ -134,7 +131,7 @@ impl Live {
     }
 
     /// A recorded run with other parameters, on the virtual bench.
-    pub(super) fn simulate(
+    pub(crate) fn simulate(
         &self,
         number: i64,
         values: BTreeMap<String, String>,
@@ -163,7 +160,7 @@ impl Live {
     /// A record; one that is looked at again and again stays open.
     fn opened(&self, number: i64) -> Result<Arc<Stored>, Error> {
         let file = self.record_of(number)?;
-        let mut opened = lock(&self.shared.opened);
+        let mut opened = lock(&self.opened);
         if let Some((_, stored)) = opened.as_ref().filter(|(known, _)| *known == number) {
             return Ok(stored.clone());
         }
@@ -176,11 +173,10 @@ impl Live {
     }
 
     fn record_of(&self, number: i64) -> Result<PathBuf, Error> {
-        let catalogue = &self.shared.catalogue;
-        let record = catalogue.details(number)?.run.record;
+        let record = self.catalogue.details(number)?.run.record;
         let remedy = "It was not recorded: record with `bench record`, or measure with --record.";
         let record = record.ok_or(LiveError::RunGone { number, how: "it has no record of its cycles", remedy })?;
-        let folder = catalogue.folder(number)?;
+        let folder = self.catalogue.folder(number)?;
         // Of a record alone the run is the file itself.
         let file = if folder.is_dir() { folder.join(record) } else { folder };
         if std::fs::metadata(&file).is_ok_and(|about| about.len() > LARGEST) {

@@ -1,43 +1,42 @@
-//! What other doors than the protocol need: parameters as numbers, and every cycle as it comes.
+//! Access besides the protocol, for XCP and the WebSocket: parameters as numbers, and every cycle as it comes.
 
-use std::time::Instant;
-
+use super::Live;
 use super::protocol::XcpStatus;
-use super::{Live, lock};
 use stickslip_base::parameters::Entry;
 use stickslip_base::{Error, Preset};
+use stickslip_bench::tuning::Tuning;
 use stickslip_recording::capture::{Batch, Sink, Tap};
 
 impl Live {
     /// A sign of life of a client.
     pub fn seen(&self, client: &str) {
-        lock(&self.shared.operator).seen(client, Instant::now());
+        self.shared.operation.seen(client);
     }
 
     /// A client has gone: it operates no more.
     pub fn left(&self, client: &str) {
-        lock(&self.shared.operator).left(client);
+        self.shared.operation.left(client);
     }
 
     /// The newest cycle: its number and its signals, in the order of [`channels`](stickslip_bench::run::channels).
     pub fn newest(&self) -> (u64, Vec<f64>) {
-        let newest = lock(&self.shared.newest);
+        let newest = self.shared.acquisition.newest();
         (newest.cycle, newest.signals.row())
     }
 
-    /// The parameters in force.
+    /// The active parameters.
     pub fn in_force(&self) -> Preset<f64> {
-        *lock(&self.shared.tuning).preset()
+        self.shared.parameters.preset()
     }
 
-    /// All values in force, those of a loaded controller behind those of the preset.
+    /// All active values, those of a loaded controller behind those of the preset.
     pub fn entries(&self) -> Vec<Entry> {
-        lock(&self.shared.tuning).entries()
+        self.shared.parameters.read(Tuning::entries)
     }
 
     /// All values that the run began with.
     pub fn reference(&self) -> Vec<Entry> {
-        lock(&self.shared.tuning).reference_entries()
+        self.shared.parameters.read(Tuning::reference_entries)
     }
 
     /// Gives every row from now on to a sink; it must be quick, captures and records wait for it.
@@ -45,7 +44,7 @@ impl Live {
     /// # Errors
     /// A sink that looks at signals that there are not.
     pub fn attach<S: Sink>(&self, sink: S) -> Result<Tap<S>, Error> {
-        lock(&self.shared.captures).stream.add(sink)
+        self.shared.acquisition.captures().stream.add(sink)
     }
 
     /// The oldest batch that waits of a stream that [`Call::Samples`](super::protocol::Call::Samples) began.
@@ -53,20 +52,16 @@ impl Live {
     /// # Errors
     /// A number of no such stream.
     pub fn batch(&self, capture: u64) -> Result<Option<Batch>, Error> {
-        lock(&self.shared.captures).batch(capture)
+        self.shared.acquisition.captures().batch(capture)
     }
 
     /// Takes a sink back.
     pub fn detach<S: Sink>(&self, tap: Tap<S>) -> Option<S> {
-        lock(&self.shared.captures).stream.remove(tap)
+        self.shared.acquisition.captures().stream.remove(tap)
     }
 
-    /// How it is with one of the addresses at which the bench speaks XCP: replaces what was said of it before.
+    /// Replaces the status of one of the addresses for XCP.
     pub fn tell(&self, status: XcpStatus) {
-        let mut all = lock(&self.shared.xcp);
-        match all.iter_mut().find(|known| known.transport == status.transport) {
-            Some(known) => *known = status,
-            None => all.push(status),
-        }
+        self.shared.links.tell(status);
     }
 }

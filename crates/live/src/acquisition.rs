@@ -1,0 +1,90 @@
+//! Acquisition: the newest cycle, recent events, and the captures and streams of all clients. The listener fills them.
+
+use std::sync::{Mutex, MutexGuard};
+
+use super::captures::Captures;
+use super::lock;
+use super::marks::Marks;
+use super::protocol::{Answer, Mark, MarkKind};
+use stickslip_bench::run::{Signals, state_name};
+use stickslip_bench::tap::Sample;
+
+/// The acquired signals. Each part has its lock: a large capture that is fetched delays neither status nor axis.
+pub(super) struct Acquisition {
+    captures: Mutex<Captures>,
+    newest: Mutex<Newest>,
+    marks: Mutex<Marks>,
+}
+
+/// What is known of the newest cycle.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Newest {
+    pub(super) cycle: u64,
+    pub(super) signals: Signals<f64>,
+    pub(super) state: &'static str,
+    pub(super) fault: Option<String>,
+    pub(super) held: u64,
+    pub(super) lost: u64,
+}
+
+impl Acquisition {
+    /// At a tick rate [Hz].
+    pub(super) fn new(rate: f64) -> Self {
+        let newest = Newest { state: "off", ..Newest::default() };
+        Acquisition { captures: Mutex::new(Captures::new(rate)), newest: Mutex::new(newest), marks: Mutex::default() }
+    }
+
+    /// The captures and streams; the listener waits while they are held.
+    pub(super) fn captures(&self) -> MutexGuard<'_, Captures> {
+        lock(&self.captures)
+    }
+
+    pub(super) fn newest(&self) -> Newest {
+        lock(&self.newest).clone()
+    }
+
+    /// Takes over the newest cycle, with the cycles that were held and lost since the one before.
+    pub(super) fn update(&self, sample: &Sample, signals: Signals<f64>, held: u64, lost: u64) {
+        let (cycle, safety) = (sample.frame.cycle, &sample.frame.safety);
+        let fault = safety.fault().map(|fault| fault.to_string());
+        let mut newest = lock(&self.newest);
+        let (held, lost) = (newest.held + held, newest.lost + lost);
+        *newest = Newest { cycle, signals, state: state_name(safety), fault, held, lost };
+    }
+
+    /// The loop has ended, for this reason.
+    pub(super) fn fail(&self, reason: String) {
+        lock(&self.newest).fault = Some(reason);
+    }
+
+    /// No cycle comes any more.
+    pub(super) fn end(&self) {
+        lock(&self.newest).state = "ended";
+    }
+
+    /// Position of the set-point, or of the axis without control [rad].
+    pub(super) fn held_angle(&self) -> f64 {
+        let newest = lock(&self.newest);
+        if newest.signals.control > 0.5 { newest.signals.setpoint.position } else { newest.signals.angle }
+    }
+
+    /// Notes an event in a cycle.
+    pub(super) fn mark(&self, cycle: u64, kind: MarkKind, text: String) {
+        lock(&self.marks).push(Mark { cycle, kind, text });
+    }
+
+    /// Notes an event in the newest cycle.
+    pub(super) fn mark_now(&self, kind: MarkKind, text: String) {
+        let cycle = lock(&self.newest).cycle;
+        self.mark(cycle, kind, text);
+    }
+
+    pub(super) fn marks(&self) -> Answer {
+        Answer::Marks { marks: lock(&self.marks).all() }
+    }
+
+    /// Number of marks since the start.
+    pub(super) fn mark_count(&self) -> u64 {
+        lock(&self.marks).count()
+    }
+}

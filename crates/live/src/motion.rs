@@ -1,0 +1,144 @@
+//! The state of the axis: its motion or measurement, the result of the last one, and how to stop it.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use stickslip_core::cycle::Change;
+use stickslip_core::supervise::Request;
+
+use super::protocol::{Answer, Doing, Ended};
+use super::{LiveError, lock};
+use stickslip_base::Error;
+use stickslip_bench::Urgent;
+
+/// The stage of a motion: parameters may be changed during it.
+pub(super) const MOVING: &str = "moving";
+
+/// The state of the axis.
+pub(super) struct Motion {
+    /// Changes that enter with the next cycle.
+    urgent: Mutex<Urgent>,
+    activity: Mutex<Activity>,
+    /// Preload of the friction wheel: the bits of an `f64`.
+    preload: AtomicU64,
+    /// Set to end the motion or the measurement.
+    halt: Arc<AtomicBool>,
+    /// Whether it was stopped because the operator was silent.
+    abandoned: AtomicBool,
+}
+
+/// The motion or measurement that runs, and how the last one ended.
+#[derive(Default)]
+pub(super) struct Activity {
+    doing: Option<Doing>,
+    last: Option<Ended>,
+}
+
+impl Motion {
+    pub(super) fn new(urgent: Urgent, preload: f64) -> Self {
+        Motion {
+            urgent: Mutex::new(urgent),
+            activity: Mutex::default(),
+            preload: AtomicU64::new(preload.to_bits()),
+            halt: Arc::default(),
+            abandoned: AtomicBool::new(false),
+        }
+    }
+
+    /// Makes a change with the next cycle: the number of that cycle.
+    pub(super) fn change(&self, change: Change) -> Result<u64, Error> {
+        lock(&self.urgent).change(change)
+    }
+
+    /// Waits for a change that is being made: then it has been reported.
+    pub(super) fn wait_for_change(&self) {
+        drop(lock(&self.urgent));
+    }
+
+    pub(super) fn request(&self, request: Request) -> Result<Answer, Error> {
+        self.change(Change::Request(request)).map(|_| Answer::Done {})
+    }
+
+    /// Halts, and stops by the brake; or switches off, without torque at once.
+    pub(super) fn stop(&self, off: bool) -> Result<Answer, Error> {
+        self.halt();
+        self.request(if off { Request::Off } else { Request::Stop })
+    }
+
+    /// Ends the motion or the measurement.
+    pub(super) fn halt(&self) -> Answer {
+        self.halt.store(true, Ordering::Relaxed);
+        Answer::Done {}
+    }
+
+    pub(super) fn is_halted(&self) -> bool {
+        self.halt.load(Ordering::Relaxed)
+    }
+
+    /// Set when the motion or the measurement is to end.
+    pub(super) fn halt_flag(&self) -> Arc<AtomicBool> {
+        self.halt.clone()
+    }
+
+    /// Begins a motion or a measurement by `start`, unless one runs.
+    pub(super) fn begin(&self, what: &str, start: impl FnOnce() -> Result<Answer, Error>) -> Result<Answer, Error> {
+        let mut activity = lock(&self.activity);
+        if let Some(doing) = &activity.doing {
+            return Err(LiveError::Busy { what: doing.what.clone() }.into());
+        }
+        self.halt.store(false, Ordering::Relaxed);
+        self.abandoned.store(false, Ordering::Relaxed);
+        activity.doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
+        start()
+    }
+
+    /// No measurement, which sets parameters itself, runs or begins while this is held.
+    pub(super) fn at_most_moving(&self) -> Result<MutexGuard<'_, Activity>, Error> {
+        let activity = lock(&self.activity);
+        match &activity.doing {
+            Some(running) if running.stage != MOVING => Err(LiveError::Busy { what: running.what.clone() }.into()),
+            _ => Ok(activity),
+        }
+    }
+
+    pub(super) fn progress(&self, what: &str, stage: &str, fraction: f64) {
+        lock(&self.activity).doing = Some(Doing { what: what.into(), stage: stage.into(), fraction });
+    }
+
+    /// Nothing runs, and there is no result.
+    pub(super) fn idle(&self) {
+        lock(&self.activity).doing = None;
+    }
+
+    pub(super) fn end(&self, ended: Ended) {
+        *lock(&self.activity) = Activity { doing: None, last: Some(ended) };
+    }
+
+    pub(super) fn status(&self) -> (Option<Doing>, Option<Ended>) {
+        let activity = lock(&self.activity);
+        (activity.doing.clone(), activity.last.clone())
+    }
+
+    /// Stops the motion or the measurement: the operator is silent.
+    pub(super) fn abandon(&self) {
+        let runs = lock(&self.activity).doing.is_some();
+        if runs && !self.abandoned.swap(true, Ordering::Relaxed) {
+            // Refused when it stops already; a loop that has ended needs no stop.
+            drop(self.stop(false));
+        }
+    }
+
+    /// Whether the activity that ends now was abandoned.
+    pub(super) fn take_abandoned(&self) -> bool {
+        self.abandoned.swap(false, Ordering::Relaxed)
+    }
+
+    /// Preload of the friction wheel, 0 … 1.
+    pub(super) fn preload(&self) -> f64 {
+        f64::from_bits(self.preload.load(Ordering::Relaxed))
+    }
+
+    pub(super) fn set_preload(&self, preload: f64) {
+        self.preload.store(preload.to_bits(), Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,189 @@
+//! Recordings, which begin and end while the bench runs.
+//!
+//! The scribe is started first: from then on it gets every cycle and every change. Then the loop gives its state at the
+//! begin of one cycle; the record begins with it, and what came before is left out.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, mpsc};
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+use super::protocol::{Answer, Recorded};
+use super::runs::Runs;
+use super::scribe::{Progress, Scribe};
+use super::{Live, LiveError, Shared, lock};
+use crate::catalogue::Made;
+use stickslip_base::{Error, output};
+use stickslip_bench::Keyframes;
+use stickslip_bench::run::{About, RunWriter};
+
+/// Changes of the last recorded cycle may arrive so much later: they are reported after they are made.
+const CHANGES: Duration = Duration::from_millis(500);
+/// Name of the file in its folder.
+const FILE: &str = "run.mf4";
+
+/// Records the cycles of the bench.
+pub(super) struct Recorder {
+    recording: Mutex<Option<Recording>>,
+    report: Arc<Mutex<Option<Report>>>,
+    /// State of the loop on request.
+    keyframes: Mutex<Keyframes>,
+}
+
+/// A recording under way.
+pub(super) struct Recording {
+    pub(super) scribe: Scribe,
+    file: PathBuf,
+    /// For the catalogue.
+    made: Made,
+}
+
+/// What the status shows of a recording.
+struct Report {
+    /// The file, or why it could not be continued.
+    text: String,
+    progress: Arc<Mutex<Progress>>,
+}
+
+impl Recorder {
+    pub(super) fn new(keyframes: Keyframes) -> Self {
+        Recorder { recording: Mutex::default(), report: Arc::default(), keyframes: Mutex::new(keyframes) }
+    }
+
+    /// Begins with the first cycle, into a file that was opened already.
+    pub(super) fn begin_at_start(&self, writer: RunWriter, file: &Path) {
+        let made = Made::now(file, SystemTime::now(), None);
+        let scribe = self.start(file, move || Ok((writer, 0)));
+        *lock(&self.recording) = Some(Recording { scribe, file: file.into(), made });
+    }
+
+    /// Begins into a file. Returns the recording before, if it broke off.
+    fn begin(
+        &self,
+        file: PathBuf,
+        made: Made,
+        open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static,
+    ) -> Result<Option<Recording>, Error> {
+        let mut recording = lock(&self.recording);
+        if let Some(under_way) = recording.as_ref().filter(|recording| !recording.scribe.has_ended()) {
+            return Err(LiveError::Busy { what: format!("a recording into {}", under_way.file.display()) }.into());
+        }
+        let scribe = self.start(&file, open);
+        Ok(recording.replace(Recording { scribe, file, made }))
+    }
+
+    fn start(&self, file: &Path, open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static) -> Scribe {
+        let progress = Arc::new(Mutex::new(Progress::default()));
+        let reported = |text, progress| Some(Report { text, progress });
+        *lock(&self.report) = reported(file.display().to_string(), progress.clone());
+        let (report, written) = (self.report.clone(), progress.clone());
+        // After a failure of the disk the bench continues; what was recorded is kept.
+        Scribe::start(open, progress, move |error| *lock(&report) = reported(error.to_string(), written))
+    }
+
+    /// The recording under way; the listener waits while it is held.
+    pub(super) fn recording(&self) -> MutexGuard<'_, Option<Recording>> {
+        lock(&self.recording)
+    }
+
+    /// Ends the recording with the last cycle of the bench; the status shows a failure.
+    pub(super) fn end(&self, runs: &Runs) {
+        let recording = lock(&self.recording).take();
+        let _ = recording.map(|recording| recording.finish(runs));
+    }
+
+    fn forget(&self) {
+        *lock(&self.report) = None;
+    }
+
+    /// File or failure, and how much is recorded at a tick rate.
+    pub(super) fn status(&self, rate: f64) -> (Option<String>, Option<Recorded>) {
+        let report = lock(&self.report);
+        let recorded = report.as_ref().map(|report| {
+            let Progress { from, rows, bytes, lost } = *lock(&report.progress);
+            Recorded { from, length: rows as f64 / rate, bytes, lost }
+        });
+        (report.as_ref().map(|report| report.text.clone()), recorded)
+    }
+}
+
+impl Recording {
+    /// Waits until all is in the file, and enters it into the catalogue.
+    fn finish(self, runs: &Runs) -> Result<(), Error> {
+        let Recording { scribe, mut made, .. } = self;
+        let ended = scribe.finish();
+        made.duration = made.begun.elapsed().unwrap_or_default().as_secs_f64();
+        // Also a record that broke off: what was recorded is there.
+        runs.enter(made);
+        ended
+    }
+}
+
+impl Live {
+    /// Begins a recording with one of the next cycles.
+    pub(super) fn record(&self, name: &str) -> Result<Answer, Error> {
+        if name.is_empty() || !name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_".contains(letter)) {
+            let remedy = "A recording is named by letters, digits, - and _.";
+            return Err(LiveError::RunText { text: name.into(), remedy }.into());
+        }
+        let Shared { recorder, runs, parameters, .. } = &*self.shared;
+        let (number, folder) = runs.folder(name)?;
+        let file = folder.join(FILE);
+        let (opened, heard) = mpsc::channel();
+        let (shared, path) = (self.shared.clone(), file.clone());
+        let open = move || {
+            let begun = open(&shared, &path);
+            // Without a receiver the recording continues.
+            let _ = opened.send(begun.is_ok());
+            begun
+        };
+        let number = i64::try_from(number).ok();
+        let made = Made::now(&folder, SystemTime::now(), Some(parameters.file()));
+        if let Some(broken) = recorder.begin(file, Made { words: Some(name.to_owned()), number, ..made }, open)? {
+            // The status showed why it broke off.
+            let _ = broken.finish(runs);
+        }
+        if let Ok(true) = heard.recv() {
+            return Ok(Answer::Done {});
+        }
+        let failed = recorder.recording().take();
+        let failure = failed.map(|failed| failed.scribe.finish());
+        recorder.forget();
+        // Empty, unless a file was put into it meanwhile.
+        let _ = std::fs::remove_dir(&folder);
+        match failure {
+            Some(Err(error)) => Err(error),
+            _ => Err(Error::BenchFault { cycle: 0, reason: "the recording did not begin; try again".into() }),
+        }
+    }
+
+    /// Ends the recording.
+    pub(super) fn end_record(&self) -> Result<Answer, Error> {
+        let Shared { recorder, runs, motion, .. } = &*self.shared;
+        match recorder.recording().as_mut() {
+            Some(recording) => recording.scribe.close(),
+            None => return Err(LiveError::NothingToEnd { what: "recording" }.into()),
+        }
+        motion.wait_for_change();
+        thread::sleep(CHANGES);
+        let Some(recording) = recorder.recording().take() else { return Ok(Answer::Done {}) };
+        recording.finish(runs)?;
+        recorder.forget();
+        Ok(Answer::Done {})
+    }
+}
+
+/// Creates the file, from a cycle on.
+fn open(shared: &Shared, file: &Path) -> Result<(RunWriter, u64), Error> {
+    if let Some(folder) = file.parent() {
+        output::create_folder(folder)?;
+    }
+    // A change in between would be active and missing in the preset, or the other way round.
+    let _one = shared.parameters.changing();
+    let preset = shared.parameters.preset();
+    let by = shared.parameters.loaded.words().map_or(String::new(), |words| format!(" ({words})"));
+    let about = About { command: format!("stickslip bench record{by}"), preset, seed: shared.links.seed };
+    let keyframe = lock(&shared.recorder.keyframes).take()?;
+    let writer = RunWriter::create_from(file, &about, &keyframe)?;
+    Ok((writer, keyframe.cycle))
+}

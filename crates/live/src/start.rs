@@ -1,0 +1,151 @@
+//! The start of a bench: its parameters, its machine, its services, its threads.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+use std::thread;
+
+use stickslip_rt::Wishes;
+
+use super::implementation::Target;
+use super::loaded::Opened;
+use super::{
+    Acquisition, ControllerDesign, Health, Implementation, Links, Live, Measurements, Motion, Operation, Parameters,
+    Recorder, Runs, Shared, axis, listener,
+};
+use stickslip_base::parameters::presets::Source;
+use stickslip_base::{Error, Preset};
+use stickslip_bench::foreign::ForeignFile;
+use stickslip_bench::remote::Address;
+use stickslip_bench::run::{About, RunWriter};
+use stickslip_bench::tap::{Stream, tap};
+use stickslip_bench::tuning::{Loaded, Tuning};
+use stickslip_bench::{Bench as _, ClockedBench, Faulty, InProcess, refusals};
+
+/// How long the listener may sleep before cycles are lost [s].
+const ROOM: f64 = 4.0;
+
+/// What a live bench is started with.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Its parameters.
+    pub source: Source,
+    /// Where its machine is; in this process where it is `None`.
+    pub io: Option<Address>,
+    /// Seed of the noise of the virtual machine in this process.
+    pub seed: u64,
+    /// What is asked of the system.
+    pub wishes: Wishes,
+    /// Folder of runs and parameter sets.
+    pub project: PathBuf,
+    /// A controller, a friction or a law that is in the loop beside what the preset has, and acts first.
+    pub loaded: Option<ForeignFile>,
+    /// File that the run is recorded into; it must not be there yet.
+    pub record: Option<PathBuf>,
+    /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
+    pub operator_time: Option<f64>,
+}
+
+impl Start {
+    /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
+    pub fn new(source: Source, project: &Path) -> Self {
+        let (wishes, project) = (Wishes::default(), project.to_owned());
+        Start { source, io: None, seed: 1, wishes, project, loaded: None, record: None, operator_time: None }
+    }
+}
+
+impl Live {
+    /// Switches it on, at rest and without torque.
+    ///
+    /// # Errors
+    /// What is wrong with the parameters, what the design of the bench refuses; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime).
+    pub fn start(start: Start) -> Result<Self, Error> {
+        let operation = Operation::new(start.operator_time)?;
+        let mut tuning = Tuning::new(start.source.clone())?;
+        let preset = *tuning.preset();
+        let loaded = start.loaded.clone().map(|file| Opened::open(file, start.project.join("loaded"))).transpose()?;
+        let (loaded, foreign) = loaded.unzip();
+        let writer = start.record(&preset, loaded.as_ref())?;
+        let (mut bench, stream) = start.connect(&preset)?;
+        if let Some(foreign) = foreign {
+            tuning.bring(Loaded::new(&foreign, &preset.bench))?;
+            bench.seat(foreign, &preset.bench)?;
+        }
+        let sets = start.project.join("sets");
+        let parameters = Parameters::new(start.source.file.clone(), &sets, tuning, loaded);
+        let live = Self::run(&start, operation, parameters, bench, stream, writer);
+        // The rendering law of the parameters is active from the first cycle on.
+        let proposal = live.shared.parameters.read(Tuning::reset)?;
+        live.enter(&proposal)?;
+        Ok(live)
+    }
+
+    /// Assembles the services and starts the threads.
+    fn run(
+        start: &Start,
+        operation: Operation,
+        parameters: Parameters,
+        mut bench: ClockedBench,
+        stream: Stream,
+        writer: Option<RunWriter>,
+    ) -> Self {
+        let recorder = Recorder::new(bench.keyframes().expect("taken only here"));
+        let (runs, clerk) = Runs::start(&start.project);
+        let urgent = bench.urgent().expect("taken only here");
+        let machine = start.io.as_ref().map_or_else(|| "virtual".into(), ToString::to_string);
+        let target = Target::new(machine, bench.granted());
+        let shared = Arc::new(Shared {
+            acquisition: Acquisition::new(parameters.rate()),
+            parameters,
+            motion: Motion::new(urgent, bench.preload()),
+            operation,
+            recorder,
+            runs,
+            measurements: Measurements::new(&start.project.join("runs")),
+            health: Health::new(bench.histograms()),
+            implementation: Implementation::new(&start.project.join("build"), target),
+            controller: ControllerDesign::default(),
+            links: Links::new(start.virtual_seed(), bench.traffic()),
+        });
+        if let (Some(writer), Some(path)) = (writer, &start.record) {
+            shared.recorder.begin_at_start(writer, path);
+        }
+        let refused = bench.granted().map(refusals).unwrap_or_default();
+        let (jobs, jobs_out) = mpsc::channel();
+        let (of_listener, of_axis) = (shared.clone(), shared.clone());
+        let listener = thread::spawn(move || listener::run(stream, &of_listener));
+        let axis = thread::spawn(move || axis::run(bench, &of_axis, &jobs_out));
+        Live { shared, jobs, axis, listener, clerk, refused }
+    }
+}
+
+impl Start {
+    /// Seed of the noise, for the virtual machine in this process.
+    fn virtual_seed(&self) -> Option<u64> {
+        self.io.is_none().then_some(self.seed)
+    }
+
+    /// Creates the file that the run is recorded into.
+    fn record(&self, preset: &Preset<f64>, loaded: Option<&Opened>) -> Result<Option<RunWriter>, Error> {
+        let Some(path) = &self.record else { return Ok(None) };
+        if path.exists() {
+            return Err(Error::file(path, "record into", std::io::ErrorKind::AlreadyExists.into()));
+        }
+        let by = loaded.map_or(String::new(), |loaded| format!(" ({})", loaded.words()));
+        let about = About { command: format!("stickslip serve{by}"), preset: *preset, seed: self.virtual_seed() };
+        RunWriter::create(path, &about).map(Some)
+    }
+
+    /// The bench on its machine, and the stream of its cycles.
+    fn connect(&self, preset: &Preset<f64>) -> Result<(ClockedBench, Stream), Error> {
+        let (tap, stream) = tap((ROOM * preset.bench.tick_rate) as usize);
+        let bench = match &self.io {
+            Some(address) => ClockedBench::connect(preset, address, self.wishes, Some(tap))?,
+            None => {
+                let (machine, readings) = InProcess::new(preset, self.seed)?;
+                let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
+                ClockedBench::over(preset, machine, readings, self.wishes, Some(tap))?
+            }
+        };
+        Ok((bench, stream))
+    }
+}
