@@ -7,8 +7,10 @@ use std::time::Duration;
 use stickslip_rt::Wishes;
 
 use super::*;
+#[cfg(unix)]
+use crate::LiveError;
 use crate::protocol::Call;
-use crate::{Live, LiveError, Start};
+use crate::{Live, Start};
 use stickslip_base::parameters::{self, presets};
 use stickslip_bench::run::channels;
 

@@ -21,21 +21,7 @@ impl Pen<'_> {
         let middle = (left + right) / 2.0;
         put!(self.out, "<title>{}</title>", text::escape(&self.tooltip()));
         if nodes.len() > 1 {
-            self.rect("box", left, right, shape.height, 4.0);
-            if self.element.is_formula() && self.element.inputs.len() == 1 {
-                self.text(label, middle, shape.height / 2.0 + 4.0, "middle", "");
-                return self.entries(left);
-            }
-            self.text(label, middle, 18.0, "middle", "");
-            let inside = function_names(self.page, &self.element.inputs);
-            let outside = self.element.outputs.iter().map(|end| short_name(self.page, *end));
-            for (name, y) in inside.iter().zip(&self.element.rows) {
-                self.text(name, left + 11.0, y + 4.0, "start", "what");
-            }
-            for (name, y) in outside.zip(&shape.outputs) {
-                self.text(&name, right - 8.0, y + 4.0, "end", "what");
-            }
-            return self.entries(left);
+            return self.function();
         }
         match &node.kind {
             Kind::Input | Kind::Output => {
@@ -44,17 +30,7 @@ impl Pen<'_> {
                 self.text(label, left + 13.0, y, "start", "");
                 self.text(&text::unit(node.unit), right - 12.0, y, "end", "quiet");
             }
-            Kind::Delay => {
-                self.rect("box", left, right, shape.height - 18.0, 2.0);
-                put!(
-                    self.out,
-                    "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\"><tspan font-style=\"italic\">z</tspan>\
-                     <tspan dy=\"-4\" font-size=\"75%\">−1</tspan></text>",
-                    pixel(middle),
-                    pixel((shape.height - 18.0) / 2.0 + 5.0)
-                );
-                self.text(label, middle, shape.height - 4.0, "middle", "");
-            }
+            Kind::Delay => self.delay(),
             Kind::Sum(signs) if signs.len() <= 3 => return self.sum(signs),
             Kind::Sum(_) | Kind::Product(_) => {
                 self.rect("box", left, right, shape.height, 2.0);
@@ -63,93 +39,10 @@ impl Pen<'_> {
                 self.text(label, middle + if signs { 4.0 } else { 0.0 }, shape.height / 2.0 + 5.0, "middle", "");
                 self.signs(&node.kind);
             }
-            Kind::Gain(_) => {
-                let (height, half) = (shape.height, shape.height / 2.0);
-                let nose = if text::width(label) <= 30.0 { left } else { right - 14.0 };
-                put!(
-                    self.out,
-                    "<path class=\"box\" stroke-linejoin=\"round\" d=\"M{} 0L{} 0L{} {half}L{} {height}L{} {height}Z\"/>",
-                    pixel(left),
-                    pixel(nose),
-                    pixel(right),
-                    pixel(nose),
-                    pixel(left)
-                );
-                self.text(label, left + if nose == left { 5.0 } else { 9.0 }, half + 4.0, "start", "");
-            }
-            Kind::Saturation { .. } => {
-                let height = shape.height - if label.is_empty() { 0.0 } else { 18.0 };
-                let (low, high) = (middle - 22.0, middle + 22.0);
-                if low > left {
-                    self.rect("box", low, high, height, 2.0);
-                    put!(
-                        self.out,
-                        "<path class=\"wire\" d=\"M{} {1}H{2}M{3} {1}H{4}\"/>",
-                        pixel(left),
-                        height / 2.0,
-                        pixel(low),
-                        pixel(high),
-                        pixel(right)
-                    );
-                } else {
-                    self.rect("box", left, right, height, 2.0);
-                }
-                let y = height / 2.0;
-                put!(
-                    self.out,
-                    "<path class=\"axis\" d=\"M{} {y}h32M{} {}v26\"/>",
-                    pixel(middle - 16.0),
-                    pixel(middle),
-                    y - 13.0
-                );
-                put!(
-                    self.out,
-                    "<path class=\"icon\" d=\"M{} {}h8L{} {}h8\"/>",
-                    pixel(middle - 16.0),
-                    y + 9.0,
-                    pixel(middle + 8.0),
-                    y - 9.0
-                );
-                self.text(label, middle, shape.height - 4.0, "middle", "");
-                return self.entries(low.max(left));
-            }
-            Kind::Sign => {
-                self.rect("box", left, right, shape.height, 2.0);
-                let y = shape.height / 2.0;
-                put!(
-                    self.out,
-                    "<path class=\"axis\" d=\"M{} {y}h26M{} {}v26\"/>",
-                    pixel(middle - 13.0),
-                    pixel(middle),
-                    y - 13.0
-                );
-                put!(
-                    self.out,
-                    "<path class=\"icon\" d=\"M{} {}H{}V{}h12\"/>",
-                    pixel(middle - 12.0),
-                    y + 8.0,
-                    pixel(middle),
-                    y - 8.0
-                );
-            }
-            Kind::Switch => {
-                self.rect("box", left, right, shape.height, 2.0);
-                let out = shape.height / 2.0;
-                put!(
-                    self.out,
-                    "<path class=\"icon\" d=\"M{} 10h10L{} {out}H{}M{} {}h10\"/><circle class=\"dot\" cx=\"{}\" cy=\"10\" r=\"1.8\"/>\
-                     <circle class=\"dot\" cx=\"{}\" cy=\"{}\" r=\"1.8\"/><circle class=\"dot\" cx=\"{}\" cy=\"{out}\" r=\"1.8\"/>",
-                    pixel(left),
-                    pixel(right - 10.0),
-                    pixel(right),
-                    pixel(left),
-                    shape.height - 10.0,
-                    pixel(left + 10.0),
-                    pixel(left + 10.0),
-                    shape.height - 10.0,
-                    pixel(right - 10.0)
-                );
-            }
+            Kind::Gain(_) => self.gain(),
+            Kind::Saturation { .. } => return self.saturation(),
+            Kind::Sign => self.sign(),
+            Kind::Switch => self.switch(),
             Kind::Call { .. } => self.call(node),
             _ => {
                 self.rect("box", left, right, shape.height, 2.0);
@@ -157,6 +50,149 @@ impl Pen<'_> {
             }
         }
         self.entries(left);
+    }
+
+    /// Several nodes as one function.
+    fn function(&mut self) {
+        let Element { margin, shape, label, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        let middle = (left + right) / 2.0;
+        self.rect("box", left, right, shape.height, 4.0);
+        if self.element.is_formula() && self.element.inputs.len() == 1 {
+            self.text(label, middle, shape.height / 2.0 + 4.0, "middle", "");
+            return self.entries(left);
+        }
+        self.text(label, middle, 18.0, "middle", "");
+        let inside = function_names(self.page, &self.element.inputs);
+        let outside = self.element.outputs.iter().map(|end| short_name(self.page, *end));
+        for (name, y) in inside.iter().zip(&self.element.rows) {
+            self.text(name, left + 11.0, y + 4.0, "start", "what");
+        }
+        for (name, y) in outside.zip(&shape.outputs) {
+            self.text(&name, right - 8.0, y + 4.0, "end", "what");
+        }
+        self.entries(left);
+    }
+
+    /// A delay of one step.
+    fn delay(&mut self) {
+        let Element { margin, shape, label, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        let middle = (left + right) / 2.0;
+        self.rect("box", left, right, shape.height - 18.0, 2.0);
+        put!(
+            self.out,
+            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\"><tspan font-style=\"italic\">z</tspan>\
+             <tspan dy=\"-4\" font-size=\"75%\">−1</tspan></text>",
+            pixel(middle),
+            pixel((shape.height - 18.0) / 2.0 + 5.0)
+        );
+        self.text(label, middle, shape.height - 4.0, "middle", "");
+    }
+
+    /// A gain.
+    fn gain(&mut self) {
+        let Element { margin, shape, label, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        let (height, half) = (shape.height, shape.height / 2.0);
+        let nose = if text::width(label) <= 30.0 { left } else { right - 14.0 };
+        put!(
+            self.out,
+            "<path class=\"box\" stroke-linejoin=\"round\" d=\"M{} 0L{} 0L{} {half}L{} {height}L{} {height}Z\"/>",
+            pixel(left),
+            pixel(nose),
+            pixel(right),
+            pixel(nose),
+            pixel(left)
+        );
+        self.text(label, left + if nose == left { 5.0 } else { 9.0 }, half + 4.0, "start", "");
+    }
+
+    /// A saturation.
+    fn saturation(&mut self) {
+        let Element { margin, shape, label, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        let middle = (left + right) / 2.0;
+        let height = shape.height - if label.is_empty() { 0.0 } else { 18.0 };
+        let (low, high) = (middle - 22.0, middle + 22.0);
+        if low > left {
+            self.rect("box", low, high, height, 2.0);
+            put!(
+                self.out,
+                "<path class=\"wire\" d=\"M{} {1}H{2}M{3} {1}H{4}\"/>",
+                pixel(left),
+                height / 2.0,
+                pixel(low),
+                pixel(high),
+                pixel(right)
+            );
+        } else {
+            self.rect("box", left, right, height, 2.0);
+        }
+        let y = height / 2.0;
+        put!(
+            self.out,
+            "<path class=\"axis\" d=\"M{} {y}h32M{} {}v26\"/>",
+            pixel(middle - 16.0),
+            pixel(middle),
+            y - 13.0
+        );
+        put!(
+            self.out,
+            "<path class=\"icon\" d=\"M{} {}h8L{} {}h8\"/>",
+            pixel(middle - 16.0),
+            y + 9.0,
+            pixel(middle + 8.0),
+            y - 9.0
+        );
+        self.text(label, middle, shape.height - 4.0, "middle", "");
+        self.entries(low.max(left));
+    }
+
+    /// The sign of a number.
+    fn sign(&mut self) {
+        let Element { margin, shape, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        let middle = (left + right) / 2.0;
+        self.rect("box", left, right, shape.height, 2.0);
+        let y = shape.height / 2.0;
+        put!(
+            self.out,
+            "<path class=\"axis\" d=\"M{} {y}h26M{} {}v26\"/>",
+            pixel(middle - 13.0),
+            pixel(middle),
+            y - 13.0
+        );
+        put!(
+            self.out,
+            "<path class=\"icon\" d=\"M{} {}H{}V{}h12\"/>",
+            pixel(middle - 12.0),
+            y + 8.0,
+            pixel(middle),
+            y - 8.0
+        );
+    }
+
+    /// A switch.
+    fn switch(&mut self) {
+        let Element { margin, shape, .. } = self.element;
+        let (left, right) = (*margin, shape.width);
+        self.rect("box", left, right, shape.height, 2.0);
+        let out = shape.height / 2.0;
+        put!(
+            self.out,
+            "<path class=\"icon\" d=\"M{} 10h10L{} {out}H{}M{} {}h10\"/><circle class=\"dot\" cx=\"{}\" cy=\"10\" r=\"1.8\"/>\
+             <circle class=\"dot\" cx=\"{}\" cy=\"{}\" r=\"1.8\"/><circle class=\"dot\" cx=\"{}\" cy=\"{out}\" r=\"1.8\"/>",
+            pixel(left),
+            pixel(right - 10.0),
+            pixel(right),
+            pixel(left),
+            shape.height - 10.0,
+            pixel(left + 10.0),
+            pixel(left + 10.0),
+            shape.height - 10.0,
+            pixel(right - 10.0)
+        );
     }
 
     fn rect(&mut self, class: &str, left: f64, right: f64, height: f64, radius: f64) {
