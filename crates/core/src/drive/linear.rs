@@ -63,12 +63,12 @@ pub(crate) fn half_flow<T: Scalar>(drive: &TwoMass<T>, winding: &Winding<T>, lag
 pub(crate) fn advance<T: Scalar>(half_flow: &HalfFlow<T>, x: [T; STATES + INPUTS]) -> [T; STATES + 1] {
     // Column by column: six independent sums instead of six chains, side by side in memory.
     let mut sum = half_flow[0];
-    for row in 0..=STATES {
-        sum[row] *= x[0];
+    for row in &mut sum {
+        *row *= x[0];
     }
-    for column in 1..STATES + INPUTS {
-        for row in 0..=STATES {
-            sum[row] += half_flow[column][row] * x[column];
+    for (column, x) in half_flow[1..].iter().zip(&x[1..]) {
+        for (row, share) in sum.iter_mut().zip(column) {
+            *row += *share * *x;
         }
     }
     sum
