@@ -61,15 +61,22 @@ pub(crate) fn half_flow<T: Scalar>(drive: &TwoMass<T>, winding: &Winding<T>, lag
 /// The states and the way gone [rad] after half a step from states and inputs, in the order of the columns.
 #[inline(always)]
 pub(crate) fn advance<T: Scalar>(half_flow: &HalfFlow<T>, x: [T; STATES + INPUTS]) -> [T; STATES + 1] {
-    // Column by column: six independent sums instead of six chains, side by side in memory.
+    // Column by column: six independent sums instead of six chains, side by side in memory. Loops without an iterator:
+    // in builds with checks its steps stay calls, a third of the time of a simulation.
     let mut sum = half_flow[0];
-    for row in &mut sum {
-        *row *= x[0];
+    let mut row = 0;
+    while row <= STATES {
+        sum[row] *= x[0];
+        row += 1;
     }
-    for (column, x) in half_flow[1..].iter().zip(&x[1..]) {
-        for (row, share) in sum.iter_mut().zip(column) {
-            *row += *share * *x;
+    let mut column = 1;
+    while column < STATES + INPUTS {
+        row = 0;
+        while row <= STATES {
+            sum[row] += half_flow[column][row] * x[column];
+            row += 1;
         }
+        column += 1;
     }
     sum
 }
