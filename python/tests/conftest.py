@@ -1,4 +1,5 @@
 import os
+import signal
 
 import matplotlib
 import pytest
@@ -6,6 +7,8 @@ import pytest
 import stickslip
 
 matplotlib.use("Agg")
+# A shell starts background jobs with the signal ignored; the tests of Ctrl-C need it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
