@@ -105,7 +105,7 @@ impl Motion {
         lock(&self.activity).doing = Some(Doing { what: what.into(), stage: stage.into(), fraction });
     }
 
-    /// Nothing runs, and there is no result.
+    /// Ends the activity without a result.
     pub(super) fn idle(&self) {
         lock(&self.activity).doing = None;
     }

@@ -24,7 +24,7 @@ impl Operation {
     /// With a limit of the operator's silence [s].
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a time that no client can keep, or that is no time.
+    /// [`Error::OutOfRange`] for a silence outside 0.1 … 3600 s.
     pub(super) fn new(silence: Option<f64>) -> Result<Self, Error> {
         let checked = |value: f64| {
             let [minimum, maximum] = [0.1, 3600.0];
@@ -92,8 +92,8 @@ impl Operation {
     pub(super) fn silence(&self) -> String {
         let limit = self.silence.unwrap_or_default().as_secs_f64();
         format!(
-            "The operator was silent for more than {limit} s, and the bench stopped. Whoever operates must be heard more \
-             often, or choose another `--operator-time`."
+            "The operator was silent for more than {limit} s, and the bench stopped. Poll more often, or set a longer \
+             `--operator-time`."
         )
     }
 }

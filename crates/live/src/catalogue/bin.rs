@@ -80,7 +80,8 @@ impl Catalogue {
         let oldest = rfc3339(SystemTime::now() - KEPT);
         for place in places.flatten() {
             let Some(number) = place.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
-            let deleted = self.entry(number)?.and_then(|entry| entry.label.deleted);
+            // A damaged entry keeps its files, and is named by the next search.
+            let deleted = self.entry(number).ok().flatten().and_then(|entry| entry.label.deleted);
             // Texts of this form have the order of their times.
             if deleted.is_some_and(|deleted| deleted < oldest) {
                 let place = place.path();

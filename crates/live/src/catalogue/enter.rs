@@ -51,7 +51,7 @@ impl Catalogue {
         let Some(facts) = Facts::read(&made.path) else { return Ok(None) };
         let lock = self.lock()?;
         let number = match made.number {
-            Some(number) if self.entry(number)?.is_none() => number,
+            Some(number) if !self.numbers()?.contains(&number) => number,
             _ => self.next_number(&lock)?,
         };
         let label = Label {

@@ -270,7 +270,7 @@ fn a_lock_excludes_other_changes_and_no_search() {
 fn an_entry_that_breaks_off_is_none() {
     let (folder, catalogue) = project();
     enter(&catalogue, &leave(&folder.path().join("one"), 0.3, "paper"));
-    // As a process that is killed leaves it: a temporary file, and the lock file that nobody holds.
+    // Temporary files of a killed process.
     fs::write(catalogue.index().join(".1.json.tmp"), "{\"schema\"").unwrap();
     fs::write(catalogue.index().join("2.json.tmp"), "{\"schema\"").unwrap();
     assert_eq!(numbers(&catalogue, ""), [1]);
@@ -300,12 +300,17 @@ fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
         let damaged = catalogue.details(number).unwrap_err().to_string();
         assert!(damaged.contains(&format!("{number}.json")) && damaged.contains("--rebuild"), "{damaged}");
     }
+    // A damaged entry of a deleted run hinders no other run.
+    fs::create_dir_all(catalogue.bin().join("2")).unwrap();
+    assert_eq!(enter(&catalogue, &leave(&folder.path().join("four"), 0.3, "paper")), 8);
+    let second = Made { number: Some(2), ..Made::now(&folder.path().join("four"), SystemTime::now(), None) };
+    assert_eq!(catalogue.enter(&second).unwrap(), Some(9));
     fs::write(catalogue.index().join("last"), "many").unwrap();
     assert!(catalogue.set_aside().unwrap_err().to_string().contains("--rebuild"));
-    assert_eq!(catalogue.rebuild().unwrap(), Rebuilt { runs: 3, unlabelled: 0 });
+    assert_eq!(catalogue.rebuild().unwrap(), Rebuilt { runs: 4, unlabelled: 0 });
     let found = catalogue.runs("", 9).unwrap();
-    assert_eq!((found.of, found.hints.len()), (3, 0), "{found:?}");
-    assert_eq!(catalogue.set_aside().unwrap(), 8);
+    assert_eq!((found.of, found.hints.len()), (4, 0), "{found:?}");
+    assert_eq!(catalogue.set_aside().unwrap(), 10);
 }
 
 #[test]
