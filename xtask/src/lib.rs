@@ -16,6 +16,7 @@ mod pace;
 mod page;
 mod programs;
 mod python;
+mod record;
 mod rust;
 mod schedule;
 mod study;
@@ -31,7 +32,8 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   check         check the changes against main: format, lints, interfaces, unit tests of the changed packages
-  test [PART]   run all checks of continuous integration, or one part: rust, python, page, guide
+  test [PART]   run all checks of continuous integration, or one part: rust, python, page, guide;
+                test programs that passed with the same inputs do not run again, except with --all
   bench [NAME]  measure ratios to named peers: name, our time, the peer's time, peer / ours
   study [NAME]  run a study that is too long for the tests; default: list the studies
   map           redraw the map of the crates in ARCHITECTURE.md
@@ -43,8 +45,7 @@ usage: cargo xtask COMMAND
 pub fn run(arguments: &[&str]) -> Result<(), String> {
     match arguments {
         ["check"] => check::check(),
-        ["test"] => test::test(None),
-        ["test", part] => test::test(Some(part.parse()?)),
+        ["test", options @ ..] => test::test(&test::Options::parse(options)?),
         ["bench"] => bench::bench(None),
         ["bench", name] => bench::bench(Some(name)),
         ["study"] => study::list(),

@@ -5,11 +5,12 @@ use std::process::Command;
 
 use crate::budget::{BROWSER, PAGE, PAGE_BUILD};
 use crate::command::{PROGRAM, run};
+use crate::record::Reads;
 use crate::suite::Outcome;
 use crate::test::Run;
 use crate::tools;
 
-pub(crate) fn check(Run { suite, cargo, .. }: &mut Run) {
+pub(crate) fn check(Run { suite, cargo, record, .. }: &mut Run) {
     let web = cargo.folder.join("web");
     let npm_works = tools::works("node") && tools::works("npm");
     suite.stage(PAGE, |_| {
@@ -25,9 +26,10 @@ pub(crate) fn check(Run { suite, cargo, .. }: &mut Run) {
         return;
     }
     suite.stage(PAGE_BUILD, |_| cargo.build(&["--bin", PROGRAM]).map(|()| Outcome::Passed));
+    let inputs = record.inputs(Reads::All, [&cargo.program()]);
     suite.stage(BROWSER, |_| {
-        run(npm(&web, "browser").env("STICKSLIP", cargo.program()))?;
-        Ok(Outcome::Passed)
+        let test = || run(npm(&web, "browser").env("STICKSLIP", cargo.program()));
+        record.unless_unchanged(BROWSER.name, inputs, test)
     });
 }
 

@@ -10,6 +10,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use crate::record::{Reads, Record};
 use crate::schedule::Times;
 use crate::suite::Counts;
 use crate::workspace::{Kind, Workspace};
@@ -25,10 +26,12 @@ pub(crate) struct Program {
     /// Whether it runs alone, since it holds a bench to the clock of the machine: `alone` in the manifest's
     /// `[package.metadata.stickslip]` lists its target, `lib` the unit tests of the library.
     pub(crate) alone: bool,
+    /// Fingerprint of what its result depends on; `None` if a file cannot be read.
+    pub(crate) inputs: Option<u64>,
 }
 
 /// Compiles the tests by a `cargo test` command that runs none. Returns their programs.
-pub(crate) fn compile(workspace: &Workspace, cargo: &mut Command) -> Result<Vec<Program>, String> {
+pub(crate) fn compile(workspace: &Workspace, record: &Record, cargo: &mut Command) -> Result<Vec<Program>, String> {
     let failure = |error: std::io::Error| format!("cannot read the output of cargo: {error}");
     let arguments = ["--no-run", "--message-format=json-render-diagnostics"];
     let mut child = cargo.args(arguments).stdout(Stdio::piped()).spawn().map_err(failure)?;
@@ -37,27 +40,37 @@ pub(crate) fn compile(workspace: &Workspace, cargo: &mut Command) -> Result<Vec<
     if !child.wait().map_err(failure)?.success() {
         return Err("the tests do not compile".into());
     }
-    Ok(lines.iter().filter_map(|line| program(workspace, line)).collect())
+    Ok(programs(workspace, record, &lines))
+}
+
+/// The test programs in the messages of cargo.
+fn programs(workspace: &Workspace, record: &Record, messages: &[String]) -> Vec<Program> {
+    let messages: Vec<Value> = messages.iter().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    let built = messages.iter().filter(|it| it["reason"] == "compiler-artifact" && it["profile"]["test"] == false);
+    let started: Vec<PathBuf> = built.filter_map(|it| Some(it["executable"].as_str()?.into())).collect();
+    messages.iter().filter_map(|message| program(workspace, record, message, &started)).collect()
 }
 
 /// The test program in a message of cargo.
-fn program(workspace: &Workspace, message: &str) -> Option<Program> {
-    let message: Value = serde_json::from_str(message).ok()?;
+fn program(workspace: &Workspace, record: &Record, message: &Value, started: &[PathBuf]) -> Option<Program> {
     if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
         return None;
     }
     let within = |path: &Value| Some(Path::new(path.as_str()?).strip_prefix(&workspace.root).ok()?.to_path_buf());
     let source = within(&message["target"]["src_path"])?;
     let package = workspace.package_of(&source)?;
-    let target = match Kind::of(&message["target"]) {
-        Kind::Library => "lib",
-        _ => message["target"]["name"].as_str()?,
-    };
+    let kind = Kind::of(&message["target"]);
+    let target = if kind == Kind::Library { "lib" } else { message["target"]["name"].as_str()? };
+    let executable = PathBuf::from(message["executable"].as_str()?);
+    // Unit tests start no programs and read no sources; integration tests of some crates do both.
+    let (reads, starts) = if kind == Kind::Test { (Reads::All, started) } else { (Reads::NoSources, &[][..]) };
+    let inputs = record.inputs(reads, starts.iter().chain([&executable]));
     Some(Program {
         source: source.to_string_lossy().into_owned(),
-        executable: message["executable"].as_str()?.into(),
+        executable,
         package: workspace.root.join(&package.folder),
         alone: package.listed("alone").contains(&target),
+        inputs,
     })
 }
 
@@ -75,9 +88,11 @@ pub(crate) fn command(program: &Program, target: &Path) -> Command {
 /// Runs the programs in the order of `times`, one per core; those that need the machine run first, alone. A test that holds
 /// a bench to the clock may fail because other programs use the core: a few failed tests of a program run once more, alone,
 /// one after the other. Returns those that pass then and the times. `Err` with the programs of those that fail twice.
+/// Programs that passed with the same inputs, by `record`, do not run.
 pub(crate) fn run(
     programs: Vec<Program>,
     times: &mut Times,
+    record: &mut Record,
     counts: &mut Counts,
     command: impl Fn(&Program) -> Command + Sync,
 ) -> Result<Vec<String>, String> {
@@ -85,7 +100,8 @@ pub(crate) fn run(
         return Err("no test program was compiled".into());
     }
     let (mut again, mut twice) = (Vec::new(), Vec::new());
-    for Failed { program, tests } in run_all(programs, times, counts, &command) {
+    let programs = programs.into_iter().filter(|it| !record.is_unchanged(&it.source, it.inputs)).collect();
+    for Failed { program, tests } in run_all(programs, times, record, counts, &command) {
         if passes_alone(command(&program), &tests) {
             counts.failed -= tests.len() as u32;
             counts.passed += tests.len() as u32;
@@ -108,21 +124,23 @@ struct Failed {
 fn run_all(
     programs: Vec<Program>,
     times: &mut Times,
+    record: &mut Record,
     counts: &mut Counts,
     command: &(impl Fn(&Program) -> Command + Sync),
 ) -> Vec<Failed> {
     let (alone, together) = times.order(programs);
-    *times = Times::default();
-    let results = Mutex::new((times, counts, Vec::new()));
+    let results = Mutex::new((times, record, counts, Vec::new()));
     let run_one = |program: Program| {
         let start = Instant::now();
         let (passed, output) = execute(&mut command(&program));
         let took = start.elapsed();
-        let (times, counts, failed) = &mut *results.lock().expect("no thread panics with the lock");
+        let (times, record, counts, failed) = &mut *results.lock().expect("no thread panics with the lock");
         println!("{output}{}: {:.1} s", program.source, took.as_secs_f64());
         times.add(&program, took);
         output.lines().for_each(|line| counts.read(line));
-        if !passed {
+        if passed {
+            record.add(&program.source, program.inputs);
+        } else {
             failed.push(Failed { tests: failures(&output), program });
         }
     };
@@ -134,7 +152,7 @@ fn run_all(
             scope.spawn(|| std::iter::from_fn(next).for_each(run_one));
         }
     });
-    results.into_inner().expect("no thread has panicked").2
+    results.into_inner().expect("no thread has panicked").3
 }
 
 /// Whether the tests pass when they run alone. Fewer passed tests than names are a failure: a name without a test, or a
@@ -170,11 +188,21 @@ fn execute(command: &mut Command) -> (bool, String) {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use super::*;
     use crate::workspace::sample;
 
     fn a_program(source: &str) -> Program {
-        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone: false }
+        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone: false, inputs: None }
+    }
+
+    /// A record in an empty folder for a tree without files.
+    fn empty_record() -> (tempfile::TempDir, Record) {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let record = Record::new(folder.path(), folder.path(), &BTreeSet::new(), &[], false);
+        (folder, record)
     }
 
     #[test]
@@ -186,7 +214,8 @@ mod tests {
             )
         };
         let workspace = sample(&[("rt", &[])]);
-        let read = |line: &str| program(&workspace, line);
+        let (_folder, record) = empty_record();
+        let read = |line: &str| programs(&workspace, &record, &[line.into()]).pop();
         let found = read(&message("true", r#""/t/slot-1""#)).expect("a test program");
         assert_eq!(found.source, "crates/rt/tests/slot.rs");
         assert_eq!(found.executable, Path::new("/t/slot-1"));
@@ -212,7 +241,8 @@ mod tests {
                 "reason": "compiler-artifact", "profile": { "test": true }, "executable": "/t/it",
                 "target": { "kind": [kind], "name": name, "src_path": format!("/w/crates/rt/{file}") },
             });
-            program(&workspace, &message.to_string()).expect("a test program").alone
+            let (_folder, record) = empty_record();
+            program(&workspace, &record, &message, &[]).expect("a test program").alone
         };
         assert!(alone("lib", "rt", "src/lib.rs") && alone("test", "causes", "tests/causes.rs"));
         assert!(!alone("test", "slot", "tests/slot.rs") && !alone("bin", "rt", "src/main.rs"));
@@ -221,7 +251,8 @@ mod tests {
     fn run_scripts(programs: &[&str], script: impl Fn(&str) -> String + Sync) -> (Result<Vec<String>, String>, Counts) {
         let mut counts = Counts::default();
         let programs = programs.iter().map(|name| a_program(name)).collect();
-        let outcome = run(programs, &mut Times::default(), &mut counts, |program| {
+        let (_folder, mut record) = empty_record();
+        let outcome = run(programs, &mut Times::default(), &mut record, &mut counts, |program| {
             let mut command = Command::new("sh");
             command.args(["-c", &script(&program.source), "sh"]);
             command
@@ -244,9 +275,28 @@ mod tests {
     #[test]
     fn the_time_of_each_program_is_noted() {
         let mut times = Times::default();
-        let outcome = run(vec![a_program("a")], &mut times, &mut Counts::default(), |_| Command::new("true"));
+        let (_folder, mut record) = empty_record();
+        let command = |_: &Program| Command::new("true");
+        let outcome = run(vec![a_program("a")], &mut times, &mut record, &mut Counts::default(), command);
         assert_eq!(outcome, Ok(Vec::new()));
         assert_eq!(times.slowest(10).len(), 1);
+    }
+
+    #[test]
+    fn a_program_that_passed_does_not_run_again_and_one_that_failed_does() {
+        let (_folder, mut record) = empty_record();
+        let inputs = record.inputs(Reads::All, []);
+        let mut ran = |script: &str| {
+            let programs = vec![Program { inputs, ..a_program("a") }];
+            let started = AtomicU32::new(0);
+            let _ = run(programs, &mut Times::default(), &mut record, &mut Counts::default(), |_| {
+                started.fetch_add(1, Ordering::Relaxed);
+                Command::new(script)
+            });
+            started.into_inner() > 0
+        };
+        assert!(ran("false") && ran("true"));
+        assert!(!ran("true"));
     }
 
     /// A program of tests of which the given ones fail, and the result when they run alone.

@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 
 use crate::budget::{PYTHON, PYTHON_BUILD};
 use crate::command::{Cargo, PROGRAM, STUB, output, run, run_counting};
+use crate::record::Reads;
 use crate::suite::{Counts, Outcome};
 use crate::test::Run;
 use crate::{tools, tree};
@@ -46,10 +47,11 @@ pub(crate) fn prepare(target: &Path) -> Prepared {
     })
 }
 
-pub(crate) fn check(Run { suite, cargo, .. }: &mut Run, prepared: Prepared) {
+pub(crate) fn check(Run { suite, cargo, record, .. }: &mut Run, prepared: Prepared) {
     suite.stage(PYTHON_BUILD, |_| build(cargo).map(|()| Outcome::Passed));
+    let inputs = record.inputs(Reads::All, [&cargo.program(), &extension(cargo)]);
     suite.stage(PYTHON, |counts| match prepared.join().expect("the thread does not panic") {
-        Ok(Outcome::Passed) => check_package(cargo, counts).map(|()| Outcome::Passed),
+        Ok(Outcome::Passed) => record.unless_unchanged(PYTHON.name, inputs, || check_package(cargo, counts)),
         other => other,
     });
 }

@@ -2,6 +2,8 @@
 
 use crate::budget::{BARE_CORE, COMPILE, DOC_TESTS, DOCUMENTATION, FORMAT, LICENCES, LINTS, TESTS, WINDOWS};
 use crate::command::{Cargo, json, run, run_counting};
+use crate::programs::Program;
+use crate::record::Record;
 use crate::schedule::Times;
 use crate::suite::{Outcome, Suite};
 use crate::test::Run;
@@ -12,7 +14,7 @@ use crate::{documentation, licences, programs};
 /// So many of the slowest test programs are listed.
 const SLOWEST: usize = 10;
 
-pub(crate) fn check(Run { suite, tools, cargo }: &mut Run) {
+pub(crate) fn check(Run { suite, tools, cargo, record }: &mut Run) {
     suite.stage(FORMAT, |_| only_with(tools.rustfmt, "rustfmt", || cargo.run(["fmt", "--all", "--check"])));
     suite.stage(LINTS, |_| {
         let lints = ["clippy", "--workspace", "--all-targets", "--locked", "--quiet", "--", "-D", "warnings"];
@@ -24,7 +26,7 @@ pub(crate) fn check(Run { suite, tools, cargo }: &mut Run) {
     });
     suite.stage(BARE_CORE, |_| bare_core(cargo, tools));
     suite.stage(WINDOWS, |_| windows(cargo, tools));
-    tests(suite, cargo);
+    tests(suite, cargo, record);
     suite.stage(DOCUMENTATION, |_| document(cargo));
 }
 
@@ -51,18 +53,19 @@ fn windows(cargo: &Cargo, tools: &Tools) -> Result<Outcome, String> {
     Ok(Outcome::Passed)
 }
 
-fn tests(suite: &mut Suite, cargo: &Cargo) {
+fn tests(suite: &mut Suite, cargo: &Cargo, record: &mut Record) {
     let mut compiled = Vec::new();
     suite.stage(COMPILE, |_| {
         // Without the examples: the lints check them, and tests check their results.
         let tests = ["test", "--workspace", "--tests", "--locked", "--quiet"];
-        compiled = programs::compile(&Workspace::read(&cargo.folder)?, &mut cargo.command(tests))?;
+        compiled = programs::compile(&Workspace::read(&cargo.folder)?, record, &mut cargo.command(tests))?;
         Ok(Outcome::Passed)
     });
     let were_compiled = !compiled.is_empty();
     let mut times = Times::of_last_run(&cargo.target);
     suite.stage(TESTS, |counts| {
-        let again = programs::run(compiled, &mut times, counts, |it| programs::command(it, &cargo.target))?;
+        let command = |program: &Program| programs::command(program, &cargo.target);
+        let again = programs::run(compiled, &mut times, record, counts, command)?;
         Ok(if again.is_empty() { Outcome::Passed } else { Outcome::Again(again) })
     });
     if were_compiled {

@@ -1,7 +1,7 @@
 //! The order of the test programs: by their times in the last run, the longest first.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,7 +9,11 @@ use crate::programs::Program;
 
 /// Times of test programs by their source file.
 #[derive(Default)]
-pub(crate) struct Times(BTreeMap<String, Duration>);
+pub(crate) struct Times {
+    all: BTreeMap<String, Duration>,
+    /// Those that have run since the file was read.
+    now: BTreeSet<String>,
+}
 
 impl Times {
     /// The times of the last run; none if there are none.
@@ -17,22 +21,23 @@ impl Times {
         let text = std::fs::read_to_string(file(target)).unwrap_or_default();
         let seconds: BTreeMap<String, f64> = serde_json::from_str(&text).unwrap_or_default();
         let times = seconds.into_iter().filter_map(|(name, it)| Some((name, Duration::try_from_secs_f64(it).ok()?)));
-        Self(times.collect())
+        Self { all: times.collect(), now: BTreeSet::new() }
     }
 
     /// Keeps the times for the next run. Without them the next run is slower, not different, so a failure is ignored.
     pub(crate) fn keep(&self, target: &Path) {
-        let seconds: BTreeMap<_, _> = self.0.iter().map(|(name, time)| (name, time.as_secs_f64())).collect();
+        let seconds: BTreeMap<_, _> = self.all.iter().map(|(name, time)| (name, time.as_secs_f64())).collect();
         let _ = std::fs::write(file(target), serde_json::json!(seconds).to_string());
     }
 
     pub(crate) fn add(&mut self, program: &Program, time: Duration) {
-        self.0.insert(program.source.clone(), time);
+        self.all.insert(program.source.clone(), time);
+        self.now.insert(program.source.clone());
     }
 
-    /// The slowest programs, the longest first.
+    /// The slowest programs of this run, the longest first.
     pub(crate) fn slowest(&self, number: usize) -> Vec<(String, Duration)> {
-        let mut sorted: Vec<_> = self.0.iter().map(|(name, time)| (name.clone(), *time)).collect();
+        let mut sorted: Vec<_> = self.now.iter().map(|name| (name.clone(), self.all[name])).collect();
         sorted.sort_by_key(|(_, time)| Reverse(*time));
         sorted.truncate(number);
         sorted
@@ -42,7 +47,7 @@ impl Times {
     /// may be the longest: these are first, in the order of cargo.
     pub(crate) fn order(&self, programs: Vec<Program>) -> (Vec<Program>, VecDeque<Program>) {
         let (alone, mut together): (Vec<_>, Vec<_>) = programs.into_iter().partition(|program| program.alone);
-        together.sort_by_key(|program| Reverse(self.0.get(&program.source).copied().unwrap_or(Duration::MAX)));
+        together.sort_by_key(|program| Reverse(self.all.get(&program.source).copied().unwrap_or(Duration::MAX)));
         (alone, together.into())
     }
 }
@@ -56,7 +61,7 @@ mod tests {
     use super::*;
 
     fn program(source: &str, alone: bool) -> Program {
-        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone }
+        Program { source: source.into(), executable: "true".into(), package: ".".into(), alone, inputs: None }
     }
 
     fn together(times: &Times, names: &[&str]) -> Vec<String> {
@@ -86,11 +91,14 @@ mod tests {
     #[test]
     fn times_are_kept_for_the_next_run_and_a_damaged_file_is_ignored() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        assert_eq!(Times::of_last_run(folder.path()).slowest(10), []);
+        assert_eq!(together(&Times::of_last_run(folder.path()), &["b", "a"]), ["b", "a"]);
         times(&[("one", 1), ("two", 2), ("three", 3)]).keep(folder.path());
-        let slowest = Times::of_last_run(folder.path()).slowest(2);
-        assert_eq!(slowest, [("three", 3), ("two", 2)].map(|(name, it)| (name.into(), Duration::from_secs(it))));
+        let mut kept = Times::of_last_run(folder.path());
+        assert_eq!(together(&kept, &["one", "two", "three"]), ["three", "two", "one"]);
+        assert_eq!(kept.slowest(10), [], "none has run yet");
+        kept.add(&program("two", false), Duration::from_secs(4));
+        assert_eq!(kept.slowest(10), [("two".into(), Duration::from_secs(4))]);
         std::fs::write(file(folder.path()), "{").expect("it can be written");
-        assert_eq!(Times::of_last_run(folder.path()).slowest(10), []);
+        assert_eq!(together(&Times::of_last_run(folder.path()), &["one", "two"]), ["one", "two"]);
     }
 }

@@ -64,6 +64,8 @@ pub(crate) struct Suite {
     finished: Vec<Finished>,
     /// The slowest test programs with their times.
     pub(crate) slowest: Vec<(String, Duration)>,
+    /// Test programs and stages that did not run, since they passed with the same inputs.
+    pub(crate) unchanged: Vec<String>,
     /// The slowness measured after the last stage, which is that before the next.
     pace: Option<f64>,
 }
@@ -128,9 +130,10 @@ impl Suite {
         let slowest = self.slowest.iter().map(|(name, took)| format!("{:8.1} s  {name}", took.as_secs_f64()));
         let Counts { passed, failed, skipped } = self.counts;
         format!(
-            "{}{}{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
+            "{}{}{}{}{}{}{passed} passed, {failed} failed, {skipped} skipped",
             list("time", &self.times()),
             list("slow test program", &slowest.collect::<Vec<_>>()),
+            list("unchanged, not run", &self.unchanged),
             list("skipped", &self.skipped),
             list("passed at the second try", &self.again),
             list("failed", &self.failed),
@@ -248,6 +251,13 @@ mod tests {
                         slow test program:      2.0 s  crates/rt/tests/causes.rs\n\
                         0 passed, 0 failed, 0 skipped";
         assert_eq!(suite.summary(), expected);
+    }
+
+    #[test]
+    fn what_did_not_run_since_its_inputs_are_unchanged_is_listed() {
+        let unchanged = vec!["crates/rt/tests/causes.rs".into()];
+        let suite = Suite { unchanged, ..Suite::default() };
+        assert!(suite.summary().contains("unchanged, not run: crates/rt/tests/causes.rs\n"));
     }
 
     #[test]

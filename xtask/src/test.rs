@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use crate::budget::{COPY, FULL_RUN, LEFTOVERS, TOOLS};
 use crate::command::Cargo;
+use crate::record::Record;
 use crate::suite::{Outcome, Suite};
 use crate::tools::Tools;
 use crate::{guide, page, python, rust, tools, tree};
@@ -41,20 +42,45 @@ impl FromStr for Part {
     }
 }
 
+/// What a run is asked for.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Options {
+    /// The only part that runs; default: all.
+    part: Option<Part>,
+    /// Whether tests run that passed with the same inputs.
+    all: bool,
+}
+
+impl Options {
+    /// Reads `[PART] [--all]`.
+    pub(crate) fn parse(arguments: &[&str]) -> Result<Self, String> {
+        let mut options = Self::default();
+        for argument in arguments {
+            match (*argument, options.part) {
+                ("--all", _) => options.all = true,
+                (part, None) => options.part = Some(part.parse()?),
+                (_, Some(_)) => return Err(format!("unknown argument \"{argument}\": one part at a time")),
+            }
+        }
+        Ok(options)
+    }
+}
+
 /// What the parts share.
 pub(crate) struct Run {
     pub(crate) suite: Suite,
     pub(crate) tools: Tools,
+    pub(crate) record: Record,
     /// Cargo in the copy.
     pub(crate) cargo: Cargo,
 }
 
 /// Runs one part, or all, in a copy of the tracked files. `Err` if a stage failed.
-pub(crate) fn test(only: Option<Part>) -> Result<(), String> {
+pub(crate) fn test(options: &Options) -> Result<(), String> {
     let root = tree::root()?;
     let copy = tree::copy_of(&root);
     let files = tree::files(&root)?;
-    let parts = only.map_or(Part::ALL.to_vec(), |part| vec![part]);
+    let parts = options.part.map_or(Part::ALL.to_vec(), |part| vec![part]);
     let mut suite = Suite::default();
 
     let mut tools = None;
@@ -72,7 +98,9 @@ pub(crate) fn test(only: Option<Part>) -> Result<(), String> {
         Ok(Outcome::Passed)
     });
 
-    let mut run = Run { suite, tools, cargo: Cargo::new(&copy, &root) };
+    let cargo = Cargo::new(&copy, &root);
+    let record = Record::new(&cargo.target, &copy, &files, &environment_of(&tools), options.all);
+    let mut run = Run { suite, tools, record, cargo };
     // Mostly waits for the package index, beside the stages of Rust.
     let mut environment = parts.contains(&Part::Python).then(|| python::prepare(&run.cargo.target));
     for part in &parts {
@@ -83,22 +111,39 @@ pub(crate) fn test(only: Option<Part>) -> Result<(), String> {
             Part::Guide => guide::check(&mut run, !parts.contains(&Part::Rust)),
         }
     }
-    let Run { mut suite, .. } = run;
+    let Run { mut suite, record, .. } = run;
+    suite.unchanged = record.into_unchanged();
     suite.stage(LEFTOVERS, |_| {
         let litter = tree::litter(&root, &files, &copy)?;
         let names: Vec<_> = litter.iter().map(|path| path.display().to_string()).collect();
         if names.is_empty() { Ok(Outcome::Passed) } else { Err(format!("a test wrote {}", names.join(", "))) }
     });
-    if only.is_none() {
+    if options.part.is_none() {
         suite.limit(FULL_RUN);
     }
     println!("\n{}", suite.summary());
     if suite.passed() { Ok(()) } else { Err("not passed: see `failed:` above".into()) }
 }
 
+/// What results depend on besides files: missing tools, and the variables that choose tools.
+fn environment_of(tools: &Tools) -> Vec<String> {
+    let chosen = ["PATH", "CC", "CHROMIUM"].map(|name| std::env::var(name).unwrap_or_default());
+    [&tools.missing[..], &chosen].concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_and_all_are_options_in_any_order_and_two_parts_are_refused() {
+        let page = Options { part: Some(Part::Page), all: true };
+        assert_eq!(Options::parse(&["--all", "page"]).as_ref(), Ok(&page));
+        assert_eq!(Options::parse(&["page", "--all"]).as_ref(), Ok(&page));
+        assert_eq!(Options::parse(&[]), Ok(Options::default()));
+        let refusal = "unknown argument \"python\": one part at a time";
+        assert_eq!(Options::parse(&["page", "python"]), Err(refusal.into()));
+    }
 
     #[test]
     fn an_unknown_part_is_an_error_that_lists_the_parts() {
