@@ -8,6 +8,7 @@
 
 mod a2l;
 pub mod archive;
+mod asap2;
 mod catalogue;
 mod error;
 mod fmu;

@@ -1,13 +1,12 @@
-//! The description of a bench for measurement and calibration tools: ASAM MCD-2 MC (ASAP2) 1.61, in ASCII, in one file.
-//!
-//! 1.61 is what older readers understand as well. Limits are printed with all their digits.
+//! The description of a running bench for measurement and calibration tools, in ASAP2.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
-use super::ascii::ascii;
-use super::{Cell, Content, EPK, EVENT_NAME, Layout, MAX_CTO, MAX_DTO, PARAMETERS, SIZE, VERSION, cycle_time};
+pub use crate::asap2::name;
+use crate::asap2::{Head, Objects, PACKED, quoted};
+
+use super::{EPK, EVENT_NAME, Layout, MAX_CTO, MAX_DTO, PARAMETERS, SIZE, VERSION, cycle_time};
 
 /// What the blocks of XCP consist of, in the metalanguage.
 pub(crate) const METALANGUAGE: &str = include_str!("xcp.aml");
@@ -17,8 +16,6 @@ const COMMANDS: &str = "GET_COMM_MODE_INFO GET_ID SET_MTA UPLOAD SHORT_UPLOAD BU
     SET_DAQ_LIST_MODE GET_DAQ_LIST_MODE START_STOP_DAQ_LIST START_STOP_SYNCH GET_DAQ_CLOCK GET_DAQ_PROCESSOR_INFO \
     GET_DAQ_RESOLUTION_INFO GET_DAQ_LIST_INFO GET_DAQ_EVENT_INFO FREE_DAQ ALLOC_DAQ ALLOC_ODT ALLOC_ODT_ENTRY \
     WRITE_DAQ_MULTIPLE";
-/// Longest text that all readers take [bytes].
-const TEXT: usize = 255;
 
 /// Where a bench speaks XCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,19 +26,22 @@ pub struct Doors {
     pub tcp: Option<SocketAddr>,
 }
 
-/// The description of what has an address, and how to get there.
+/// The description of the measurements and parameters of a running bench, and of the addresses that serve them.
 pub fn describe(layout: &Layout, doors: Doors) -> String {
-    let mut text = String::from("ASAP2_VERSION 1 61\n");
-    let version = env!("CARGO_PKG_VERSION");
-    text += &format!(
-        "/begin PROJECT stickslip \"The friction bench\"\n  \
-         /begin HEADER \"The friction bench\" VERSION \"{version}\" PROJECT_NO stickslip /end HEADER\n  \
-         /begin MODULE stickslip \"All that a running bench measures, and may be told\"\n"
-    );
-    text += METALANGUAGE;
-    text += "    /begin MOD_COMMON \"\" BYTE_ORDER MSB_LAST ALIGNMENT_BYTE 1 ALIGNMENT_WORD 1 ALIGNMENT_LONG 1 \
-             ALIGNMENT_FLOAT32_IEEE 1 ALIGNMENT_FLOAT64_IEEE 1 /end MOD_COMMON\n";
-    text += &memory(layout);
+    let event = "/begin IF_DATA XCP /begin DAQ_EVENT FIXED_EVENT_LIST EVENT 0 /end DAQ_EVENT /end IF_DATA";
+    let mut objects = Objects::new("FLOAT64_IEEE");
+    let measured: Vec<_> = layout.measurements.iter().map(|cell| objects.measurement(cell, event)).collect();
+    let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for parameter in &layout.parameters {
+        let path = parameter.cell.path.as_str();
+        // `bench.controller` of `bench.controller.pid.gain`, `bench` of `bench.fade_velocity`.
+        let ends = path.match_indices('.').map(|(end, _)| end).take(2).last();
+        let group = format!("parameters.{}", name(&path[..ends.unwrap_or(path.len())]));
+        groups.entry(group).or_default().push(objects.parameter(&parameter.cell, ""));
+    }
+    objects.group("parameters", "ROOT", "SUB_GROUP", &groups.keys().cloned().collect::<Vec<_>>());
+    groups.iter().for_each(|(group, names)| objects.group(group, "", "REF_CHARACTERISTIC", names));
+    objects.group("measurements", "ROOT", "REF_MEASUREMENT", &measured);
     let slave = Slave {
         commands: COMMANDS,
         max_cto: MAX_CTO,
@@ -51,79 +51,36 @@ pub fn describe(layout: &Layout, doors: Doors) -> String {
         cycle: cycle_time(layout.rate),
         pages: true,
     };
-    text += &protocol(&slave, doors);
-    text += "    /begin RECORD_LAYOUT number FNC_VALUES 1 FLOAT64_IEEE ROW_DIR DIRECT /end RECORD_LAYOUT\n";
-    let mut conversions = Conversions::default();
-    let mut objects = String::new();
-    for cell in &layout.measurements {
-        let conversion = conversions.of(cell);
-        objects += &format!(
-            "    /begin MEASUREMENT {} {} FLOAT64_IEEE {conversion} 0 0 {:?} {:?} ECU_ADDRESS {:#x}\n      \
-             /begin IF_DATA XCP /begin DAQ_EVENT FIXED_EVENT_LIST EVENT 0 /end DAQ_EVENT /end IF_DATA\n    \
-             /end MEASUREMENT\n",
-            name(&cell.path),
-            about(cell),
-            cell.minimum,
-            cell.maximum,
-            cell.address
-        );
-    }
-    for parameter in &layout.parameters {
-        let cell = &parameter.cell;
-        let conversion = conversions.of(cell);
-        objects += &format!(
-            "    /begin CHARACTERISTIC {} {} VALUE {:#x} number 0 {conversion} {:?} {:?} /end CHARACTERISTIC\n",
-            name(&cell.path),
-            about(cell),
-            cell.address,
-            cell.minimum,
-            cell.maximum
-        );
-    }
-    text + &conversions.text + &objects + &groups(layout) + "  /end MODULE\n/end PROJECT\n"
+    objects.file(&Head {
+        project: "stickslip",
+        project_help: "The friction bench",
+        module: "stickslip",
+        module_help: "Measurements and parameters of a running bench",
+        byte_order: "MSB_LAST",
+        alignments: PACKED,
+        metalanguage: METALANGUAGE,
+        parameters: &memory(layout),
+        protocol: &protocol(&slave, doors),
+    })
 }
 
-/// The name of a value: elements of a list in brackets, since parts of a name do not begin with a digit; what no name may
-/// have is `_`.
-pub fn name(path: &str) -> String {
-    let allowed = |letter: char| letter.is_ascii_alphanumeric() || "._".contains(letter);
-    let path = path.replace(|letter: char| !allowed(letter), "_");
-    let part = |part: &str| {
-        if part.starts_with(|c: char| c.is_ascii_digit()) { format!("[{part}]") } else { format!(".{part}") }
-    };
-    path.split('.').map(part).collect::<String>().trim_start_matches('.').to_owned()
-}
-
-/// A text between quotes.
-pub(crate) fn quoted(text: &str) -> String {
-    let mut text = ascii(text).replace('"', "'").replace('\\', "/");
-    text.truncate(TEXT);
-    format!("\"{text}\"")
-}
-
-/// Symbol and meaning.
-pub(crate) fn about(cell: &Cell) -> String {
-    let help = cell.help.split_whitespace().collect::<Vec<_>>().join(" ");
-    quoted(&if cell.symbol.is_empty() { help } else { format!("{}: {help}", cell.symbol) })
-}
-
+/// `MOD_PAR`: the version of the layout, and the memory of the parameters with its pages.
 fn memory(layout: &Layout) -> String {
     let size = SIZE * layout.parameters.len() as u32;
     format!(
-        "    /begin MOD_PAR \"\" VERSION \"{version}\" ADDR_EPK {EPK:#x} EPK {epk}\n      \
+        "ADDR_EPK {EPK:#x} EPK {epk}\n      \
          /begin MEMORY_SEGMENT parameters \"Page 0: the working set. Page 1: the reference.\" DATA FLASH INTERN \
          {PARAMETERS:#x} {size:#x} -1 -1 -1 -1 -1\n        \
          /begin IF_DATA XCP /begin SEGMENT 0 2 0 0 0\n          \
          /begin CHECKSUM XCP_CRC_32 MAX_BLOCK_SIZE {size} /end CHECKSUM\n          \
          /begin PAGE 0 ECU_ACCESS_DONT_CARE XCP_READ_ACCESS_DONT_CARE XCP_WRITE_ACCESS_DONT_CARE /end PAGE\n          \
          /begin PAGE 1 ECU_ACCESS_DONT_CARE XCP_READ_ACCESS_DONT_CARE XCP_WRITE_ACCESS_NOT_ALLOWED /end PAGE\n        \
-         /end SEGMENT /end IF_DATA\n      /end MEMORY_SEGMENT\n    /end MOD_PAR\n",
-        version = env!("CARGO_PKG_VERSION"),
+         /end SEGMENT /end IF_DATA\n      /end MEMORY_SEGMENT\n   ",
         epk = quoted(&layout.epk),
     )
 }
 
-/// What a slave can, and how it says it.
+/// Capabilities of a slave, and its event.
 pub(crate) struct Slave<'a> {
     pub(crate) commands: &'a str,
     pub(crate) max_cto: usize,
@@ -137,6 +94,7 @@ pub(crate) struct Slave<'a> {
     pub(crate) pages: bool,
 }
 
+/// `IF_DATA` of the module.
 pub(crate) fn protocol(slave: &Slave, doors: Doors) -> String {
     let [major, minor] = VERSION;
     let Slave { max_cto, max_dto, max_entry, event, cycle: (time, unit), .. } = slave;
@@ -173,78 +131,4 @@ pub(crate) fn protocol(slave: &Slave, doors: Doors) -> String {
         );
     }
     text + "    /end IF_DATA\n"
-}
-
-/// What numbers mean: units, and names of whole numbers, each said once.
-#[derive(Default)]
-pub(crate) struct Conversions {
-    named: BTreeMap<String, String>,
-    /// All that were asked for.
-    pub(crate) text: String,
-}
-
-impl Conversions {
-    /// The name of a cell's conversion, which is said before it is used.
-    pub(crate) fn of(&mut self, cell: &Cell) -> String {
-        let verbs = match cell.content {
-            Content::Flag => vec!["false", "true"],
-            Content::Choice(variants) => variants.iter().map(|variant| variant.name).collect(),
-            Content::Real | Content::Whole if cell.unit == "1" => return "NO_COMPU_METHOD".into(),
-            Content::Real | Content::Whole => {
-                let unit = ascii(cell.unit);
-                let word = unit.replace('/', "_per_").replace(['^', '(', ')'], "");
-                let word = word.replace(|letter: char| !letter.is_ascii_alphanumeric(), "_");
-                return self.say(&format!("unit {unit}"), &format!("unit_{word}"), |name| {
-                    format!("    /begin COMPU_METHOD {name} \"\" IDENTICAL \"%20.12\" \"{unit}\" /end COMPU_METHOD\n")
-                });
-            }
-        };
-        let number = self.named.len();
-        self.say(&format!("names {verbs:?}"), &format!("names_{number}"), |name| {
-            let pairs = verbs.iter().enumerate().fold(String::new(), |mut pairs, (value, verb)| {
-                let _ = write!(pairs, " {value} \"{verb}\"");
-                pairs
-            });
-            format!(
-                "    /begin COMPU_VTAB {name}.table \"\" TAB_VERB {}{pairs} /end COMPU_VTAB\n    \
-                 /begin COMPU_METHOD {name} \"\" TAB_VERB \"%3.0\" \"\" COMPU_TAB_REF {name}.table /end COMPU_METHOD\n",
-                verbs.len()
-            )
-        })
-    }
-
-    fn say(&mut self, what: &str, name: &str, how: impl FnOnce(&str) -> String) -> String {
-        let known = self.named.entry(what.to_owned()).or_insert_with(|| {
-            self.text += &how(name);
-            name.to_owned()
-        });
-        known.clone()
-    }
-}
-
-/// Measurements and parameters by the group that they stand in.
-fn groups(layout: &Layout) -> String {
-    let mut groups: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for parameter in &layout.parameters {
-        let path = parameter.cell.path.as_str();
-        // `bench.controller` of `bench.controller.pid.gain`, `bench` of `bench.fade_velocity`.
-        let ends = path.match_indices('.').map(|(end, _)| end).take(2).last();
-        groups.entry(name(&path[..ends.unwrap_or(path.len())])).or_default().push(name(path));
-    }
-    let subgroups: Vec<String> = groups.keys().map(|group| format!("parameters.{group}")).collect();
-    let mut text = format!(
-        "    /begin GROUP parameters \"\" ROOT /begin SUB_GROUP {} /end SUB_GROUP /end GROUP\n",
-        subgroups.join(" ")
-    );
-    for (group, names) in subgroups.iter().zip(groups.values()) {
-        text += &format!(
-            "    /begin GROUP {group} \"\" /begin REF_CHARACTERISTIC\n      {}\n    /end REF_CHARACTERISTIC /end GROUP\n",
-            names.join("\n      ")
-        );
-    }
-    let measured: Vec<String> = layout.measurements.iter().map(|cell| name(&cell.path)).collect();
-    text + &format!(
-        "    /begin GROUP measurements \"\" ROOT /begin REF_MEASUREMENT\n      {}\n    /end REF_MEASUREMENT /end GROUP\n",
-        measured.join("\n      ")
-    )
 }
