@@ -10,7 +10,7 @@ use std::os::unix::net::UnixStream;
 use std::process::{Child, Command};
 use std::time::{Duration, Instant};
 
-use stickslip_rt::{Answerer, Asker, Clock as _, MonotonicClock, hand_over, take_over};
+use stickslip_rt::{Clock as _, MonotonicClock, Requester, Responder, hand_over, take_over};
 
 /// Named in the environment of the other side: how it is asked.
 const ASKED: &str = "STICKSLIP_BENCH_ASKED";
@@ -33,7 +33,7 @@ pub(crate) fn answers() -> Result<bool, Box<dyn Error>> {
     let Some(how) = std::env::var_os(ASKED) else { return Ok(false) };
     let mut socket = UnixStream::from(std::io::stdin().as_fd().try_clone_to_owned()?);
     if how == "memory" {
-        let mut answerer = Answerer::open(&take_over(&socket)?, SAMPLE)?;
+        let mut answerer = Responder::open(&take_over(&socket)?, SAMPLE)?;
         loop {
             let Some(sample) = answerer.question(LONG) else { continue };
             let torque = sample[1];
@@ -72,7 +72,7 @@ impl Drop for Other {
 
 /// Nanoseconds an exchange, ours and the peer's, median of the rounds: back to back and paced.
 pub(crate) fn run(rounds: usize) -> Result<[[f64; 2]; 2], Box<dyn Error>> {
-    let (mut asker, memory) = Asker::new(SAMPLE)?;
+    let (mut asker, memory) = Requester::new(SAMPLE)?;
     let ours = Other::start("memory")?;
     hand_over(&ours.socket, &memory)?;
     let mut peer = Other::start("socket")?;

@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use stickslip::design::software;
-use stickslip::judged::{ABREAST, Abreast, Judged};
+use stickslip::fast_bench::{FastBench, LANES, LaneNumber};
 use stickslip::{Preset, parameters};
 use stickslip_core::control::reference::{Reference, Sine};
 use stickslip_core::tick::Order;
@@ -14,7 +14,7 @@ use stickslip_core::tick::Order;
 const DURATION: f64 = 0.5;
 
 /// Ticks under a sine; where the first has come to [rad], so that nothing can be left out.
-fn run<T: Abreast>(mut bench: Judged<T>, rate: f64) -> f64 {
+fn run<T: LaneNumber>(mut bench: FastBench<T>, rate: f64) -> f64 {
     let sine = Reference::Sine(Sine { amplitude: 2.0, frequency: 2.0, fade_time: 0.0 });
     let mut setpoints = stickslip_core::control::reference::Generator::new(sine, rate);
     let mut order = Order { control: T::of(1.0), ..Order::default() };
@@ -34,13 +34,13 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let (mut wide, mut single) = (f64::INFINITY, f64::INFINITY);
     for round in 0..rounds as u64 {
         let mut benches = Vec::new();
-        for _ in 0..ABREAST {
+        for _ in 0..LANES {
             preset.plant.drive.load_inertia *= 1.01;
             let settings = &preset.bench;
             let tick = software(&preset.model, settings)?;
-            benches.push(Judged::new(&preset.plant, tick, settings, settings.divider(), round)?);
+            benches.push(FastBench::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let abreast = Judged::abreast(&benches).ok_or("as many benches as lanes")?;
+        let abreast = FastBench::abreast(&benches).ok_or("as many benches as lanes")?;
         let begin = Instant::now();
         let together = black_box(run(abreast, preset.bench.tick_rate));
         wide = wide.min(begin.elapsed().as_secs_f64());
@@ -53,6 +53,6 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
         // The same bits, or it is no comparison.
         assert_eq!(together.to_bits(), alone[0].to_bits());
     }
-    let simulated = ABREAST as f64 * DURATION;
+    let simulated = LANES as f64 * DURATION;
     Ok((simulated / wide, simulated / single))
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use stickslip::bench::remote::LinkFault;
 use stickslip::bench::tap::tap;
-use stickslip::bench::{Bench, Change, ClockedBench, Command, InProcess, Io, VirtualBench, Voltages, Wishes};
+use stickslip::bench::{Bench, Change, ClockedBench, Command, InProcess, Io, ThreadSettings, VirtualBench, Voltages};
 use stickslip::capture::{Capture, Keep, Plan, Stream, Trigger};
 use stickslip::experiment::home;
 use stickslip::realtime::measure_floor;
@@ -92,7 +92,7 @@ impl Cycle for Ticking {
 pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
     let preset = preset(10_000.0)?;
     // As long before the ticks as behind them.
-    let before = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
+    let before = measure_floor(WATCHED / 2, ThreadSettings::default(), &Watch::silent())?;
     let mut all = Vec::with_capacity(PASSES * TICKS);
     let mut least = vec![u32::MAX; TICKS];
     for _ in 0..PASSES {
@@ -100,7 +100,7 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
         least.iter_mut().zip(&times).for_each(|(least, time)| *least = (*least).min(*time));
         all.extend(times);
     }
-    let behind = measure_floor(WATCHED / 2, Wishes::default(), &Watch::silent())?;
+    let behind = measure_floor(WATCHED / 2, ThreadSettings::default(), &Watch::silent())?;
     all.sort_unstable();
     let quantile = |part: f64| f64::from(all[((all.len() - 1) as f64 * part) as usize]) * 1e-3;
     let own_worst = f64::from(least.into_iter().max().unwrap_or(0)) * 1e-3;
@@ -138,7 +138,7 @@ fn pass(preset: &Preset<f64>) -> Result<Vec<u32>, Box<dyn Error>> {
     let ticking = Ticking { bench, generator, times: vec![u32::MAX; TICKS], done: 0, result };
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = stickslip_rt::Plan { warm_up: 0, overrun, ..stickslip_rt::Plan::new(PERIOD) };
-    let (running, mut timings) = Running::start(plan, Wishes::default(), MonotonicClock::default(), ticking)?;
+    let (running, mut timings) = Running::start(plan, ThreadSettings::default(), MonotonicClock::default(), ticking)?;
     while !running.has_ended() {
         timings.by_ref().for_each(drop);
         thread::sleep(Duration::from_millis(20));
@@ -182,7 +182,7 @@ pub(crate) fn change() -> Result<[f64; 2], Box<dyn Error>> {
     let (machine, readings) = InProcess::new(&preset, 1)?;
     let cycle = Arc::new(AtomicU64::new(0));
     let machine = Counted { machine, cycle: cycle.clone() };
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::default(), None)?;
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::default(), None)?;
     let mut urgent = bench.urgent().ok_or("nobody else has taken it")?;
     let parameters = *bench.parameters();
     let mut taken = Vec::new();

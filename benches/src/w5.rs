@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use stickslip::Watch;
 use stickslip::realtime::{SPIN, measure_wake_up};
-use stickslip_rt::{Cpu, Wish, Wishes, keep_off};
+use stickslip_rt::{Cpu, ThreadSetting, ThreadSettings, keep_off};
 
 use crate::crowd::Crowd;
 use crate::tick::Load;
@@ -69,8 +69,8 @@ fn certain(sorted: &[f64]) -> [f64; 3] {
     [sorted[sorted.len() / 2], sorted[outside], sorted[sorted.len() - 1 - outside]]
 }
 
-fn wishes(cpu: usize) -> Wishes {
-    Wishes { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..Wishes::default() }
+fn wishes(cpu: usize) -> ThreadSettings {
+    ThreadSettings { priority: Some(PRIORITY), cpu: Cpu::Number(cpu), ..ThreadSettings::default() }
 }
 
 /// A bench in the middle of its crowd.
@@ -113,7 +113,7 @@ fn beside<T: Send>(cpu: usize, work: impl FnOnce() -> T + Send) -> std::io::Resu
 
 fn ours(rate: f64, cpu: usize, spin: Duration) -> Result<[f64; 2], Box<dyn Error>> {
     let wake_up = beside(cpu, || measure_wake_up(rate, TURN, spin, wishes(cpu), "", &Watch::silent()))??;
-    if !wake_up.granted.has(Wish::Priority(PRIORITY)) {
+    if !wake_up.granted.has(ThreadSetting::Priority(PRIORITY)) {
         return Err(format!("the system grants no priority\n{}", wake_up.granted).into());
     }
     let quantiles = wake_up.histograms.lateness();

@@ -3,7 +3,7 @@
 import { bench, store, stored } from './bench.svelte'
 import { Refused } from './connection'
 import { plain } from './format'
-import type { Changed, CurveName, MeasuredAtRest, MeasuredCurve, PlanForm, Quantity, RenderedFriction, ToChatter } from './protocol'
+import type { Changed, CurveName, BreakawayMeasurement, MeasuredCurve, PlanForm, Quantity, RenderedFriction, ChatterMargin } from './protocol'
 import { atRest, curve, curves, rendered } from './runs'
 import { view } from './view.svelte'
 
@@ -23,7 +23,7 @@ export type Tab = 'speed' | 'time' | 'breakaway' | 'presliding' | 'shaped' | 're
 /** Runs that lie over the one that is shown, at most. */
 export const MOST = 5
 
-export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ToChatter | null; refused: string | null }
+export type Offer = { run: number; values: Record<string, string>; changes: Changed[]; margin: ChatterMargin | null; refused: string | null }
 
 /** Plans as they were chosen last, also before a reload. */
 type Chosen = { thorough: boolean; values: Record<string, string> }
@@ -37,7 +37,7 @@ class Measurement {
   #chosen = $state.raw<Record<Quantity, Chosen>>({ friction: chosen('friction'), breakaway: chosen('breakaway'), presliding: chosen('presliding') })
   #plans = $state.raw<Partial<Record<Quantity, PlanForm>>>({})
   /** What was found at rest, or is being. */
-  found = $state.raw<Partial<Record<Quantity, MeasuredAtRest>>>({})
+  found = $state.raw<Partial<Record<Quantity, BreakawayMeasurement>>>({})
   wrong = $state('')
   offered = $state.raw<Offer | null>(null)
   /** The friction under the law that was measured last, or is. */
@@ -156,8 +156,8 @@ class Measurement {
       const [{ differences }, margin] = await Promise.all([
         bench.connection.call({ call: 'preview', values }, 'differences'),
         bench.connection.call({ call: 'margin', values }, 'margin').then(
-          (margin): [ToChatter | null, string | null] => [margin, null],
-          (error: Error): [ToChatter | null, string | null] => [null, error.message],
+          (margin): [ChatterMargin | null, string | null] => [margin, null],
+          (error: Error): [ChatterMargin | null, string | null] => [null, error.message],
         ),
       ])
       this.offered = { run, values, changes: differences, margin: margin[0], refused: margin[1] }

@@ -439,7 +439,7 @@ export type Answer = {
   | RenderedFriction & {
   answer: "rendered"
 }
-  | MeasuredAtRest & {
+  | BreakawayMeasurement & {
   answer: "at_rest"
 }
   | AdvisedPreload & {
@@ -462,13 +462,13 @@ export type Answer = {
   | Drawn & {
   answer: "drawn"
 }
-  | ToChatter & {
+  | ChatterMargin & {
   answer: "margin"
 }
-  | LoopSeen & {
+  | LoopView & {
   answer: "loop"
 }
-  | HuntingSeen & {
+  | HuntingView & {
   answer: "hunting"
 }
   | TuneProgress & {
@@ -547,12 +547,12 @@ export type Answer = {
   | {
   answer: "courses"
   /** In the order in which they were asked for. */
-  courses: Laid[]
+  courses: OverlaidRun[]
 }
   | {
   answer: "story"
   /** In its order. */
-  happened: Happened[]
+  happened: RunEvent[]
 }
 /** A preload that is advised. */
 export type AdvisedPreload = {
@@ -689,7 +689,7 @@ export type ClockStatus = {
   lost: number
 }
 /** A machine that is off by a factor each. */
-export type CornerSeen = {
+export type CornerView = {
   /** Factor of the coupling stiffness. */
   coupling_stiffness: number
   /** `sliding` or `stuck`. */
@@ -776,7 +776,7 @@ export type DiagramPage = {
   svg: string
 }
 /** What runs. */
-export type Doing = {
+export type CurrentTask = {
   /** The part of the stage that is done, 0 … 1. */
   fraction: number
   /** How far it is, in words. */
@@ -829,7 +829,7 @@ export type Drawn = {
   /** Whether it can be rendered. */
   renderable: boolean
   /** Where it cannot be rendered. */
-  shortages: Stretch[]
+  shortages: SpeedRange[]
 }
 /** A part of an edge of what can be rendered. */
 export type Edge = {
@@ -990,7 +990,7 @@ export type Handle = "breakaway_torque"
   | "viscous_friction"
   | "line"
 /** Something that happened in a run. */
-export type Happened = {
+export type RunEvent = {
   /** With this cycle. */
   cycle: number
   /** More of it: what became another, why it was refused. */
@@ -1003,7 +1003,7 @@ export type Happened = {
   what: string
 }
 /** Whether a controller hunts at a set-point that rests: the numbers of `stickslip hunting`. */
-export type HuntingSeen = {
+export type HuntingView = {
   /** Half the distance between the extremes [rad]; `null` where it comes to rest. */
   amplitude: number | null
   /** The same in counts of the encoder. */
@@ -1081,7 +1081,7 @@ export type KeyNumber = {
   value: number
 }
 /** A run among others over time. */
-export type Laid = {
+export type OverlaidRun = {
   /** Its course, in its own time. */
   course: Course
     | null
@@ -1236,7 +1236,7 @@ export type LoopPole = {
   real: number
 }
 /** A position controller on the machine as believed. */
-export type LoopSeen = {
+export type LoopView = {
   /** The pair of poles that can be dragged; `null` where the poles follow from gains. */
   grip: PoleGrip
     | null
@@ -1265,7 +1265,7 @@ export type LoopVerdict = {
   /** Why, in sentences. */
   sentences: string[]
   /** The worst of the machines that are off. */
-  worst: CornerSeen
+  worst: CornerView
 }
 /** Something that was lost. */
 export type Loss = {
@@ -1304,7 +1304,7 @@ export type MarkKind = "fault"
   | "begin"
   | "end"
 /** A measurement of breakaway or presliding, done or being done. */
-export type MeasuredAtRest = {
+export type BreakawayMeasurement = {
   /** The figures: that of the measurement first, then what earlier runs add. */
   figures: Picture[]
   /** What was found. */
@@ -1583,7 +1583,7 @@ export type Status = {
   /** Number of the newest cycle. */
   cycle: number
   /** What runs: nothing, a motion, a measurement. */
-  doing: Doing
+  doing: CurrentTask
     | null
   /** Torque of the drive motor [N m]. */
   drive_torque: number
@@ -1631,7 +1631,7 @@ export type Status = {
   xcp: XcpStatus[]
 }
 /** A stretch of speeds in which a limit forbids. */
-export type Stretch = {
+export type SpeedRange = {
   /** From [rad/s]. */
   from: number
   /** `current`, `voltage`, `slope`, `response`, `speed`. */
@@ -1656,7 +1656,7 @@ export type Target = {
   /** Version of the program. */
   version: string
   /** What the real-time thread asked of the system. */
-  wishes: Wished[]
+  wishes: SettingResult[]
 }
 /** A file of what runs. */
 export type TargetFile = {
@@ -1705,7 +1705,7 @@ export type Timing = {
   period: number
 }
 /** How far a rendering law is from chatter. */
-export type ToChatter = {
+export type ChatterMargin = {
   /** Below this share caution is due. */
   caution: number
   /** Change of the load torque from millisecond to millisecond that is to be expected [N m RMS]. */
@@ -1779,7 +1779,7 @@ export type Value = {
   unit: string
 }
 /** What became of a wish. */
-export type Wished = {
+export type SettingResult = {
   /** What the refusal costs; empty where it was granted. */
   costs: string
   /** The command that mends it. */

@@ -2,7 +2,7 @@
 
 import { bench } from './bench.svelte'
 import { Refused } from './connection'
-import type { CurveName, MeasuredAtRest, MeasuredCurve, Quantity, RenderedFriction } from './protocol'
+import type { CurveName, BreakawayMeasurement, MeasuredCurve, Quantity, RenderedFriction } from './protocol'
 
 export async function curves(): Promise<CurveName[]> {
   try {
@@ -33,7 +33,7 @@ export async function rendered(): Promise<RenderedFriction | null> {
 }
 
 /** What a measurement at rest found in a run, is finding, or did in the newest. */
-export async function atRest(what: Quantity, run: number | null): Promise<MeasuredAtRest | null> {
+export async function atRest(what: Quantity, run: number | null): Promise<BreakawayMeasurement | null> {
   try {
     return await bench.connection.call({ call: 'at_rest', what, run }, 'at_rest')
   } catch (error) {

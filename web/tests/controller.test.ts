@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest'
 import { nearest, nearestPoint, nearestStep, without } from '../src/controller/draft'
 import { lines, magnitude, poles, reach, stops } from '../src/controller/series'
-import type { LoopAt, LoopSeen } from '../src/protocol'
+import type { LoopAt, LoopView } from '../src/protocol'
 
 const mark = { name: 'gain margin', text: 'gain margin 4.00 at 60.0 Hz', short: 'GM 4.00', frequency: 60, decibels: -12, phase: -180, real: -0.25, imaginary: 0 }
 const pole = (real: number, imaginary: number) => ({ real, imaginary, frequency: Math.hypot(real, imaginary), damping: 1 })
@@ -9,7 +9,7 @@ const at = (load: string): LoopAt => ({
   load, stable: true, numbers: [], poles: [pole(-3, 4), pole(-3, -4)], plant: [pole(-1, 0)], frequency: [1, 10, 100], decibels: [40, 0, -40], phase: [-90, -120, -200],
   real: [0, -0.5, -0.01], imaginary: [-100, -0.8, 0], marks: [mark], time: [0, 1], setpoint: [0, 1], disturbed: [0, 0],
 })
-const seen = { loads: [at('sliding'), at('stuck')] } as LoopSeen
+const seen = { loads: [at('sliding'), at('stuck')] } as LoopView
 
 test('another choice takes with it what was changed below the one before', () => {
   const values = { 'a.regulator.angle': '1', 'a.regulator.velocity': '2', 'a.torque': '3' }

@@ -11,7 +11,7 @@ const root = join(import.meta.dirname, '../..')
 const folder = mkdtempSync(join(tmpdir(), 'stickslip-loaded-'))
 const library = join(folder, 'p_pi.so')
 const source = readFileSync(join(root, 'examples/controller/p_pi.c'), 'utf8')
-const header = join(root, 'crates/bench/src/foreign')
+const header = join(root, 'crates/bench/src/external')
 
 function compile(text) {
   const file = join(folder, 'p_pi.c')

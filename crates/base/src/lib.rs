@@ -21,10 +21,11 @@ pub mod watch;
 
 pub use error::{Error, did_you_mean};
 pub use preset::{
-    AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
-    DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, NetworkChoice, NotchChoice, Observation, Poles, PredictiveFeedback, Preset,
-    Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+    AdaptiveChoice, ArmDamping, AssumedFriction, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
+    DampedArm, DisturbanceObserverChoice, Disturbances, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
+    FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice, Observation, Poles,
+    PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking,
+    Vibration,
 };
 pub use summary::Summary;
 pub use watch::Watch;

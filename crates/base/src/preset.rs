@@ -4,7 +4,7 @@ mod compensation;
 mod controller;
 
 pub use compensation::{
-    AdaptiveChoice, Belief, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
+    AdaptiveChoice, AssumedFriction, CompensationChoice, CurveChoice, DisturbanceObserverChoice, FeedforwardChoice,
     FrictionObserverChoice, FriedlandParkChoice, NetworkChoice,
 };
 pub use controller::{
@@ -78,13 +78,13 @@ pub struct Model<T> {
     /// The bristles under it, as a presliding measurement shows them: for the laws that render presliding.
     pub own_bristles: Bristles<T>,
     /// How far the machine may be from all this.
-    pub doubt: Doubt<T>,
+    pub doubt: ModelUncertainty<T>,
 }
 
 /// What may be wrong with a belief: the law that the bench picks by itself must bear it. The defaults are what a careful
 /// identification leaves; a calibration of the bench replaces them by what it found.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Doubt<T> {
+pub struct ModelUncertainty<T> {
     /// Torque of the drive per torque of the load motor, as a share.
     #[field(unit = "1", range = 0.0..=0.5, default = 4e-3)]
     pub drive_torque: T,

@@ -27,7 +27,7 @@ pub enum BenchError {
     },
     /// A file that is nothing for the loop.
     #[error("{}: {problem}.", path.display())]
-    Foreign {
+    External {
         /// Which file.
         path: PathBuf,
         /// What is wrong with it, and what to do.
@@ -59,7 +59,7 @@ pub enum BenchError {
     },
     /// What was brought along does not begin.
     #[error("{0}")]
-    Brought(Fault),
+    ExternalTorques(Fault),
     /// A law that renders the friction of a file away.
     #[error(
         "the admittance law makes the load follow one that does not feel the friction of a file. Choose another law beside \

@@ -4,7 +4,7 @@ use crate::BenchError;
 use std::sync::Arc;
 
 use stickslip_core::cycle::{Software, Voltages};
-use stickslip_core::kept::Keep;
+use stickslip_core::snapshot::StateVisitor;
 use stickslip_core::tick::Measurement;
 
 use super::Injection;
@@ -62,7 +62,7 @@ pub trait Io {
     }
 
     /// Walks what a virtual machine of this process remembers; one elsewhere remembers it itself.
-    fn keep(&mut self, _: &mut dyn Keep) {}
+    fn keep(&mut self, _: &mut dyn StateVisitor) {}
 
     /// What befalls the software besides, behind an exchange: faults on purpose alone do it.
     fn disturb(&mut self, _: &mut Software) {}
@@ -76,7 +76,7 @@ pub enum Arrival {
     /// None came in time.
     Missing,
     /// The machine does not know this bench any more.
-    Anew,
+    Restarted,
 }
 
 /// Whether linings can be pressed on so far.

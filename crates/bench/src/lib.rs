@@ -8,7 +8,7 @@
 //! | software over any [`Io`]: in lockstep, in real time | [`LockstepBench`], [`ClockedBench`] |
 //! | machine: virtual, in another process, on a board | [`VirtualBench`], [`remote`] (its frames: `docs/src/frame.md`) |
 //! | wrappers of the machine: injected faults | [`faults`] |
-//! | loaded controllers, frictions and laws | [`foreign`] |
+//! | loaded controllers, frictions and laws | [`external`] |
 //! | parameter sets of a running bench | [`tuning`] |
 //! | every cycle and every change, for recorders and viewers | [`tap`] |
 //! | record, replay, simulation with other parameters | [`run`] |
@@ -20,19 +20,19 @@
 
 mod clocked;
 mod error;
+pub mod external;
 pub mod faults;
-pub mod foreign;
 mod homing;
 pub mod io;
 mod lockstep;
 pub mod remote;
 pub mod run;
+mod speed_ramp;
 pub mod tap;
-mod traveller;
 pub mod tuning;
 mod virtual_bench;
 
-pub use clocked::{Clocked, ClockedBench, Keyframe, Keyframes, Urgent, refusals};
+pub use clocked::{ClockedBench, ImmediateChanges, Keyframe, Keyframes, TimingReport, refusals};
 pub use clocked::{keyframe, overrun_sentence};
 pub use error::BenchError;
 pub use faults::{Faulty, FaultyBench, Injection};
@@ -40,9 +40,9 @@ pub use homing::home;
 pub use io::{Arrival, Io};
 pub use lockstep::LockstepBench;
 pub use remote::RemoteBench;
+pub use speed_ramp::SpeedRamp;
 pub use stickslip_core::cycle::Voltages;
-pub use stickslip_rt::{Cpu, Wishes, keep_off};
-pub use traveller::Traveller;
+pub use stickslip_rt::{Cpu, ThreadSettings, keep_off};
 pub use virtual_bench::{InProcess, VirtualBench};
 
 use stickslip_core::control::PositionController;

@@ -1,6 +1,6 @@
 //! The software of the bench in lockstep with its machine.
 
-use stickslip_core::cycle::{Brought, Change, Command, Frame, Parameters, Software};
+use stickslip_core::cycle::{Change, Command, ExternalTorques, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
@@ -8,7 +8,7 @@ use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 use super::io::Io;
 use super::tap::{Changed, Tap, What};
 use super::{Bench, Injection};
-use crate::foreign::{Foreign, Guest, role};
+use crate::external::{External, ExternalInLoop, role};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_design as design;
@@ -28,7 +28,7 @@ pub struct LockstepBench<M> {
     /// Who records or watches.
     tap: Option<Tap>,
     /// Who controls the position instead, or gives the friction or the law.
-    guest: Option<Guest>,
+    guest: Option<ExternalInLoop>,
 }
 
 impl<M: Io> LockstepBench<M> {
@@ -53,9 +53,9 @@ impl<M: Io> LockstepBench<M> {
     ///
     /// # Errors
     /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`](crate::BenchError::FollowsNoFriction).
-    pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        let (role, mut parameters) = (foreign.role(), *self.software.parameters());
-        let guest = Guest::new(foreign, &self.model, &self.settings)?;
+    pub fn bring(&mut self, external: External) -> Result<(), Error> {
+        let (role, mut parameters) = (external.role(), *self.software.parameters());
+        let guest = ExternalInLoop::new(external, &self.model, &self.settings)?;
         role::enter(role, true, &mut parameters, &self.model, &self.settings)?;
         self.settings = role::without(role, &self.settings);
         self.guest = Some(guest);
@@ -66,13 +66,13 @@ impl<M: Io> LockstepBench<M> {
     ///
     /// # Errors
     /// What the design of the bench refuses.
-    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Foreign>, Error> {
+    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<External>, Error> {
         let Some(guest) = self.guest.take() else { return Ok(None) };
         let mut parameters = *self.software.parameters();
-        role::enter(guest.foreign().role(), false, &mut parameters, &self.model, settings)?;
+        role::enter(guest.external().role(), false, &mut parameters, &self.model, settings)?;
         self.settings = *settings;
         self.change(Change::Parameters(parameters))?;
-        Ok(Some(guest.into_foreign()))
+        Ok(Some(guest.into_external()))
     }
 
     /// Injects a fault.
@@ -99,17 +99,17 @@ impl<M: Io> LockstepBench<M> {
     }
 
     /// Torque of the guest in the next tick; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> Brought {
-        let Some(guest) = &mut self.guest else { return Brought::default() };
+    fn brought(&mut self, command: Option<&Command>) -> ExternalTorques {
+        let Some(guest) = &mut self.guest else { return ExternalTorques::default() };
         let sample = self.software.sample(&self.readings, command);
         match guest.torque(&sample, &self.software.parameters().tick) {
             Ok(torque) => torque,
             Err(fault) => {
-                let failed = Change::ForeignFailed(guest.foreign().role(), fault);
+                let failed = Change::ForeignFailed(guest.external().role(), fault);
                 // It cannot be refused. Told before: it is made before this cycle.
                 self.tell(What::Software(failed, None));
                 let _ = self.software.change(&failed);
-                Brought::default()
+                ExternalTorques::default()
             }
         }
     }

@@ -1,8 +1,8 @@
 //! The virtual machine in this process, faster than real time.
 
 use stickslip_core::block::Block as _;
-use stickslip_core::kept::{Keep, count, fields};
 use stickslip_core::plant::{Plant, PlantInput, PlantState, VirtualMachine};
+use stickslip_core::snapshot::{StateVisitor, count, fields};
 use stickslip_core::tick::Measurement;
 
 use super::io::{Io, check_preload};
@@ -60,7 +60,7 @@ impl Io for InProcess {
         true
     }
 
-    fn keep(&mut self, keep: &mut dyn Keep) {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
         // Its parts and the seed are those of the preset and the run.
         let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
         keep.number(&mut machine.parts.plant.wheel.preload);

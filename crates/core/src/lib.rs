@@ -27,11 +27,11 @@ pub mod drive;
 pub mod estimate;
 pub mod fields;
 pub mod friction;
-pub mod kept;
 pub mod plant;
 pub mod render;
 pub mod scalar;
 pub mod sensor;
+pub mod snapshot;
 pub mod supervise;
 pub mod tick;
 

@@ -10,7 +10,7 @@ use stickslip_core::friction::{Bristles, Stribeck};
 use super::drive_observer::{Trust, unloaded_drive};
 use super::{linear_controller, predictive, state_feedback};
 use stickslip_base::Error;
-use stickslip_base::preset::{Belief, CompensationChoice, ControllerChoice, FilterChoice, Model, Settings};
+use stickslip_base::preset::{AssumedFriction, CompensationChoice, ControllerChoice, FilterChoice, Model, Settings};
 
 /// Speed below which an estimate of the curve rests [rad/s], however quiet the tacho is: there bristles are no curve.
 const SLOWEST_LEARNT: f64 = 0.3;
@@ -155,7 +155,11 @@ fn load_friction(desired: bool, model: &Model<f64>, settings: &Settings<f64>) ->
 }
 
 /// The friction that the drive motor is believed to feel at constant speed, its own included, and the bristles under it.
-fn believed(belief: &Belief<f64>, model: &Model<f64>, settings: &Settings<f64>) -> (Stribeck<f64>, Bristles<f64>) {
+fn believed(
+    belief: &AssumedFriction<f64>,
+    model: &Model<f64>,
+    settings: &Settings<f64>,
+) -> (Stribeck<f64>, Bristles<f64>) {
     let (load, bristles) = load_friction(belief.desired > 0.5, model, settings);
     // The motor's friction far above its Stribeck velocity is all that is added: it is small, and nobody draws it.
     let (slow, fast) = (50.0, 100.0);
@@ -201,9 +205,9 @@ mod tests {
         let (own, desired) = (preset.model.own.magnitude(8.0), preset.bench.desired.magnitude(8.0));
         assert!(motor > 0.0 && (own - desired).abs() > 0.01);
         for (belief, expected) in [
-            (Belief { desired: 0.0, share: 1.0 }, own + motor),
-            (Belief { desired: 1.0, share: 1.0 }, desired + motor),
-            (Belief { desired: 0.0, share: 0.5 }, 0.5 * (own + motor)),
+            (AssumedFriction { desired: 0.0, share: 1.0 }, own + motor),
+            (AssumedFriction { desired: 1.0, share: 1.0 }, desired + motor),
+            (AssumedFriction { desired: 0.0, share: 0.5 }, 0.5 * (own + motor)),
         ] {
             preset.bench.compensation = CompensationChoice::Feedforward(FeedforwardChoice { belief });
             let torque = fed_forward(&preset, 8.0);

@@ -105,7 +105,7 @@ fn extremes(values: &[f64]) -> (f64, f64) {
 
 /// The believed drive under control, at a set-point of 0 that rests.
 #[derive(Clone, Debug)]
-pub struct BelievedAxis {
+pub struct ModelledAxis {
     drive: DriveObserver<f64>,
     control: AxisControl<f64>,
     /// Sampling time of the controller [s].
@@ -119,7 +119,7 @@ struct Running {
     control: AxisControlState<f64>,
 }
 
-impl BelievedAxis {
+impl ModelledAxis {
     /// The drive that a model states with the friction of the load that it states, under the control that is stated.
     ///
     /// # Errors
@@ -136,7 +136,7 @@ impl BelievedAxis {
     pub fn under(control: AxisControl<f64>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let period = settings.control_period();
         let friction = model.own_bristles.under(model.own);
-        Ok(BelievedAxis { drive: simulated_drive(model, friction, period, STEP)?, control, period })
+        Ok(ModelledAxis { drive: simulated_drive(model, friction, period, STEP)?, control, period })
     }
 
     /// At rest with this deviation [rad], no torque in force.
@@ -335,7 +335,7 @@ pub fn predict_hunting(
     plan: &HuntingPlan,
     watch: &Watch,
 ) -> Result<HuntingPrediction, Error> {
-    let axis = BelievedAxis::new(model, settings)?;
+    let axis = ModelledAxis::new(model, settings)?;
     let count = TAU / model.encoder.counts_per_revolution;
     let (hunting, deviations) = axis.follow(plan, count, watch)?;
     // From a fifth of a count to ten times the way that the load springs at breakaway.
@@ -412,7 +412,7 @@ mod tests {
         preset.bench.tick_rate = 10_000.0;
         preset.bench.control_divider = 1.0;
         let ControllerChoice::Pid(pid) = preset.bench.controller else { panic!("a PID controller") };
-        let axis = BelievedAxis::new(&preset.model, &preset.bench).unwrap();
+        let axis = ModelledAxis::new(&preset.model, &preset.bench).unwrap();
         let inertia = preset.model.drive.inertia();
         for deviation in [0.01, 0.03, 0.1] {
             let found = axis.next_standstill(deviation, 30.0).unwrap();

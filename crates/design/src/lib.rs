@@ -35,7 +35,7 @@ pub use drive_observer::believed_drive;
 pub use drive_observer::{Trust, drive_observer};
 pub use error::DesignError;
 pub use hunting::{
-    BelievedAxis, Described, Hunting, HuntingPlan, HuntingPrediction, Standstill, describe, equivalent_damping,
+    Described, Hunting, HuntingPlan, HuntingPrediction, ModelledAxis, Standstill, describe, equivalent_damping,
     predict_hunting,
 };
 pub use law::named_law;

@@ -15,7 +15,7 @@ use super::{UNIFORM, give_back, kept};
 use stickslip_base::preset::Model;
 use stickslip_base::quantity::Estimate;
 use stickslip_base::{Error, Watch};
-use stickslip_bench::{Bench, Command, Frame, Traveller};
+use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 use stickslip_fit::{StribeckFit, student_t95};
 
 /// Time over which the speed is judged [s].
@@ -247,7 +247,7 @@ pub(super) fn go_to(
     watch: &Watch,
 ) -> Result<(), Error> {
     let dt = bench.settings().tick_time();
-    let mut traveller = Traveller::new(from, acceleration, dt);
+    let mut traveller = SpeedRamp::new(from, acceleration, dt);
     let sign = if to < from { -1.0 } else { 1.0 };
     let under_control = |setpoint| Command { setpoint, control: true, ..Command::default() };
     while sign * (to - traveller.setpoint.position) > sign * traveller.way_to(0.0) + 1e-9 {

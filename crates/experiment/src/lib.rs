@@ -24,7 +24,7 @@ mod presliding;
 mod rendering;
 mod response;
 mod tracking;
-pub mod truth;
+pub mod true_friction;
 pub mod workflow;
 
 pub use breakaway::{Breakaway, BreakawayPlan, Mean, Ramp, measure_breakaway};

@@ -8,7 +8,7 @@ use stickslip_core::fields::{Relation, at_least};
 use stickslip_core::scalar::Scalar;
 
 use stickslip_base::Error;
-use stickslip_bench::Traveller;
+use stickslip_bench::SpeedRamp;
 
 /// Plan of a friction measurement at constant speeds, both directions.
 ///
@@ -123,7 +123,7 @@ impl FrictionPlan<f64> {
         dt: f64,
         visit: &mut dyn FnMut(Setpoint<f64>, Phase) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let mut traveller = Traveller::new(start, self.acceleration, dt);
+        let mut traveller = SpeedRamp::new(start, self.acceleration, dt);
         for speed in self.speeds() {
             for sign in [1.0, -1.0] {
                 if speed < self.whole_turns_from {
@@ -141,7 +141,7 @@ impl FrictionPlan<f64> {
     /// Brings the set-point to where the settling of a slow plateau begins, moving in its direction.
     fn approach(
         &self,
-        traveller: &mut Traveller,
+        traveller: &mut SpeedRamp,
         sign: f64,
         speed: f64,
         visit: &mut dyn FnMut(Setpoint<f64>, Phase) -> Result<(), Error>,
@@ -163,7 +163,7 @@ impl FrictionPlan<f64> {
     /// Reaches a velocity, settles, and stays for the plateau.
     fn plateau(
         &self,
-        traveller: &mut Traveller,
+        traveller: &mut SpeedRamp,
         velocity: f64,
         dt: f64,
         visit: &mut dyn FnMut(Setpoint<f64>, Phase) -> Result<(), Error>,

@@ -5,7 +5,7 @@ use stickslip_core::render::DifferenceTorque;
 
 use super::friction::hold_speed;
 use stickslip_base::{Error, Watch};
-use stickslip_bench::{Bench, Command, Frame, Traveller};
+use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 
 /// Difference between desired and rendered characteristic [N m] that is expected at a velocity [rad/s].
 ///
@@ -91,7 +91,7 @@ pub fn sweep_through_standstill(
     let dt = bench.settings().tick_time();
     let start = bench.step(Command::default())?.angle;
     hold_speed(bench)?;
-    let mut traveller = Traveller::new(start, acceleration, dt);
+    let mut traveller = SpeedRamp::new(start, acceleration, dt);
     let mut frames = Vec::new();
     let see = |frame: &Frame, frames: &mut Vec<Frame>| {
         if frame.command.mark == 1 {

@@ -25,7 +25,7 @@ pub const LARGEST: f64 = 0.5;
 /// Parameters with a common normal distribution, about the values that stand beside it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Together {
+pub struct JointDistribution {
     /// Their paths in the file.
     pub parameters: Vec<String>,
     /// Whether their logarithms are normal instead of themselves.
@@ -40,14 +40,14 @@ pub struct Together {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Known {
     /// Standard deviations and correlations.
-    pub together: Together,
+    pub together: JointDistribution,
     /// Fitted values, in the order of `together`.
     pub values: Vec<f64>,
     /// L of ρ = L·Lᵀ, row by row.
     pub factor: Vec<Vec<f64>>,
 }
 
-impl Together {
+impl JointDistribution {
     /// What a fit knows of its four parameters, which stand in a group of the file. In their logarithms, as the fit's
     /// intervals are, unless one is not even known within itself.
     pub fn of_fit(fit: &StribeckFit, group: &str) -> Self {
@@ -59,12 +59,12 @@ impl Together {
         let rho = |i: usize, j: usize| fit.covariance[i.max(j)][i.min(j)] / (errors[i] * errors[j]);
         let row = |i: usize| (0..4).map(|j| if i == j { 1.0 } else { rho(i, j) }).collect();
         let parameters = PARAMETERS.iter().map(|(key, ..)| format!("{group}.{key}")).collect();
-        Together { parameters, logarithmic, sd, correlation: (0..4).map(row).collect() }
+        JointDistribution { parameters, logarithmic, sd, correlation: (0..4).map(row).collect() }
     }
 
     /// The table, as a parameter file has it at its end.
     pub fn to_toml(&self) -> String {
-        let Together { parameters, logarithmic, sd, correlation } = self;
+        let JointDistribution { parameters, logarithmic, sd, correlation } = self;
         let of = if *logarithmic { "their logarithms: 0.01 is 1 %" } else { "the parameters, in their units" };
         let mut text = format!(
             "\n# How well these are known together, for [[fit]] of a study: standard deviations of {of}.\n[{TABLE}]\n\
@@ -87,7 +87,7 @@ impl Together {
 
     /// What is wrong with the table itself, or with it beside the values.
     pub fn fault(&self, values: &[f64]) -> Option<String> {
-        let Together { parameters, logarithmic, sd, .. } = self;
+        let JointDistribution { parameters, logarithmic, sd, .. } = self;
         if parameters.is_empty() || sd.len() != parameters.len() {
             return Some(format!("{} parameters and {} standard deviations", parameters.len(), sd.len()));
         }
@@ -133,7 +133,7 @@ pub fn read(path: &Path) -> Result<Known, Error> {
     let Some(stated) = table.remove(TABLE) else {
         return wrong(format!("there is no table [{TABLE}] in it"), "Give the fit.toml that `stickslip fit` wrote.");
     };
-    let together: Together = match stated.try_into() {
+    let together: JointDistribution = match stated.try_into() {
         Ok(together) => together,
         Err(error) => return wrong(format!("[{TABLE}]: {}", no_toml(error)), "Fit again, or mend the table."),
     };
@@ -186,7 +186,7 @@ mod tests {
         fit_stribeck(&(0..20).map(point).collect::<Vec<_>>(), &StribeckPlan::default()).unwrap()
     }
 
-    fn text(fit: &StribeckFit, together: &Together) -> String {
+    fn text(fit: &StribeckFit, together: &JointDistribution) -> String {
         let [a, b, c, d] = fit.parameters;
         format!(
             "[model.own]\nbreakaway_torque = {a:?}\nkinetic_torque = {b:?}\nstribeck_velocity = {c:?}\n\
@@ -205,7 +205,7 @@ mod tests {
     #[test]
     fn a_file_gives_back_what_the_fit_knows_to_the_bit() {
         let fit = fit([0.3, 0.18, 2.0, 1e-3]);
-        let together = Together::of_fit(&fit, "model.own");
+        let together = JointDistribution::of_fit(&fit, "model.own");
         assert!(together.logarithmic);
         let known = read_back(&text(&fit, &together)).unwrap();
         assert_eq!((&known.together, &known.values[..]), (&together, &fit.parameters[..]));
@@ -227,22 +227,22 @@ mod tests {
     #[test]
     fn what_is_not_known_within_itself_is_normal_in_its_own_units() {
         let fit = fit([0.3, 0.18, 2.0, 2e-6]);
-        let together = Together::of_fit(&fit, "model.own");
+        let together = JointDistribution::of_fit(&fit, "model.own");
         assert!(!together.logarithmic && together.sd == fit.standard_errors, "{together:?}");
     }
 
     #[test]
     fn a_table_that_is_no_distribution_is_refused_with_what_it_lacks() {
         let fit = fit([0.3, 0.18, 2.0, 1e-3]);
-        let together = Together::of_fit(&fit, "model.own");
+        let together = JointDistribution::of_fit(&fit, "model.own");
         let whole = text(&fit, &together);
-        let said = |change: &dyn Fn(&mut Together)| {
+        let said = |change: &dyn Fn(&mut JointDistribution)| {
             let mut changed = together.clone();
             change(&mut changed);
             read_back(&text(&fit, &changed)).unwrap_err().to_string()
         };
         // Of three correlations of 0.9, 0.9 and −0.9 one sum has a negative variance.
-        let indefinite = |t: &mut Together| {
+        let indefinite = |t: &mut JointDistribution| {
             for (i, j, value) in [(0, 1, 0.9), (0, 2, 0.9), (1, 2, -0.9)] {
                 (t.correlation[i][j], t.correlation[j][i]) = (value, value);
             }

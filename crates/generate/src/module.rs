@@ -16,7 +16,7 @@ use super::library;
 use super::own::{Own, own_friction};
 use stickslip_base::Error;
 
-use stickslip_bench::foreign::HEADER;
+use stickslip_bench::external::HEADER;
 
 /// A controller or a friction as C.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod axis;
+pub mod cross_validation;
 mod curve;
 pub mod curve_file;
 mod error;
@@ -24,7 +25,6 @@ mod report;
 mod results;
 mod rigid;
 pub mod servo;
-pub mod unseen;
 mod validate;
 
 pub use axis::{AxisModel, Bristles, ClosedLoop, Loop, Prediction, coulomb};

@@ -10,16 +10,16 @@ use stickslip_core::cycle::Parameters;
 use stickslip_core::supervise::{Request, SafetyState};
 
 use super::Shared;
-use super::at_rest::SoFar;
+use super::breakaway::BreakawayProgress;
 use super::measurements::Measurements;
 use super::motion::MOVING;
 use super::protocol::{Ended, MarkKind};
-use crate::catalogue::Made;
+use crate::catalogue::RunOrigin;
 use stickslip_base::figure::Series;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::foreign::Foreign;
-use stickslip_bench::{Bench, Change, Clocked, ClockedBench, Command, Injection};
+use stickslip_bench::external::External;
+use stickslip_bench::{Bench, Change, ClockedBench, Command, Injection, TimingReport};
 use stickslip_experiment::workflow::correct::render_corrected;
 use stickslip_experiment::workflow::measure::{Plan, measure_homed};
 use stickslip_experiment::workflow::render::{RenderRun, Rendering};
@@ -37,7 +37,7 @@ pub(super) enum Job {
     /// Press the linings on.
     Preload(f64),
     /// What was opened takes the place of what was loaded, for these settings.
-    Seat { foreign: Box<Foreign>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
+    Seat { external: Box<External>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
     /// Break something.
     Inject(Injection),
     /// Follow a reference.
@@ -66,7 +66,7 @@ impl Job {
     }
 
     /// A measurement at rest begins.
-    pub(super) fn begins_at_rest(so_far: SoFar) -> Box<Begins> {
+    pub(super) fn begins_at_rest(so_far: BreakawayProgress) -> Box<Begins> {
         Box::new(move |measurements| measurements.begin_at_rest(so_far))
     }
 
@@ -126,7 +126,7 @@ struct Trajectory {
 }
 
 /// Runs until [`Job::End`]. Returns how the clock was kept.
-pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<Clocked> {
+pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<TimingReport> {
     let mut trajectory = None;
     loop {
         let job = if trajectory.is_some() {
@@ -150,8 +150,8 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 let pressed = bench.set_preload(preload);
                 shared.ended("preload", pressed.map(|()| None));
             }
-            Some(Job::Seat { foreign, settings, seated }) => {
-                let done = bench.seat(*foreign, &settings);
+            Some(Job::Seat { external, settings, seated }) => {
+                let done = bench.seat(*external, &settings);
                 shared.motion.idle();
                 // The caller waits for it.
                 let _ = seated.send(done);
@@ -201,10 +201,10 @@ fn run_job(
     shared.measurements.end();
     // The results until a failure are kept as well.
     if let Some(folder) = &folder {
-        let made = Made::now(folder, begun, Some(shared.parameters.file()));
+        let made = RunOrigin::now(folder, begun, Some(shared.parameters.file()));
         let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
         let number = number.and_then(|number| i64::try_from(number).ok());
-        shared.runs.enter(Made { number, ..made });
+        shared.runs.enter(RunOrigin { number, ..made });
     }
     shared.ended(what, ended.map(|()| folder));
 }

@@ -12,8 +12,8 @@
 
 mod access;
 mod acquisition;
-mod at_rest;
 mod axis;
+mod breakaway;
 mod calls;
 pub mod capture_report;
 mod captures;
@@ -63,17 +63,17 @@ use motion::Motion;
 use operation::Operation;
 use parameters::Parameters;
 use recorder::Recorder;
-use runs::{Clerk, Runs};
+use runs::{CatalogueThread, Runs};
 pub use start::Start;
-use stickslip_bench::Clocked;
+use stickslip_bench::TimingReport;
 
 /// A bench that runs.
 pub struct Live {
     shared: Arc<Shared>,
     jobs: mpsc::Sender<Job>,
-    axis: JoinHandle<Option<Clocked>>,
+    axis: JoinHandle<Option<TimingReport>>,
     listener: JoinHandle<()>,
-    clerk: Clerk,
+    clerk: CatalogueThread,
     refused: Vec<String>,
 }
 
@@ -109,7 +109,7 @@ impl Live {
     }
 
     /// Ends it: the axis comes to rest. Returns how the clock was kept.
-    pub fn stop(self) -> Option<Clocked> {
+    pub fn stop(self) -> Option<TimingReport> {
         let Shared { motion, runs, implementation, controller, .. } = &*self.shared;
         motion.halt();
         runs.end_replay();

@@ -11,7 +11,7 @@ use super::axis::Job;
 use super::protocol::{Answer, LoadedStatus, MarkKind};
 use super::{Live, lock};
 use stickslip_base::Error;
-use stickslip_bench::foreign::{BUDGET, Console, Foreign, ForeignFile};
+use stickslip_bench::external::{BUDGET, External, ExternalFile, OperatorSide};
 use stickslip_bench::tuning::{Loaded, selector};
 
 /// It says so soon what it says of other values: unless it hangs, in the sample after the next.
@@ -21,31 +21,31 @@ const LOOK: Duration = Duration::from_millis(1);
 
 /// What is in the loop.
 pub(super) struct Opened {
-    file: ForeignFile,
+    file: ExternalFile,
     /// Where a library is made that is made of it.
     folder: PathBuf,
     name: String,
     kind: String,
     hash: String,
     words: String,
-    console: Console,
+    console: OperatorSide,
 }
 
 impl Opened {
     /// Opens it.
     ///
     /// # Errors
-    /// As [`ForeignFile::open`].
-    pub(super) fn open(file: ForeignFile, folder: PathBuf) -> Result<(Self, Foreign), Error> {
-        let foreign = file.open(&folder, &mut |_| {})?;
-        Ok(Self::of(foreign, file, folder))
+    /// As [`ExternalFile::open`].
+    pub(super) fn open(file: ExternalFile, folder: PathBuf) -> Result<(Self, External), Error> {
+        let external = file.open(&folder, &mut |_| {})?;
+        Ok(Self::of(external, file, folder))
     }
 
-    fn of(mut foreign: Foreign, file: ForeignFile, folder: PathBuf) -> (Self, Foreign) {
-        let (description, hash, words) = (foreign.description(), foreign.hash().to_owned(), foreign.words());
+    fn of(mut external: External, file: ExternalFile, folder: PathBuf) -> (Self, External) {
+        let (description, hash, words) = (external.description(), external.hash().to_owned(), external.words());
         let (name, kind) = (description.name.clone(), description.kind.clone());
-        let console = foreign.console();
-        (Opened { file, folder, name, kind, hash, words, console }, foreign)
+        let console = external.console();
+        (Opened { file, folder, name, kind, hash, words, console }, external)
     }
 
     /// As a record names it.
@@ -124,7 +124,7 @@ impl LoadedFile {
     }
 
     /// How it was opened: the file, and the folder of a library made from it.
-    fn origin(&self) -> Option<(ForeignFile, PathBuf)> {
+    fn origin(&self) -> Option<(ExternalFile, PathBuf)> {
         lock(&self.0).as_ref().map(|loaded| (loaded.file.clone(), loaded.folder.clone()))
     }
 }
@@ -135,17 +135,17 @@ impl Live {
         let parameters = &self.shared.parameters;
         let _one = parameters.changing();
         let (file, folder) = parameters.loaded.origin().ok_or(LiveError::NothingLoaded)?;
-        let foreign = file.open_again(&folder, &mut |_| {})?;
-        let (loaded, mut foreign) = Opened::of(foreign, file, folder);
+        let external = file.open_again(&folder, &mut |_| {})?;
+        let (loaded, mut external) = Opened::of(external, file, folder);
         let mut tuning = parameters.tuning();
         let settings = tuning.preset().bench;
-        tuning.bring(Loaded::new(&foreign, &settings))?;
+        tuning.bring(Loaded::new(&external, &settings))?;
         let values = tuning.loaded_values();
         for (index, value) in values.into_iter().enumerate() {
-            foreign.begin_with(index, value);
+            external.begin_with(index, value);
         }
         let (seated, heard) = mpsc::channel();
-        let job = Job::Seat { foreign: Box::new(foreign), settings: Box::new(settings), seated };
+        let job = Job::Seat { external: Box::new(external), settings: Box::new(settings), seated };
         self.begin("open the file", job)?;
         let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
         heard.recv().map_err(gone)??;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-use super::at_rest::SoFar;
+use super::breakaway::BreakawayProgress;
 use super::curve::Measured;
 use super::lock;
 use stickslip_experiment::Part;
@@ -20,7 +20,7 @@ pub(super) struct Measurements {
 #[derive(Default)]
 struct Current {
     curve: Measured,
-    at_rest: SoFar,
+    at_rest: BreakawayProgress,
 }
 
 impl Measurements {
@@ -34,7 +34,7 @@ impl Measurements {
     }
 
     /// A measurement of breakaway or presliding begins.
-    pub(super) fn begin_at_rest(&self, so_far: SoFar) {
+    pub(super) fn begin_at_rest(&self, so_far: BreakawayProgress) {
         lock(&self.current).at_rest = so_far;
     }
 
@@ -42,7 +42,9 @@ impl Measurements {
     pub(super) fn add(&self, part: Part<'_>) {
         let Current { curve, at_rest } = &mut *lock(&self.current);
         match part {
-            Part::Plateau(plateau) if matches!(at_rest, SoFar::Nothing) => curve.plateaus.push(plateau.clone()),
+            Part::Plateau(plateau) if matches!(at_rest, BreakawayProgress::Nothing) => {
+                curve.plateaus.push(plateau.clone())
+            }
             part => at_rest.add(part),
         }
     }
@@ -51,7 +53,7 @@ impl Measurements {
     pub(super) fn end(&self) {
         let mut current = lock(&self.current);
         current.curve.measuring = false;
-        current.at_rest = SoFar::Nothing;
+        current.at_rest = BreakawayProgress::Nothing;
     }
 
     /// The friction curve that is being measured, or was measured last.
@@ -60,7 +62,7 @@ impl Measurements {
     }
 
     /// The measurement of breakaway or presliding that runs.
-    pub(super) fn current_at_rest(&self) -> SoFar {
+    pub(super) fn current_at_rest(&self) -> BreakawayProgress {
         lock(&self.current).at_rest.clone()
     }
 }

@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use stickslip_core::cycle::Change;
 use stickslip_core::supervise::Request;
 
-use super::protocol::{Answer, Doing, Ended};
+use super::protocol::{Answer, CurrentTask, Ended};
 use super::{LiveError, lock};
 use stickslip_base::Error;
-use stickslip_bench::Urgent;
+use stickslip_bench::ImmediateChanges;
 
 /// The stage of a motion: parameters may be changed during it.
 pub(super) const MOVING: &str = "moving";
@@ -17,7 +17,7 @@ pub(super) const MOVING: &str = "moving";
 /// The state of the axis.
 pub(super) struct Motion {
     /// Changes that enter with the next cycle.
-    urgent: Mutex<Urgent>,
+    urgent: Mutex<ImmediateChanges>,
     activity: Mutex<Activity>,
     /// Preload of the friction wheel: the bits of an `f64`.
     preload: AtomicU64,
@@ -30,12 +30,12 @@ pub(super) struct Motion {
 /// The motion or measurement that runs, and how the last one ended.
 #[derive(Default)]
 pub(super) struct Activity {
-    doing: Option<Doing>,
+    doing: Option<CurrentTask>,
     last: Option<Ended>,
 }
 
 impl Motion {
-    pub(super) fn new(urgent: Urgent, preload: f64) -> Self {
+    pub(super) fn new(urgent: ImmediateChanges, preload: f64) -> Self {
         Motion {
             urgent: Mutex::new(urgent),
             activity: Mutex::default(),
@@ -88,7 +88,7 @@ impl Motion {
         }
         self.halt.store(false, Ordering::Relaxed);
         self.abandoned.store(false, Ordering::Relaxed);
-        activity.doing = Some(Doing { what: what.into(), stage: "begin".into(), fraction: 0.0 });
+        activity.doing = Some(CurrentTask { what: what.into(), stage: "begin".into(), fraction: 0.0 });
         start()
     }
 
@@ -102,7 +102,7 @@ impl Motion {
     }
 
     pub(super) fn progress(&self, what: &str, stage: &str, fraction: f64) {
-        lock(&self.activity).doing = Some(Doing { what: what.into(), stage: stage.into(), fraction });
+        lock(&self.activity).doing = Some(CurrentTask { what: what.into(), stage: stage.into(), fraction });
     }
 
     /// Ends the activity without a result.
@@ -114,7 +114,7 @@ impl Motion {
         *lock(&self.activity) = Activity { doing: None, last: Some(ended) };
     }
 
-    pub(super) fn status(&self) -> (Option<Doing>, Option<Ended>) {
+    pub(super) fn status(&self) -> (Option<CurrentTask>, Option<Ended>) {
         let activity = lock(&self.activity);
         (activity.doing.clone(), activity.last.clone())
     }

@@ -6,8 +6,8 @@ use stickslip_core::control::reference::Reference;
 use stickslip_core::cycle::Change;
 use stickslip_core::render::Correction;
 
-use super::at_rest::SoFar;
 use super::axis::{self, Job};
+use super::breakaway::BreakawayProgress;
 use super::protocol::{Answer, Changed, MarkKind, Quantity};
 use super::{Live, Shared, form};
 use stickslip_base::{Error, Preset};
@@ -77,10 +77,10 @@ impl Live {
                 self.measure_by::<FrictionPlan<f64>>(plan, |_, _, number| Job::begins_curve(number, None))
             }
             (Quantity::Breakaway, false) => self.measure_by::<BreakawayPlan<f64>>(plan, |plan, preset, _| {
-                Job::begins_at_rest(SoFar::breakaway(plan, &preset.model))
+                Job::begins_at_rest(BreakawayProgress::breakaway(plan, &preset.model))
             }),
             (Quantity::Presliding, false) => self.measure_by::<PreslidingPlan<f64>>(plan, |_, _, _| {
-                Job::begins_at_rest(SoFar::Presliding(Vec::new(), Vec::new()))
+                Job::begins_at_rest(BreakawayProgress::Presliding(Vec::new(), Vec::new()))
             }),
         }
     }

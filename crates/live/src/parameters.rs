@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use super::loaded::{LoadedFile, Opened};
 use super::lock;
-use super::protocol::{Answer, Changed, Item, Machine, PlanForm, Quantity, ToChatter};
+use super::protocol::{Answer, Changed, ChatterMargin, Item, Machine, PlanForm, Quantity};
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Preset};
 use stickslip_bench::tuning::{Proposal, Sets, Tuning};
@@ -95,7 +95,7 @@ impl Parameters {
     /// How far the rendering law would be from chatter with some values.
     pub(super) fn margin(&self, values: BTreeMap<String, String>) -> Result<Answer, Error> {
         let (law, margin) = self.tuning().margin_with(&values.into_iter().collect::<Vec<_>>())?;
-        Ok(Answer::Margin(ToChatter::of(&law, margin)?))
+        Ok(Answer::Margin(ChatterMargin::of(&law, margin)?))
     }
 
     /// The plan of a measurement, with some of its values.

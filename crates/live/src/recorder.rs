@@ -12,7 +12,7 @@ use super::protocol::{Answer, Recorded};
 use super::runs::Runs;
 use super::scribe::{Progress, Scribe};
 use super::{Live, LiveError, Shared, lock};
-use crate::catalogue::Made;
+use crate::catalogue::RunOrigin;
 use stickslip_base::{Error, output};
 use stickslip_bench::Keyframes;
 use stickslip_bench::run::{About, RunWriter};
@@ -35,7 +35,7 @@ pub(super) struct Recording {
     pub(super) scribe: Scribe,
     file: PathBuf,
     /// For the catalogue.
-    made: Made,
+    made: RunOrigin,
 }
 
 /// What the status shows of a recording.
@@ -52,7 +52,7 @@ impl Recorder {
 
     /// Begins with the first cycle, into a file that was opened already.
     pub(super) fn begin_at_start(&self, writer: RunWriter, file: &Path) {
-        let made = Made::now(file, SystemTime::now(), None);
+        let made = RunOrigin::now(file, SystemTime::now(), None);
         let scribe = self.start(file, move || Ok((writer, 0)));
         *lock(&self.recording) = Some(Recording { scribe, file: file.into(), made });
     }
@@ -61,7 +61,7 @@ impl Recorder {
     fn begin(
         &self,
         file: PathBuf,
-        made: Made,
+        made: RunOrigin,
         open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static,
     ) -> Result<Option<Recording>, Error> {
         let mut recording = lock(&self.recording);
@@ -138,8 +138,8 @@ impl Live {
             begun
         };
         let number = i64::try_from(number).ok();
-        let made = Made::now(&folder, SystemTime::now(), Some(parameters.file()));
-        if let Some(broken) = recorder.begin(file, Made { words: Some(name.to_owned()), number, ..made }, open)? {
+        let made = RunOrigin::now(&folder, SystemTime::now(), Some(parameters.file()));
+        if let Some(broken) = recorder.begin(file, RunOrigin { words: Some(name.to_owned()), number, ..made }, open)? {
             // The status showed why it broke off.
             let _ = broken.finish(runs);
         }

@@ -11,12 +11,12 @@ use super::curve::of;
 use super::measurements::Measurements;
 use super::protocol::Answer;
 use super::{Live, LiveError, Shared, form};
-use crate::catalogue::Made;
+use crate::catalogue::RunOrigin;
 use stickslip_base::Error;
 use stickslip_base::figure::Figure;
 use stickslip_base::quantity::Estimate;
 use stickslip_base::report::{Provenance, Report, Section};
-use stickslip_bench::foreign::Role;
+use stickslip_bench::external::Role;
 use stickslip_bench::tuning::selector;
 use stickslip_experiment::FrictionPlan;
 use stickslip_experiment::workflow::experiment::Experiment;
@@ -140,7 +140,7 @@ impl Live {
         let experiment = Experiment::read(newest(false).as_deref(), newest(true).as_deref(), parameters.preset())?;
         let (run, folder) = runs.folder("report")?;
         experiment.write(&folder, "stickslip serve, save report")?;
-        runs.enter(Made::now(&folder, begun, Some(parameters.file())));
+        runs.enter(RunOrigin::now(&folder, begun, Some(parameters.file())));
         Ok(Answer::Report { run, folder: folder.display().to_string() })
     }
 }

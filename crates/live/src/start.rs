@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 use std::thread;
 
-use stickslip_rt::Wishes;
+use stickslip_rt::ThreadSettings;
 
 use super::implementation::Target;
 use super::loaded::Opened;
@@ -14,7 +14,7 @@ use super::{
 };
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Preset};
-use stickslip_bench::foreign::ForeignFile;
+use stickslip_bench::external::ExternalFile;
 use stickslip_bench::remote::Address;
 use stickslip_bench::run::{About, RunWriter};
 use stickslip_bench::tap::{Stream, tap};
@@ -34,11 +34,11 @@ pub struct Start {
     /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
     /// What is asked of the system.
-    pub wishes: Wishes,
+    pub wishes: ThreadSettings,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
     /// A controller, a friction or a law that is in the loop beside what the preset has, and acts first.
-    pub loaded: Option<ForeignFile>,
+    pub loaded: Option<ExternalFile>,
     /// File that the run is recorded into; it must not be there yet.
     pub record: Option<PathBuf>,
     /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
@@ -48,7 +48,7 @@ pub struct Start {
 impl Start {
     /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
     pub fn new(source: Source, project: &Path) -> Self {
-        let (wishes, project) = (Wishes::default(), project.to_owned());
+        let (wishes, project) = (ThreadSettings::default(), project.to_owned());
         Start { source, io: None, seed: 1, wishes, project, loaded: None, record: None, operator_time: None }
     }
 }
@@ -63,12 +63,12 @@ impl Live {
         let mut tuning = Tuning::new(start.source.clone())?;
         let preset = *tuning.preset();
         let loaded = start.loaded.clone().map(|file| Opened::open(file, start.project.join("loaded"))).transpose()?;
-        let (loaded, foreign) = loaded.unzip();
+        let (loaded, external) = loaded.unzip();
         let writer = start.record(&preset, loaded.as_ref())?;
         let (mut bench, stream) = start.connect(&preset)?;
-        if let Some(foreign) = foreign {
-            tuning.bring(Loaded::new(&foreign, &preset.bench))?;
-            bench.seat(foreign, &preset.bench)?;
+        if let Some(external) = external {
+            tuning.bring(Loaded::new(&external, &preset.bench))?;
+            bench.seat(external, &preset.bench)?;
         }
         let sets = start.project.join("sets");
         let parameters = Parameters::new(start.source.file.clone(), &sets, tuning, loaded);

@@ -84,9 +84,9 @@ pub(crate) struct Parts {
 
 /// What the parts of a good cycle take: a mean that forgets.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Usual(Option<Parts>);
+pub(crate) struct TypicalCycle(Option<Parts>);
 
-impl Usual {
+impl TypicalCycle {
     /// A cycle that met its deadline.
     pub(crate) fn learn(&mut self, parts: &Parts) {
         let mean = self.0.get_or_insert(*parts);
@@ -196,7 +196,7 @@ mod tests {
     }
 
     fn cause(bad: Parts, evidence: Option<Evidence>) -> Cause {
-        let mut usual = Usual::default();
+        let mut usual = TypicalCycle::default();
         usual.learn(&parts(5000, [20_000, 150_000, 30_000]));
         usual.cause(&bad, &IO, evidence)
     }
@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn the_usual_follows_the_good_cycles() {
-        let mut usual = Usual::default();
+        let mut usual = TypicalCycle::default();
         for _ in 0..200 {
             usual.learn(&parts(0, [0, 80_000, 0]));
         }

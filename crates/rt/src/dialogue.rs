@@ -97,7 +97,7 @@ fn wake(segment: &Segment, [sleeps, word]: [usize; 2]) -> bool {
 
 /// The side that asks.
 #[derive(Debug)]
-pub struct Asker {
+pub struct Requester {
     segment: Arc<Segment>,
     spin: Duration,
     /// Of the last question.
@@ -108,14 +108,14 @@ pub struct Asker {
     woken: bool,
 }
 
-impl Asker {
+impl Requester {
     /// Makes the memory for questions of at most so many words; its file is for the other side.
     ///
     /// # Errors
     /// What the system refuses.
     pub fn new(question: usize) -> io::Result<(Self, File)> {
         let (segment, file) = Segment::anonymous(words(question))?;
-        Ok((Asker { segment: Arc::new(segment), spin: spin(), number: 0, open: false, woken: false }, file))
+        Ok((Requester { segment: Arc::new(segment), spin: spin(), number: 0, open: false, woken: false }, file))
     }
 
     /// Asks, and does not wait; false where the last question has no answer yet.
@@ -170,7 +170,7 @@ impl Alarm {
 
 /// The side that answers.
 #[derive(Debug)]
-pub struct Answerer {
+pub struct Responder {
     segment: Segment,
     spin: Duration,
     /// Of the last question that was taken.
@@ -182,14 +182,14 @@ pub struct Answerer {
     count: u32,
 }
 
-impl Answerer {
+impl Responder {
     /// In the memory of a file, for questions of at most so many words, as the asking side has made it.
     ///
     /// # Errors
     /// A file that is shorter; what the system refuses.
     pub fn open(file: &File, question: usize) -> io::Result<Self> {
         let segment = Segment::map(file, words(question))?;
-        Ok(Answerer {
+        Ok(Responder {
             segment,
             spin: spin(),
             number: 0,
@@ -235,9 +235,9 @@ mod tests {
     /// Far longer than a test may take.
     const LONG: Duration = Duration::from_secs(3600);
 
-    fn dialogue(question: usize) -> (Asker, Answerer) {
-        let (asker, file) = Asker::new(question).expect("memory");
-        let answerer = Answerer::open(&file, question).expect("the same memory");
+    fn dialogue(question: usize) -> (Requester, Responder) {
+        let (asker, file) = Requester::new(question).expect("memory");
+        let answerer = Responder::open(&file, question).expect("the same memory");
         (asker, answerer)
     }
 
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn whatever_the_other_side_writes_is_a_value_and_nothing_worse() {
-        let (mut asker, file) = Asker::new(4).expect("memory");
+        let (mut asker, file) = Requester::new(4).expect("memory");
         let hostile = Segment::map(&file, words(4)).expect("the same memory");
         let mut random = 1u64;
         let mut next = move || {
@@ -327,7 +327,7 @@ mod tests {
         }
         assert_eq!(answers, 6667);
         // One that answers is no better off.
-        let mut answerer = Answerer::open(&file, 4).expect("the same memory");
+        let mut answerer = Responder::open(&file, 4).expect("the same memory");
         for _ in 0..1000 {
             hostile.words().iter().for_each(|word| word.store(next(), Ordering::Relaxed));
             assert!(answerer.question(LONG).is_some_and(|question| question.len() <= 4));

@@ -11,12 +11,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crate::cause::{Cause, Overrun, Parts, Usual};
+use crate::cause::{Cause, Overrun, Parts, TypicalCycle};
 use crate::clock::{Clock, Nanoseconds};
 use crate::cycle::{Cycle, Lap, MAX_BLOCKS, Next, short};
 use crate::floating_point::FloatingPoint;
 use crate::timing::{Outlet, Timing, Timings, ring};
-use crate::watcher::Witness;
+use crate::watcher::ThreadUsage;
 
 /// When cycles run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,7 +142,7 @@ pub struct Executive<C> {
     io: [bool; MAX_BLOCKS],
     last_block: usize,
     outlet: Outlet,
-    usual: Usual,
+    usual: TypicalCycle,
     stop: Arc<AtomicBool>,
     summary: Summary,
 }
@@ -163,7 +163,7 @@ impl<C: Cycle> Executive<C> {
         let last_block = blocks.len().saturating_sub(1);
         let (outlet, timings) = ring(plan.records, blocks);
         let summary = Summary::of(Ending::Stopped);
-        let (usual, stop) = (Usual::default(), Arc::default());
+        let (usual, stop) = (TypicalCycle::default(), Arc::default());
         Ok((Executive { cycle, plan, io, last_block, outlet, usual, stop, summary }, timings))
     }
 
@@ -177,7 +177,7 @@ impl<C: Cycle> Executive<C> {
         self.run_with(clock, None)
     }
 
-    pub(crate) fn run_with(mut self, clock: &dyn Clock, mut witness: Option<Witness>) -> Summary {
+    pub(crate) fn run_with(mut self, clock: &dyn Clock, mut witness: Option<ThreadUsage>) -> Summary {
         let _standard = FloatingPoint::standard();
         let ending = catch_unwind(AssertUnwindSafe(|| self.cycles(clock, witness.as_mut())));
         let outputs = catch_unwind(AssertUnwindSafe(|| self.cycle.end()));
@@ -190,7 +190,7 @@ impl<C: Cycle> Executive<C> {
         self.summary
     }
 
-    fn cycles(&mut self, clock: &dyn Clock, mut witness: Option<&mut Witness>) -> Ending {
+    fn cycles(&mut self, clock: &dyn Clock, mut witness: Option<&mut ThreadUsage>) -> Ending {
         let period = self.plan.period.as_nanos() as Nanoseconds;
         let begin_within = (self.plan.overrun.begin_within * period as f64) as Nanoseconds;
         let last = self.plan.cycles.map(|cycles| self.plan.warm_up + cycles);
@@ -241,7 +241,7 @@ impl<C: Cycle> Executive<C> {
         late: Nanoseconds,
         period: Nanoseconds,
         mut lap: Lap,
-        witness: Option<&mut Witness>,
+        witness: Option<&mut ThreadUsage>,
     ) -> Turn {
         let next = self.cycle.run(cycle, &mut lap);
         // What came after the last mark was the last block's.

@@ -3,13 +3,13 @@
 //! system why.
 //!
 //! The [`Executive`] calls a [`Cycle`] at absolute instants, so that nothing drifts: cycle k begins k periods after the
-//! start, or not at all. [`Running`] is an executive on a thread of its own with what [`Wishes`] the system grants. Each
+//! start, or not at all. [`Running`] is an executive on a thread of its own with what [`ThreadSettings`] the system grants. Each
 //! cycle leaves a [`Timing`]; one that missed its deadline names the [`Cause`]. Parameters enter by [`pages`]. What the
 //! machine itself costs, [`doctor`] says. Nothing here knows of friction, benches or files.
 //!
 //! ```
 //! use std::time::Duration;
-//! use stickslip_rt::{Block, Cycle, Histograms, Lap, MonotonicClock, Next, Plan, Running, Wishes};
+//! use stickslip_rt::{Block, Cycle, Histograms, Lap, MonotonicClock, Next, Plan, Running, ThreadSettings};
 //!
 //! /// Counts for a hundred milliseconds.
 //! struct Counter(u64);
@@ -28,7 +28,7 @@
 //! }
 //!
 //! let plan = Plan { warm_up: 0, ..Plan::new(Duration::from_millis(1)) };
-//! let (running, mut timings) = Running::start(plan, Wishes::default(), MonotonicClock::default(), Counter(0))?;
+//! let (running, mut timings) = Running::start(plan, ThreadSettings::default(), MonotonicClock::default(), Counter(0))?;
 //! print!("{}", running.granted());
 //! let summary = running.join();
 //! let mut histograms = Histograms::new(timings.blocks());
@@ -67,7 +67,7 @@ pub use cause::{Cause, Evidence, Overrun};
 pub use clock::{Clock, MonotonicClock, Nanoseconds, SPIN, SimulatedClock};
 pub use cycle::{Block, Cycle, Lap, MAX_BLOCKS, Next};
 #[cfg(unix)]
-pub use dialogue::{ANSWER, Alarm, Answerer, Asker};
+pub use dialogue::{ANSWER, Alarm, Requester, Responder};
 pub use executive::{Ending, Executive, OverrunPolicy, Plan, PlanError, Summary};
 pub use floating_point::FloatingPoint;
 pub use fmu::{FmiVersion, Fmu, FmuError, FmuLibrary};
@@ -79,5 +79,5 @@ pub use rate::Rate;
 pub use running::Running;
 pub use segment::Segment;
 pub use serial::open_serial;
-pub use setup::{Cpu, Granted, Outcome, Wish, Wishes, hurry, keep_off};
+pub use setup::{Cpu, Granted, Outcome, ThreadSetting, ThreadSettings, hurry, keep_off};
 pub use timing::{Timing, Timings};

@@ -8,10 +8,10 @@ use std::thread::{self, JoinHandle};
 use crate::clock::MonotonicClock;
 use crate::cycle::Cycle;
 use crate::executive::{Ending, Executive, Plan, PlanError, Summary};
-use crate::setup::{self, Granted, Wishes};
+use crate::setup::{self, Granted, ThreadSettings};
 use crate::system;
 use crate::timing::Timings;
-use crate::watcher::{Watcher, Witness};
+use crate::watcher::{ThreadUsage, Watcher};
 
 /// A cycle that runs; stopped when this is dropped.
 pub struct Running {
@@ -30,7 +30,7 @@ impl Running {
     /// [`PlanError`] where plan or blocks cannot be, or the system has no thread.
     pub fn start(
         plan: Plan,
-        wishes: Wishes,
+        wishes: ThreadSettings,
         clock: MonotonicClock,
         cycle: impl Cycle + 'static,
     ) -> Result<(Self, Timings), PlanError> {
@@ -41,7 +41,7 @@ impl Running {
         let (go, ready) = mpsc::channel::<()>();
         let thread = thread::Builder::new().name("stickslip-rt".into()).spawn(move || {
             let held = setup::ask(&wishes);
-            let (witness, watch) = Witness::new();
+            let (witness, watch) = ThreadUsage::new();
             // Who has started this waits for it; should it have gone, the stop flag tells.
             let _ = tell.send((held.granted.clone(), watch));
             let _ = ready.recv();

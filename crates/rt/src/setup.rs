@@ -15,7 +15,7 @@ use crate::system;
 
 /// What the thread asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wishes {
+pub struct ThreadSettings {
     /// Above all ordinary threads: SCHED_FIFO with this priority, 1 … 99. `None` leaves a plain thread, with the finest
     /// timer that it can have.
     pub priority: Option<u8>,
@@ -59,7 +59,7 @@ pub fn hurry(process: u32, priority: u8) -> io::Result<()> {
 /// One of the wishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Wish {
+pub enum ThreadSetting {
     /// SCHED_FIFO with this priority.
     Priority(u8),
     /// Timers of the plain thread to the nanosecond.
@@ -80,7 +80,7 @@ pub enum Wish {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// What was asked for.
-    pub wish: Wish,
+    pub wish: ThreadSetting,
     /// What the system said, where it refused.
     pub refused: Option<String>,
 }
@@ -92,9 +92,10 @@ pub struct Granted {
     pub outcomes: Vec<Outcome>,
 }
 
-impl Wishes {
+impl ThreadSettings {
     /// A thread like any other.
-    pub const PLAIN: Wishes = Wishes { priority: None, lock_memory: false, shallow_idle: false, cpu: Cpu::Any };
+    pub const PLAIN: ThreadSettings =
+        ThreadSettings { priority: None, lock_memory: false, shallow_idle: false, cpu: Cpu::Any };
 
     /// The clock to wait on with this period: on a CPU of its own a thread spins before each deadline, which there
     /// takes time from nobody, but for no more than half of the period. It must sleep: the system stops a thread that
@@ -105,24 +106,28 @@ impl Wishes {
     }
 }
 
-impl Default for Wishes {
+impl Default for ThreadSettings {
     /// All that helps: priority 80, locked memory, no deep sleep, an isolated CPU.
     fn default() -> Self {
-        Wishes { priority: Some(80), lock_memory: true, shallow_idle: true, cpu: Cpu::Isolated }
+        ThreadSettings { priority: Some(80), lock_memory: true, shallow_idle: true, cpu: Cpu::Isolated }
     }
 }
 
-impl Wish {
+impl ThreadSetting {
     /// What the refusal costs.
     pub fn costs(self) -> &'static str {
         match self {
-            Wish::Priority(_) => "Any other thread may delay a cycle, by milliseconds where the CPUs are busy.",
-            Wish::TimerSlack => "The system may put off each wake-up, usually by 50 µs.",
-            Wish::LockedMemory => "Memory may be taken away; to find it again a cycle waits, for a disk if need be.",
-            Wish::ShallowIdle => "Between two cycles the CPU may sleep as deeply as its idle states go.",
-            Wish::OneCpu(_) => "The thread moves between CPUs and finds its caches cold.",
-            Wish::IsolatedCpu => "Other threads and their interrupts share the CPU.",
-            Wish::FloatingPoint => "A library had changed the rounding of this thread; it was set right.",
+            ThreadSetting::Priority(_) => {
+                "Any other thread may delay a cycle, by milliseconds where the CPUs are busy."
+            }
+            ThreadSetting::TimerSlack => "The system may put off each wake-up, usually by 50 µs.",
+            ThreadSetting::LockedMemory => {
+                "Memory may be taken away; to find it again a cycle waits, for a disk if need be."
+            }
+            ThreadSetting::ShallowIdle => "Between two cycles the CPU may sleep as deeply as its idle states go.",
+            ThreadSetting::OneCpu(_) => "The thread moves between CPUs and finds its caches cold.",
+            ThreadSetting::IsolatedCpu => "Other threads and their interrupts share the CPU.",
+            ThreadSetting::FloatingPoint => "A library had changed the rounding of this thread; it was set right.",
         }
     }
 
@@ -130,11 +135,11 @@ impl Wish {
     pub fn mend(self) -> Option<String> {
         let capability = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v stickslip)\"";
         match self {
-            Wish::Priority(_) | Wish::LockedMemory => Some(capability.into()),
-            Wish::ShallowIdle => Some(format!("sudo chmod o+w {LATENCY}")),
-            Wish::TimerSlack | Wish::FloatingPoint => None,
-            Wish::OneCpu(cpu) => Some(format!("taskset --cpu-list {cpu} stickslip …")),
-            Wish::IsolatedCpu => Some(ISOLATE.into()),
+            ThreadSetting::Priority(_) | ThreadSetting::LockedMemory => Some(capability.into()),
+            ThreadSetting::ShallowIdle => Some(format!("sudo chmod o+w {LATENCY}")),
+            ThreadSetting::TimerSlack | ThreadSetting::FloatingPoint => None,
+            ThreadSetting::OneCpu(cpu) => Some(format!("taskset --cpu-list {cpu} stickslip …")),
+            ThreadSetting::IsolatedCpu => Some(ISOLATE.into()),
         }
     }
 }
@@ -146,30 +151,31 @@ const LATENCY: &str = "/dev/cpu_dma_latency";
 pub(crate) const ISOLATE: &str = "add isolcpus=N nohz_full=N rcu_nocbs=N to GRUB_CMDLINE_LINUX in /etc/default/grub, \
                                   N the last CPU, then sudo update-grub && sudo reboot";
 
-impl fmt::Display for Wish {
+impl fmt::Display for ThreadSetting {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
-            Wish::Priority(priority) => write!(f, "real-time priority {priority}"),
-            Wish::TimerSlack => f.write_str("exact timers"),
-            Wish::LockedMemory => f.write_str("locked memory"),
-            Wish::ShallowIdle => f.write_str("no deep sleep"),
-            Wish::OneCpu(cpu) => write!(f, "CPU {cpu} alone"),
-            Wish::IsolatedCpu => f.write_str("an isolated CPU"),
-            Wish::FloatingPoint => f.write_str("standard floating point"),
+            ThreadSetting::Priority(priority) => write!(f, "real-time priority {priority}"),
+            ThreadSetting::TimerSlack => f.write_str("exact timers"),
+            ThreadSetting::LockedMemory => f.write_str("locked memory"),
+            ThreadSetting::ShallowIdle => f.write_str("no deep sleep"),
+            ThreadSetting::OneCpu(cpu) => write!(f, "CPU {cpu} alone"),
+            ThreadSetting::IsolatedCpu => f.write_str("an isolated CPU"),
+            ThreadSetting::FloatingPoint => f.write_str("standard floating point"),
         }
     }
 }
 
 impl Granted {
     /// Whether this was asked and granted.
-    pub fn has(&self, wish: Wish) -> bool {
+    pub fn has(&self, wish: ThreadSetting) -> bool {
         self.granted().any(|outcome| outcome.wish == wish)
     }
 
     /// The real-time priority that was granted.
     pub fn priority(&self) -> Option<u8> {
-        self.granted()
-            .find_map(|outcome| if let Wish::Priority(priority) = outcome.wish { Some(priority) } else { None })
+        self.granted().find_map(|outcome| {
+            if let ThreadSetting::Priority(priority) = outcome.wish { Some(priority) } else { None }
+        })
     }
 
     /// What was granted.
@@ -182,7 +188,7 @@ impl Granted {
         self.outcomes.iter().filter(|outcome| outcome.refused.is_some())
     }
 
-    fn note<T>(&mut self, wish: Wish, result: io::Result<T>) -> Option<T> {
+    fn note<T>(&mut self, wish: ThreadSetting, result: io::Result<T>) -> Option<T> {
         let refused = result.as_ref().err().map(ToString::to_string);
         self.outcomes.push(Outcome { wish, refused });
         result.ok()
@@ -221,32 +227,36 @@ fn holders() -> std::sync::MutexGuard<'static, usize> {
 }
 
 /// Asks for everything on the calling thread, and touches its stack.
-pub(crate) fn ask(wishes: &Wishes) -> Held {
+pub(crate) fn ask(wishes: &ThreadSettings) -> Held {
     let mut granted = Granted::default();
     let memory = wishes.lock_memory && {
         let mut holders = holders();
-        let locked = granted.note(Wish::LockedMemory, lock_memory()).is_some();
+        let locked = granted.note(ThreadSetting::LockedMemory, lock_memory()).is_some();
         *holders += usize::from(locked);
         locked
     };
-    let shallow_idle = if wishes.shallow_idle { granted.note(Wish::ShallowIdle, hold_latency()) } else { None };
+    let shallow_idle =
+        if wishes.shallow_idle { granted.note(ThreadSetting::ShallowIdle, hold_latency()) } else { None };
     match wishes.cpu {
         Cpu::Any => {}
         Cpu::Number(cpu) => {
-            granted.note(Wish::OneCpu(cpu), system::pin(cpu));
+            granted.note(ThreadSetting::OneCpu(cpu), system::pin(cpu));
         }
         Cpu::Isolated => {
             let isolated = fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
             let none = || io::Error::other("no CPU was isolated at boot");
-            granted.note(Wish::IsolatedCpu, last_of(&isolated).ok_or_else(none).and_then(system::pin));
+            granted.note(ThreadSetting::IsolatedCpu, last_of(&isolated).ok_or_else(none).and_then(system::pin));
         }
     }
     match wishes.priority {
-        Some(priority) => granted.note(Wish::Priority(priority), system::set_priority(priority)),
-        None => granted.note(Wish::TimerSlack, system::set_timer_slack(1)),
+        Some(priority) => granted.note(ThreadSetting::Priority(priority), system::set_priority(priority)),
+        None => granted.note(ThreadSetting::TimerSlack, system::set_timer_slack(1)),
     };
     if !FloatingPoint::standard().was_standard() {
-        granted.note(Wish::FloatingPoint, Err::<(), _>(io::Error::other("the thread rounded or flushed otherwise")));
+        granted.note(
+            ThreadSetting::FloatingPoint,
+            Err::<(), _>(io::Error::other("the thread rounded or flushed otherwise")),
+        );
     }
     system::touch_stack();
     Held { granted, memory, _shallow_idle: shallow_idle }
@@ -295,7 +305,8 @@ mod tests {
 
     #[test]
     fn a_thread_with_a_cpu_of_its_own_spins_for_a_part_of_each_period_and_others_never() {
-        let spin = |cpu, micros| Wishes { cpu, ..Wishes::PLAIN }.clock(Duration::from_micros(micros)).spin;
+        let spin =
+            |cpu, micros| ThreadSettings { cpu, ..ThreadSettings::PLAIN }.clock(Duration::from_micros(micros)).spin;
         assert_eq!(spin(Cpu::Number(1), 250), SPIN);
         assert_eq!(spin(Cpu::Number(1), 50), Duration::from_micros(25), "a part of it is slept");
         assert_eq!([Cpu::Any, Cpu::Isolated].map(|cpu| spin(cpu, 250)), [Duration::ZERO; 2]);
@@ -303,7 +314,7 @@ mod tests {
 
     #[test]
     fn a_wish_that_cannot_be_granted_is_reported_with_its_price_and_its_remedy() {
-        let wishes = Wishes { priority: Some(0), cpu: Cpu::Number(100_000), ..Wishes::PLAIN };
+        let wishes = ThreadSettings { priority: Some(0), cpu: Cpu::Number(100_000), ..ThreadSettings::PLAIN };
         let held = std::thread::spawn(move || ask(&wishes)).join().unwrap();
         assert_eq!(held.granted.refused().count(), 2, "{}", held.granted);
         let text = held.granted.to_string();
@@ -340,11 +351,11 @@ mod tests {
     fn a_plain_thread_gets_its_exact_timers_and_a_cpu_that_is_there() {
         let status = fs::read_to_string("/proc/thread-self/status").unwrap();
         let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap();
-        let wishes = Wishes { cpu: Cpu::Number(last_of(allowed).unwrap()), ..Wishes::PLAIN };
+        let wishes = ThreadSettings { cpu: Cpu::Number(last_of(allowed).unwrap()), ..ThreadSettings::PLAIN };
         std::thread::spawn(move || {
             let held = ask(&wishes);
             assert_eq!(held.granted.refused().next(), None, "{}", held.granted);
-            assert!(held.granted.has(Wish::TimerSlack));
+            assert!(held.granted.has(ThreadSetting::TimerSlack));
             let slack = fs::read_to_string("/proc/thread-self/timerslack_ns").unwrap_or("1".into());
             assert_eq!(slack.trim(), "1");
         })

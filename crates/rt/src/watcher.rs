@@ -42,7 +42,7 @@ struct Pulse {
 }
 
 /// Of the executive's thread: knows what the thread has used, and asks the system in an overrun alone.
-pub(crate) struct Witness {
+pub(crate) struct ThreadUsage {
     pulse: Arc<Pulse>,
     baselines: Reader<Baseline>,
     /// From the end of the last overrun, if that is newer.
@@ -58,14 +58,14 @@ pub(crate) struct Watcher {
     thread: Option<JoinHandle<()>>,
 }
 
-impl Witness {
+impl ThreadUsage {
     /// On the thread that is watched; the other half starts the watcher, from a thread without priority.
     pub(crate) fn new() -> (Self, impl FnOnce() -> Option<Watcher> + Send) {
         let pulse = Arc::new(Pulse::default());
         let own = Baseline { counters: own_counters(), ..Baseline::default() };
         let (writer, baselines) = exchange(own);
         let (watched, thread) = (pulse.clone(), this_thread());
-        let witness = Witness { pulse, baselines, own, phase: 0, sleeps: 0, awake: 0 };
+        let witness = ThreadUsage { pulse, baselines, own, phase: 0, sleeps: 0, awake: 0 };
         (witness, move || Watcher::start(thread, watched, writer))
     }
 

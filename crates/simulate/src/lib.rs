@@ -4,9 +4,9 @@
 #![forbid(unsafe_code)]
 
 mod error;
+pub mod fast_bench;
 pub mod fidelity;
 pub mod integrator;
-pub mod judged;
 pub mod manoeuvre;
 mod rendering_law;
 pub mod simulation;

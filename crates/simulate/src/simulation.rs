@@ -7,7 +7,7 @@ use stickslip_core::block::Block as _;
 use stickslip_core::control::reference::{Generator, Setpoint, Shaped};
 use stickslip_core::tick::{EncoderReading, Order, Tick, TickOutput};
 
-use crate::judged::Judged;
+use crate::fast_bench::FastBench;
 use crate::rendering_law;
 use stickslip_base::preset::Preset;
 use stickslip_base::table::Column;
@@ -120,12 +120,12 @@ pub fn simulate<E: From<Error>>(
         tick.law = rendering_law(&preset.model, settings)?;
         tick.current = load_current_control(&tick.law, &preset.model, settings)?;
     }
-    let mut bench = Judged::new(&preset.plant, tick, settings, divider, seed)?;
+    let mut bench = FastBench::new(&preset.plant, tick, settings, divider, seed)?;
     let mut setpoints = Shaped::new(setpoints, settings.shaper.shaper(&preset.model.drive, settings.tick_rate));
     let in_samples = |time: f64| (time / settings.control_period()).round() as u64 * divider;
     let (rest, cycles) = (in_samples(rest), in_samples(rest) + in_samples(duration));
     let mut columns: Vec<Vec<f64>> = SIGNALS.iter().map(|_| Vec::with_capacity((cycles / divider) as usize)).collect();
-    let mut brought = Brought::default();
+    let mut brought = DelayedTorque::default();
     let mut stopped = None;
     for cycle in 0..cycles {
         let time = cycle as f64 * dt;
@@ -161,14 +161,14 @@ pub fn simulate<E: From<Error>>(
 
 /// Torque of a controller that was brought along [N m].
 #[derive(Debug, Default)]
-pub struct Brought {
+pub struct DelayedTorque {
     /// Waits for its sample to end.
     computed: f64,
     /// In force.
     commanded: f64,
 }
 
-impl Brought {
+impl DelayedTorque {
     /// Its torque in a tick, of so many in a sample: what it computes where one begins is in force when that ends.
     pub fn torque<E>(&mut self, cycle: u64, divider: u64, compute: impl FnOnce() -> Result<f64, E>) -> Result<f64, E> {
         if cycle.is_multiple_of(divider) {
@@ -182,7 +182,7 @@ impl Brought {
 }
 
 /// What a controller reads at the begin of a tick: what the one in the tick would.
-pub fn sample(tick: &Tick<f64>, bench: &Judged, time: f64, reference: Setpoint<f64>) -> Sample {
+pub fn sample(tick: &Tick<f64>, bench: &FastBench, time: f64, reference: Setpoint<f64>) -> Sample {
     let read = &bench.truth().measurement;
     let reading = EncoderReading { count: read.count, index: read.index, latch: read.latch };
     // The tick will decode the same readings from the same state.

@@ -10,7 +10,7 @@ use stickslip_design as design;
 use stickslip_design::linear::Operating;
 use stickslip_design::{PositionLoop, predictive};
 
-use crate::judged::Judged;
+use crate::fast_bench::FastBench;
 
 fn preset() -> Preset<f64> {
     presets::find("prototype").unwrap().read().unwrap()
@@ -35,7 +35,7 @@ fn a_virtual_bench_keeps_the_speed_that_it_is_told_and_the_loop_is_that_of_the_s
         preset.bench.controller = controller;
         let settings = &preset.bench;
         let tick = design::software(&preset.model, settings).unwrap();
-        let mut bench = Judged::new(&preset.plant, tick, settings, settings.divider(), 1).unwrap();
+        let mut bench = FastBench::new(&preset.plant, tick, settings, settings.divider(), 1).unwrap();
         let mut fastest = 0.0f64;
         for cycle in 0..4400 {
             let mut order = Order { control: 1.0, ..Order::default() };

@@ -59,7 +59,7 @@ fn page(outcome: &Outcome) -> String {
     let mut text = format!(
         "# How far is the rendered friction from the true one?\n\n\
          The full benchmark of `stickslip fidelity`, {} noise seeds. What is compared, and how, is said in \
-         [the chapter on fidelity](fidelity.md). Made by `cargo xtask study fidelity`; all numbers with their intervals are in \
+         [the chapter on fidelity](fidelity.md). RunOrigin by `cargo xtask study fidelity`; all numbers with their intervals are in \
          `fidelity.csv`.\n",
         outcome.plan.seeds.len()
     );

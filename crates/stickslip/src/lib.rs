@@ -7,11 +7,11 @@ pub use stickslip_base::{Error, Summary, Watch};
 pub use stickslip_base::{figure, filter, noise, output, parameters, quantity, report, summary, units, watch};
 pub use stickslip_bench as bench;
 pub use stickslip_bench::BenchError;
-pub use stickslip_bench::{foreign, run, tuning};
+pub use stickslip_bench::{external, run, tuning};
 pub use stickslip_design::DesignError;
 pub use stickslip_experiment as experiment;
 pub use stickslip_experiment::ExperimentError;
-pub use stickslip_experiment::{calibrate, demo, library, load, truth, workflow};
+pub use stickslip_experiment::{calibrate, demo, library, load, true_friction, workflow};
 pub use stickslip_fit as fit;
 pub use stickslip_fit::FitError;
 pub use stickslip_fit::uncertainty;
@@ -27,7 +27,7 @@ pub use stickslip_recording as recording;
 pub use stickslip_recording::RecordingError;
 pub use stickslip_recording::capture;
 pub use stickslip_simulate::SimulateError;
-pub use stickslip_simulate::{integrator, judged, simulation};
+pub use stickslip_simulate::{fast_bench, integrator, simulation};
 pub use stickslip_study as study;
 pub use stickslip_study::{benchmark, fidelity};
 
@@ -45,8 +45,9 @@ pub mod design {
 pub use stickslip_design::linear;
 
 pub use stickslip_base::{
-    AdaptiveChoice, ArmDamping, Belief, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
-    DampedArm, DisturbanceObserverChoice, Disturbances, Doubt, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
-    FriedlandParkChoice, LawChoice, Model, NetworkChoice, NotchChoice, Observation, Poles, PredictiveFeedback, Preset,
-    Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking, Vibration,
+    AdaptiveChoice, ArmDamping, AssumedFriction, CompensationChoice, ControllerChoice, ControllerMatrices, CurveChoice,
+    DampedArm, DisturbanceObserverChoice, Disturbances, FeedforwardChoice, FilterChoice, FrictionObserverChoice,
+    FriedlandParkChoice, LawChoice, Model, ModelUncertainty, NetworkChoice, NotchChoice, Observation, Poles,
+    PredictiveFeedback, Preset, Quadratic, Regulation, Residual, Settings, ShaperChoice, StateFeedback, Tracking,
+    Vibration,
 };

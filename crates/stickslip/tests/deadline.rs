@@ -11,12 +11,12 @@ use std::time::Duration;
 
 use counting::{CALLS, WATCHED};
 use stickslip::bench::remote::{Address, Counts, LinkFault, Paced, PlantServer};
-use stickslip::bench::{Arrival, Bench, ClockedBench, Command, InProcess, Io, Voltages, Wishes, tap};
+use stickslip::bench::{Arrival, Bench, ClockedBench, Command, InProcess, Io, ThreadSettings, Voltages, tap};
 use stickslip::experiment::home;
 use stickslip::fidelity::LAWS;
 use stickslip::{Error, Preset, Watch, design, parameters};
 use stickslip_core::control::reference::Setpoint;
-use stickslip_core::kept::Keep;
+use stickslip_core::snapshot::StateVisitor;
 use stickslip_core::tick::Measurement;
 
 /// Ticks whose calls count.
@@ -50,7 +50,7 @@ impl<M: Io> Io for Watched<M> {
         self.machine.finish()
     }
 
-    fn keep(&mut self, keep: &mut dyn Keep) {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
         self.machine.keep(keep);
     }
 
@@ -82,7 +82,7 @@ fn counted(allocates: bool) -> Result<u64, Error> {
     let machine = Watched { machine, ticks: 0, allocates, now: None };
     // Somebody records, with too little room: both paths of a tap are gone.
     let (tap, stream) = tap::tap(200);
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, Some(tap))?;
     let mut states = bench.keyframes().expect("nobody else has taken it");
     home(&mut bench, &Watch::silent())?;
     for &(_, law) in LAWS.iter().filter(|(name, _)| ["paper", "bristle", "admittance"].contains(name)) {
@@ -132,7 +132,7 @@ fn calls_over(address: &Address) -> Result<u64, Error> {
     let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).map_err(fault)?;
     let traffic = machine.traffic().expect("a link has some");
     let machine = Watched { machine, ticks: 0, allocates: false, now: None };
-    let bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None)?;
+    let bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, None)?;
     let until = |enough: &dyn Fn(Counts) -> bool| {
         while !enough(traffic.counts()) {
             thread::sleep(Duration::from_millis(5));
@@ -159,23 +159,23 @@ const AS: &str = "STICKSLIP_TEST_ROLE";
 #[cfg(unix)]
 fn hosts() {
     if let Some(file) = std::env::var_os(HOSTED) {
-        let role = std::env::var(AS).ok().and_then(|name| stickslip::foreign::Role::find(&name));
+        let role = std::env::var(AS).ok().and_then(|name| stickslip::external::Role::find(&name));
         let role = role.expect("it has a role");
-        stickslip::foreign::process::host(std::path::Path::new(&file), role, &[]).expect("somebody asks");
+        stickslip::external::process::host(std::path::Path::new(&file), role, &[]).expect("somebody asks");
         std::process::exit(0);
     }
 }
 
 /// The same where somebody else's file in C is in the loop on the way along a sine, here or in a process of its own.
 #[cfg(unix)]
-fn calls_of_a_guest(role: stickslip::foreign::Role, trusted: bool) -> Result<u64, Error> {
+fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u64, Error> {
     use stickslip::ControllerChoice;
-    use stickslip::foreign::{Foreign, Role, process::Host};
+    use stickslip::external::{External, Role, process::Host};
     let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let library = folder.path().join("p_pi.so");
     let mut compiler = std::process::Command::new("cc");
-    compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/foreign")).arg("-o").arg(&library);
+    compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/external")).arg("-o").arg(&library);
     assert!(compiler.arg(here.join("../../examples/controller/p_pi.c")).status().is_ok_and(|status| status.success()));
     let _alone = alone();
     let mut preset = preset()?;
@@ -184,27 +184,27 @@ fn calls_of_a_guest(role: stickslip::foreign::Role, trusted: bool) -> Result<u64
     let ControllerChoice::Cascade(cascade) = &mut preset.bench.controller else { panic!("it is a cascade") };
     (cascade.position_gain, cascade.velocity_gain, cascade.integral_gain) = (8.0, 0.04, 0.4);
     preset.bench.safety.following_error = 10.0;
-    let mut foreign = if trusted {
-        Foreign::trusted(&library, role)?
+    let mut external = if trusted {
+        External::trusted(&library, role)?
     } else {
         let program = std::env::current_exe().expect("a program has a path");
         let call = format!("{AS}=\"$2\" {HOSTED}=\"$3\" exec '{}' --exact hosts --nocapture", program.display());
-        Foreign::apart(
+        External::in_own_process(
             &library,
             role,
             &Host { program: "sh".into(), arguments: ["-c".into(), call.into(), "host".into()].into() },
         )?
     };
     for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {
-        foreign.set(name, value)?;
+        external.set(name, value)?;
     }
     let (machine, readings) = InProcess::new(&preset, 1)?;
     let now = Arc::new(AtomicBool::new(false));
     let machine = Watched { machine, ticks: 0, allocates: false, now: Some(now.clone()) };
     let (tap, mut stream) = tap::tap(1 << 14);
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap))?;
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, Some(tap))?;
     home(&mut bench, &Watch::silent())?;
-    bench.bring(foreign)?;
+    bench.bring(external)?;
     let render = role != Role::Controller;
     while stream.sample().is_some() {}
     now.store(true, Ordering::Relaxed);
@@ -234,7 +234,7 @@ fn calls_of_a_guest(role: stickslip::foreign::Role, trusted: bool) -> Result<u64
 #[test]
 #[cfg(unix)]
 fn what_was_brought_along_has_the_loop_allocate_and_free_nothing() {
-    for role in stickslip::foreign::Role::ALL {
+    for role in stickslip::external::Role::ALL {
         assert_eq!(calls_of_a_guest(role, true).unwrap(), 0, "{role}");
         assert_eq!(calls_of_a_guest(role, false).unwrap(), 0, "{role}");
     }

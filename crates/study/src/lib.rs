@@ -26,8 +26,8 @@ mod plan;
 mod report;
 mod run;
 mod sensitivity;
-mod settled;
 mod sobol;
+mod step_size;
 mod table;
 mod work;
 

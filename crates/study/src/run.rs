@@ -13,7 +13,7 @@ use super::{Outcome, Plan, Work};
 use stickslip_base::parallel::map;
 use stickslip_base::{Error, Watch, output};
 use stickslip_recording::unreadable;
-use stickslip_simulate::judged::ABREAST;
+use stickslip_simulate::fast_bench::LANES;
 
 /// Folder of the parts.
 const PARTS: &str = "parts";
@@ -163,7 +163,7 @@ impl Parts {
         let size = self.missing.first().map_or(1, |&index| count(&cases(index)));
         // No thread without work where cases are few. A power of two, which divides every part but the last.
         let threads = threads.max(1);
-        let step = 1 << total.div_ceil(threads as u64).clamp(1, ABREAST as u64).ilog2();
+        let step = 1 << total.div_ceil(threads as u64).clamp(1, LANES as u64).ilog2();
         let work = || -> Result<(), Error> {
             loop {
                 let job = next.fetch_add(step, Ordering::Relaxed);

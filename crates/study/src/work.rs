@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::plan::of_entrant;
-use super::settled::coarsest;
+use super::step_size::coarsest;
 use super::table::{Columns, Row, Writer};
 use super::{Axis, Design, Plan};
 use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre, simulated_time};
@@ -14,7 +14,7 @@ use stickslip_base::parameters::{self, flatten};
 use stickslip_base::preset::{ControllerChoice, Preset};
 use stickslip_base::statistics::splitmix;
 use stickslip_base::{Error, Watch};
-use stickslip_simulate::judged::ABREAST;
+use stickslip_simulate::fast_bench::LANES;
 
 /// Whose results they are: another version may compute otherwise.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -22,7 +22,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 const NAME: &str = "work of a study";
 
 /// Fewest and most cases of a part, unless there are more parts than can be listed.
-const PART: [u64; 2] = [ABREAST as u64, 1000];
+const PART: [u64; 2] = [LANES as u64, 1000];
 /// Most parts.
 const PARTS: u64 = 1_000_000;
 /// Simulated time of a part [s], about a second of a core: an interruption costs little, and so does handing a part to
@@ -85,8 +85,8 @@ impl Work {
             });
         }
         let mut rows = Vec::new();
-        for first in cases.clone().step_by(ABREAST) {
-            rows.append(&mut self.rows(first..(first + ABREAST as u64).min(cases.end), watch)?);
+        for first in cases.clone().step_by(LANES) {
+            rows.append(&mut self.rows(first..(first + LANES as u64).min(cases.end), watch)?);
         }
         self.bytes(&rows)
     }

@@ -9,10 +9,10 @@ use stickslip_core::scalar::Lanes;
 use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
 
 /// Machines side by side: one vector of the widest registers.
-pub const ABREAST: usize = 8;
+pub const LANES: usize = 8;
 
 /// A number of each of them.
-pub type Wide = Lanes<f64, ABREAST>;
+pub type Wide = Lanes<f64, LANES>;
 
 /// A tick of each bench, with the bits that it has alone; see [`VirtualBench::tick_of`]. The width of the vectors is chosen
 /// at run time by what the processor has. x86 processors without AVX2 compute one lane after the other: vectors of two
@@ -43,7 +43,7 @@ pub fn lane_by_lane(
 ) -> TickOutput<Wide> {
     let before = *state;
     let mut output = None;
-    for lane in 0..ABREAST {
+    for lane in 0..LANES {
         let of = |value: Wide| value.0[lane];
         let mut one = before.map(&mut { of });
         let made = bench.map(&mut { of }).tick_of(steps, &mut one, input.map(&mut { of }), of(dt));
@@ -51,8 +51,8 @@ pub fn lane_by_lane(
             all.0[lane] = one.0[lane];
             all
         };
-        *state = state.merge(&one.map(&mut |value| Lanes([value; ABREAST])), &mut put);
-        let made = made.map(&mut |value| Lanes([value; ABREAST]));
+        *state = state.merge(&one.map(&mut |value| Lanes([value; LANES])), &mut put);
+        let made = made.map(&mut |value| Lanes([value; LANES]));
         output = Some(output.map_or(made, |all: TickOutput<Wide>| all.merge(&made, &mut put)));
     }
     output.expect("there are lanes")

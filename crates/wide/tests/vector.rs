@@ -12,7 +12,7 @@ use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::scalar::{Lanes, Scalar};
 use stickslip_core::tick::{BenchInput, BenchState, VirtualBench};
-use stickslip_wide::{ABREAST, Wide, lane_by_lane, tick};
+use stickslip_wide::{LANES, Wide, lane_by_lane, tick};
 
 /// What a function consists of.
 #[derive(Debug, Default)]
@@ -184,13 +184,13 @@ fn alone(lane: usize) -> Vec<u64> {
 /// The vectors of this processor, and those of one that has none of them.
 #[test]
 fn lanes_have_the_bits_of_f64() {
-    let alone: [Vec<u64>; ABREAST] = std::array::from_fn(alone);
+    let alone: [Vec<u64>; LANES] = std::array::from_fn(alone);
     let bench: VirtualBench<Wide> = bench().map(&mut |v: f64| Wide::of(v));
     for (name, tick) in [("tick", tick as fn(&_, _, &mut _, &_, _) -> _), ("lane_by_lane", lane_by_lane)] {
         let mut state = BenchState::default();
-        let mut lanes: [Vec<u64>; ABREAST] = std::array::from_fn(|_| Vec::new());
+        let mut lanes: [Vec<u64>; LANES] = std::array::from_fn(|_| Vec::new());
         for cycle in 0..CYCLES {
-            let input = side_by_side::<_, ABREAST>(std::array::from_fn(|lane| input(lane, cycle)));
+            let input = side_by_side::<_, LANES>(std::array::from_fn(|lane| input(lane, cycle)));
             let output = tick(&bench, STEPS, &mut state, &input, Wide::of(TICK));
             for number in numbers(&output) {
                 lanes.iter_mut().zip(number.0).for_each(|(lane, v)| lane.push(v.to_bits()));

@@ -4,7 +4,7 @@
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
 import type { Offer } from '../measurement.svelte'
-import type { DraftKind, HuntingSeen, Item, LoopDraft, LoopSeen, PoleDrag, TuneProgress } from '../protocol'
+import type { DraftKind, HuntingView, Item, LoopDraft, LoopView, PoleDrag, TuneProgress } from '../protocol'
 import { nearestStep, without, type Values } from './draft'
 
 type Step = { values: Values; name: string; key: string }
@@ -21,13 +21,13 @@ const LOOK = 200
 class ControllerState {
   /** The draft: value by path where it is not as on the target. */
   values = $state.raw<Values>({})
-  seen = $state.raw<LoopSeen | null>(null)
+  seen = $state.raw<LoopView | null>(null)
   /** The controller on the target. */
-  target = $state.raw<LoopSeen | null>(null)
+  target = $state.raw<LoopView | null>(null)
   /** What is shown is older than the draft. */
   checking = $state(true)
   wrong = $state('')
-  hunting = $state.raw<HuntingSeen | null>(null)
+  hunting = $state.raw<HuntingView | null>(null)
   /** The prediction is that of the draft. */
   predicted = $state(false)
   huntingWrong = $state('')

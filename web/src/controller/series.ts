@@ -1,6 +1,6 @@
 // A loop as series of plots: the draft in the colours of the figures of `stickslip loop`, the target in grey.
 
-import type { LoopAt, LoopSeen } from '../protocol'
+import type { LoopAt, LoopView } from '../protocol'
 import type { Role, Series, Stop } from '../plot/series'
 import type { Load } from './controller.svelte'
 
@@ -10,15 +10,15 @@ const NAMES: Record<string, string> = { sliding: 'Sliding', stuck: 'Stuck' }
 const DOTS = [2, 3]
 
 /** The loads that are shown. */
-export const shown = (seen: LoopSeen | null, load: Load): LoopAt[] => (seen?.loads ?? []).filter((at) => load === 'both' || at.load === load)
+export const shown = (seen: LoopView | null, load: Load): LoopAt[] => (seen?.loads ?? []).filter((at) => load === 'both' || at.load === load)
 
 /** The same, as far as margins say something: a loop that is not stable has none. */
-export const stable = (seen: LoopSeen | null, load: Load) => shown(seen, load).filter((at) => at.stable)
+export const stable = (seen: LoopView | null, load: Load) => shown(seen, load).filter((at) => at.stable)
 
 type Columns = (at: LoopAt) => { x: readonly number[]; y: readonly number[] }
 
 /** A line of each load that is shown; behind it, in grey, that of the target, where it is another. */
-export function lines(seen: LoopSeen | null, target: LoopSeen | null, load: Load, columns: Columns): Series[] {
+export function lines(seen: LoopView | null, target: LoopView | null, load: Load, columns: Columns): Series[] {
   const grey = shown(target, load).map((at): Series => ({ role: 'measured', name: 'Target', mark: 'line', dash: at.load === 'stuck' ? DOTS : [], aside: true, ...columns(at) }))
   return [...grey, ...shown(seen, load).map((at): Series => ({ role: ROLES[at.load]!, name: NAMES[at.load]!, mark: 'line', ...columns(at) }))]
 }
@@ -30,7 +30,7 @@ export const setpoint: Columns = (at) => ({ x: at.time.slice(0, at.setpoint.leng
 export const disturbed: Columns = (at) => ({ x: at.time.slice(0, at.disturbed.length), y: at.disturbed })
 
 /** The margins of the loads that are shown, where they are told. */
-export function stops(seen: LoopSeen | null, load: Load, place: (mark: LoopAt['marks'][number]) => [number, number]): Stop[] {
+export function stops(seen: LoopView | null, load: Load, place: (mark: LoopAt['marks'][number]) => [number, number]): Stop[] {
   return stable(seen, load).flatMap((at) => at.marks.map((mark) => ({ x: place(mark)[0], y: place(mark)[1], text: `load ${at.load}: ${mark.text}` })))
 }
 
@@ -40,13 +40,13 @@ export function points(stops: Stop[]): Series[] {
 }
 
 /** A margin of each loop as a line from the curve to where it would oscillate. */
-export function reach(seen: LoopSeen | null, load: Load, name: string, to: number, value: (mark: LoopAt['marks'][number]) => number): Series[] {
+export function reach(seen: LoopView | null, load: Load, name: string, to: number, value: (mark: LoopAt['marks'][number]) => number): Series[] {
   const marks = stable(seen, load).flatMap((at) => at.marks.filter((one) => one.name === name))
   return marks.map((mark): Series => ({ role: 'reference', name: '', mark: 'line', dash: [], x: [mark.frequency, mark.frequency], y: [to, value(mark)] }))
 }
 
 /** Poles of the upper half plane. */
-export function poles(seen: LoopSeen | null, load: Load): Series[] {
+export function poles(seen: LoopView | null, load: Load): Series[] {
   const upper = (all: LoopAt['poles']) => all.filter((pole) => pole.imaginary >= 0)
   const place = (all: LoopAt['poles']) => ({ x: upper(all).map((pole) => pole.real), y: upper(all).map((pole) => pole.imaginary) })
   const plant = shown(seen, load).map((at): Series => ({ role: 'measured', name: 'Drive alone', mark: 'points', cross: true, size: 3.5, aside: true, ...place(at.plant) }))

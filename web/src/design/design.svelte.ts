@@ -4,7 +4,7 @@
 import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
 import { measurement, type Offer } from '../measurement.svelte'
-import type { Drag, Drawn, Reference, ToChatter } from '../protocol'
+import type { Drag, Drawn, Reference, ChatterMargin } from '../protocol'
 
 type Four = [number, number, number, number]
 type Three = [number, number, number]
@@ -37,7 +37,7 @@ class DesignState {
   speeds = $state.raw<number[]>([])
   /** As it was when the drag began. */
   ghost = $state.raw<{ drawn: Drawn; speeds: number[] } | null>(null)
-  margin = $state.raw<ToChatter | null>(null)
+  margin = $state.raw<ChatterMargin | null>(null)
   /** The margin is not that of the curve that is shown. */
   checking = $state(true)
   refused = $state('')

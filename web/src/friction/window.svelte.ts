@@ -4,7 +4,7 @@ import { bench } from '../bench.svelte'
 import { design } from '../design/design.svelte'
 import { measurement, type Tab } from '../measurement.svelte'
 import type { Figure } from '../plot/export'
-import type { MeasuredAtRest, MeasuredCurve, Picture } from '../protocol'
+import type { BreakawayMeasurement, MeasuredCurve, Picture } from '../protocol'
 
 /** The figures of a friction under the law, by tab. */
 const RENDERED: Partial<Record<Tab, number>> = { shaped: 0, rendered: 1, load: 2 }
@@ -29,7 +29,7 @@ class FrictionWindow {
   has = $derived((this.shown?.points.length ?? 0) > 0)
   tab = $derived<Tab>(measurement.tab in RENDERED && !measurement.rendered?.figures.length ? 'speed' : measurement.tab)
   /** What was measured at rest, where that is shown. */
-  atRest = $derived<MeasuredAtRest | null>(measurement.what === 'friction' ? null : (measurement.found[measurement.what] ?? null))
+  atRest = $derived<BreakawayMeasurement | null>(measurement.what === 'friction' ? null : (measurement.found[measurement.what] ?? null))
   pictures = $derived.by((): Picture[] => {
     if (measurement.what !== 'friction') return this.atRest?.figures ?? []
     const one = measurement.rendered?.figures[RENDERED[this.tab] ?? -1]

@@ -2,7 +2,7 @@
 
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
-import type { Call, Happened, ReplayProgress, Run, Value } from '../protocol'
+import type { Call, RunEvent, ReplayProgress, Run, Value } from '../protocol'
 
 /** Runs that can lie side by side. */
 export const MOST = 6
@@ -22,7 +22,7 @@ class Catalogue {
   /** What was deleted since the window was opened stays in sight, with its Undo. */
   deleted = $state.raw<Run[]>([])
   selected = $state.raw<Details | null>(null)
-  story = $state.raw<Happened[] | null>(null)
+  story = $state.raw<RunEvent[] | null>(null)
   /** Why there is none. */
   untold = $state('')
   replay = $state.raw<ReplayProgress | null>(null)

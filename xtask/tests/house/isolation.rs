@@ -35,7 +35,7 @@ const NOT_MEASURING: [&str; 4] =
 
 /// Lines outside tests that use the virtual machine: its parameters, the inside of its sensors, its true state.
 fn uses_of_the_truth(source: &str) -> Vec<&str> {
-    const FORBIDDEN: [&str; 6] = ["plant::", "sensor::", "truth::", "::plant", "::truth", "VirtualBench"];
+    const FORBIDDEN: [&str; 6] = ["plant::", "sensor::", "true_friction::", "::plant", "::truth", "VirtualBench"];
     let code = source.split("#[cfg(test)]").next().unwrap_or_default();
     code.lines()
         .filter(|line| !line.trim_start().starts_with("//"))
@@ -62,7 +62,7 @@ fn controllers_laws_and_experiments_do_not_use_the_virtual_machine() {
 
 #[test]
 fn a_use_of_the_virtual_machine_is_found() {
-    let cheat = "use stickslip_core::plant::Plant;\nlet x = 1;\n#[cfg(test)]\nuse crate::truth::own_curve;\n";
+    let cheat = "use stickslip_core::plant::Plant;\nlet x = 1;\n#[cfg(test)]\nuse crate::true_friction::own_curve;\n";
     assert_eq!(uses_of_the_truth(cheat), ["use stickslip_core::plant::Plant;"]);
 }
 

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use stickslip::bench::Wishes;
-use stickslip::foreign::{ForeignFile, Role};
+use stickslip::bench::ThreadSettings;
+use stickslip::external::{ExternalFile, Role};
 use stickslip::load::{load, load_by_the_clock};
 use stickslip::{Error, Watch};
 
@@ -87,21 +87,21 @@ impl HowLoaded {
     }
 
     /// A file in a role with these values of its parameters.
-    pub(super) fn of(self, path: PathBuf, role: Role, values: &[Setting]) -> Result<ForeignFile, Error> {
+    pub(super) fn of(self, path: PathBuf, role: Role, values: &[Setting]) -> Result<ExternalFile, Error> {
         let number = |Setting { path, value }: &Setting| {
             let (question, answer) = (path.clone(), value.clone());
             let refused = |_| Error::Answer { question, answer, remedy: "Give a number.".into() };
             value.parse().map(|value| (path.clone(), value)).map_err(refused)
         };
         let values = values.iter().map(number).collect::<Result<_, _>>()?;
-        Ok(ForeignFile { path, role, map: pairs(self.map), trust: self.trust, values })
+        Ok(ExternalFile { path, role, map: pairs(self.map), trust: self.trust, values })
     }
 }
 
 impl LoadCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         if let Some(folder) = &self.header {
-            stickslip::foreign::write_header(folder)?;
+            stickslip::external::write_header(folder)?;
             writeln!(
                 out,
                 "{}: a controller, a friction and a law have these five functions.",
@@ -112,12 +112,12 @@ impl LoadCommand {
         let preset = source::preset(&self.preset, self.preset_set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
         std::fs::create_dir_all(&self.out).map_err(|error| Error::file(&self.out, "create", error))?;
         let file = self.how.of(self.file.unwrap_or_default(), self.role, &self.set)?;
-        let foreign = file.open(&self.out, &mut |line| eprintln!("{line}"))?;
+        let external = file.open(&self.out, &mut |line| eprintln!("{line}"))?;
         let (run, duration, seed) = (self.out.join("run.mf4"), self.duration, self.seed);
         let loaded = if self.real_time {
-            load_by_the_clock(&preset, foreign, duration, seed, Some(&run), Wishes::default(), watch)?
+            load_by_the_clock(&preset, external, duration, seed, Some(&run), ThreadSettings::default(), watch)?
         } else {
-            load(&preset, foreign, duration, seed, Some(&run), watch)?
+            load(&preset, external, duration, seed, Some(&run), watch)?
         };
         let summary = loaded.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
@@ -160,13 +160,13 @@ pub(crate) struct HostCommand {
 impl HostCommand {
     #[cfg(unix)]
     pub(crate) fn run(self) -> Result<(), Failure> {
-        Ok(stickslip::foreign::process::host(&self.file, self.role, &pairs(self.map))?)
+        Ok(stickslip::external::process::host(&self.file, self.role, &pairs(self.map))?)
     }
 
     #[cfg(not(unix))]
     pub(crate) fn run(self) -> Result<(), Failure> {
         // Nobody starts it where there are no such processes: it is refused as the file itself.
-        let file = ForeignFile { path: self.file, role: self.role, map: pairs(self.map), ..ForeignFile::default() };
+        let file = ExternalFile { path: self.file, role: self.role, map: pairs(self.map), ..ExternalFile::default() };
         Ok(file.open(".".as_ref(), &mut |_| {}).map(drop)?)
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 use stickslip::bench::remote::Address;
-use stickslip::bench::{ClockedBench, RemoteBench, Wishes};
+use stickslip::bench::{ClockedBench, RemoteBench, ThreadSettings};
 use stickslip::experiment::{BreakawayPlan, FrictionPlan, LearningPlan, PreslidingPlan, ResponsePlan, TrackingPlan};
 use stickslip::quantity::number;
 use stickslip::run::{About, Recorder};
@@ -167,12 +167,12 @@ impl How {
         }
         let measured = match self.io {
             Some(address) if self.real_time => {
-                let bench = ClockedBench::connect(&preset, &address, Wishes::default(), tap)?;
+                let bench = ClockedBench::connect(&preset, &address, ThreadSettings::default(), tap)?;
                 measure_by_the_clock(plan, &preset, bench, preload, None, watch)
             }
             Some(address) => measure_on(plan, &preset, &mut RemoteBench::connect(&preset, &address)?, preload, watch),
             None if self.real_time => {
-                let bench = ClockedBench::virtual_machine(&preset, self.seed, Wishes::default(), tap)?;
+                let bench = ClockedBench::virtual_machine(&preset, self.seed, ThreadSettings::default(), tap)?;
                 measure_by_the_clock(plan, &preset, bench, preload, Some(self.seed), watch)
             }
             None => measure(plan, &preset, preload, self.seed, tap, watch),

@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use stickslip::catalogue::{Catalogue, Details, Found, Made, Run, State};
+use stickslip::catalogue::{Catalogue, Details, Found, Run, RunOrigin, State};
 use stickslip::quantity::Estimate;
 
 use crate::failure::Failure;
@@ -261,7 +261,7 @@ impl Leaving {
         if after.is_none() || after == self.before || !catalogue.covers(&self.folder) {
             return;
         }
-        if let Err(error) = catalogue.enter(&Made::now(&self.folder, self.begun, self.preset)) {
+        if let Err(error) = catalogue.enter(&RunOrigin::now(&self.folder, self.begun, self.preset)) {
             warn(&error);
         }
     }

@@ -10,7 +10,7 @@ use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Address;
 use stickslip::bench::{Cpu, keep_off};
-use stickslip::foreign::{ForeignFile, Role};
+use stickslip::external::{ExternalFile, Role};
 use stickslip::live::{Live, Start};
 
 use super::load::HowLoaded;
@@ -162,7 +162,7 @@ fn loaded(
     files: [Option<PathBuf>; Role::ALL.len()],
     how: HowLoaded,
     values: &[Setting],
-) -> Result<Option<ForeignFile>, Failure> {
+) -> Result<Option<ExternalFile>, Failure> {
     let mut named = Role::ALL.into_iter().zip(files).filter_map(|(role, file)| Some((role, file?)));
     let Some((role, file)) = named.next() else {
         if how.is_said() || !values.is_empty() {

@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use stickslip::Watch;
 use stickslip::bench::remote::Counts;
-use stickslip::live::protocol::{Doing, LoadedStatus, Recorded, Status, XcpStatus};
+use stickslip::live::protocol::{CurrentTask, LoadedStatus, Recorded, Status, XcpStatus};
 
 use crate::failure::Failure;
 use crate::serve::Client;
@@ -56,7 +56,7 @@ impl StatusCommand {
 }
 
 /// What runs, and how far it is where that is known.
-fn progress(doing: &Doing) -> String {
+fn progress(doing: &CurrentTask) -> String {
     let percent = if doing.fraction > 0.0 { format!(", {:.0} %", 100.0 * doing.fraction) } else { String::new() };
     format!("{}: {}{percent}", doing.what, doing.stage)
 }
@@ -172,7 +172,7 @@ mod tests {
     fn a_status_says_what_runs_and_why_something_ended() {
         let mut status = Status { state: "running".into(), rate: 4000.0, cycle: 10_000, ..Status::default() };
         assert!(line(&status).starts_with("running       2.50 s"));
-        status.doing = Some(Doing { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
+        status.doing = Some(CurrentTask { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
         status.last = Some(Ended { what: "home".into(), error: Some("no index".into()), folder: None });
         status.reason = Some("too fast".into());
         let door = |transport: &str, master: Option<&str>| XcpStatus {

@@ -17,7 +17,7 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use serde_json::json;
 use stickslip::Error;
-use stickslip::bench::Clocked;
+use stickslip::bench::TimingReport;
 use stickslip::live::Live;
 use stickslip::live::protocol::{self, Call};
 use stickslip::xcp::a2l::Doors;
@@ -122,7 +122,7 @@ impl Server {
     }
 
     /// Ends it.
-    pub(crate) fn stop(self) -> Option<Clocked> {
+    pub(crate) fn stop(self) -> Option<TimingReport> {
         self.xcp.into_iter().for_each(Xcp::stop);
         // Whoever listens hears it; connections end with the runtime.
         let _ = self.stop.send(true);

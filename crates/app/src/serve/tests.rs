@@ -4,7 +4,7 @@ use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use stickslip::bench::Wishes;
+use stickslip::bench::ThreadSettings;
 use stickslip::live::protocol::{Answer, Call, MarkKind};
 use stickslip::live::{Live, Start};
 use stickslip::parameters::presets;
@@ -18,7 +18,7 @@ fn served() -> (Server, tempfile::TempDir) {
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
     let patience =
         Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };

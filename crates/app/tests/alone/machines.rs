@@ -84,8 +84,8 @@ fn the_mass_in_c_is_measured_over_datagrams_and_shared_memory() {
     let slow = ["--set", "bench.tick_rate=1000", "--set", "bench.safety.missed_ticks=1000"];
     agrees(breakaway(&folder, &address, &slow));
     // Another bench after the first, by the clock: where a computer is so busy that the link is silent for long, again.
-    let by_the_clock = [&slow[..], &["--real-time"]].concat();
-    let measured = (0..5).map(|_| breakaway(&folder, &address, &by_the_clock)).find(Result::is_ok);
+    let in_real_time = [&slow[..], &["--real-time"]].concat();
+    let measured = (0..5).map(|_| breakaway(&folder, &address, &in_real_time)).find(Result::is_ok);
     agrees(measured.expect("five times the machine was away for too long"));
     drop(mass);
     let gone = Program::new(PROGRAM).args(["measure", "breakaway", "--io", &address]).output().expect("it starts");

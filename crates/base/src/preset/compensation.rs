@@ -27,7 +27,7 @@ pub enum CompensationChoice<T> {
 
 /// Which friction is believed to act.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
-pub struct Belief<T> {
+pub struct AssumedFriction<T> {
     /// Whether it is the desired one, which the load motor renders, instead of the machine's own.
     #[field(unit = "1", flag)]
     pub desired: T,
@@ -40,14 +40,14 @@ pub struct Belief<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct FeedforwardChoice<T> {
     /// Which friction.
-    pub belief: Belief<T>,
+    pub belief: AssumedFriction<T>,
 }
 
 /// The believed curve with a smooth sign.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct CurveChoice<T> {
     /// Which friction.
-    pub belief: Belief<T>,
+    pub belief: AssumedFriction<T>,
     /// Velocity at which 71 % of it is fed forward.
     #[field(symbol = "Ω_s", unit = "rad/s", range = 1e-4..=10.0, default = 0.05)]
     pub smoothing_velocity: T,
@@ -57,7 +57,7 @@ pub struct CurveChoice<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct AdaptiveChoice<T> {
     /// Which friction to start from.
-    pub belief: Belief<T>,
+    pub belief: AssumedFriction<T>,
     /// How long a sample counts: what is older weighs less than 1/e.
     #[field(symbol = "T_λ", unit = "s", range = 0.05..=1e4, default = 2.0)]
     pub memory: T,
@@ -101,7 +101,7 @@ pub struct DisturbanceObserverChoice<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct NetworkChoice<T> {
     /// Which friction is believed outside the region that it was trained in.
-    pub belief: Belief<T>,
+    pub belief: AssumedFriction<T>,
     /// What was trained, as `examples/network/train.py` writes it. As it stands here it was not, and is nowhere in force.
     pub network: Network<T>,
 }

@@ -77,20 +77,20 @@ impl Report {
                 _ => "Run the command again that made it; a report is not written by hand.",
             },
         };
-        let foreign = |reason: String, remedy| Error::Document { path: path.into(), place: None, reason, remedy };
+        let external = |reason: String, remedy| Error::Document { path: path.into(), place: None, reason, remedy };
         match serde_json::from_str::<Schema>(text).map_err(broken)?.schema.as_deref() {
             Some(SCHEMA) => serde_json::from_str(text).map_err(broken),
             Some(other) if other.starts_with(FAMILY) => {
                 let reason = format!("its schema is {other:?}, this program knows {SCHEMA:?}");
-                Err(foreign(reason, "Use the version of stickslip that made it, or a newer one."))
+                Err(external(reason, "Use the version of stickslip that made it, or a newer one."))
             }
             Some(other) => {
                 let reason = format!("its schema is {other:?}, a report has {SCHEMA:?}");
-                Err(foreign(reason, "Name a folder with a report.json in it."))
+                Err(external(reason, "Name a folder with a report.json in it."))
             }
             None => {
                 let reason = format!("it names no schema, a report has {SCHEMA:?}");
-                Err(foreign(reason, "Name a folder with a report.json in it."))
+                Err(external(reason, "Name a folder with a report.json in it."))
             }
         }
     }

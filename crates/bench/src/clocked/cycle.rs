@@ -10,14 +10,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rtrb::{Consumer, Producer};
-use stickslip_core::cycle::{Brought, Change, Command, Frame, Software, Voltages};
-use stickslip_core::supervise::{Fault, ForeignFault, MachineFault, Refusal, Role, SafetyState};
+use stickslip_core::cycle::{Change, Command, ExternalTorques, Frame, Software, Voltages};
+use stickslip_core::supervise::{ExternalFault, Fault, MachineFault, Refusal, Role, SafetyState};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
 use super::keyframe::Asked;
 use crate::Injection;
-use crate::foreign::Guest;
+use crate::external::ExternalInLoop;
 use crate::io::{Arrival, Io};
 use crate::remote::LinkFault;
 use crate::tap::Samples;
@@ -34,7 +34,7 @@ pub(super) enum Entry {
     /// A fault on purpose.
     Fault(Injection),
     /// The next of the guests plays its role where it stands in; nobody does where there is none.
-    Guest,
+    ExternalInLoop,
     /// No command follows for a while: the set-point may come to rest.
     Pause,
     /// Commands that follow are of an experiment that knows that the last one fell behind.
@@ -55,7 +55,7 @@ pub(super) enum Reply {
     /// No command was there for this cycle, though none had said that it was the last.
     Starved(u64),
     /// What was brought along has failed of this, from this cycle on.
-    Brought { cycle: u64, role: Role, fault: ForeignFault },
+    ExternalTorques { cycle: u64, role: Role, fault: ExternalFault },
     /// The machine behind a link is gone, from this cycle on: the bench lives.
     Failed { cycle: u64, fault: MachineFault },
     /// The machine is no more: the bench ends.
@@ -95,9 +95,9 @@ pub(super) struct BenchCycle<M> {
     pub(super) waited: Arc<AtomicU64>,
     /// Who controls the position instead, or gives the friction or the law; who comes next, and who goes: what it has is
     /// freed elsewhere.
-    pub(super) guest: Option<Box<Guest>>,
-    pub(super) guests: Consumer<Box<Guest>>,
-    pub(super) gone: Producer<Box<Guest>>,
+    pub(super) guest: Option<Box<ExternalInLoop>>,
+    pub(super) guests: Consumer<Box<ExternalInLoop>>,
+    pub(super) gone: Producer<Box<ExternalInLoop>>,
     /// Who records or watches.
     pub(super) samples: Option<Samples>,
     /// Who asks for its state.
@@ -158,7 +158,7 @@ impl<M: Io> BenchCycle<M> {
                     let _ = self.machine.inject(injection);
                     self.reply(Reply::Done(self.software.cycle()));
                 }
-                Entry::Guest => {
+                Entry::ExternalInLoop => {
                     let gone = std::mem::replace(&mut self.guest, self.guests.pop().ok());
                     // There is room: one comes only when the one before has been taken.
                     gone.into_iter().for_each(|gone| drop(self.gone.push(gone)));
@@ -197,12 +197,12 @@ impl<M: Io> BenchCycle<M> {
                 (self.readings, self.silent) = (readings, 0);
                 return true;
             }
-            Arrival::Anew => MachineFault::Anew,
+            Arrival::Restarted => MachineFault::Restarted,
             Arrival::Missing => MachineFault::Silent { ticks: self.silent },
         };
         let bearable = self.silent as f64 <= self.software.parameters().safety.missed_ticks;
         let faulted = matches!(self.software.safety().state(), SafetyState::Fault(_));
-        if bearable && fault != MachineFault::Anew && !faulted {
+        if bearable && fault != MachineFault::Restarted && !faulted {
             return false;
         }
         if !faulted {
@@ -214,16 +214,17 @@ impl<M: Io> BenchCycle<M> {
     }
 
     /// Torque of the guest in this tick; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> Brought {
-        let Some(guest) = &mut self.guest else { return Brought::default() };
+    fn brought(&mut self, command: Option<&Command>) -> ExternalTorques {
+        let Some(guest) = &mut self.guest else { return ExternalTorques::default() };
         let sample = self.software.sample(&self.readings, command);
         let torque = guest.torque_by_the_clock(&sample, self.software.parameters());
-        let late = matches!(self.software.safety().state().fault(), Some(Fault::Foreign(_, ForeignFault::Late { .. })));
+        let late =
+            matches!(self.software.safety().state().fault(), Some(Fault::External(_, ExternalFault::Late { .. })));
         if let Some(fault) = torque.err().or_else(|| late.then(|| guest.reason()).flatten()) {
             // It cannot be refused.
-            let role = guest.foreign().role();
+            let role = guest.external().role();
             let _ = self.software.change(&Change::ForeignFailed(role, fault));
-            self.reply(Reply::Brought { cycle: self.software.cycle(), role, fault });
+            self.reply(Reply::ExternalTorques { cycle: self.software.cycle(), role, fault });
         }
         torque.unwrap_or_default()
     }

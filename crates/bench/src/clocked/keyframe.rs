@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use rtrb::{Consumer, Producer, RingBuffer};
 use stickslip_core::cycle::Software;
-use stickslip_core::kept::{Keep, fields};
+use stickslip_core::snapshot::{StateVisitor, fields};
 use stickslip_core::tick::Measurement;
 
 use crate::io::Io;
@@ -37,7 +37,7 @@ pub(super) struct Row {
     full: bool,
 }
 
-impl Keep for Row {
+impl StateVisitor for Row {
     fn number(&mut self, value: &mut f64) {
         // It never grows: that would allocate within the deadline.
         if self.numbers.len() < self.numbers.capacity() { self.numbers.push(*value) } else { self.full = true }
@@ -46,7 +46,7 @@ impl Keep for Row {
 
 /// Walks all that the next cycles depend on: software, readings at the begin of the cycle, machine.
 pub(crate) fn keep(
-    keep: &mut dyn Keep,
+    keep: &mut dyn StateVisitor,
     software: &mut Software,
     readings: &mut Measurement<f64>,
     machine: Option<&mut dyn Io>,

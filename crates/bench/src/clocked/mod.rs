@@ -5,11 +5,11 @@
 //! the set-point comes to rest under control and the experiment is told. Between experiments the set-point rests.
 
 mod cycle;
-mod kept;
+mod immediate;
 pub mod keyframe;
 #[cfg(test)]
 mod tests;
-mod urgent;
+mod timing_report;
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,18 +18,18 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
-pub use kept::overrun_sentence;
-pub use kept::{Clocked, refusals};
+pub use immediate::ImmediateChanges;
+use immediate::urgent;
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
-use stickslip_core::supervise::{Fault, ForeignFault, Refusal, SafetyState};
+use stickslip_core::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, Wishes};
-pub use urgent::Urgent;
-use urgent::urgent;
+use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ThreadSettings};
+pub use timing_report::overrun_sentence;
+pub use timing_report::{TimingReport, refusals};
 
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
@@ -37,7 +37,7 @@ use super::remote::{Address, Paced, Traffic};
 use super::tap::{Changed, Tap, What};
 use super::{Bench, InProcess, Injection};
 use crate::BenchError;
-use crate::foreign::{Foreign, Guest, Role, role};
+use crate::external::{External, ExternalInLoop, Role, role};
 use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
 use stickslip_design as design;
@@ -67,8 +67,8 @@ pub struct ClockedBench {
     entries: Producer<Entry>,
     changes: Producer<Change>,
     /// Controllers that are brought along, and those that come back.
-    guests: Producer<Box<Guest>>,
-    gone: Consumer<Box<Guest>>,
+    guests: Producer<Box<ExternalInLoop>>,
+    gone: Consumer<Box<ExternalInLoop>>,
     /// What was brought along is, where something was.
     role: Option<Role>,
     replies: Consumer<Reply>,
@@ -97,7 +97,7 @@ pub struct ClockedBench {
     /// How late a command may be [s], and the ticks through which the machine waited for one.
     lateness: f64,
     waited: Arc<AtomicU64>,
-    urgent: Option<Urgent>,
+    urgent: Option<ImmediateChanges>,
     keyframes: Option<Keyframes>,
     traffic: Option<Arc<Traffic>>,
 }
@@ -107,7 +107,12 @@ impl ClockedBench {
     ///
     /// # Errors
     /// What the design of the bench refuses; [`BenchError::RealTime`] where the system has no thread for it.
-    pub fn virtual_machine(preset: &Preset<f64>, seed: u64, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
+    pub fn virtual_machine(
+        preset: &Preset<f64>,
+        seed: u64,
+        wishes: ThreadSettings,
+        tap: Option<Tap>,
+    ) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
         Self::over(preset, machine, readings, wishes, tap)
     }
@@ -116,7 +121,12 @@ impl ClockedBench {
     ///
     /// # Errors
     /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] where the machine does not answer.
-    pub fn connect(preset: &Preset<f64>, address: &Address, wishes: Wishes, tap: Option<Tap>) -> Result<Self, Error> {
+    pub fn connect(
+        preset: &Preset<f64>,
+        address: &Address,
+        wishes: ThreadSettings,
+        tap: Option<Tap>,
+    ) -> Result<Self, Error> {
         let (machine, readings) = Paced::begin(address, preset.bench.tick_time())
             .map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })?;
         Self::over(preset, machine, readings, wishes, tap)
@@ -130,7 +140,7 @@ impl ClockedBench {
         preset: &Preset<f64>,
         machine: impl Io + Send + 'static,
         readings: Measurement<f64>,
-        wishes: Wishes,
+        wishes: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (samples, told) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
@@ -229,7 +239,7 @@ impl ClockedBench {
     }
 
     /// The way past the commands, for one who takes it.
-    pub fn urgent(&mut self) -> Option<Urgent> {
+    pub fn urgent(&mut self) -> Option<ImmediateChanges> {
         self.urgent.take()
     }
 
@@ -242,12 +252,12 @@ impl ClockedBench {
     /// these are controller, filter, compensation and holding. One that was there before goes.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`], [`BenchError::ForeignRate`], [`BenchError::Brought`];
+    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`], [`BenchError::ForeignRate`], [`BenchError::ExternalTorques`];
     /// [`Error::BenchFault`] where the loop has ended.
-    pub fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        let (role, settings, mut parameters) = (foreign.role(), self.settings, self.parameters);
+    pub fn bring(&mut self, external: External) -> Result<(), Error> {
+        let (role, settings, mut parameters) = (external.role(), self.settings, self.parameters);
         role::enter(role, true, &mut parameters, &self.model, &settings)?;
-        self.seat(foreign, &settings)?;
+        self.seat(external, &settings)?;
         self.settings = role::without(role, &settings);
         self.change(Change::Parameters(parameters))
     }
@@ -257,10 +267,10 @@ impl ClockedBench {
     ///
     /// # Errors
     /// As [`bring`](Self::bring).
-    pub fn seat(&mut self, foreign: Foreign, settings: &Settings<f64>) -> Result<(), Error> {
+    pub fn seat(&mut self, external: External, settings: &Settings<f64>) -> Result<(), Error> {
         let priority = self.running.as_ref().and_then(|running| running.granted().priority());
-        let guest = Box::new(Guest::by_the_clock(foreign, &self.model, settings, priority)?);
-        self.role = Some(guest.foreign().role());
+        let guest = Box::new(ExternalInLoop::in_real_time(external, &self.model, settings, priority)?);
+        self.role = Some(guest.external().role());
         self.send(Some(guest)).map(drop)
     }
 
@@ -268,7 +278,7 @@ impl ClockedBench {
     ///
     /// # Errors
     /// What the design of the bench refuses; [`Error::BenchFault`] where the loop has ended.
-    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<Guest>, Error> {
+    pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<ExternalInLoop>, Error> {
         let Some(role) = self.role.take() else { return Ok(None) };
         let mut parameters = self.parameters;
         role::enter(role, false, &mut parameters, &self.model, settings)?;
@@ -278,10 +288,10 @@ impl ClockedBench {
     }
 
     /// Puts somebody in the place of who was brought along before, or nobody: who was there before.
-    fn send(&mut self, guest: Option<Box<Guest>>) -> Result<Option<Guest>, Error> {
+    fn send(&mut self, guest: Option<Box<ExternalInLoop>>) -> Result<Option<ExternalInLoop>, Error> {
         // The place is free: who is sent is taken below.
         guest.into_iter().for_each(|guest| drop(self.guests.push(guest)));
-        self.give(Entry::Guest)?;
+        self.give(Entry::ExternalInLoop)?;
         self.changes_under_way.push_back(None);
         self.pause()?;
         while !self.changes_under_way.is_empty() {
@@ -299,7 +309,7 @@ impl ClockedBench {
         loop {
             self.refresh()?;
             let fault = self.safety.fault();
-            let late = matches!(fault, Some(Fault::Foreign(_, ForeignFault::Late { .. })));
+            let late = matches!(fault, Some(Fault::External(_, ExternalFault::Late { .. })));
             if !late || begin.elapsed() > WHY {
                 return Ok(fault);
             }
@@ -342,7 +352,7 @@ impl ClockedBench {
     }
 
     /// Stops it: how the clock was kept; none where the loop had ended by itself, which was told.
-    pub fn stop(mut self) -> Option<Clocked> {
+    pub fn stop(mut self) -> Option<TimingReport> {
         let running = self.running.take()?;
         let granted = running.granted().clone();
         running.stop();
@@ -352,7 +362,7 @@ impl ClockedBench {
         self.collector.take()?.join().ok()?;
         let histograms = self.histograms.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let waited = self.waited.load(Ordering::Relaxed);
-        Some(Clocked { summary, histograms, waited, granted })
+        Some(TimingReport { summary, histograms, waited, granted })
     }
 
     /// Sends an entry, or keeps it until there is a lead of commands.
@@ -430,7 +440,7 @@ impl ClockedBench {
                     (self.safety, self.zero) = (SafetyState::Fault(first), None);
                     self.tell(cycle, What::Software(Change::MachineFailed(fault), None));
                 }
-                Reply::Brought { cycle, role, fault } => {
+                Reply::ExternalTorques { cycle, role, fault } => {
                     self.tell(cycle, What::Software(Change::ForeignFailed(role, fault), None));
                 }
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),

@@ -3,7 +3,7 @@ use stickslip_core::supervise::{MachineFault, Request};
 use stickslip_core::tick::Measurement;
 
 use super::*;
-use crate::foreign::{Answer, Caller, Description, ModuleSample, Question};
+use crate::external::{Answer, Caller, Description, ModuleSample, Question};
 use crate::home;
 use crate::remote::{LinkFault, PlantServer};
 use crate::{Arrival, VirtualBench, Voltages};
@@ -19,7 +19,7 @@ fn preset() -> Preset<f64> {
 }
 
 fn bench() -> ClockedBench {
-    ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, None).unwrap()
+    ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, None).unwrap()
 }
 
 /// Commands of somebody who is away for a while behind the 150th of 200: what he is told.
@@ -38,7 +38,7 @@ fn away_for(milliseconds: u64, bench: &mut ClockedBench) -> Option<String> {
 #[test]
 fn a_virtual_machine_waits_for_commands_that_are_late_and_says_so() {
     let (tap, mut stream) = crate::tap::tap(1 << 14);
-    let mut bench = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     assert_eq!(away_for(400, &mut bench), None);
     bench.drain(&mut |_| {}).unwrap();
     let kept = bench.stop().unwrap();
@@ -58,7 +58,7 @@ fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() 
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
     let steel = Breaking { machine, ticks: u32::MAX, link: false };
-    let steel = ClockedBench::over(&preset, steel, readings, Wishes::PLAIN, None).unwrap();
+    let steel = ClockedBench::over(&preset, steel, readings, ThreadSettings::PLAIN, None).unwrap();
     falls_behind(steel, 400, 50);
     falls_behind(bench(), 2000, 1050);
 }
@@ -118,7 +118,7 @@ fn breaking(link: bool) -> String {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
     let machine = Breaking { machine, ticks: 500, link };
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, None).unwrap();
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, None).unwrap();
     home(&mut bench, &Watch::silent()).unwrap_err().to_string()
 }
 
@@ -150,7 +150,7 @@ impl Io for Slow {
 fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
-    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, Wishes::PLAIN, None).unwrap();
+    let mut bench = ClockedBench::over(&preset, Slow(machine), readings, ThreadSettings::PLAIN, None).unwrap();
     let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
     let said = ended.expect("ten overruns in a row end it").to_string();
     assert!(said.contains("machine") && said.contains("doctor"), "{said}");
@@ -159,7 +159,7 @@ fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
 #[test]
 fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
     let (tap, mut stream) = crate::tap::tap(1 << 14);
-    let mut bench = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     home(&mut bench, &Watch::silent()).unwrap();
     let mut urgent = bench.urgent().unwrap();
     // Commands are handed over ahead of the clock; behind them a change would wait.
@@ -236,36 +236,36 @@ struct Counts {
     /// The answer to this sample comes only after so many looks.
     slow: (u32, u32),
     asked: std::cell::Cell<u32>,
-    waiting: Option<Result<Answer, ForeignFault>>,
+    waiting: Option<Result<Answer, ExternalFault>>,
 }
 
 /// So often it is asked in vain why it is silent.
 const SILENT: u32 = 14;
 
 impl Counts {
-    fn foreign(later: bool, silent_from: u32) -> Foreign {
-        Self::foreign_as(Role::Controller, later, silent_from)
+    fn external(later: bool, silent_from: u32) -> External {
+        Self::external_as(Role::Controller, later, silent_from)
     }
 
-    fn foreign_as(role: Role, later: bool, silent_from: u32) -> Foreign {
+    fn external_as(role: Role, later: bool, silent_from: u32) -> External {
         let counts = Counts { samples: 0, later, silent_from, slow: (0, 0), asked: 0.into(), waiting: None };
-        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
+        External::new(role, Description::default(), String::new(), Box::new(counts))
     }
 
-    fn slow(role: Role, sample: u32, looks: u32) -> Foreign {
+    fn slow(role: Role, sample: u32, looks: u32) -> External {
         let slow = (sample, looks);
         let counts = Counts { samples: 0, later: true, silent_from: u32::MAX, slow, asked: 0.into(), waiting: None };
-        Foreign::new(role, Description::default(), String::new(), Box::new(counts))
+        External::new(role, Description::default(), String::new(), Box::new(counts))
     }
 }
 
 impl Caller for Counts {
-    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ForeignFault> {
+    fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ExternalFault> {
         self.samples = 0;
         Ok(())
     }
 
-    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ForeignFault> {
+    fn step(&mut self, sample: &ModuleSample, _: Option<&[f64]>) -> Result<Answer, ExternalFault> {
         self.samples += 1;
         let deviation = sample.reference_position - sample.measured_angle;
         let beside = sample.estimated_velocity + sample.measured_load_torque + sample.commanded_torque;
@@ -273,7 +273,7 @@ impl Caller for Counts {
         Ok(Answer { torque, time: 7, refused: 0 })
     }
 
-    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ForeignFault>> {
+    fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ExternalFault>> {
         let answer = match question {
             Question::Begin(..) => self.begin(0.0, 0.0, &[]).map(|()| Answer::default()),
             Question::Step(sample, values) => self.step(sample, values),
@@ -285,7 +285,7 @@ impl Caller for Counts {
         None
     }
 
-    fn look(&mut self) -> Option<Result<Answer, ForeignFault>> {
+    fn look(&mut self) -> Option<Result<Answer, ExternalFault>> {
         let (sample, looks) = &mut self.slow;
         if self.samples == *sample && *looks > 0 {
             *looks -= 1;
@@ -298,9 +298,9 @@ impl Caller for Counts {
         !self.later
     }
 
-    fn ended(&self) -> Option<ForeignFault> {
+    fn ended(&self) -> Option<ExternalFault> {
         self.asked.set(self.asked.get() + 1);
-        (self.asked.get() > SILENT).then_some(ForeignFault::Crashed { signal: 11 })
+        (self.asked.get() > SILENT).then_some(ExternalFault::Crashed { signal: 11 })
     }
 }
 
@@ -322,11 +322,11 @@ fn guided(divider: f64) -> Preset<f64> {
 }
 
 /// What each cycle saw and computed by the clock with a controller that was brought along, and what was told of it.
-fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64, ForeignFault)>) {
+fn in_real_time(preset: &Preset<f64>, external: External) -> (Vec<Frame>, Vec<(u64, ExternalFault)>) {
     let Preset { model, bench, .. } = *preset;
     let (machine, readings) = InProcess::new(preset, 7).unwrap();
-    let whose = foreign.role();
-    let guest = Guest::by_the_clock(foreign, &model, &bench, None).unwrap();
+    let whose = external.role();
+    let guest = ExternalInLoop::in_real_time(external, &model, &bench, None).unwrap();
     let mut parameters = design::parameters(&model, &bench).unwrap();
     let software = Software::new(parameters, bench.tick_time());
     role::enter(whose, true, &mut parameters, &model, &bench).unwrap();
@@ -340,7 +340,7 @@ fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64
     changes_in.push(Change::Request(Request::Home)).unwrap();
     changes_in.push(Change::Parameters(parameters)).unwrap();
     assert!(guests_in.push(Box::new(guest)).is_ok());
-    let entries_of_all = [Entry::Change, Entry::Guest, Entry::Change].into_iter();
+    let entries_of_all = [Entry::Change, Entry::ExternalInLoop, Entry::Change].into_iter();
     for entry in entries_of_all.chain(guiding(bench.tick_rate).map(Entry::Command)).chain([Entry::Pause]) {
         entries_in.push(entry).unwrap();
     }
@@ -369,7 +369,7 @@ fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64
     let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
     executive.run(&stickslip_rt::SimulatedClock::default());
     let told = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
-        Reply::Brought { cycle, fault, .. } => Some((cycle, fault)),
+        Reply::ExternalTorques { cycle, fault, .. } => Some((cycle, fault)),
         _ => None,
     });
     let told = told.collect();
@@ -380,11 +380,11 @@ fn by_the_clock(preset: &Preset<f64>, foreign: Foreign) -> (Vec<Frame>, Vec<(u64
 fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
     for (divider, later) in [(1.0, false), (4.0, false), (2.0, true), (4.0, true), (7.0, true)] {
         let preset = guided(divider);
-        let (clocked, told) = by_the_clock(&preset, Counts::foreign(later, u32::MAX));
+        let (clocked, told) = in_real_time(&preset, Counts::external(later, u32::MAX));
         assert_eq!(told, []);
         let mut bench = VirtualBench::new(&preset, 7).unwrap();
         bench.change(Change::Request(Request::Home)).unwrap();
-        bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+        bench.bring(Counts::external(false, u32::MAX)).unwrap();
         let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
         assert!(simulated.iter().any(|frame| frame.command.added_torque > 0.02), "it controls");
         for (now, then) in clocked.iter().zip(&simulated) {
@@ -396,19 +396,19 @@ fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
 
 #[test]
 fn a_torque_that_is_missing_for_too_long_is_a_fault_whose_reason_is_told_later() {
-    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign(true, 20));
+    let (frames, told) = in_real_time(&guided(4.0), Counts::external(true, 20));
     // Its twentieth sample begins in cycle 76 and ends with cycle 79: eight ticks may be missed.
-    let crashed = ForeignFault::Crashed { signal: 11 };
+    let crashed = ExternalFault::Crashed { signal: 11 };
     assert!(told.len() == 2 && told[0].0 == 87 && told[1] == (93, crashed), "{told:?}");
-    let ForeignFault::Late { time } = told[0].1 else { panic!("{told:?}") };
+    let ExternalFault::Late { time } = told[0].1 else { panic!("{told:?}") };
     assert!((time - 11e-3).abs() < 1e-12, "{time}");
     let torque = |cycle: usize| frames[cycle].command.added_torque;
     assert!(frames[86].safety.allows_torque() && torque(78) != torque(74));
     assert!((79..87).all(|cycle| torque(cycle) == torque(78)), "it is held");
     let stopped = |frame: &Frame| frame.safety.fault();
-    assert_eq!(stopped(&frames[87]), Some(Fault::Foreign(Role::Controller, told[0].1)));
-    assert_eq!(stopped(&frames[92]), Some(Fault::Foreign(Role::Controller, told[0].1)));
-    assert!(frames[93..].iter().all(|frame| stopped(frame) == Some(Fault::Foreign(Role::Controller, crashed))));
+    assert_eq!(stopped(&frames[87]), Some(Fault::External(Role::Controller, told[0].1)));
+    assert_eq!(stopped(&frames[92]), Some(Fault::External(Role::Controller, told[0].1)));
+    assert!(frames[93..].iter().all(|frame| stopped(frame) == Some(Fault::External(Role::Controller, crashed))));
     assert!(frames[87..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
     assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
 }
@@ -417,7 +417,7 @@ fn a_torque_that_is_missing_for_too_long_is_a_fault_whose_reason_is_told_later()
 fn a_torque_that_is_late_comes_into_force_when_it_is_there_and_the_next_sample_is_asked_for_as_ever() {
     let mut preset = guided(4.0);
     // The twentieth sample ends with cycle 79, and from then on each cycle looks.
-    let (frames, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 3));
+    let (frames, told) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 3));
     assert_eq!(told, []);
     let torque = |cycle: usize| frames[cycle].command.added_torque;
     assert!(torque(79) == torque(78) && torque(80) == torque(78), "held");
@@ -426,10 +426,10 @@ fn a_torque_that_is_late_comes_into_force_when_it_is_there_and_the_next_sample_i
     assert!((82..87).all(|cycle| torque(cycle) == torque(82)) && torque(87) != torque(82) && torque(91) != torque(87));
 
     preset.bench.safety.missed_ticks = 2.0;
-    let (_, told) = by_the_clock(&preset, Counts::slow(Role::Controller, 20, 20));
-    assert!(matches!(told[..], [(81, ForeignFault::Late { .. }), ..]), "{told:?}");
+    let (_, told) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 20));
+    assert!(matches!(told[..], [(81, ExternalFault::Late { .. }), ..]), "{told:?}");
 
-    let (frames, told) = by_the_clock(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
+    let (frames, told) = in_real_time(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
     assert_eq!(told, []);
     let torque = |cycle: usize| frames[cycle].command.added_load_torque;
     assert!((20..25).all(|cycle| torque(cycle) == torque(19)) && torque(25) != torque(19) && torque(26) != torque(25));
@@ -441,11 +441,11 @@ fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
         let mut preset = guided(4.0);
         // At so slow a tick the controller of the preset does not hold a load without friction.
         preset.bench.safety.following_error = 100.0;
-        let (clocked, told) = by_the_clock(&preset, Counts::foreign_as(role, later, u32::MAX));
+        let (clocked, told) = in_real_time(&preset, Counts::external_as(role, later, u32::MAX));
         assert_eq!(told, []);
         let mut bench = VirtualBench::new(&preset, 7).unwrap();
         bench.change(Change::Request(Request::Home)).unwrap();
-        bench.bring(Counts::foreign_as(role, false, u32::MAX)).unwrap();
+        bench.bring(Counts::external_as(role, false, u32::MAX)).unwrap();
         let simulated: Vec<_> = guiding(preset.bench.tick_rate).map(|command| bench.step(command).unwrap()).collect();
         let torque = |k: usize| simulated[k].command.added_load_torque;
         assert!(torque(0) == 0.0 && torque(1) != 0.0 && torque(203) == 0.0 && torque(207) == 0.0 && torque(208) != 0.0);
@@ -456,11 +456,11 @@ fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
 
 #[test]
 fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
-    let (frames, told) = by_the_clock(&guided(4.0), Counts::foreign_as(Role::Friction, true, 20));
-    let crashed = ForeignFault::Crashed { signal: 11 };
+    let (frames, told) = in_real_time(&guided(4.0), Counts::external_as(Role::Friction, true, 20));
+    let crashed = ExternalFault::Crashed { signal: 11 };
     // Its twentieth sample is asked for in cycle 19.
     assert!(told.len() == 2 && told[0].0 == 28 && told[1] == (34, crashed), "{told:?}");
-    assert!(matches!(told[0].1, ForeignFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{told:?}");
+    assert!(matches!(told[0].1, ExternalFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{told:?}");
     let named = frames[34].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
     assert!(named.contains("the friction's library crashed"), "{named}");
     assert!(frames[28..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
@@ -469,10 +469,10 @@ fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
 
 #[test]
 fn samples_that_leave_a_controller_in_another_process_no_time_are_refused() {
-    let mut bench = ClockedBench::virtual_machine(&guided(1.0), 1, Wishes::PLAIN, None).unwrap();
-    let refused = bench.bring(Counts::foreign(true, u32::MAX)).unwrap_err().to_string();
+    let mut bench = ClockedBench::virtual_machine(&guided(1.0), 1, ThreadSettings::PLAIN, None).unwrap();
+    let refused = bench.bring(Counts::external(true, u32::MAX)).unwrap_err().to_string();
     assert!(refused.contains("in every tick of 1000 Hz") && refused.contains("--trust"), "{refused}");
-    bench.bring(Counts::foreign(false, u32::MAX)).unwrap();
+    bench.bring(Counts::external(false, u32::MAX)).unwrap();
     assert!(bench.take_back(&guided(1.0).bench).unwrap().is_some());
     assert!(bench.take_back(&guided(1.0).bench).unwrap().is_none());
 }

@@ -2,7 +2,7 @@
 
 use crate::BenchError;
 use stickslip_core::cycle::{Software, Voltages};
-use stickslip_core::kept::{Keep, count, fields, flag, which};
+use stickslip_core::snapshot::{StateVisitor, count, fields, flag, which};
 use stickslip_core::tick::{Decoder, Measurement};
 
 use super::{Injection, Kind};
@@ -39,7 +39,7 @@ struct Injected {
 }
 
 impl Injected {
-    fn keep(&mut self, keep: &mut dyn Keep) {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Injected { injection: Injection { kind, value, at }, begun, counts, last } = self;
         let place = Kind::all().position(|known| known == *kind).unwrap_or(0);
         let place = which(keep, place, Kind::all().count());
@@ -136,7 +136,7 @@ impl Faults {
         readings
     }
 
-    fn keep(&mut self, keep: &mut dyn Keep) {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Faults { injected, decoder, tick_time: _, tick, missed, spoilt } = self;
         let many = which(keep, injected.len(), ROOM + 1);
         let nothing = Injected { injection: Injection::new(Kind::PowerLoss, 0.0), begun: None, counts: 0.0, last: 0.0 };
@@ -200,7 +200,7 @@ impl<M: Io> Io for Faulty<M> {
         self.machine.waits()
     }
 
-    fn keep(&mut self, keep: &mut dyn Keep) {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
         let Faulty { machine, faults, readings } = self;
         machine.keep(keep);
         faults.keep(keep);

@@ -67,7 +67,7 @@ pub(crate) struct Refusal<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
     /// The frame could not be read.
-    Garbled,
+    FrameError,
     /// The sequence number is not the next.
     Sequence,
     /// The tick is not the machine's.
@@ -83,7 +83,7 @@ pub(crate) enum Reason {
 impl Reason {
     /// In the order of their codes.
     pub(crate) const ALL: [Reason; 6] =
-        [Reason::Garbled, Reason::Sequence, Reason::TickTime, Reason::Preload, Reason::Stranger, Reason::Kind];
+        [Reason::FrameError, Reason::Sequence, Reason::TickTime, Reason::Preload, Reason::Stranger, Reason::Kind];
 
     /// As a message.
     pub(crate) fn message(self, due: f64, came: f64) -> Message {
@@ -103,7 +103,7 @@ impl fmt::Display for Refusal<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Refusal { reason, due, came } = self;
         match self.reason() {
-            Some(Reason::Garbled) => write!(f, "a frame reached it garbled"),
+            Some(Reason::FrameError) => write!(f, "a frame reached it garbled"),
             Some(Reason::Sequence) => write!(
                 f,
                 "frame {came} reached it where {due} was due: one was {}",
@@ -141,12 +141,12 @@ pub(crate) enum Message {
     /// To the machine: no more; it does not answer.
     End,
     /// To the machine: start afresh, at rest, by the clock; the answer is that to `Begin`.
-    Clocked(Begin<f64>),
+    TimingReport(Begin<f64>),
 }
 
 /// Why a frame cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Garbled {
+pub(crate) enum FrameError {
     /// It does not begin with the mark.
     Mark,
     /// It is of another version.
@@ -159,14 +159,14 @@ pub(crate) enum Garbled {
     Checksum,
 }
 
-impl fmt::Display for Garbled {
+impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Garbled::Mark => write!(f, "it does not begin with SI"),
-            Garbled::Version(version) => write!(f, "its version is {version}, here it is {VERSION}"),
-            Garbled::Kind(kind) => write!(f, "its kind is {kind}"),
-            Garbled::Length(length) => write!(f, "its length of {length} bytes is not that of its kind"),
-            Garbled::Checksum => write!(f, "its checksum is wrong"),
+            FrameError::Mark => write!(f, "it does not begin with SI"),
+            FrameError::Version(version) => write!(f, "its version is {version}, here it is {VERSION}"),
+            FrameError::Kind(kind) => write!(f, "its kind is {kind}"),
+            FrameError::Length(length) => write!(f, "its length of {length} bytes is not that of its kind"),
+            FrameError::Checksum => write!(f, "its checksum is wrong"),
         }
     }
 }
@@ -229,7 +229,7 @@ impl Message {
             Message::Pressed(_) => 6,
             Message::Refusal(_) => 7,
             Message::End => 8,
-            Message::Clocked(_) => 9,
+            Message::TimingReport(_) => 9,
         }
     }
 
@@ -254,7 +254,7 @@ impl Message {
         frame.extend([VERSION, self.kind()]);
         frame.extend(sequence.to_le_bytes());
         match self {
-            Message::Begin(begin) | Message::Clocked(begin) => frame.numbers(begin),
+            Message::Begin(begin) | Message::TimingReport(begin) => frame.numbers(begin),
             Message::Begun(begun) => frame.numbers(begun),
             Message::Voltages(voltages) => frame.numbers(voltages),
             Message::Readings(readings) => frame.numbers(readings),
@@ -267,19 +267,19 @@ impl Message {
     }
 
     /// Number and content of a frame.
-    pub(crate) fn read(frame: &[u8]) -> Result<(u64, Message), Garbled> {
-        let length = Garbled::Length(frame.len());
+    pub(crate) fn read(frame: &[u8]) -> Result<(u64, Message), FrameError> {
+        let length = FrameError::Length(frame.len());
         let (bytes, sum) = frame.split_last_chunk::<TAIL>().ok_or(length)?;
         let (head, payload) = bytes.split_first_chunk::<HEAD>().ok_or(length)?;
         let [a, b, version, kind, sequence @ ..] = *head;
         if [a, b] != MARK {
-            return Err(Garbled::Mark);
+            return Err(FrameError::Mark);
         }
         if version != VERSION {
-            return Err(Garbled::Version(version));
+            return Err(FrameError::Version(version));
         }
         if checksum(bytes) != u32::from_le_bytes(*sum) {
-            return Err(Garbled::Checksum);
+            return Err(FrameError::Checksum);
         }
         let (eights, rest) = payload.as_chunks::<8>();
         if !rest.is_empty() {
@@ -295,8 +295,8 @@ impl Message {
             6 => made_of(numbers).map(Message::Pressed),
             7 => made_of(numbers).map(Message::Refusal),
             8 => (numbers.len() == 0).then_some(Message::End),
-            9 => made_of(numbers).map(Message::Clocked),
-            _ => return Err(Garbled::Kind(kind)),
+            9 => made_of(numbers).map(Message::TimingReport),
+            _ => return Err(FrameError::Kind(kind)),
         };
         Ok((u64::from_le_bytes(sequence), message.ok_or(length)?))
     }

@@ -32,7 +32,7 @@ pub enum LinkFault {
     },
     /// An answer cannot be read.
     #[error("an answer from {address} is garbled: {reason}. Does something else talk there?")]
-    Garbled {
+    FrameError {
         /// The machine's.
         address: Address,
         /// What is wrong with it.

@@ -71,7 +71,7 @@ impl Remote {
         }
         let answer = self.answer(message).and_then(|answer| {
             let reason = || format!("its kind is {}", answer.kind());
-            take(answer).ok_or_else(|| LinkFault::Garbled { address: self.address.clone(), reason: reason() })
+            take(answer).ok_or_else(|| LinkFault::FrameError { address: self.address.clone(), reason: reason() })
         });
         self.failed = answer.as_ref().err().cloned();
         answer
@@ -109,7 +109,8 @@ fn asked(
     line.send(&message.datagram(due), None).map_err(system)?;
     let mut bytes = [0; LONGEST];
     let (length, _) = line.wait(&mut bytes, wait).map_err(system)?;
-    let garbled = |reason: frame::Garbled| LinkFault::Garbled { address: address.clone(), reason: reason.to_string() };
+    let garbled =
+        |reason: frame::FrameError| LinkFault::FrameError { address: address.clone(), reason: reason.to_string() };
     Message::read(&bytes[..length]).map_err(garbled)
 }
 

@@ -57,13 +57,13 @@ impl Paced {
     /// Where it cannot be reached or refuses, as another tick.
     pub fn begin(address: &Address, tick_time: f64) -> Result<(Self, Measurement<f64>), LinkFault> {
         let mut line = connected(address)?;
-        let (_, answer) = asked(&mut line, address, Message::Clocked(Begin { tick_time }), 0, WAIT)?;
+        let (_, answer) = asked(&mut line, address, Message::TimingReport(Begin { tick_time }), 0, WAIT)?;
         let begun = match answer {
             Message::Begun(begun) => begun,
             Message::Refusal(refusal) => return Err(LinkFault::Refused { reason: refusal.to_string() }),
             other => {
                 let reason = format!("its kind is {}", other.kind());
-                return Err(LinkFault::Garbled { address: address.clone(), reason });
+                return Err(LinkFault::FrameError { address: address.clone(), reason });
             }
         };
         let traffic = Arc::<Traffic>::default();
@@ -102,7 +102,7 @@ impl Paced {
     /// Takes an answer; what it says of the tick, if anything.
     fn take(&mut self, frame: &[u8]) -> Option<Arrival> {
         let Ok((number, message)) = Message::read(frame) else {
-            self.traffic.count(Event::Garbled);
+            self.traffic.count(Event::FrameError);
             return None;
         };
         match message {
@@ -129,7 +129,7 @@ impl Paced {
             }
             Message::Refusal(refusal) => self.refused(number, refusal.reason(), refusal.due),
             _ => {
-                self.traffic.count(Event::Garbled);
+                self.traffic.count(Event::FrameError);
                 None
             }
         }
@@ -137,14 +137,14 @@ impl Paced {
 
     fn refused(&mut self, number: u64, reason: Option<Reason>, due: f64) -> Option<Arrival> {
         match reason {
-            Some(Reason::Garbled) => self.traffic.count(Event::Garbled),
+            Some(Reason::FrameError) => self.traffic.count(Event::FrameError),
             Some(Reason::Preload) => self.pressing = None,
             // Frames that were under way when it began are not meant.
             _ if number <= self.begun || number > self.sent => {}
             reason => {
                 // Nobody else has it: none has begun, or it has waited too long for this one.
                 self.free = reason != Some(Reason::Stranger) || due == 0.0;
-                return std::mem::take(&mut self.known).then_some(Arrival::Anew);
+                return std::mem::take(&mut self.known).then_some(Arrival::Restarted);
             }
         }
         None
@@ -178,7 +178,7 @@ impl Io for Paced {
             (self.asked, self.sent) = (number, number);
             if self.free {
                 self.beginning = Some(number);
-                self.send(Message::Clocked(Begin { tick_time: self.tick_time }), number);
+                self.send(Message::TimingReport(Begin { tick_time: self.tick_time }), number);
                 return Ok(None);
             }
         }

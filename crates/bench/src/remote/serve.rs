@@ -98,7 +98,7 @@ impl PlantServer {
                     continue;
                 }
                 Ok((sequence, message)) => (sequence, self.answer(&mut session, &mut served, peer, sequence, message)?),
-                Err(_) => (0, Some(Reason::Garbled.message(0.0, 0.0))),
+                Err(_) => (0, Some(Reason::FrameError.message(0.0, 0.0))),
             };
             served.refused += u64::from(matches!(answer, Some(Message::Refusal(_))));
             if let Some(answer) = answer {
@@ -117,14 +117,14 @@ impl PlantServer {
         sequence: u64,
         message: Message,
     ) -> Result<Option<Message>, Error> {
-        if let Message::Begin(Begin { tick_time }) | Message::Clocked(Begin { tick_time }) = message {
+        if let Message::Begin(Begin { tick_time }) | Message::TimingReport(Begin { tick_time }) = message {
             let own = self.preset.bench.tick_time();
             if (tick_time - own).abs() > 1e-9 * own || tick_time.is_nan() {
                 return Ok(Some(Reason::TickTime.message(own, tick_time)));
             }
             let (machine, measurement) = InProcess::new(&self.preset, self.seed)?;
             let preload = machine.preload();
-            let clocked = matches!(message, Message::Clocked(_));
+            let clocked = matches!(message, Message::TimingReport(_));
             *session = Some(Session { peer, machine, due: sequence + 1, clocked, voltages: Voltages::default() });
             served.sessions += 1;
             return Ok(Some(Message::Begun(Begun { preload, measurement })));

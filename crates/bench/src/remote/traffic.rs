@@ -12,7 +12,7 @@ pub(super) enum Event {
     Missing,
     Late,
     Doubled,
-    Garbled,
+    FrameError,
     Begun,
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use stickslip_core::cycle::Change;
-use stickslip_core::supervise::{ForeignFault, HomingFault, MachineFault, Request, Role};
+use stickslip_core::supervise::{ExternalFault, HomingFault, MachineFault, Request, Role};
 
 use super::numbers::{from_numbers, numbers};
 use crate::tap::What;
@@ -35,16 +35,16 @@ pub(super) fn line(what: &What) -> String {
         },
         What::Software(Change::MachineFailed(fault), _) => match *fault {
             MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
-            MachineFault::Anew => "machine_anew".into(),
+            MachineFault::Restarted => "machine_anew".into(),
         },
         What::Software(Change::ForeignFailed(role, fault), _) => match *fault {
-            ForeignFault::Crashed { signal } => format!("{role}_crashed {signal}"),
-            ForeignFault::Ended { code } => format!("{role}_ended {code}"),
-            ForeignFault::Silent { time } => format!("{role}_silent {time}"),
-            ForeignFault::NotANumber => format!("{role}_not_a_number"),
-            ForeignFault::Failed { code } => format!("{role}_failed {code}"),
-            ForeignFault::FloatingPoint => format!("{role}_floating_point"),
-            ForeignFault::Late { time } => format!("{role}_late {time}"),
+            ExternalFault::Crashed { signal } => format!("{role}_crashed {signal}"),
+            ExternalFault::Ended { code } => format!("{role}_ended {code}"),
+            ExternalFault::Silent { time } => format!("{role}_silent {time}"),
+            ExternalFault::NotANumber => format!("{role}_not_a_number"),
+            ExternalFault::Failed { code } => format!("{role}_failed {code}"),
+            ExternalFault::FloatingPoint => format!("{role}_floating_point"),
+            ExternalFault::Late { time } => format!("{role}_late {time}"),
         },
         What::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
@@ -81,26 +81,26 @@ pub(super) fn parse(line: &str) -> Option<What> {
         }
         ("index_not_a_number", []) => Change::HomingFailed(HomingFault::NotANumber),
         ("machine_silent", [ticks]) => Change::MachineFailed(MachineFault::Silent { ticks: *ticks as u64 }),
-        ("machine_anew", []) => Change::MachineFailed(MachineFault::Anew),
+        ("machine_anew", []) => Change::MachineFailed(MachineFault::Restarted),
         ("parameters", numbers) => Change::Parameters(from_numbers(numbers)?),
         _ => {
             let (role, fault) = kind.split_once('_')?;
             let role = Role::find(role)?;
-            Change::ForeignFailed(role, foreign_fault(fault, &numbers)?)
+            Change::ForeignFailed(role, external_fault(fault, &numbers)?)
         }
     };
     Some(What::Software(change, None))
 }
 
-fn foreign_fault(kind: &str, numbers: &[f64]) -> Option<ForeignFault> {
+fn external_fault(kind: &str, numbers: &[f64]) -> Option<ExternalFault> {
     Some(match (kind, numbers) {
-        ("crashed", [signal]) => ForeignFault::Crashed { signal: *signal as i32 },
-        ("ended", [code]) => ForeignFault::Ended { code: *code as i32 },
-        ("silent", [time]) => ForeignFault::Silent { time: *time },
-        ("not_a_number", []) => ForeignFault::NotANumber,
-        ("failed", [code]) => ForeignFault::Failed { code: *code as i32 },
-        ("floating_point", []) => ForeignFault::FloatingPoint,
-        ("late", [time]) => ForeignFault::Late { time: *time },
+        ("crashed", [signal]) => ExternalFault::Crashed { signal: *signal as i32 },
+        ("ended", [code]) => ExternalFault::Ended { code: *code as i32 },
+        ("silent", [time]) => ExternalFault::Silent { time: *time },
+        ("not_a_number", []) => ExternalFault::NotANumber,
+        ("failed", [code]) => ExternalFault::Failed { code: *code as i32 },
+        ("floating_point", []) => ExternalFault::FloatingPoint,
+        ("late", [time]) => ExternalFault::Late { time: *time },
         _ => return None,
     })
 }
@@ -124,15 +124,15 @@ mod tests {
             Change::HomingFailed(HomingFault::IndexMoved { first: 1.0, second: -2.0 }),
             Change::HomingFailed(HomingFault::NotANumber),
             Change::MachineFailed(MachineFault::Silent { ticks: 9 }),
-            Change::MachineFailed(MachineFault::Anew),
-            Change::ForeignFailed(Role::Controller, ForeignFault::Crashed { signal: 11 }),
-            Change::ForeignFailed(Role::Controller, ForeignFault::Ended { code: -3 }),
-            Change::ForeignFailed(Role::Controller, ForeignFault::Silent { time: 0.1 }),
-            Change::ForeignFailed(Role::Controller, ForeignFault::NotANumber),
-            Change::ForeignFailed(Role::Controller, ForeignFault::Failed { code: 7 }),
-            Change::ForeignFailed(Role::Controller, ForeignFault::FloatingPoint),
-            Change::ForeignFailed(Role::Friction, ForeignFault::Late { time: 7.5e-4 }),
-            Change::ForeignFailed(Role::Law, ForeignFault::NotANumber),
+            Change::MachineFailed(MachineFault::Restarted),
+            Change::ForeignFailed(Role::Controller, ExternalFault::Crashed { signal: 11 }),
+            Change::ForeignFailed(Role::Controller, ExternalFault::Ended { code: -3 }),
+            Change::ForeignFailed(Role::Controller, ExternalFault::Silent { time: 0.1 }),
+            Change::ForeignFailed(Role::Controller, ExternalFault::NotANumber),
+            Change::ForeignFailed(Role::Controller, ExternalFault::Failed { code: 7 }),
+            Change::ForeignFailed(Role::Controller, ExternalFault::FloatingPoint),
+            Change::ForeignFailed(Role::Friction, ExternalFault::Late { time: 7.5e-4 }),
+            Change::ForeignFailed(Role::Law, ExternalFault::NotANumber),
             Change::Parameters(parameters),
         ];
         let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));

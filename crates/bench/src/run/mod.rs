@@ -2,17 +2,18 @@
 
 mod change;
 mod course;
+mod events;
 mod numbers;
 mod read;
 mod recorder;
 mod replay;
 mod signals;
 mod simulate;
-mod story;
 #[cfg(test)]
 mod tests;
 
 pub use course::{Alignment, Course, align, course};
+pub use events::{RunEvent, story};
 pub use read::Stored;
 pub use recorder::{About, Recorded, Recorder, RunWriter};
 pub use recorder::{BEGIN, PRESET, SCHEMA};
@@ -20,7 +21,6 @@ pub use replay::{Difference, Replayed, replay};
 pub use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
 pub use simulate::{Simulated, Trace, Wanted};
-pub use story::{Happened, story};
 
 use stickslip_core::cycle::Parameters;
 

@@ -1,7 +1,7 @@
 //! All numbers of a struct in a row, to the bit: for what no person writes.
 
 use stickslip_core::fields::Fields;
-use stickslip_core::kept::{Keep, fields};
+use stickslip_core::snapshot::{StateVisitor, fields};
 
 /// The chosen variants, numbers and fixed counts in the order of declaration.
 pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
@@ -21,7 +21,7 @@ pub(super) fn from_numbers<P: Fields<f64> + Default>(numbers: &[f64]) -> Option<
 
 struct Collect(Vec<f64>);
 
-impl Keep for Collect {
+impl StateVisitor for Collect {
     fn number(&mut self, value: &mut f64) {
         self.0.push(*value);
     }
@@ -44,7 +44,7 @@ impl<'a> Restore<'a> {
     }
 }
 
-impl Keep for Restore<'_> {
+impl StateVisitor for Restore<'_> {
     fn number(&mut self, value: &mut f64) {
         match self.numbers.next() {
             Some(number) => *value = *number,

@@ -7,7 +7,7 @@ use stickslip_core::control::reference::Setpoint;
 use super::*;
 use crate::home;
 use crate::tap::{What, tap};
-use crate::{Bench, Change, ClockedBench, Command, Faulty, InProcess, VirtualBench, Wishes};
+use crate::{Bench, Change, ClockedBench, Command, Faulty, InProcess, ThreadSettings, VirtualBench};
 use stickslip_base::preset::LawChoice;
 use stickslip_base::{Watch, parameters};
 
@@ -72,7 +72,7 @@ fn a_run_in_lockstep_replays_to_the_bit_software_and_machine() {
 fn a_run_by_the_clock_replays_to_the_bit() {
     let preset = preset();
     let (tap, mut stream) = tap(1 << 16);
-    let mut bench = ClockedBench::virtual_machine(&preset, 7, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::virtual_machine(&preset, 7, ThreadSettings::PLAIN, Some(tap)).unwrap();
     let mut record = Record::new(&preset, Some(7), *bench.parameters());
     // What is between experiments belongs to it.
     thread::sleep(std::time::Duration::from_millis(20));
@@ -242,7 +242,7 @@ fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
     let (tap, mut stream) = tap(1 << 16);
     let (machine, readings) = InProcess::new(&preset, 7).unwrap();
     let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, Some(tap)).unwrap();
     let mut record = Record::new(&preset, Some(7), *bench.parameters());
     let mut states = bench.keyframes().unwrap();
     assert!(bench.keyframes().is_none());

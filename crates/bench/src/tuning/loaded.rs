@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use stickslip_core::fields::{Field, Kind, Shape, Variant};
 
-use crate::foreign::{Description, Foreign, Role, role};
+use crate::external::{Description, External, Role, role};
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::parameters::{Entry, Fault, ParameterProblems, Problem, Value};
 use stickslip_base::preset::Settings;
@@ -85,10 +85,10 @@ pub(super) struct Chosen {
 impl Loaded {
     /// With the values that it has, on a bench of these settings. Its texts stay until the program ends, as those of all
     /// fields do.
-    pub fn new(foreign: &Foreign, settings: &Settings<f64>) -> Self {
-        let (Description { parameters, .. }, role) = (foreign.description(), foreign.role());
+    pub fn new(external: &External, settings: &Settings<f64>) -> Self {
+        let (Description { parameters, .. }, role) = (external.description(), external.role());
         let leaked = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
-        let field = |parameter: &crate::foreign::ModuleParameter| Field {
+        let field = |parameter: &crate::external::ModuleParameter| Field {
             name: leaked(&parameter.name),
             symbol: "",
             unit: leaked(&parameter.unit),
@@ -101,7 +101,7 @@ impl Loaded {
         };
         let fields: Vec<(&'static Field, bool)> =
             parameters.iter().map(|parameter| (&*Box::leak(Box::new(field(parameter))), parameter.fixed)).collect();
-        let values = fields.iter().zip(foreign.values()).map(|((field, _), value)| (field.name, *value)).collect();
+        let values = fields.iter().zip(external.values()).map(|((field, _), value)| (field.name, *value)).collect();
         let choice = Box::leak(Box::new(choice(role)));
         Loaded { choice, fields, begun: Chosen { role, acts: true, values }, period: role::period(role, settings) }
     }

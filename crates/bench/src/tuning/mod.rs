@@ -18,7 +18,7 @@ pub use sets::Sets;
 use stickslip_core::cycle::Parameters;
 use stickslip_core::render::{Correction, Law};
 
-use crate::foreign::{Role, role};
+use crate::external::{Role, role};
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::parameters::{self, Difference, Entry};
 use stickslip_base::preset::{Model, Settings};

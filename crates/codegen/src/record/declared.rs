@@ -5,7 +5,7 @@ use std::sync::Mutex;
 
 use stickslip_core::fields::{Field, Kind, Shape};
 
-use super::program::apart;
+use super::program::isolated;
 use super::{Id, LawBook, Node, Precision, Program, Real, Recorded, Source, Step};
 use crate::tree::{Group, Member, Tree};
 
@@ -77,7 +77,7 @@ pub fn record_declared<F: Precision, E>(
     signature: &Signature,
     step: impl FnOnce(Given) -> Result<Computed, E>,
 ) -> Result<Program, E> {
-    let (computed, graph, mut steps) = apart(Real::of::<F>(), || {
+    let (computed, graph, mut steps) = isolated(Real::of::<F>(), || {
         let all = |source, declared: &[Declared]| {
             (0..declared.len()).map(|k| Recorded::new(Node::Source(source, k as u32))).collect()
         };

@@ -83,7 +83,7 @@ fn graph<R>(change: impl FnOnce(&mut Graph) -> R) -> R {
 }
 
 /// What a closure gives, the graph that it leaves behind and the steps that it calls, apart from any other recording.
-pub(super) fn apart<R>(real: Real, work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
+pub(super) fn isolated<R>(real: Real, work: impl FnOnce() -> R) -> (R, Graph, Vec<Step>) {
     let outer = begin(real);
     let result = work();
     let (graph, steps) = end(outer);
@@ -308,6 +308,6 @@ fn constant_values(ids: &[Id]) -> Vec<f64> {
 
 /// Records a function of one number. Its argument is the first input.
 pub(crate) fn record_function(real: Real, function: fn(Recorded) -> Recorded) -> (Graph, Id) {
-    let (out, graph, _) = apart(real, || function(Recorded::new(Node::Source(Source::Input, 0))).id);
+    let (out, graph, _) = isolated(real, || function(Recorded::new(Node::Source(Source::Input, 0))).id);
     (graph, out)
 }

@@ -43,7 +43,7 @@ fn bare() -> Program {
 fn write(folder: &Path, program: Program) {
     let project = c::project_of(program, "law", 1e-3).expect("a good name");
     let module = module::source(&project.program, "law");
-    let header = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/foreign/stickslip_module.h");
+    let header = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/external/stickslip_module.h");
     std::fs::copy(header, folder.join("stickslip_module.h")).expect("the header is in the repository");
     for (name, text) in project.files.into_iter().chain([("law_module.c".into(), module)]) {
         std::fs::write(folder.join(name), text).expect("a small file can be written");

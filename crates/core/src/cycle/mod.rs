@@ -8,7 +8,7 @@
 //! bench whose experiment has ended, hangs or was cancelled stands still under control. A stop takes the motors from
 //! commands, controller and law in its own tick: the brake of supervision writes the voltages until the screw stands.
 
-mod kept;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 
@@ -17,8 +17,8 @@ use crate::block::Block as _;
 use crate::control::reference::Setpoint;
 use crate::control::{AxisControlInput, VelocityObserverInput};
 use crate::supervise::{
-    Brake, Braking, ForeignFault, HomingFault, MachineFault, Refusal, Request, Role, Safety, SafetyInput, SafetyLimits,
-    SafetyState,
+    Brake, Braking, ExternalFault, HomingFault, MachineFault, Refusal, Request, Role, Safety, SafetyInput,
+    SafetyLimits, SafetyState,
 };
 use crate::tick::{EncoderReading, Measurement, Order, Tick, TickInput, TickOutput, TickState};
 
@@ -90,7 +90,7 @@ pub struct Sample {
 
 /// Torques in force of what was brought along.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Brought {
+pub struct ExternalTorques {
     /// Of the drive [N m].
     pub torque: f64,
     /// Of the load motor, against positive motion [N m].
@@ -110,7 +110,7 @@ pub enum Change {
     /// The machine behind a link is gone.
     MachineFailed(MachineFault),
     /// What was brought along in this role is gone.
-    ForeignFailed(Role, ForeignFault),
+    ForeignFailed(Role, ExternalFault),
     /// Other parameters, all of them at once.
     Parameters(Parameters<f64>),
 }
@@ -225,12 +225,17 @@ impl Software {
 
     /// One cycle on the readings at its begin. Without a command the set-point comes to rest.
     pub fn step(&mut self, readings: Measurement<f64>, command: Option<Command>) -> Frame {
-        self.step_with(readings, command, Brought::default())
+        self.step_with(readings, command, ExternalTorques::default())
     }
 
     /// The same with the torques of whoever was brought along. They are a part of the command in the frame, so that a
     /// record has them.
-    pub fn step_with(&mut self, readings: Measurement<f64>, command: Option<Command>, brought: Brought) -> Frame {
+    pub fn step_with(
+        &mut self,
+        readings: Measurement<f64>,
+        command: Option<Command>,
+        brought: ExternalTorques,
+    ) -> Frame {
         self.listen(command.is_some());
         let mut command = command.unwrap_or_else(|| self.resting());
         command.added_torque += brought.torque;
@@ -290,7 +295,7 @@ impl Software {
             Change::Homed(index) => self.safety.homed(index),
             Change::HomingFailed(fault) => self.safety.homing_failed(fault),
             Change::MachineFailed(fault) => self.safety.machine_failed(fault),
-            Change::ForeignFailed(role, fault) => self.safety.foreign_failed(role, fault),
+            Change::ForeignFailed(role, fault) => self.safety.external_failed(role, fault),
             Change::Parameters(parameters) => self.enter(parameters),
         }
         // What is held counts from the screw's zero, which may have been found or forgotten.

@@ -200,7 +200,7 @@ fn what_turned_on_while_ticks_were_missed_is_not_taken_for_speed() {
 #[test]
 fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
     let gone = |fault| Change::MachineFailed(fault);
-    for silent in [MachineFault::Silent { ticks: 9 }, MachineFault::Anew] {
+    for silent in [MachineFault::Silent { ticks: 9 }, MachineFault::Restarted] {
         let mut software = running(0.0);
         let pushing = Command { added_torque: 0.5, added_load_torque: 0.2, ..Command::default() };
         software.step(Measurement::default(), Some(pushing));
@@ -210,7 +210,7 @@ fn a_machine_that_is_gone_takes_the_torque_at_once_and_is_homed_anew() {
         assert_eq!(frame.safety, SafetyState::Fault(Fault::Machine(silent)), "no brake: nothing is left to brake by");
         assert_eq!(software.voltages(), Voltages::default());
         // The first fault is what there is to know; nothing re-arms, and the zero is not trusted any more.
-        software.change(&gone(MachineFault::Anew)).unwrap();
+        software.change(&gone(MachineFault::Restarted)).unwrap();
         assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Machine(silent)));
         software.change(&Change::Request(Request::Acknowledge)).unwrap();
         assert!(software.change(&Change::Request(Request::Arm)).is_err());
@@ -232,16 +232,16 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
     let frame = software.step_with(
         turning,
         Some(Command { render: true, ..moving(0.0, 0.0) }),
-        Brought { torque: 0.25, load_torque: 0.125 },
+        ExternalTorques { torque: 0.25, load_torque: 0.125 },
     );
     let command = frame.command;
     assert_eq!((command.added_torque, command.added_load_torque), (0.25, 0.125), "a record has them");
     assert_eq!(frame.signals.estimated_velocity, sample.estimated_velocity, "what the tick will estimate");
-    let fault = Fault::Foreign(Role::Controller, ForeignFault::Crashed { signal: 11 });
-    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::Crashed { signal: 11 })).unwrap();
+    let fault = Fault::External(Role::Controller, ExternalFault::Crashed { signal: 11 });
+    software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::Crashed { signal: 11 })).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Stopping(Some(fault)), "the sensors are there to brake by");
     // The first fault is what there is to know.
-    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::NotANumber)).unwrap();
+    software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::NotANumber)).unwrap();
     let rests = (0..10_000).map(|_| software.step(Measurement::default(), None).safety);
     assert_eq!(rests.last(), Some(SafetyState::Fault(fault)));
     software.change(&Change::Request(Request::Acknowledge)).unwrap();
@@ -253,28 +253,28 @@ fn a_controller_that_is_gone_is_braked_for_and_then_is_a_fault_until_it_is_ackno
 #[test]
 fn why_a_controller_was_late_is_told_when_it_is_known_and_never_afterwards() {
     let mut software = running(0.0);
-    let late = ForeignFault::Late { time: 7.5e-4 };
-    let crashed = ForeignFault::Crashed { signal: 11 };
+    let late = ExternalFault::Late { time: 7.5e-4 };
+    let crashed = ExternalFault::Crashed { signal: 11 };
     let told = |software: &Software| software.safety().state().fault();
     software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
-    assert_eq!(told(&software), Some(Fault::Foreign(Role::Controller, late)));
+    assert_eq!(told(&software), Some(Fault::External(Role::Controller, late)));
     software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
-    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(Fault::Foreign(Role::Controller, crashed))));
-    software.change(&Change::ForeignFailed(Role::Controller, ForeignFault::Ended { code: 1 })).unwrap();
-    assert_eq!(told(&software), Some(Fault::Foreign(Role::Controller, crashed)));
-    let said = std::format!("{}", Fault::Foreign(Role::Controller, late));
+    assert_eq!(software.safety().state(), SafetyState::Stopping(Some(Fault::External(Role::Controller, crashed))));
+    software.change(&Change::ForeignFailed(Role::Controller, ExternalFault::Ended { code: 1 })).unwrap();
+    assert_eq!(told(&software), Some(Fault::External(Role::Controller, crashed)));
+    let said = std::format!("{}", Fault::External(Role::Controller, late));
     assert!(said.contains("was not there 0.750 ms after its sample began"), "{said}");
     // At rest as well; a fault of the machine is never taken for it.
     let mut software = running(0.0);
     software.change(&Change::ForeignFailed(Role::Controller, late)).unwrap();
     let _ = (0..10_000).map(|_| software.step(Measurement::default(), None)).last();
-    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Foreign(Role::Controller, late)));
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::External(Role::Controller, late)));
     software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
-    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::Foreign(Role::Controller, crashed)));
+    assert_eq!(software.safety().state(), SafetyState::Fault(Fault::External(Role::Controller, crashed)));
     let mut software = running(0.0);
-    software.change(&Change::MachineFailed(MachineFault::Anew)).unwrap();
+    software.change(&Change::MachineFailed(MachineFault::Restarted)).unwrap();
     software.change(&Change::ForeignFailed(Role::Controller, crashed)).unwrap();
-    assert_eq!(told(&software), Some(Fault::Machine(MachineFault::Anew)));
+    assert_eq!(told(&software), Some(Fault::Machine(MachineFault::Restarted)));
 }
 
 #[test]
@@ -285,6 +285,6 @@ fn a_fault_that_is_being_braked_for_is_told_though_the_machine_goes_meanwhile() 
         Measurement { tacho_voltage: 100.0 * software.parameters().tick.scaling.tacho, ..Measurement::default() };
     software.step(Measurement { accelerometer_voltage: f64::NAN, ..turning }, Some(moving(0.0, 0.0)));
     let SafetyState::Stopping(Some(fault)) = software.safety().state() else { panic!("{:?}", software.safety()) };
-    software.change(&Change::MachineFailed(MachineFault::Anew)).unwrap();
+    software.change(&Change::MachineFailed(MachineFault::Restarted)).unwrap();
     assert_eq!(software.safety().state(), SafetyState::Fault(fault));
 }

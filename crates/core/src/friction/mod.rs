@@ -116,8 +116,8 @@ pub struct FrictionOutput<T> {
 impl<T: Scalar> Bend<T> {
     /// See [`Scalar::apart`].
     #[inline(always)]
-    fn apart(self) -> Self {
-        Bend { velocity: self.velocity.apart(), ..self }
+    fn barrier(self) -> Self {
+        Bend { velocity: self.velocity.barrier(), ..self }
     }
 }
 
@@ -318,8 +318,8 @@ impl<T: Scalar> Friction<T> {
                 let side = self.direction.factor(arrest) * condition.strength;
                 (start, side * model.torque(contact.velocity, arrest / side))
             }
-            Model::Dahl(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.apart(), condition)),
-            Model::Lugre(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.apart(), condition)),
+            Model::Dahl(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.barrier(), condition)),
+            Model::Lugre(model) => self.sided(start, relax::<T, PREDICTS>(model, bend.barrier(), condition)),
             Model::ElastoPlastic(model) => self.sided(start, relax_apart::<T, PREDICTS, AGES>(model, bend, condition)),
         };
         (end, factor * (torque + viscous) + self.direction.offset)

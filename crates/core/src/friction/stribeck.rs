@@ -57,8 +57,8 @@ impl<T: Scalar> Stribeck<T> {
         let s = speed / self.stribeck_velocity;
         match self.decay {
             Decay::Exponential => (-s).exp(),
-            Decay::Gaussian => gaussian(s.apart()),
-            Decay::Power(Exponent { exponent }) => power(s.apart(), exponent),
+            Decay::Gaussian => gaussian(s.barrier()),
+            Decay::Power(Exponent { exponent }) => power(s.barrier(), exponent),
         }
     }
 

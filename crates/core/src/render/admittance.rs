@@ -78,7 +78,7 @@ impl<T: Scalar> Block<T> for Admittance<T> {
     #[inline(always)]
     fn step(&self, state: &mut LawState<T>, input: LawInput<T>, dt: T) -> LawOutput<T> {
         let seen = input.seen(state);
-        // Together with the load where the observer has just begun.
+        // JointDistribution with the load where the observer has just begun.
         let known = state.observer.started.gt(T::of(0.5));
         let before = known.select(state.observer.drive.angle, input.angle);
         let mut load = Virtual {

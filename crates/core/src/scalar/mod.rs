@@ -143,7 +143,7 @@ pub trait Scalar:
     /// A compiler that sees all choices at once computes them all and selects. For plain floats it does not see where
     /// the result comes from, so that only the choice in force is computed; all others pass the number on.
     #[inline(always)]
-    fn apart(self) -> Self {
+    fn barrier(self) -> Self {
         self
     }
 
@@ -189,7 +189,7 @@ macro_rules! float {
             }
 
             #[inline(always)]
-            fn apart(self) -> Self {
+            fn barrier(self) -> Self {
                 core::hint::black_box(self)
             }
 

@@ -120,7 +120,7 @@ pub enum Fault {
     /// The machine behind a link is not there any more.
     Machine(MachineFault),
     /// What was brought along for a part of the bench gives no torque any more.
-    Foreign(Role, ForeignFault),
+    External(Role, ExternalFault),
 }
 
 /// The part that somebody's own file plays in the loop of the bench.
@@ -163,7 +163,7 @@ impl fmt::Display for Role {
 
 /// What is wrong with something that was brought along.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ForeignFault {
+pub enum ExternalFault {
     /// Its process was ended by a signal.
     Crashed {
         /// Number of the signal.
@@ -204,7 +204,7 @@ pub enum MachineFault {
         ticks: u64,
     },
     /// It does not know this bench any more.
-    Anew,
+    Restarted,
 }
 
 impl Fault {
@@ -314,13 +314,13 @@ impl fmt::Display for Fault {
                  the machine's emergency stop."
             ),
             Fault::Homing(fault) => fault.fmt(f),
-            Fault::Foreign(role, fault) => fault.tell(*role, f),
+            Fault::External(role, fault) => fault.tell(*role, f),
             Fault::Machine(MachineFault::Silent { ticks }) => write!(
                 f,
                 "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
                  again by itself. Then acknowledge, and home."
             ),
-            Fault::Machine(MachineFault::Anew) => write!(
+            Fault::Machine(MachineFault::Restarted) => write!(
                 f,
                 "the machine does not know this bench any more: it was started anew, or another bench has taken it. The \
                  bench takes it up again where nobody else has it. Then acknowledge, and home."
@@ -329,10 +329,10 @@ impl fmt::Display for Fault {
     }
 }
 
-impl ForeignFault {
+impl ExternalFault {
     fn tell(&self, role: Role, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            ForeignFault::Crashed { signal } => {
+            ExternalFault::Crashed { signal } => {
                 let what = match signal {
                     4 => ", an instruction that there is not",
                     6 => ", it gave up",
@@ -348,31 +348,31 @@ impl ForeignFault {
                      -fsanitize=address, and load it again."
                 )
             }
-            ForeignFault::Ended { code } => write!(
+            ExternalFault::Ended { code } => write!(
                 f,
                 "the {role}'s process ended by itself (exit code {code}). A library must not call exit; load it \
                  again."
             ),
-            ForeignFault::Silent { time } => write!(
+            ExternalFault::Silent { time } => write!(
                 f,
                 "the {role} has not answered for {time:.3} s. Look for a loop without an end, or for a wait in its \
                  step; load it again."
             ),
-            ForeignFault::Late { time } => write!(
+            ExternalFault::Late { time } => write!(
                 f,
                 "the {role}'s torque was not there {:.3} ms after its sample began. Look for what takes so long in its \
                  step, and for other programs that take the processor.",
                 1e3 * time
             ),
-            ForeignFault::NotANumber => write!(
+            ExternalFault::NotANumber => write!(
                 f,
                 "the {role}'s torque is no finite number. Look for a division by 0 and for a value that is not \
                  initialised."
             ),
-            ForeignFault::Failed { code } => {
+            ExternalFault::Failed { code } => {
                 write!(f, "the {role} says that it failed (code {code}). See what it says of it.")
             }
-            ForeignFault::FloatingPoint => write!(
+            ExternalFault::FloatingPoint => write!(
                 f,
                 "the {role} changed how floating-point numbers are rounded, or flushes small ones to 0. Compile it \
                  without -ffast-math, or restore the mode before its step returns."

@@ -9,13 +9,13 @@
 mod brake;
 mod fault;
 mod homing;
-mod kept;
 mod limits;
 mod monitor;
 mod safety;
+mod snapshot;
 
 pub use brake::Brake;
-pub use fault::{Fault, ForeignFault, MachineFault, Role};
+pub use fault::{ExternalFault, Fault, MachineFault, Role};
 pub use homing::{Homing, HomingFault, HomingInput, HomingPlan, HomingProgress};
 pub use limits::SafetyLimits;
 pub use safety::{Braking, Refusal, Request, Safety, SafetyInput, SafetyState};

@@ -13,7 +13,7 @@ mod tests;
 use core::fmt;
 
 use super::monitor::Monitor;
-use super::{Brake, Fault, ForeignFault, HomingFault, MachineFault, Role, SafetyLimits};
+use super::{Brake, ExternalFault, Fault, HomingFault, MachineFault, Role, SafetyLimits};
 
 /// Of the time that braking takes, after so many times that and [`PATIENCE`] it has failed.
 const LATE: f64 = 1.5;
@@ -254,15 +254,15 @@ impl Safety {
 
     /// What was brought along in this role is gone: the brake stops the screw. An earlier fault stays, unless this is why
     /// it was late.
-    pub fn foreign_failed(&mut self, role: Role, fault: ForeignFault) {
+    pub fn external_failed(&mut self, role: Role, fault: ExternalFault) {
         match &mut self.state {
-            SafetyState::Stopping(Some(Fault::Foreign(whose, known)))
-            | SafetyState::Fault(Fault::Foreign(whose, known))
-                if *whose == role && matches!(known, ForeignFault::Late { .. }) =>
+            SafetyState::Stopping(Some(Fault::External(whose, known)))
+            | SafetyState::Fault(Fault::External(whose, known))
+                if *whose == role && matches!(known, ExternalFault::Late { .. }) =>
             {
                 *known = fault;
             }
-            state if state.fault().is_none() => self.fault(Fault::Foreign(role, fault)),
+            state if state.fault().is_none() => self.fault(Fault::External(role, fault)),
             _ => {}
         }
     }

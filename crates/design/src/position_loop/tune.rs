@@ -47,7 +47,7 @@ pub struct Tuned {
 }
 
 /// A machine on which a controller is judged.
-struct Bed {
+struct TestBed {
     axis: StateSpace,
     /// From commanded torque to angle and tacho, at the frequencies of the grid.
     response: Vec<[Complex<f64>; 2]>,
@@ -122,23 +122,23 @@ pub fn tune(
 }
 
 /// The machine as believed, sliding and stuck, and its corners.
-fn beds(model: &Model<f64>, settings: &Settings<f64>, velocity: f64) -> Result<Vec<Bed>, Error> {
+fn beds(model: &Model<f64>, settings: &Settings<f64>, velocity: f64) -> Result<Vec<TestBed>, Error> {
     let mut beds = Vec::new();
     for at in [Operating::Sliding(velocity), Operating::Stuck] {
-        beds.push(Bed::new(model, settings, at, SENSITIVITY_LIMIT)?);
+        beds.push(TestBed::new(model, settings, at, SENSITIVITY_LIMIT)?);
         for load_inertia in CORNERS {
             for coupling_stiffness in CORNERS {
                 let mut off = *model;
                 off.drive.load_inertia *= load_inertia;
                 off.drive.coupling_stiffness *= coupling_stiffness;
-                beds.push(Bed::new(&off, settings, at, CORNER_LIMIT)?);
+                beds.push(TestBed::new(&off, settings, at, CORNER_LIMIT)?);
             }
         }
     }
     Ok(beds)
 }
 
-impl Bed {
+impl TestBed {
     fn new(model: &Model<f64>, settings: &Settings<f64>, at: Operating, limit: f64) -> Result<Self, Error> {
         let axis = axis_under_control(model, settings, at)?;
         let torque = axis.select(&[port::TORQUE], &[port::ANGLE, port::TACHO])?;
@@ -148,7 +148,7 @@ impl Bed {
         let at_once =
             |frequency: &f64| torque.at_frequency(*frequency).map_or([infinite; 2], |g| [g[(0, 0)], g[(1, 0)]]);
         let response = frequencies.iter().map(at_once).collect();
-        Ok(Bed { axis, response, frequencies, limit })
+        Ok(TestBed { axis, response, frequencies, limit })
     }
 
     /// Peak of the sensitivity on the grid.
@@ -172,7 +172,7 @@ struct Outcome {
 
 /// The price of a controller, and what it comes to where all loops are stable.
 fn price(
-    beds: &[Bed],
+    beds: &[TestBed],
     controller: &AxisControl<f64>,
     torque_limit: f64,
     model: &Model<f64>,

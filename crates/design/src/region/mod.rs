@@ -13,7 +13,7 @@
 //! T = 3·T_s is the delay of sampling and current loop at the magnitude optimum, n the noise of the estimated velocity.
 //! The observer's bandwidth counts by the noise that it lets through: with the accelerometer it has no lag.
 
-mod tell;
+mod results;
 mod verdict;
 
 use crate::DesignError;

@@ -6,11 +6,11 @@ use stickslip_core::friction::{Bristle as _, Bristles, LuGre};
 use stickslip_core::scalar::{Dual, Scalar as _};
 
 use super::fit::Solution;
-use super::parameters::{Index, PARAMETERS, SOUGHT, Sought, sloped, start, values};
+use super::parameters::{FreeParameter, Index, PARAMETERS, SOUGHT, sloped, start, values};
 use super::response::LOAD_VELOCITY;
 use super::segment::{LEAD_IN, predict};
 use super::uncertainty::Known;
-use stickslip_base::preset::{Doubt, Model};
+use stickslip_base::preset::{Model, ModelUncertainty};
 use stickslip_base::quantity::Estimate;
 use stickslip_fit::{PARAMETERS as OWN, StribeckFit};
 
@@ -76,7 +76,7 @@ pub(super) fn drive(believed: &Model<f64>, solution: &Solution) -> Vec<Identifie
         Index::SlidingSlope,
     ];
     let number = |i: usize| {
-        let Sought { key, words, unit, .. } = SOUGHT[i];
+        let FreeParameter { key, words, unit, .. } = SOUGHT[i];
         let believed = if unstated.iter().any(|index| *index as usize == i) { f64::NAN } else { before[i] };
         Identified::new(key, words, unit, believed, now[i].value, solution.known(&now[i]))
     };
@@ -141,7 +141,7 @@ pub(super) fn remedy(key: &str) -> &'static str {
 }
 
 /// What may still be wrong: a standard uncertainty of each number, and the ripple that no characteristic contains.
-fn doubt(believed: &Doubt<f64>, numbers: &[Identified]) -> Doubt<f64> {
+fn doubt(believed: &ModelUncertainty<f64>, numbers: &[Identified]) -> ModelUncertainty<f64> {
     let find = |key: &str| numbers.iter().find(|number| number.key == key);
     let share = |key: &str, otherwise: f64| {
         find(key)
@@ -149,7 +149,7 @@ fn doubt(believed: &Doubt<f64>, numbers: &[Identified]) -> Doubt<f64> {
             .map_or(otherwise, |number| number.standard_uncertainty / number.value.abs())
     };
     let friction = |key| share(key, believed.friction);
-    Doubt {
+    ModelUncertainty {
         drive_torque: share("torque_per_volt", believed.drive_torque),
         load_inertia: share("load_inertia", believed.load_inertia),
         coupling_stiffness: share("coupling_stiffness", believed.coupling_stiffness),

@@ -40,7 +40,7 @@ pub(super) enum Index {
 
 /// A number that is sought.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sought {
+pub(super) struct FreeParameter {
     /// Key of the result.
     pub(super) key: &'static str,
     /// Words.
@@ -51,16 +51,16 @@ pub(super) struct Sought {
     pub(super) scale: f64,
 }
 
-const fn positive(key: &'static str, words: &'static str, unit: &'static str) -> Sought {
-    Sought { key, words, unit, scale: 0.0 }
+const fn positive(key: &'static str, words: &'static str, unit: &'static str) -> FreeParameter {
+    FreeParameter { key, words, unit, scale: 0.0 }
 }
 
-const fn signed(key: &'static str, words: &'static str, unit: &'static str, scale: f64) -> Sought {
-    Sought { key, words, unit, scale }
+const fn signed(key: &'static str, words: &'static str, unit: &'static str, scale: f64) -> FreeParameter {
+    FreeParameter { key, words, unit, scale }
 }
 
 /// In the order of [`Index`].
-pub(super) const SOUGHT: [Sought; PARAMETERS] = [
+pub(super) const SOUGHT: [FreeParameter; PARAMETERS] = [
     positive("torque_per_volt", "torque per volt of the servo k_u", "N m/V"),
     positive("motor_inertia", "motor inertia J_M", "kg m^2"),
     positive("load_inertia", "load inertia J_L", "kg m^2"),

@@ -8,7 +8,7 @@ use stickslip_core::control::reference::Setpoint;
 use super::response::Regime;
 use super::segment::{Sample, Segment};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::{Bench, Command, Frame, Traveller};
+use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 
 /// Plan of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
@@ -160,7 +160,7 @@ pub(super) fn turning(
     let drive = Multisine::new(rms, plan.lowest_frequency, plan.highest_frequency, false);
     let load = Multisine::new(rms, plan.lowest_frequency, plan.highest_frequency, true);
     let mut segments = Vec::new();
-    let mut traveller = Traveller::new(bench.step(Command::default())?.angle, TRAVEL, dt);
+    let mut traveller = SpeedRamp::new(bench.step(Command::default())?.angle, TRAVEL, dt);
     let out = -0.5 * speed * plan.duration - 0.5 * speed * speed / TRAVEL;
     travel(bench, &mut traveller, out, speed, watch)?;
     for sign in [1.0, -1.0] {
@@ -243,7 +243,7 @@ fn under_control(setpoint: Setpoint<f64>) -> Command {
 }
 
 /// Goes to an angle [rad] at up to a speed [rad/s], and rests.
-fn travel(bench: &mut dyn Bench, traveller: &mut Traveller, to: f64, speed: f64, watch: &Watch) -> Result<(), Error> {
+fn travel(bench: &mut dyn Bench, traveller: &mut SpeedRamp, to: f64, speed: f64, watch: &Watch) -> Result<(), Error> {
     let sign = if to < traveller.setpoint.position { -1.0 } else { 1.0 };
     while sign * (to - traveller.setpoint.position) > sign * traveller.way_to(0.0) {
         bench.hand_over(under_control(traveller.toward(sign * speed)))?;

@@ -2,7 +2,7 @@
 
 use super::{Demo, Measured};
 use crate::workflow::draw::{Captioned, curve, folded, folded_points, friction, measured, plateaus, points, torque};
-use crate::workflow::tell::estimate;
+use crate::workflow::results::estimate;
 use stickslip_base::figure::{Figure, Role, Series};
 use stickslip_base::quantity::{Estimate, number, tied};
 use stickslip_core::friction::Stribeck;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Demo, Measured};
 use crate::FrictionCurve;
-use crate::workflow::tell::{columns, estimate, estimates, rows};
+use crate::workflow::results::{columns, estimate, estimates, rows};
 use stickslip_base::quantity::{Estimate, number};
 use stickslip_base::report::{Cell, Provenance, Report, Section, Table};
 use stickslip_base::{Error, Summary, output, parameters};

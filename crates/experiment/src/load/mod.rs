@@ -16,23 +16,23 @@ use stickslip_base::figure::Figure;
 use stickslip_base::preset::Settings;
 use stickslip_base::report::{Provenance, Report, Table};
 use stickslip_base::{Error, Preset, Summary, Watch, output, parameters};
-use stickslip_bench::foreign::{BUDGET, Description, Foreign, Role, Signal, role};
+use stickslip_bench::external::{BUDGET, Description, External, Role, Signal, role};
 use stickslip_bench::run::{About, Recorder};
 use stickslip_bench::tap::Tap;
-use stickslip_bench::{Bench, Change, Clocked, ClockedBench, Request, VirtualBench, Wishes};
+use stickslip_bench::{Bench, Change, ClockedBench, Request, ThreadSettings, TimingReport, VirtualBench};
 
 /// What came of it.
 pub struct Loaded {
     preset: Preset<f64>,
     seed: u64,
-    foreign: Foreign,
+    external: External,
     /// Its calls in the loop, and how many of them took longer than [`BUDGET`].
     durations: (Quantiles, u64),
     done: Done,
     /// What ended it before its time.
     pub fault: Option<String>,
     /// How the clock was kept.
-    pub clocked: Option<Clocked>,
+    pub clocked: Option<TimingReport>,
     lateness: Option<Lateness>,
 }
 
@@ -81,22 +81,22 @@ type Lateness = (f64, u64);
 
 /// A bench that takes somebody's file along.
 trait Takes: Bench {
-    fn bring(&mut self, foreign: Foreign) -> Result<(), Error>;
+    fn bring(&mut self, external: External) -> Result<(), Error>;
 
     /// Without it again; by the clock with how long it had, and how often it was late.
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error>;
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(External, Option<Lateness>)>, Error>;
 
     /// The fault that ended something, unless it was none of the bench.
     fn fault(&mut self, error: Error) -> Result<String, Error>;
 }
 
 impl Takes for VirtualBench {
-    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        self.bring(foreign)
+    fn bring(&mut self, external: External) -> Result<(), Error> {
+        self.bring(external)
     }
 
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
-        Ok(self.take_back(settings)?.map(|foreign| (foreign, None)))
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(External, Option<Lateness>)>, Error> {
+        Ok(self.take_back(settings)?.map(|external| (external, None)))
     }
 
     fn fault(&mut self, error: Error) -> Result<String, Error> {
@@ -108,15 +108,15 @@ impl Takes for VirtualBench {
 }
 
 impl Takes for ClockedBench {
-    fn bring(&mut self, foreign: Foreign) -> Result<(), Error> {
-        self.bring(foreign)
+    fn bring(&mut self, external: External) -> Result<(), Error> {
+        self.bring(external)
     }
 
-    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(Foreign, Option<Lateness>)>, Error> {
+    fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<(External, Option<Lateness>)>, Error> {
         let guest = self.take_back(settings)?;
         Ok(guest.map(|guest| {
             let lateness = guest.lateness();
-            (guest.into_foreign(), Some(lateness))
+            (guest.into_external(), Some(lateness))
         }))
     }
 
@@ -137,16 +137,16 @@ impl Takes for ClockedBench {
 /// What the bench refuses, as [`VirtualBench::bring`]; [`Error::Cancelled`]. A fault of what was brought along is a result.
 pub fn load(
     preset: &Preset<f64>,
-    foreign: Foreign,
+    external: External,
     duration: f64,
     seed: u64,
     record: Option<&Path>,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
+    let (recorder, tap) = recorded(preset, &external, seed, record)?.unzip();
     let mut bench = VirtualBench::new(preset, seed)?;
     tap.into_iter().for_each(|tap| bench.tap(tap));
-    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    let loaded = run(&mut bench, preset, external, duration, seed, watch)?;
     drop(bench);
     recorder.map(Recorder::finish).transpose()?;
     Ok(loaded)
@@ -158,16 +158,16 @@ pub fn load(
 /// As [`load`]; [`BenchError::ForeignRate`](stickslip_bench::BenchError::ForeignRate); [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime); [`Error::BenchFault`] where the clock could not be kept.
 pub fn load_by_the_clock(
     preset: &Preset<f64>,
-    foreign: Foreign,
+    external: External,
     duration: f64,
     seed: u64,
     record: Option<&Path>,
-    wishes: Wishes,
+    wishes: ThreadSettings,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
-    let (recorder, tap) = recorded(preset, &foreign, seed, record)?.unzip();
+    let (recorder, tap) = recorded(preset, &external, seed, record)?.unzip();
     let mut bench = ClockedBench::virtual_machine(preset, seed, wishes, tap)?;
-    let loaded = run(&mut bench, preset, foreign, duration, seed, watch)?;
+    let loaded = run(&mut bench, preset, external, duration, seed, watch)?;
     let clocked = bench.stop();
     recorder.map(Recorder::finish).transpose()?;
     Ok(Loaded { clocked, ..loaded })
@@ -176,7 +176,7 @@ pub fn load_by_the_clock(
 /// Who records the run, where a file is named.
 fn recorded(
     preset: &Preset<f64>,
-    foreign: &Foreign,
+    external: &External,
     seed: u64,
     record: Option<&Path>,
 ) -> Result<Option<(Recorder, Tap)>, Error> {
@@ -185,7 +185,7 @@ fn recorded(
         fs::remove_file(path).map_err(|source| Error::file(path, "replace", source))?;
     }
     // The torques replay without the file; which one gave them is told by this.
-    let command = format!("stickslip load ({})", foreign.words());
+    let command = format!("stickslip load ({})", external.words());
     let about = About { command, preset: *preset, seed: Some(seed) };
     Recorder::start(path, &about).map(Some)
 }
@@ -193,22 +193,22 @@ fn recorded(
 fn run(
     bench: &mut impl Takes,
     preset: &Preset<f64>,
-    foreign: Foreign,
+    external: External,
     duration: f64,
     seed: u64,
     watch: &Watch,
 ) -> Result<Loaded, Error> {
     home(bench, watch)?;
     bench.come_to_rest()?;
-    let mut done = Done::planned(foreign.role(), preset, duration);
-    bench.bring(foreign)?;
+    let mut done = Done::planned(external.role(), preset, duration);
+    bench.bring(external)?;
     let fault = match done.with(preset, bench, watch) {
         Err(error @ Error::BenchFault { .. }) => Some(bench.fault(error)?),
         ended => ended.map(|()| None)?,
     };
     // The bench lives on, whatever became of it.
-    let (mut foreign, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
-    let fault = fault.map(|reason| match foreign.said() {
+    let (mut external, lateness) = bench.take_back(&preset.bench)?.expect("it was brought");
+    let fault = fault.map(|reason| match external.said() {
         Some(said) => format!("{reason} It said: {}.", said.trim_end_matches('.')),
         None => reason,
     });
@@ -218,18 +218,18 @@ fn run(
         bench.come_to_rest()?;
     }
     done.without(preset, bench, watch)?;
-    let durations = foreign.durations();
+    let durations = external.durations();
     if let (Done::Friction(rendered), None) = (&mut done, &fault) {
-        rendered.ask(&mut foreign, preset);
+        rendered.ask(&mut external, preset);
     }
-    Ok(Loaded { preset: *preset, seed, foreign, durations, done, fault, clocked: None, lateness })
+    Ok(Loaded { preset: *preset, seed, external, durations, done, fault, clocked: None, lateness })
 }
 
 impl Loaded {
     /// What a reader should know.
     pub fn remarks(&self) -> Vec<String> {
-        let description = self.foreign.description();
-        let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.foreign.hash())];
+        let description = self.external.description();
+        let mut remarks = vec![format!("{}, SHA-256 {}.", description.name, self.external.hash())];
         if let Done::Friction(rendered) = &self.done {
             remarks.extend(rendered.lead(&self.preset));
         }
@@ -237,7 +237,7 @@ impl Loaded {
         remarks.extend(is_fmu.then(|| self.connected()));
         remarks.extend(description.notes.iter().cloned());
         let mut kept = 0;
-        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+        for (parameter, value) in description.parameters.iter().zip(self.external.values()) {
             // A model has many parameters; what was set is what counts.
             if is_fmu && parameter.initial.to_bits() == value.to_bits() {
                 kept += 1;
@@ -260,7 +260,7 @@ impl Loaded {
             micro(BUDGET)
         ));
         if let Some((allowed, late)) = self.lateness {
-            let responses = self.foreign.responses();
+            let responses = self.external.responses();
             let there = [(responses.p50, "median"), (responses.p99, "99 %"), (responses.max, "largest")];
             let there = there.map(|(time, which)| format!("{} ({which})", micro(time))).join(", ");
             let when =
@@ -274,24 +274,26 @@ impl Loaded {
                 micro((1e9 * allowed) as u64)
             ));
         }
-        remarks.extend(self.clocked.iter().flat_map(Clocked::warnings));
+        remarks.extend(self.clocked.iter().flat_map(TimingReport::warnings));
         match &self.fault {
             Some(fault) => remarks.push(format!("The bench stopped: {fault}")),
-            None => remarks.extend(self.foreign.said().map(|said| format!("It said: {}.", said.trim_end_matches('.')))),
+            None => {
+                remarks.extend(self.external.said().map(|said| format!("It said: {}.", said.trim_end_matches('.'))))
+            }
         }
         remarks
     }
 
     /// What an FMU is, and how it is connected.
     fn connected(&self) -> String {
-        let Description { kind, tool, step, signals, .. } = self.foreign.description();
+        let Description { kind, tool, step, signals, .. } = self.external.description();
         let tool = tool.as_ref().map_or(String::new(), |tool| format!(" by {tool}"));
         let one = |signal: &Signal| {
             let unit = if signal.unit.is_empty() { String::new() } else { format!(" [{}]", signal.unit) };
             format!("{} is {}{unit}", signal.name, signal.variable)
         };
         let signals: Vec<String> = signals.iter().map(one).collect();
-        let period = role::period(self.foreign.role(), &self.preset.bench);
+        let period = role::period(self.external.role(), &self.preset.bench);
         // A sample is a whole number of its steps, up to rounding.
         let apart = |step: &f64| (period / step - (period / step).round()).abs() > 1e-6 || *step > 1.5 * period;
         let steps = step
@@ -321,7 +323,7 @@ impl Loaded {
         }
         summary.result("call.count", calls.count as f64, "1").result("call.over_budget", late as f64, "1");
         if let Some((allowed, late)) = self.lateness {
-            let responses = self.foreign.responses();
+            let responses = self.external.responses();
             for (name, time) in [("p50", responses.p50), ("p99", responses.p99), ("largest", responses.max)] {
                 summary.result(&format!("response.{name}"), 1e-9 * time as f64, "s");
             }
@@ -329,13 +331,13 @@ impl Loaded {
         }
         self.clocked.iter().for_each(|clocked| clocked.tell(&mut summary));
         summary.result("fault", f64::from(u8::from(self.fault.is_some())), "1");
-        let description = self.foreign.description();
+        let description = self.external.description();
         summary.row([
-            ("kind", self.foreign.role().name().into()),
+            ("kind", self.external.role().name().into()),
             ("name", description.name.clone().into()),
             ("form", description.kind.clone().into()),
             ("tool", description.tool.clone().into()),
-            ("sha256", self.foreign.hash().into()),
+            ("sha256", self.external.hash().into()),
             ("fault", self.fault.clone().into()),
         ]);
         for Signal { name, variable, unit } in &description.signals {
@@ -346,7 +348,7 @@ impl Loaded {
                 ("unit", unit.clone().into()),
             ]);
         }
-        for (parameter, value) in description.parameters.iter().zip(self.foreign.values()) {
+        for (parameter, value) in description.parameters.iter().zip(self.external.values()) {
             summary.row([
                 ("kind", "parameter".into()),
                 ("name", parameter.name.clone().into()),
@@ -360,7 +362,7 @@ impl Loaded {
     /// The report.
     pub fn report(&self, command: &str) -> Report {
         let provenance = Provenance::new(command, Some(self.seed), parameters::write_commented(&self.preset));
-        let report = Report::new(format!("{} in the loop", self.foreign.description().name), provenance);
+        let report = Report::new(format!("{} in the loop", self.external.description().name), provenance);
         let report = report.summary(self.lead()).table(self.table());
         let report = self
             .done

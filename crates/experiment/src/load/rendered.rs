@@ -1,7 +1,7 @@
 //! The friction that is felt while a loaded friction or law renders: measured at constant speeds, beside what it should be.
 
 use serde_json::Value;
-use stickslip_core::supervise::ForeignFault;
+use stickslip_core::supervise::ExternalFault;
 
 use crate::workflow::draw::{friction, plateaus, points};
 use crate::workflow::render::faded_below;
@@ -11,7 +11,7 @@ use stickslip_base::quantity::{Estimate, NORMAL95};
 use stickslip_base::report::{Cell, Table};
 use stickslip_base::{Error, Preset, Summary, Watch};
 use stickslip_bench::Bench;
-use stickslip_bench::foreign::{Foreign, ModuleSample, Role as Part, role};
+use stickslip_bench::external::{External, ModuleSample, Role as Part, role};
 
 /// A friction is stepped alone for so long at each velocity [s]; the mean of the last half counts.
 const ALONE: f64 = 1.0;
@@ -60,15 +60,15 @@ impl Rendered {
     }
 
     /// A friction alone, at the velocities that were measured.
-    pub(super) fn ask(&mut self, foreign: &mut Foreign, preset: &Preset<f64>) {
+    pub(super) fn ask(&mut self, external: &mut External, preset: &Preset<f64>) {
         if self.role != Part::Friction {
             return;
         }
         let velocities = self.brought.iter().flat_map(|curve| &curve.plateaus).map(|plateau| plateau.velocity);
         let limit = role::torque_limit(self.role, &preset.model, &preset.bench);
         let asked = velocities.map(|velocity| {
-            let torque = steady(foreign, velocity, role::period(self.role, &preset.bench), limit);
-            torque.map(|torque| (velocity, torque)).map_err(|fault| foreign.told(fault).to_string())
+            let torque = steady(external, velocity, role::period(self.role, &preset.bench), limit);
+            torque.map(|torque| (velocity, torque)).map_err(|fault| external.told(fault).to_string())
         });
         self.alone = asked.collect();
     }
@@ -206,9 +206,9 @@ impl Rendered {
 
 /// Torque of a friction alone at a constant velocity [rad/s], on a bench of these samples [s] and this limit [N m]: no
 /// load torque, no drive torque.
-fn steady(foreign: &mut Foreign, velocity: f64, period: f64, torque_limit: f64) -> Result<f64, ForeignFault> {
+fn steady(external: &mut External, velocity: f64, period: f64, torque_limit: f64) -> Result<f64, ExternalFault> {
     let samples = (ALONE / period).ceil() as usize;
-    foreign.begin(period, torque_limit)?;
+    external.begin(period, torque_limit)?;
     let mut sum = 0.0;
     for k in 0..samples {
         let time = k as f64 * period;
@@ -219,7 +219,7 @@ fn steady(foreign: &mut Foreign, velocity: f64, period: f64, torque_limit: f64) 
             estimated_velocity: velocity,
             ..ModuleSample::default()
         };
-        let torque = foreign.step(&moving)?;
+        let torque = external.step(&moving)?;
         sum += if k >= samples / 2 { torque } else { 0.0 };
     }
     Ok(sum / (samples - samples / 2) as f64)

@@ -23,7 +23,7 @@ use super::{give_back, kept};
 use answer::evaluate;
 use plan::{ACCELERATION, Pass, RUN_IN, SETTLING};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::{Bench, Command, Frame, Traveller};
+use stickslip_bench::{Bench, Command, Frame, SpeedRamp};
 use stickslip_design::linear::{Operating, axis};
 
 /// Highest frequency over that of the ticks.
@@ -125,7 +125,7 @@ fn excite(
         Operating::Sliding(_) => (true, model.scaling.torque_per_volt * model.scaling.servo_limit),
         Operating::Stuck => (false, model.own.breakaway_torque),
     };
-    let mut traveller = Traveller::new(begin, ACCELERATION, dt);
+    let mut traveller = SpeedRamp::new(begin, ACCELERATION, dt);
     let go = |setpoint: Setpoint<f64>| Command { setpoint, control, ..Command::default() };
     while traveller.setpoint.velocity != plan.velocity {
         bench.hand_over(go(traveller.toward(plan.velocity)))?;

@@ -14,7 +14,7 @@ use stickslip_base::quantity::{Estimate, NORMAL95, number, rough};
 use stickslip_base::report::{Cell, Provenance, Report, Table};
 use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, output, parameters};
-use stickslip_fit::uncertainty::Together;
+use stickslip_fit::uncertainty::JointDistribution;
 use stickslip_fit::{CurvePoint, PARAMETERS, Side, StribeckDrop, StribeckFit, StribeckPlan, fit_stribeck};
 use stickslip_identify::curve_file::{CurveColumns, CurveFile, curves};
 use stickslip_identify::machine::Axis;
@@ -230,7 +230,7 @@ impl FrictionFits {
         {
             writeln!(text, "{key} = {value:?} # {estimate}").expect("a string takes all");
         }
-        text += &Together::of_fit(&one.fit, "model.own").to_toml();
+        text += &JointDistribution::of_fit(&one.fit, "model.own").to_toml();
         parameters::read::<Preset<f64>>(&text, "fit.toml")?;
         Ok(Ok(text))
     }

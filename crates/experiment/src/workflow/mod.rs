@@ -13,8 +13,8 @@ pub mod hunting;
 pub mod measure;
 pub mod position_loop;
 pub mod render;
+pub mod results;
 pub mod sketch;
-pub mod tell;
 
 use std::path::Path;
 

@@ -9,7 +9,7 @@ use stickslip_core::render::{Correction, DifferenceTorque, Law};
 use super::correct::{Corrected, Iteration, Missing, Stopped, missing, render_corrected, rms};
 use super::draw::{Captioned, POINTS, curve, friction, grid, load, plateaus, points, torque};
 use super::measure::{Outcome as _, with_preload};
-use super::tell::{columns, rows};
+use super::results::{columns, rows};
 use super::write_columns;
 use crate::{FrictionCurve, FrictionPlan, expected_inside_fade, home, measure_friction, sweep_through_standstill};
 use stickslip_base::figure::{Axis, Figure, Role, Series};

@@ -143,7 +143,7 @@ pub struct Drawn {
     /// What bounds the least and the largest friction.
     pub edges: Vec<Edge>,
     /// Where it cannot be rendered.
-    pub shortages: Vec<Stretch>,
+    pub shortages: Vec<SpeedRange>,
     /// What a reader should know, in sentences.
     pub remarks: Vec<String>,
     /// RMS distance from the reference points [N m]; `null` without any.
@@ -180,7 +180,7 @@ pub struct Grip {
 
 /// A stretch of speeds in which a limit forbids.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Stretch {
+pub struct SpeedRange {
     /// From [rad/s].
     pub from: f64,
     /// To [rad/s].
@@ -260,7 +260,7 @@ impl Sketch {
             let torque = |speed: f64| if speed < faded { 0.0 } else { region.at(speed).torque[side] };
             seen(&|speed| design.own.magnitude(speed) + torque(speed))
         };
-        let stretch = |(shortage, reason): (&stickslip_design::Shortage, String)| Stretch {
+        let stretch = |(shortage, reason): (&stickslip_design::Shortage, String)| SpeedRange {
             from: shortage.speeds[0],
             to: shortage.speeds[1],
             limit: shortage.bound.limit.name().into(),

@@ -12,7 +12,7 @@ use stickslip_base::Error;
 
 /// What whoever made a run knows of it and its files do not.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct RunOrigin {
     /// Its folder; or its file, where that is all.
     pub path: PathBuf,
     /// When it began.
@@ -27,13 +27,13 @@ pub struct Made {
     pub words: Option<String>,
 }
 
-impl Made {
+impl RunOrigin {
     /// A run that ends now.
     pub fn now(path: &Path, begun: SystemTime, preset: Option<String>) -> Self {
         let duration = begun.elapsed().unwrap_or_default().as_secs_f64();
         // Of a file its name alone.
         let name = |preset: String| preset.strip_suffix(".toml").map(plain).unwrap_or(preset);
-        Made { path: path.into(), begun, duration, preset: preset.map(name), number: None, words: None }
+        RunOrigin { path: path.into(), begun, duration, preset: preset.map(name), number: None, words: None }
     }
 }
 
@@ -47,7 +47,7 @@ impl Catalogue {
     ///
     /// # Errors
     /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`]: the run itself is as it was.
-    pub fn enter(&self, made: &Made) -> Result<Option<i64>, Error> {
+    pub fn enter(&self, made: &RunOrigin) -> Result<Option<i64>, Error> {
         let Some(facts) = Facts::read(&made.path) else { return Ok(None) };
         let lock = self.lock()?;
         let number = match made.number {

@@ -19,7 +19,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 
-pub use enter::Made;
+pub use enter::RunOrigin;
 pub use place::Catalogue;
 pub use rebuild::Rebuilt;
 pub use run::{Details, Found, KeyNumber, Run, State, Value};

@@ -40,7 +40,7 @@ fn leave(folder: &Path, breakaway: f64, law: &str) -> PathBuf {
 
 fn enter(catalogue: &Catalogue, path: &Path) -> i64 {
     let begun = UNIX_EPOCH + Duration::from_secs(1_700_000_000);
-    let made = Made { duration: 2.0, ..Made::now(path, begun, None) };
+    let made = RunOrigin { duration: 2.0, ..RunOrigin::now(path, begun, None) };
     catalogue.enter(&made).unwrap().unwrap()
 }
 
@@ -66,7 +66,7 @@ fn a_run_is_entered_with_all_that_its_files_say() {
     let symbol = details.values.iter().find(|value| value.path == "bench.desired.breakaway_torque").unwrap();
     assert_eq!((symbol.symbol.as_str(), symbol.unit.as_str(), symbol.number), ("M_S", "N m", Some(0.3)));
     // What is no run is none.
-    assert_eq!(catalogue.enter(&Made::now(folder.path(), SystemTime::now(), None)).unwrap(), None);
+    assert_eq!(catalogue.enter(&RunOrigin::now(folder.path(), SystemTime::now(), None)).unwrap(), None);
     assert!(matches!(
         catalogue.details(2).as_ref().err().and_then(|error| error.of()),
         Some(LiveError::NoRun { number: 2 })
@@ -81,7 +81,7 @@ fn a_number_that_was_set_aside_is_its_runs_alone() {
     assert_eq!(enter(&catalogue, &leave(&path("another"), 0.3, "paper")), 3);
     let made = |name: &str| {
         let path = leave(&path(name), 0.3, "paper");
-        Made { number: Some(2), ..Made::now(&path, SystemTime::now(), None) }
+        RunOrigin { number: Some(2), ..RunOrigin::now(&path, SystemTime::now(), None) }
     };
     assert_eq!(catalogue.enter(&made("its")).unwrap(), Some(2));
     // Twice is a mistake, and no run is lost by it.
@@ -277,7 +277,7 @@ fn an_entry_that_breaks_off_is_none() {
     // Its label cannot be written: nothing of the entry stays.
     let path = leave(&folder.path().join("two"), 0.3, "paper");
     fs::create_dir(path.join("run.json")).unwrap();
-    assert!(matches!(catalogue.enter(&Made::now(&path, SystemTime::now(), None)), Err(Error::File { .. })));
+    assert!(matches!(catalogue.enter(&RunOrigin::now(&path, SystemTime::now(), None)), Err(Error::File { .. })));
     assert_eq!(numbers(&catalogue, ""), [1]);
 }
 
@@ -303,7 +303,7 @@ fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
     // A damaged entry of a deleted run hinders no other run.
     fs::create_dir_all(catalogue.bin().join("2")).unwrap();
     assert_eq!(enter(&catalogue, &leave(&folder.path().join("four"), 0.3, "paper")), 8);
-    let second = Made { number: Some(2), ..Made::now(&folder.path().join("four"), SystemTime::now(), None) };
+    let second = RunOrigin { number: Some(2), ..RunOrigin::now(&folder.path().join("four"), SystemTime::now(), None) };
     assert_eq!(catalogue.enter(&second).unwrap(), Some(9));
     fs::write(catalogue.index().join("last"), "many").unwrap();
     assert!(catalogue.set_aside().unwrap_err().to_string().contains("--rebuild"));
@@ -319,7 +319,7 @@ fn where_it_cannot_be_written_the_run_is_as_it_was() {
     let path = leave(&folder.path().join("one"), 0.3, "paper");
     // A file where its folder should be: no right in the world makes one.
     fs::write(folder.path().join("stickslip-out"), "").unwrap();
-    let refused = catalogue.enter(&Made::now(&path, SystemTime::now(), None)).unwrap_err();
+    let refused = catalogue.enter(&RunOrigin::now(&path, SystemTime::now(), None)).unwrap_err();
     assert!(refused.to_string().contains("stickslip-out"), "{refused}");
     assert!(path.join("summary.json").exists() && !path.join("run.json").exists());
 }

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::seen::short;
+use super::view::short;
 use stickslip_base::quantity::{Estimate, tied};
 use stickslip_base::{Error, Preset, Watch};
-use stickslip_design::{BelievedAxis, HuntingPlan};
+use stickslip_design::{HuntingPlan, ModelledAxis};
 
 /// Instants of the course that a picture shows, at most.
 const INSTANTS: usize = 600;
@@ -19,7 +19,7 @@ const REST: f64 = 2.0;
 
 /// Whether a controller hunts at a set-point that rests: the numbers of `stickslip hunting`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct HuntingSeen {
+pub struct HuntingView {
     /// Of the desired friction, which the load motor renders, instead of the machine's own.
     pub desired: bool,
     /// Whether it hunts.
@@ -38,7 +38,7 @@ pub struct HuntingSeen {
     pub deviation: Vec<f64>,
 }
 
-impl HuntingSeen {
+impl HuntingView {
     /// On the own friction of a preset's model, or on the one that it desires.
     pub(super) fn of(preset: &Preset<f64>, desired: bool) -> Result<Self, Error> {
         let mut model = preset.model;
@@ -46,7 +46,7 @@ impl HuntingSeen {
             (model.own, model.own_bristles) = (preset.bench.desired, preset.bench.desired_bristles);
         }
         let plan = HuntingPlan::default();
-        let axis = BelievedAxis::new(&model, &preset.bench)?;
+        let axis = ModelledAxis::new(&model, &preset.bench)?;
         let count = TAU / model.encoder.counts_per_revolution;
         let (hunting, deviations) = axis.follow(&plan, count, &Watch::silent())?;
         let hunting = hunting.filter(|it| it.amplitude.is_finite() && it.interval.is_finite());
@@ -70,7 +70,7 @@ impl HuntingSeen {
         let every = part.len().div_ceil(INSTANTS).max(1);
         let course = part.iter().enumerate().step_by(every).filter(|(_, deviation)| deviation.is_finite());
         let (time, deviation) = course.map(|(k, deviation)| (short(k as f64 * period), short(1e3 * deviation))).unzip();
-        Ok(HuntingSeen {
+        Ok(HuntingView {
             desired,
             hunts: hunting.is_some(),
             amplitude: hunting.map(|it| it.amplitude),

@@ -1,14 +1,14 @@
 //! A position controller while it is being designed: what a draft of it would do on the machine as believed. Nothing is put
 //! in force.
 //!
-//! A draft is the set in force with some values changed ([`LoopDraft`]). [`LoopSeen`] is all that is to be seen of it: its
-//! fields, its poles, its loop opened and closed, the load sliding and stuck. Whether it hunts ([`HuntingSeen`]) takes
+//! A draft is the set in force with some values changed ([`LoopDraft`]). [`LoopView`] is all that is to be seen of it: its
+//! fields, its poles, its loop opened and closed, the load sliding and stuck. Whether it hunts ([`HuntingView`]) takes
 //! longer and is asked apart; what the fair tuning makes of it ([`TuneProgress`]) takes seconds and runs beside the bench.
 
 mod hunting;
 mod poles;
-mod seen;
 mod tuning;
+mod view;
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -16,10 +16,10 @@ use std::sync::Mutex;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use hunting::HuntingSeen;
+pub use hunting::HuntingView;
 pub use poles::{DampingRay, LoopPole, PoleDrag, PoleGrip};
-pub use seen::{CornerSeen, LoopAt, LoopLimits, LoopMark, LoopNumber, LoopSeen, LoopVerdict};
 pub use tuning::TuneProgress;
+pub use view::{CornerView, LoopAt, LoopLimits, LoopMark, LoopNumber, LoopVerdict, LoopView};
 
 use super::lock;
 use super::protocol::{Answer, Item};
@@ -131,13 +131,13 @@ impl ControllerDesign {
         let drafted = Drafted::new(tuning, draft)?;
         let judge = if draft.thorough { LoopRun::new } else { LoopRun::glance };
         let run = judge(&drafted.preset, drafted.speed)?;
-        Ok(Answer::Loop(Box::new(LoopSeen::of(&run, drafted.values(), drafted.items(), draft.thorough)?)))
+        Ok(Answer::Loop(Box::new(LoopView::of(&run, drafted.values(), drafted.items(), draft.thorough)?)))
     }
 
     /// Whether a draft hunts on the own friction, or on the desired one.
     pub(super) fn hunting(&self, tuning: &Tuning, draft: &LoopDraft, desired: bool) -> Result<Answer, Error> {
         let drafted = Drafted::new(tuning, draft)?;
-        Ok(Answer::Hunting(Box::new(HuntingSeen::of(&drafted.preset, desired)?)))
+        Ok(Answer::Hunting(Box::new(HuntingView::of(&drafted.preset, desired)?)))
     }
 
     /// Begins to tune a draft.

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_core::fields::{Field, Fields};
 
-use super::seen::short;
+use super::view::short;
 use stickslip_base::preset::{Poles, Regulation, StateFeedback};
 use stickslip_base::{ControllerChoice, Error};
 use stickslip_design::linear::{StateSpace, size};

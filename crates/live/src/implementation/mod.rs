@@ -12,7 +12,7 @@ mod timing;
 pub use build::{BuildError, BuildProgress, BuildStage};
 pub use flow::{Flow, FlowBlock, FlowGroup, FlowPage, FlowWire};
 pub use page::{BlockSize, DiagramPage};
-pub use target::{Target, TargetFile, Wished};
+pub use target::{SettingResult, Target, TargetFile};
 pub use timing::{LateCycle, TimeBin, TimedPart, Timing};
 
 use std::path::{Path, PathBuf};

@@ -18,7 +18,7 @@ pub struct Target {
     /// Ticks in a second [Hz].
     pub rate: f64,
     /// What the real-time thread asked of the system.
-    pub wishes: Vec<Wished>,
+    pub wishes: Vec<SettingResult>,
     /// What can be taken along, at `/implementation/FILE`.
     pub files: Vec<TargetFile>,
 }
@@ -45,7 +45,7 @@ const FILES: [[&str; 3]; 5] = [
 
 /// What became of a wish.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Wished {
+pub struct SettingResult {
     /// What was asked for.
     pub wish: String,
     /// What the system said where it refused.
@@ -69,7 +69,7 @@ impl Target {
             rate: 0.0,
             wishes: outcomes
                 .iter()
-                .map(|outcome| Wished {
+                .map(|outcome| SettingResult {
                     wish: outcome.wish.to_string(),
                     costs: outcome.refused.as_ref().map_or("", |_| outcome.wish.costs()).into(),
                     mend: outcome.refused.as_ref().and_then(|_| outcome.wish.mend()),

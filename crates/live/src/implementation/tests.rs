@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use stickslip_rt::Wishes;
+use stickslip_rt::ThreadSettings;
 
 use super::*;
 #[cfg(unix)]
@@ -18,7 +18,7 @@ fn live() -> (Live, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     (Live::start(start).unwrap(), project)
 }
 

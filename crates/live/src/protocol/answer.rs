@@ -60,7 +60,7 @@ pub enum Answer {
     /// A friction as it was rendered.
     Rendered(Box<RenderedFriction>),
     /// A measurement at rest.
-    AtRest(Box<MeasuredAtRest>),
+    AtRest(Box<BreakawayMeasurement>),
     /// A preload of the friction wheel.
     AdvisedPreload(AdvisedPreload),
     /// What was lost or held.
@@ -80,11 +80,11 @@ pub enum Answer {
     /// A sketch, drawn.
     Drawn(Box<Drawn>),
     /// How far the rendering law is from chatter.
-    Margin(ToChatter),
+    Margin(ChatterMargin),
     /// A position controller on the machine as believed.
-    Loop(Box<LoopSeen>),
+    Loop(Box<LoopView>),
     /// Whether one hunts.
-    Hunting(Box<HuntingSeen>),
+    Hunting(Box<HuntingView>),
     /// A tuning.
     Tuned(TuneProgress),
     /// A text.
@@ -158,18 +158,18 @@ pub enum Answer {
     /// A signal of runs over time.
     Courses {
         /// In the order in which they were asked for.
-        courses: Vec<Laid>,
+        courses: Vec<OverlaidRun>,
     },
     /// What happened in a run.
     Story {
         /// In its order.
-        happened: Vec<Happened>,
+        happened: Vec<RunEvent>,
     },
 }
 
 /// A run among others over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Laid {
+pub struct OverlaidRun {
     /// Its number.
     pub number: i64,
     /// What is added to its time [s]; `null` where it does not fit.

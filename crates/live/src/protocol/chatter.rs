@@ -10,7 +10,7 @@ use stickslip_design::{self as design, CHATTER_LIMIT, Margin};
 
 /// How far a rendering law is from chatter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct ToChatter {
+pub struct ChatterMargin {
     /// Whether the bench would take it.
     pub stable: bool,
     /// In a sentence: how far, or why not and what would do.
@@ -39,7 +39,7 @@ pub struct ToChatter {
 /// A fifth of the way: by choice, as room for what the model of the bench is off.
 const CAUTION: f64 = 0.2;
 
-impl ToChatter {
+impl ChatterMargin {
     pub(crate) fn of(law: &Law<f64>, margin: Result<Margin, Error>) -> Result<Self, Error> {
         let stable = margin.is_ok();
         let sentence = margin.as_ref().map_or_else(ToString::to_string, ToString::to_string);
@@ -61,7 +61,7 @@ impl ToChatter {
         let uses =
             uses.into_iter().filter_map(|(name, used)| used.filter(|used| used.is_finite()).map(|used| (name, used)));
         let nearest = uses.max_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(ToChatter {
+        Ok(ChatterMargin {
             left: nearest.map(|(_, used)| (1.0 - used).max(0.0)),
             caution: CAUTION,
             nearest: nearest.map_or("", |(name, _)| name).into(),

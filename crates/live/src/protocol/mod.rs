@@ -6,26 +6,26 @@ mod chatter;
 mod json;
 mod status;
 
-pub use answer::{Answer, Captured, Changed, Laid, Point, Signal};
+pub use answer::{Answer, Captured, Changed, OverlaidRun, Point, Signal};
 pub use call::{Call, Quantity};
-pub use chatter::ToChatter;
+pub use chatter::ChatterMargin;
 pub use json::schema;
-pub use status::{ClockStatus, Doing, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
+pub use status::{ClockStatus, CurrentTask, Ended, LoadedStatus, Mark, MarkKind, Recorded, Status, XcpStatus};
 
-pub use super::at_rest::MeasuredAtRest;
+pub use super::breakaway::BreakawayMeasurement;
 pub use super::controller::{
-    CornerSeen, DampingRay, DraftKind, HuntingSeen, LoopAt, LoopDraft, LoopLimits, LoopMark, LoopNumber, LoopPole,
-    LoopSeen, LoopVerdict, PoleDrag, PoleGrip, TuneProgress,
+    CornerView, DampingRay, DraftKind, HuntingView, LoopAt, LoopDraft, LoopLimits, LoopMark, LoopNumber, LoopPole,
+    LoopVerdict, LoopView, PoleDrag, PoleGrip, TuneProgress,
 };
 pub use super::curve::{CurveName, FittedCurve, FittedParameter, MeasuredCurve, MeasuredPoint};
 pub use super::form::{Choice, Item, ItemKind, PlanForm};
 pub use super::health::Loss;
 pub use super::implementation::{
     BlockSize, BuildError, BuildProgress, BuildStage, DiagramPage, Flow, FlowBlock, FlowGroup, FlowPage, FlowWire,
-    LateCycle, Target, TargetFile, TimeBin, TimedPart, Timing, Wished,
+    LateCycle, SettingResult, Target, TargetFile, TimeBin, TimedPart, Timing,
 };
 pub use super::machine::{Factor, Machine, Part, PartKind};
 pub use super::preload::AdvisedPreload;
 pub use super::rendered::{KeyEstimate, Picture, RenderedFriction};
 pub use super::runs::ReplayProgress;
-pub use stickslip_bench::run::{Alignment, Course, Happened, Simulated, Trace};
+pub use stickslip_bench::run::{Alignment, Course, RunEvent, Simulated, Trace};

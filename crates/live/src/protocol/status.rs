@@ -31,7 +31,7 @@ pub struct Status {
     /// How far the linings are pressed on, 0 … 1.
     pub preload: f64,
     /// What runs: nothing, a motion, a measurement.
-    pub doing: Option<Doing>,
+    pub doing: Option<CurrentTask>,
     /// How what ran last has ended.
     pub last: Option<Ended>,
     /// Parameters that are not as they were when the run began.
@@ -155,7 +155,7 @@ pub struct LoadedStatus {
 
 /// What runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Doing {
+pub struct CurrentTask {
     /// What it is: `sine`, `measure friction`.
     pub what: String,
     /// How far it is, in words.

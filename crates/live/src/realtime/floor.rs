@@ -8,7 +8,7 @@ use std::hint::spin_loop;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Wishes};
+use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, ThreadSettings};
 
 use super::wake_up::follow;
 use stickslip_base::{Error, Watch};
@@ -109,7 +109,7 @@ impl Cycle for Spinning {
 ///
 /// # Errors
 /// [`BenchError::RealTime`] where the system has no thread; [`Error::Cancelled`].
-pub fn measure_floor(time: Duration, wishes: Wishes, watch: &Watch) -> Result<Floor, Error> {
+pub fn measure_floor(time: Duration, wishes: ThreadSettings, watch: &Watch) -> Result<Floor, Error> {
     let (result, found): (_, Receiver<Floor>) = channel();
     let cycles = time.as_nanos().div_ceil(PERIOD.as_nanos()) as u64;
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };

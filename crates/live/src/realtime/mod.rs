@@ -12,7 +12,7 @@ pub use floor::{Floor, measure_floor};
 pub use stickslip_rt::Outcome;
 pub use stickslip_rt::SPIN;
 pub use stickslip_rt::doctor::{Finding, Verdict};
-use stickslip_rt::{Granted, Wishes, doctor};
+use stickslip_rt::{Granted, ThreadSettings, doctor};
 pub use wake_up::{WakeUp, measure_wake_up};
 
 use stickslip_base::{Error, Watch};
@@ -58,7 +58,7 @@ impl Checkup {
         in_range("seconds", self.seconds, "s", [0.3, 86_400.0])?;
         let findings = doctor::examine(root);
         let third = Duration::from_secs_f64(self.seconds / 3.0);
-        let wishes = Wishes::default();
+        let wishes = ThreadSettings::default();
         let floor = measure_floor(third, wishes, watch)?;
         let [asleep, spinning] = [("asleep", Duration::ZERO), ("spinning", SPIN)];
         let wake_up = |(name, spin): (&str, Duration)| {

@@ -4,7 +4,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use stickslip_rt::{
-    Block, Cycle, Granted, Histograms, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, Wishes,
+    Block, Cycle, Granted, Histograms, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, ThreadSettings,
 };
 
 use stickslip_base::{Error, Watch};
@@ -50,7 +50,7 @@ pub fn measure_wake_up(
     rate: f64,
     time: Duration,
     spin: Duration,
-    wishes: Wishes,
+    wishes: ThreadSettings,
     stage: &str,
     watch: &Watch,
 ) -> Result<WakeUp, Error> {

@@ -13,7 +13,7 @@ pub use replay::ReplayProgress;
 
 use super::protocol::Answer;
 use super::{Live, lock};
-use crate::catalogue::{Catalogue, Details, Found, Made};
+use crate::catalogue::{Catalogue, Details, Found, RunOrigin};
 use replay::Replay;
 use stickslip_base::{Error, Watch, output};
 use stickslip_bench::run::Stored;
@@ -23,7 +23,7 @@ use stickslip_recording::export::{self, Part};
 pub(super) struct Runs {
     folder: PathBuf,
     catalogue: Catalogue,
-    clerk: Sender<Option<Made>>,
+    clerk: Sender<Option<RunOrigin>>,
     /// Why the last run could not be entered.
     not_entered: Arc<Mutex<Option<String>>>,
     /// The next number, if the catalogue cannot be written.
@@ -35,13 +35,13 @@ pub(super) struct Runs {
 }
 
 /// The thread that enters runs, so that no command of the axis waits for a disk.
-pub(super) struct Clerk {
+pub(super) struct CatalogueThread {
     /// Runs that have ended; `None` ends the thread.
-    to: Sender<Option<Made>>,
+    to: Sender<Option<RunOrigin>>,
     thread: JoinHandle<()>,
 }
 
-impl Clerk {
+impl CatalogueThread {
     /// Waits until all runs are entered.
     pub(super) fn finish(self) {
         let _ = self.to.send(None);
@@ -50,9 +50,9 @@ impl Clerk {
 }
 
 impl Runs {
-    pub(super) fn start(project: &Path) -> (Self, Clerk) {
+    pub(super) fn start(project: &Path) -> (Self, CatalogueThread) {
         let catalogue = Catalogue::of_project(project, Path::new("."));
-        let (to, from): (_, Receiver<Option<Made>>) = mpsc::channel();
+        let (to, from): (_, Receiver<Option<RunOrigin>>) = mpsc::channel();
         let not_entered = Arc::new(Mutex::new(None));
         let (index, failure) = (catalogue.clone(), not_entered.clone());
         let thread = thread::spawn(move || {
@@ -70,11 +70,11 @@ impl Runs {
             replay: Mutex::default(),
             opened: Mutex::default(),
         };
-        (runs, Clerk { to, thread })
+        (runs, CatalogueThread { to, thread })
     }
 
     /// Has a run entered that has ended. A clerk that has gone has reported why.
-    pub(super) fn enter(&self, made: Made) {
+    pub(super) fn enter(&self, made: RunOrigin) {
         let _ = self.clerk.send(Some(made));
     }
 
@@ -129,7 +129,7 @@ impl Live {
         let folder = catalogue.folder(number)?;
         // Of a record alone the run is the file itself.
         let path = if folder.is_dir() { folder.join(name) } else { folder.with_file_name(name) };
-        // A link or a foreign name may lead anywhere.
+        // A link or a external name may lead anywhere.
         let within = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         let plain = within && path.symlink_metadata().is_ok_and(|about| about.is_file());
         if plain && run.files.iter().any(|file| file == name) {

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Runs;
-use crate::protocol::{Alignment, Answer, Changed, Laid};
+use crate::protocol::{Alignment, Answer, Changed, OverlaidRun};
 use crate::{LiveError, lock};
 use stickslip_base::{Error, Watch};
 use stickslip_bench::run::{self, Stored, Wanted, course, story};
@@ -118,13 +118,13 @@ impl Runs {
         let known: Vec<_> = whole.iter().flatten().cloned().collect();
         let mut shifts = run::align(&known, align).into_iter();
         let laid = whole.into_iter().zip(numbers).map(|(whole, &number)| match whole {
-            Err(error) => Laid { number, shift: None, course: None, trouble: Some(error.to_string()) },
+            Err(error) => OverlaidRun { number, shift: None, course: None, trouble: Some(error.to_string()) },
             Ok(whole) => {
                 let shift = shifts.next().flatten();
                 let part = shift.zip(range).map(|(shift, (from, to))| read(number, Some((from - shift, to - shift))));
                 let course = part.unwrap_or(Ok(whole));
                 let trouble = course.as_ref().err().map(ToString::to_string);
-                Laid { number, shift, course: course.ok(), trouble }
+                OverlaidRun { number, shift, course: course.ok(), trouble }
             }
         });
         Ok(Answer::Courses { courses: laid.collect() })

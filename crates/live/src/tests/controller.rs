@@ -4,7 +4,7 @@ use crate::LiveError;
 use nalgebra::ComplexField as _;
 
 use super::*;
-use crate::protocol::{DraftKind, HuntingSeen, LoopDraft, LoopSeen, PoleDrag, TuneProgress};
+use crate::protocol::{DraftKind, HuntingView, LoopDraft, LoopView, PoleDrag, TuneProgress};
 use stickslip_base::ControllerChoice;
 use stickslip_design::linear::Operating;
 use stickslip_design::{PositionLoop, axis_control};
@@ -15,14 +15,14 @@ fn values(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
     pairs.iter().map(|(path, value)| ((*path).into(), (*value).into())).collect()
 }
 
-fn seen(live: &Live, draft: LoopDraft) -> LoopSeen {
+fn seen(live: &Live, draft: LoopDraft) -> LoopView {
     match live.call("looks", Call::Loop(draft)).unwrap() {
         Answer::Loop(seen) => *seen,
         other => panic!("{other:?}"),
     }
 }
 
-fn number(seen: &LoopSeen, load: &str, key: &str) -> Option<f64> {
+fn number(seen: &LoopView, load: &str, key: &str) -> Option<f64> {
     let at = seen.loads.iter().find(|at| at.load == load).unwrap();
     at.numbers.iter().find(|number| number.key == key).unwrap().value
 }
@@ -159,7 +159,7 @@ fn what_is_no_draft_is_refused_in_words() {
 #[test]
 fn whether_a_draft_hunts_is_what_the_command_line_says() {
     let (live, _project) = live();
-    let hunting = |values: BTreeMap<String, String>, desired: bool| -> HuntingSeen {
+    let hunting = |values: BTreeMap<String, String>, desired: bool| -> HuntingView {
         let draft = LoopDraft { values, ..LoopDraft::default() };
         match live.call("looks", Call::Hunting { draft, desired }).unwrap() {
             Answer::Hunting(seen) => *seen,

@@ -8,11 +8,11 @@ use stickslip_design::DesignError;
 use super::*;
 use crate::xcp::Layout;
 use crate::xcp::a2l::{Doors, describe};
-use stickslip_bench::foreign::{ForeignFile, Role};
+use stickslip_bench::external::{ExternalFile, Role};
 
 /// Compiles the controller of the tests.
 fn compile(to: &Path, options: &[&str]) {
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/foreign");
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("../bench/src/external");
     let mut compiler = Command::new("cc");
     let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options).arg("-I").arg(&sources);
     let compiler = compiler
@@ -28,9 +28,9 @@ fn with_controller(values: &[(&str, f64)], record: bool) -> (Live, tempfile::Tem
     let path = project.path().join("mine.so");
     compile(&path, &[]);
     let values = values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
-    let loaded = Some(ForeignFile { path: path.clone(), trust: true, values, ..ForeignFile::default() });
+    let loaded = Some(ExternalFile { path: path.clone(), trust: true, values, ..ExternalFile::default() });
     let record = record.then(|| project.path().join("run.mf4"));
-    let start = Start { wishes: Wishes::PLAIN, loaded, record, ..Start::new(slow(), project.path()) };
+    let start = Start { wishes: ThreadSettings::PLAIN, loaded, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project, path)
 }
 
@@ -195,7 +195,7 @@ fn a_file_that_has_become_another_is_opened_again() {
     std::fs::remove_file(&path).unwrap();
     std::fs::write(&path, "no library").unwrap();
     let broken = live.call(ANN, Call::OpenAgain {}).unwrap_err();
-    assert!(matches!(broken.of(), Some(BenchError::Foreign { .. })), "{broken}");
+    assert!(matches!(broken.of(), Some(BenchError::External { .. })), "{broken}");
     assert_eq!(status(&live).loaded.unwrap().hash, second.hash);
     live.call(ANN, set(STIFFNESS, "2")).unwrap();
     live.stop().unwrap();
@@ -218,13 +218,18 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut compiler = Command::new("cc");
     let compiler =
-        compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/foreign")).arg("-o").arg(&path);
+        compiler.args(["-O1", "-shared", "-fPIC", "-I"]).arg(here.join("../bench/src/external")).arg("-o").arg(&path);
     let compiler = compiler.arg(here.join("../../examples/friction/maxwell_slip.c")).arg("-lm");
     assert!(compiler.status().expect("there is a compiler").success());
-    let loaded = Some(ForeignFile { path: path.clone(), role: Role::Friction, trust: true, ..ForeignFile::default() });
+    let loaded =
+        Some(ExternalFile { path: path.clone(), role: Role::Friction, trust: true, ..ExternalFile::default() });
     let file = project.path().join("run.mf4");
-    let start =
-        Start { wishes: Wishes::PLAIN, loaded, record: Some(file.clone()), ..Start::new(slow(), project.path()) };
+    let start = Start {
+        wishes: ThreadSettings::PLAIN,
+        loaded,
+        record: Some(file.clone()),
+        ..Start::new(slow(), project.path())
+    };
     let live = Live::start(start).unwrap();
     at_rest(&live);
     let known = status(&live).loaded.unwrap();

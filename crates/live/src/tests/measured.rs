@@ -191,7 +191,7 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
     let plan = |values: &[(&str, &str)]| -> BTreeMap<String, String> {
         values.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
     };
-    let growing = |what, found: &dyn Fn(&protocol::MeasuredAtRest) -> bool| loop {
+    let growing = |what, found: &dyn Fn(&protocol::BreakawayMeasurement) -> bool| loop {
         let growing = at_rest(what, None);
         if growing.measuring && found(&growing) {
             break growing;
@@ -199,7 +199,7 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
         assert_eq!(status(&live).last.and_then(|last| last.error), None);
         thread::sleep(Duration::from_millis(2));
     };
-    assert_eq!(at_rest(Quantity::Breakaway, None), protocol::MeasuredAtRest::default());
+    assert_eq!(at_rest(Quantity::Breakaway, None), protocol::BreakawayMeasurement::default());
     let refused = live.call("looks", Call::AtRest { what: Quantity::Friction, run: None }).unwrap_err();
     assert!(refused.to_string().contains("`curve`"), "{refused}");
 

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
-use stickslip_rt::Wishes;
+use stickslip_rt::ThreadSettings;
 
 use super::protocol::{Answer, Call, Ended, Quantity, Status};
 use super::*;
@@ -38,7 +38,7 @@ fn live() -> (Live, tempfile::TempDir) {
 fn live_into(record: impl FnOnce(&Path) -> Option<PathBuf>) -> (Live, tempfile::TempDir) {
     let project = tempfile::tempdir().unwrap();
     let record = record(project.path());
-    let start = Start { wishes: Wishes::PLAIN, record, ..Start::new(slow(), project.path()) };
+    let start = Start { wishes: ThreadSettings::PLAIN, record, ..Start::new(slow(), project.path()) };
     (Live::start(start).unwrap(), project)
 }
 

@@ -36,7 +36,7 @@ fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
     let address = Address::Shm(project.path().join("axis").display().to_string());
     let plant = Plant::serve(&address, &source);
     let (io, record) = (Some(address.clone()), Some(project.path().join("run.mf4")));
-    let (folder, wishes) = (project.path().join("project"), Wishes::PLAIN);
+    let (folder, wishes) = (project.path().join("project"), ThreadSettings::PLAIN);
     let live = Live::start(Start { io, wishes, record, ..Start::new(source.clone(), &folder) }).unwrap();
     let until = |state: &str| {
         while status(&live).state != state {
@@ -80,7 +80,7 @@ fn an_operator_who_falls_silent_stops_what_runs_and_who_is_heard_does_not() {
     source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let start = |operator_time| {
         let new = Start::new(source.clone(), project.path());
-        Live::start(Start { wishes: Wishes::PLAIN, operator_time: Some(operator_time), ..new })
+        Live::start(Start { wishes: ThreadSettings::PLAIN, operator_time: Some(operator_time), ..new })
     };
     for nonsense in [0.0, -1.0, f64::NAN, 1e9] {
         assert!(matches!(start(nonsense), Err(Error::OutOfRange { .. })), "{nonsense}");

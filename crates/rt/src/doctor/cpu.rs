@@ -1,7 +1,7 @@
 //! The CPU that the executive gets: its speed, its sleep, its clock, and who else uses it.
 
 use super::{Files, Finding};
-use crate::setup::{ISOLATE, Wish};
+use crate::setup::{ISOLATE, ThreadSetting};
 
 /// States that are left faster than this are no deep sleep [µs].
 const SHALLOW: u64 = 10;
@@ -17,7 +17,7 @@ fn count(files: &Files) -> Finding {
 }
 
 fn isolation(files: &Files) -> Finding {
-    let (what, costs) = ("isolated CPU", Wish::IsolatedCpu.costs());
+    let (what, costs) = ("isolated CPU", ThreadSetting::IsolatedCpu.costs());
     match files.read("sys/devices/system/cpu/isolated").as_deref() {
         None => Finding::unknown(what, costs),
         Some("") => Finding::costs(what, "none", costs, Some(ISOLATE.into())),

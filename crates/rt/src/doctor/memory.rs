@@ -2,14 +2,14 @@
 
 use super::scheduler::lockable;
 use super::{Files, Finding};
-use crate::setup::Wish;
+use crate::setup::ThreadSetting;
 
 pub(super) fn findings(files: &Files) -> Vec<Finding> {
     vec![locking(files), swap(files), huge_pages(files)]
 }
 
 fn locking(files: &Files) -> Finding {
-    let (what, wish) = ("locked memory", Wish::LockedMemory);
+    let (what, wish) = ("locked memory", ThreadSetting::LockedMemory);
     match lockable(files) {
         Ok(None) => Finding::good(what, "permitted", wish.costs()),
         Ok(Some(bytes)) => Finding::costs(what, format!("{} MiB permitted", bytes >> 20), wish.costs(), wish.mend()),

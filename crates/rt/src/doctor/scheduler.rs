@@ -1,7 +1,7 @@
 //! Who may run when: the kernel's preemption, permissions, and the machine below.
 
 use super::{Files, Finding};
-use crate::setup::Wish;
+use crate::setup::ThreadSetting;
 
 /// Bits of a set of capabilities.
 const IPC_LOCK: u32 = 14;
@@ -44,7 +44,7 @@ fn hypervisor(files: &Files) -> Finding {
 }
 
 fn priority(files: &Files) -> Finding {
-    let (what, wish) = ("real-time priority", Wish::Priority(80));
+    let (what, wish) = ("real-time priority", ThreadSetting::Priority(80));
     match (capability(files, SYS_NICE), limit(files, "Max realtime priority")) {
         (Some(true), _) => Finding::good(what, "permitted", wish.costs()),
         (_, Some(limit)) if limit != "0" => Finding::good(what, format!("permitted up to {limit}"), wish.costs()),

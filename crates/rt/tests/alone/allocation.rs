@@ -9,7 +9,9 @@ use std::time::Duration;
 
 use super::counting::{CALLS, WATCHED};
 use stickslip_rt::pages::{Reader, exchange};
-use stickslip_rt::{Block, Cycle, Ending, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, Wishes};
+use stickslip_rt::{
+    Block, Cycle, Ending, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, ThreadSettings,
+};
 
 /// Watches its thread from its first cycle to its end.
 struct Watched {
@@ -56,7 +58,7 @@ fn calls(allocates: bool, slow: bool) -> (u64, Summary) {
     let plan = Plan { warm_up: 10, cycles: Some(300), overrun, records: 8, ..Plan::new(Duration::from_millis(1)) };
     let cycle = Watched { pages, allocates, slow, sum: 0.0 };
     let (running, mut timings) =
-        Running::start(plan, Wishes::PLAIN, MonotonicClock::default(), cycle).expect("the plan can be");
+        Running::start(plan, ThreadSettings::PLAIN, MonotonicClock::default(), cycle).expect("the plan can be");
     let mut records = 0;
     while !running.has_ended() {
         writer.publish(vec![1.0; 1000]);

@@ -10,7 +10,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use stickslip_rt::{
-    Block, Cause, Cpu, Cycle, Evidence, Lap, MonotonicClock, Next, Overrun, OverrunPolicy, Plan, Running, Wish, Wishes,
+    Block, Cause, Cpu, Cycle, Evidence, Lap, MonotonicClock, Next, Overrun, OverrunPolicy, Plan, Running,
+    ThreadSetting, ThreadSettings,
 };
 
 const READ: usize = 0;
@@ -60,9 +61,9 @@ fn allowed_cpu() -> usize {
     first.and_then(|cpu| cpu.parse().ok()).expect("a list of CPUs")
 }
 
-fn wishes(priority: u8) -> Wishes {
+fn wishes(priority: u8) -> ThreadSettings {
     // Memory stays unlocked, or nobody could touch a page that is not there.
-    Wishes { priority: Some(priority), cpu: Cpu::Number(allowed_cpu()), ..Wishes::PLAIN }
+    ThreadSettings { priority: Some(priority), cpu: Cpu::Number(allowed_cpu()), ..ThreadSettings::PLAIN }
 }
 
 fn start(work: impl FnMut(u64, usize) + Send + 'static) -> Option<(Running, stickslip_rt::Timings)> {
@@ -74,7 +75,7 @@ fn start(work: impl FnMut(u64, usize) + Send + 'static) -> Option<(Running, stic
     };
     let (running, timings) =
         Running::start(plan, wishes(40), MonotonicClock::default(), Told(work)).expect("the plan can be");
-    if running.granted().has(Wish::Priority(40)) {
+    if running.granted().has(ThreadSetting::Priority(40)) {
         return Some((running, timings));
     }
     println!("nothing is said: without a priority any thread may spoil a cycle\n{}", running.granted());

@@ -7,7 +7,7 @@ use stickslip_core::tick::Order;
 use super::machine::machine;
 use super::scenario::Drive;
 use super::{Cell, Role, Scenario};
-use crate::judged::Judged;
+use crate::fast_bench::FastBench;
 use stickslip_base::Error;
 use stickslip_design as design;
 
@@ -58,7 +58,7 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
         }
     }
-    let mut bench = Judged::new(&plant, tick, settings, control_divider, seed)?;
+    let mut bench = FastBench::new(&plant, tick, settings, control_divider, seed)?;
     let mut setpoints = course.drive.setpoints(settings.tick_rate);
     let rest = (course.rest * settings.tick_rate) as u64;
     let cycles = rest + (course.duration * settings.tick_rate) as u64;

@@ -115,7 +115,7 @@ fn table(summary: &mut Summary, experiments: &[Experiment]) -> String {
          {count} machines drawn at random about `{PRESET}` as in the study of the calibration: torque constants ± 5 %, \
          masses, stiffness, friction, resistance and inductance ± 20 %, damping and lags ± 50 %, offsets. The bench knows \
          the data sheet, calibrates itself, picks its law, and renders at 4 kHz with the wheel pressed on; {} noise seeds \
-         each. E is the mean over all measures in closed loop but the counts. Made by `cargo xtask study calibrated`; \
+         each. E is the mean over all measures in closed loop but the counts. RunOrigin by `cargo xtask study calibrated`; \
          the numbers are in `calibrated.json`.\n\n\
          | machine | law picked | its E, % | over the best law's | predicted E, % |\n|-|-|-|-|-|\n",
         SEEDS.len()

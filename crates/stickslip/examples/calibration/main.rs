@@ -22,7 +22,7 @@ const HEAD: &str = "\
 Each experiment draws a machine about its data sheet, which the software goes on believing: torque constants ± 5 %, \
 masses, stiffness, friction, resistance and inductance ± 20 %, damping and lags ± 50 %, scales of tacho and \
 accelerometer ± 2 %, offsets. Then the bench identifies itself. Steps of the virtual machine are 10 µs. Friction of `clm-bench` is a sum of two Stribeck curves, which none \
-is: the truth of a fitted curve is the fit to the true friction at the same speeds under the same weights. Made by \
+is: the truth of a fitted curve is the fit to the true friction at the same speeds under the same weights. RunOrigin by \
 `cargo xtask study calibration`; all numbers are in `calibration.json`.
 ";
 

@@ -7,7 +7,7 @@ use stickslip::calibrate::{Calibration, CalibrationPlan, calibrate};
 use stickslip::experiment::{FrictionCurve, home};
 use stickslip::fit::{CurvePoint, fit_stribeck};
 use stickslip::noise::Normals;
-use stickslip::{Error, Preset, Watch, parameters, truth};
+use stickslip::{Error, Preset, Watch, parameters, true_friction};
 use stickslip_core::friction::{Friction, Model};
 
 /// The benches, and how many machines the study draws about each.
@@ -77,8 +77,9 @@ pub(crate) fn true_value(preset: &Preset<f64>, calibration: &Calibration, key: &
     let both = |value: &dyn Fn(&Friction<f64>) -> f64| value(screw) + plant.wheel.preload * value(wheel);
     let own = |index: usize| -> Result<f64, Error> {
         let measured = calibration.curve.points().into_iter();
-        let true_points: Vec<CurvePoint> =
-            measured.map(|point| CurvePoint { torque: truth::own_friction(plant, point.velocity), ..point }).collect();
+        let true_points: Vec<CurvePoint> = measured
+            .map(|point| CurvePoint { torque: true_friction::own_friction(plant, point.velocity), ..point })
+            .collect();
         Ok(fit_stribeck(&true_points, &FrictionCurve::FIT)?.parameters[index])
     };
     Ok(Some(match key {

@@ -68,7 +68,7 @@ const HEAD: &str = "\
 
 A whole experiment is the quick plan on the virtual bench `clm-bench`: homing, 30 plateaus, evaluation, fit, with a \
 seed of its own. The truth is the least-squares Stribeck fit of the virtual machine's static own friction at the plan's \
-speeds. Made by `cargo xtask study coverage`; the numbers are in `coverage.json`.
+speeds. RunOrigin by `cargo xtask study coverage`; the numbers are in `coverage.json`.
 ";
 
 /// All experiments of a case on all cores, in the order of their seeds.

@@ -4,7 +4,7 @@ use stickslip::bench::{Bench, VirtualBench};
 use stickslip::experiment::{FrictionCurve, FrictionPlan, home, measure_friction};
 use stickslip::fit::{StribeckFit, fit_stribeck};
 use stickslip::noise::Normals;
-use stickslip::{Error, Preset, Watch, parameters, truth};
+use stickslip::{Error, Preset, Watch, parameters, true_friction};
 use stickslip_core::friction::Stribeck;
 
 /// What the virtual machine has and what was fitted to the measurement.
@@ -23,7 +23,7 @@ pub(crate) fn measure(preload: f64, seed: u64) -> Result<([f64; 4], FrictionCurv
     home(&mut bench, &Watch::silent())?;
     bench.set_preload(preload)?;
     let curve = measure_friction(&plan, &mut bench, false, &Watch::silent())?;
-    Ok((truth::own_curve(bench.truth(), &plan)?.parameters, curve))
+    Ok((true_friction::own_curve(bench.truth(), &plan)?.parameters, curve))
 }
 
 /// Measures and fits.

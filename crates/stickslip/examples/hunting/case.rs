@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use stickslip::design::{Hunting, HuntingPlan, pid_by_bandwidth, predict_hunting, software};
-use stickslip::judged::Judged;
+use stickslip::fast_bench::FastBench;
 use stickslip::parameters::presets;
 use stickslip::{ControllerChoice, Error, Preset, StateFeedback, Watch};
 use stickslip_core::control::Pid;
@@ -101,7 +101,7 @@ impl Case {
         // From the same deviations: the largest cycle counts, there as here.
         let mut truth: Option<Hunting> = None;
         for start in plan.starts {
-            let mut bench = Judged::new(plant, software(model, settings)?, settings, settings.divider(), self.seed)?;
+            let mut bench = FastBench::new(plant, software(model, settings)?, settings, settings.divider(), self.seed)?;
             let mut deviations = Vec::new();
             let reference = Setpoint { position: start + self.off, ..Setpoint::default() };
             for cycle in 0..(DURATION * settings.tick_rate) as u64 {

@@ -25,7 +25,7 @@ const HEAD: &str = "\
 noise as well, own friction and its bristles up to twice or half as much; 1 to 10 kHz), which the software knows. \
 *Observed* is the stiffness of the desired bristles from which on the load torque changes by more than 20 mN·m rms from \
 millisecond to millisecond while the load sticks, in a hunting run of 15.5 s, to 3 %. A loop that is not stable may stay \
-below that for some while, above all at 1 kHz: there the prediction is far on the safe side; *predicted* is `stickslip::design::stiffness_limit`. Made \
+below that for some while, above all at 1 kHz: there the prediction is far on the safe side; *predicted* is `stickslip::design::stiffness_limit`. RunOrigin \
 by `cargo xtask study margins`; all numbers are in `margins.json`.
 
 | law | benches | predicted/observed: least | median | greatest | predicted at least half of observed |

@@ -2,7 +2,7 @@
 
 use stickslip::DesignError;
 use stickslip::design::{self, CHATTER_LIMIT, STIFFNESSES};
-use stickslip::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, Trace};
+use stickslip::fidelity::{Cell, Mismatch, Role, Runs, Scenario, TestBed, Trace};
 use stickslip::noise::Normals;
 use stickslip::{Error, LawChoice, Residual, Tracking, Watch};
 use stickslip_core::friction::Model;
@@ -36,7 +36,7 @@ pub(crate) fn bench(law: LawChoice<f64>, seed: u64) -> Result<Cell, Error> {
         normals.pair(channel, 0)[0].clamp(-2.0, 2.0)
     };
     let rate = RATES[(seed as usize) % RATES.len()];
-    let mut cell = Bed::find("prototype")?.cell(seed.is_multiple_of(2), rate, Mismatch::PERFECT);
+    let mut cell = TestBed::find("prototype")?.cell(seed.is_multiple_of(2), rate, Mismatch::PERFECT);
     let (plant, model) = (&mut cell.preset.plant, &mut cell.preset.model);
     let mut third = || 1.0 + 0.15 * normal();
     for value in [

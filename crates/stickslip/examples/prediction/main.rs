@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 use stickslip::figure::{Axis, Figure, Role, Series};
 use stickslip::fit::{Choice, Profile, choose};
+use stickslip::identify::cross_validation::{Fit, Friction, NAMES, would_tell};
 use stickslip::identify::servo::{self, Fitted, Kind};
-use stickslip::identify::unseen::{Fit, Friction, NAMES, would_tell};
 use stickslip::{Error, Summary, Watch, output};
 use study::{EMPS_BLOCKS, Emps, XL330_GROUPS, Xl330};
 
@@ -41,7 +41,7 @@ const HEAD: &str = "\
 Each friction is fitted to a part of a recording and simulates the rest, which its fit has not seen: the closed loop with \
 its controller, from the measured state at the begin. Then the next part is left out. A friction is called better than a \
 simpler one only if its error on the parts is smaller by more than the standard error of the difference; parts of one \
-recording are alike, so that this is the least that must be asked. Made by `cargo xtask study prediction`; the numbers \
+recording are alike, so that this is the least that must be asked. RunOrigin by `cargo xtask study prediction`; the numbers \
 are in `prediction.json`.
 ";
 

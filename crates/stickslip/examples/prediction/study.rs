@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use stickslip::identify::cross_validation::{Blocks, Fit, Friction, NAMES};
 use stickslip::identify::servo::{Kind, Servo};
-use stickslip::identify::unseen::{Blocks, Fit, Friction, NAMES};
 use stickslip::identify::{Loop, Motion};
 use stickslip::machine::{Machine, Run, Signals};
 use stickslip::recording::Recording;

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use stickslip::bench::{Clocked, Wishes};
+use stickslip::bench::{ThreadSettings, TimingReport};
 use stickslip::live::protocol::{Answer, Call, Status};
 use stickslip::live::{Live, Start};
 use stickslip::parameters::presets;
@@ -66,7 +66,7 @@ pub(crate) struct Left {
     pub(crate) seen: Vec<Seen>,
     pub(crate) tuned: Tuned,
     pub(crate) measured: Measured,
-    pub(crate) clocked: Clocked,
+    pub(crate) clocked: TimingReport,
 }
 
 impl Crowd {
@@ -74,7 +74,7 @@ impl Crowd {
     pub(crate) fn gather(
         preset: &str,
         rate: f64,
-        wishes: Wishes,
+        wishes: ThreadSettings,
         project: &Path,
         file: PathBuf,
     ) -> Result<Self, Error> {

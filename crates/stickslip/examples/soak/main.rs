@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use crowd::{SIGNALS, VIEWERS};
 use soak::soak;
-use stickslip::bench::Wishes;
+use stickslip::bench::ThreadSettings;
 use stickslip::run::channels;
 use stickslip::{Error, Summary, output};
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Error> {
     output::create_folder(&folder)?;
     let room = std::env::temp_dir().join(format!("stickslip-soak-{}", std::process::id()));
     output::create_folder(&room)?;
-    let soaked = soak(rate, seconds, Wishes::default(), &room)?;
+    let soaked = soak(rate, seconds, ThreadSettings::default(), &room)?;
     // The record of an hour is a gigabyte.
     let _ = std::fs::remove_dir_all(&room);
 
@@ -59,7 +59,7 @@ fn main() -> Result<(), Error> {
         "# Does it lose anything?\n\n\
          {seconds:.0} s of `clm-bench` by the clock at {rate} Hz: homed, then a sine under the rendering law with \
          bristles. Everything was attached: all {} signals of every cycle recorded, {VIEWERS} viewers with {SIGNALS} \
-         streamed signals each, a master of XCP that measures 20 signals in every cycle, captures around a trigger, a change of parameters each second. Made by `cargo xtask \
+         streamed signals each, a master of XCP that measures 20 signals in every cycle, captures around a trigger, a change of parameters each second. RunOrigin by `cargo xtask \
          study soak` on a virtual machine with two cores, compilers busy beside it; all numbers are in `soak.json`, a \
          run of a minute is a test.\n\n| | |\n|-|-|\n",
         channels().len()

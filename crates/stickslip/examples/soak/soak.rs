@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use stickslip::bench::Wishes;
+use stickslip::bench::ThreadSettings;
 use stickslip::run::{Replayed, Stored};
 use stickslip::{Error, Watch};
 
@@ -28,7 +28,7 @@ pub(crate) struct Soaked {
 }
 
 /// Soaks for so many seconds; the folder takes the record.
-pub(crate) fn soak(rate: f64, seconds: f64, wishes: Wishes, folder: &Path) -> Result<Soaked, Error> {
+pub(crate) fn soak(rate: f64, seconds: f64, wishes: ThreadSettings, folder: &Path) -> Result<Soaked, Error> {
     let file = folder.join("run.mf4");
     let crowd = Crowd::gather("clm-bench", rate, wishes, &folder.join("project"), file.clone())?;
     let begin = Instant::now();

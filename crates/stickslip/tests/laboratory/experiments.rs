@@ -7,7 +7,7 @@ use stickslip::bench::{Bench, Command, VirtualBench};
 use stickslip::experiment::{
     BreakawayPlan, FrictionPlan, PreslidingPlan, home, measure_breakaway, measure_friction, measure_presliding,
 };
-use stickslip::{Error, Preset, Watch, parameters, truth};
+use stickslip::{Error, Preset, Watch, parameters, true_friction};
 
 fn homed(name: &str, change: impl Fn(&mut Preset<f64>)) -> VirtualBench {
     let mut preset: Preset<f64> =
@@ -34,7 +34,7 @@ fn breakaway_is_the_static_friction_at_rest() {
     let mut bench = homed("clm-bench", |_| {});
     let plan = BreakawayPlan { angles: 2.0, repetitions: 2.0, ..BreakawayPlan::default() };
     let breakaway = measure_breakaway(&plan, &mut bench, &Watch::silent()).unwrap();
-    let exact = truth::own_friction(bench.truth(), 1e-9);
+    let exact = true_friction::own_friction(bench.truth(), 1e-9);
     assert!(breakaway.complete && breakaway.warnings().is_empty(), "{:?}", breakaway.warnings());
     assert_eq!(breakaway.ramps.len(), 8);
     for direction in [1.0, -1.0] {

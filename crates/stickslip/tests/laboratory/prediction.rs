@@ -8,8 +8,8 @@ use std::path::Path;
 use serde_json::Value;
 use stickslip::Watch;
 use stickslip::fit::choose;
+use stickslip::identify::cross_validation::{Fit, Friction, NAMES};
 use stickslip::identify::servo::{self, Kind, Servo};
-use stickslip::identify::unseen::{Fit, Friction, NAMES};
 use stickslip_core::fields::Fields as _;
 use study::{EMPS_BLOCKS, Emps, XL330_GROUPS, Xl330};
 

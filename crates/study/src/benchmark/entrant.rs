@@ -169,7 +169,7 @@ impl Entrant {
     /// made in the folder. Values of its parameters may follow the file: `servo.so,gain=6,damping=0.1`.
     ///
     /// # Errors
-    /// As [`Entrant::find`] and [`ForeignFile::open`](stickslip_bench::foreign::ForeignFile::open); a value that is no number.
+    /// As [`Entrant::find`] and [`ExternalFile::open`](stickslip_bench::external::ExternalFile::open); a value that is no number.
     pub fn open(name: &str, folder: &Path) -> Result<Self, Error> {
         let is_own =
             |path: &str| Path::new(path).extension().is_some_and(|ending| OWN.iter().any(|own| ending == *own));
@@ -187,7 +187,7 @@ impl Entrant {
         };
         let values = values.split(',').filter(|text| !text.is_empty()).map(|text| {
             let problem = || format!("\"{text}\" sets no parameter of it: write NAME=VALUE, with a number");
-            value(text).ok_or_else(|| BenchError::Foreign { path: path.into(), problem: problem() })
+            value(text).ok_or_else(|| BenchError::External { path: path.into(), problem: problem() })
         });
         let loaded = Loaded::open(path, values.collect::<Result<_, _>>()?, &folder.join(own))?;
         Ok(Entrant { name: name.into(), source: Source::Loaded(loaded) })

@@ -11,7 +11,7 @@ use super::Manoeuvre;
 use super::run::run_with;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
-use stickslip_bench::foreign::{Foreign, ForeignFile, read};
+use stickslip_bench::external::{External, ExternalFile, read};
 use stickslip_simulate::manoeuvre::Course;
 use stickslip_simulate::simulation::Sample;
 
@@ -20,10 +20,10 @@ use stickslip_simulate::simulation::Sample;
 pub(super) struct Loaded(Arc<Opened>);
 
 struct Opened {
-    file: ForeignFile,
+    file: ExternalFile,
     /// SHA-256 of what it was made of, with the values that were given.
     follows_from: String,
-    idle: Mutex<Vec<Foreign>>,
+    idle: Mutex<Vec<External>>,
     /// What it failed of first.
     fault: Mutex<Option<Fault>>,
 }
@@ -31,7 +31,7 @@ struct Opened {
 impl Loaded {
     /// Opens it with these values, and makes a library of it in the folder where it is a function in Python.
     pub(super) fn open(path: &Path, values: Vec<(String, f64)>, folder: &Path) -> Result<Self, Error> {
-        let given = ForeignFile { path: path.into(), values, ..ForeignFile::default() };
+        let given = ExternalFile { path: path.into(), values, ..ExternalFile::default() };
         let file = given.made(folder, &mut |_| {})?;
         let first = file.open(folder, &mut |_| {})?;
         // What it was made of: a compiler may write other bytes each time.
@@ -62,19 +62,19 @@ impl Loaded {
     ) -> Result<Option<Course>, Error> {
         let Opened { file, idle, fault, .. } = &*self.0;
         let waits = lock(idle).pop();
-        let mut foreign = match waits {
-            Some(foreign) => foreign,
+        let mut external = match waits {
+            Some(external) => external,
             None => file.open(Path::new(""), &mut |_| {})?,
         };
         let settings = &preset.bench;
-        let begun = foreign.begin(settings.control_period(), settings.controller.torque_limit());
+        let begun = external.begin(settings.control_period(), settings.controller.torque_limit());
         let mut failed = begun.err();
         let mut course = None;
         if failed.is_none() {
             let mut torque = |sample: &Sample| {
                 let Sample { time, reference, measured_angle, measured_velocity } = *sample;
                 let input = AxisControlInput { reference, measured_angle, measured_velocity };
-                let stepped = foreign.step(&read(time, &input));
+                let stepped = external.step(&read(time, &input));
                 failed = stepped.err();
                 stepped.ok()
             };
@@ -82,8 +82,8 @@ impl Loaded {
         }
         match failed {
             // Whatever it is now, it is not asked again.
-            Some(why) => drop(lock(fault).get_or_insert(foreign.told(why))),
-            None => lock(idle).push(foreign),
+            Some(why) => drop(lock(fault).get_or_insert(external.told(why))),
+            None => lock(idle).push(external),
         }
         Ok(course)
     }

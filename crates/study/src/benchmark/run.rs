@@ -7,9 +7,9 @@ use super::Manoeuvre;
 use stickslip_base::preset::Preset;
 use stickslip_base::{Error, Watch};
 use stickslip_design::software;
-use stickslip_simulate::judged::{ABREAST, Abreast, Judged};
+use stickslip_simulate::fast_bench::{FastBench, LANES, LaneNumber};
 use stickslip_simulate::manoeuvre::Course;
-use stickslip_simulate::simulation::{Brought, Sample, sample};
+use stickslip_simulate::simulation::{DelayedTorque, Sample, sample};
 
 /// Time at rest before it begins [s].
 const REST: f64 = 0.3;
@@ -40,8 +40,8 @@ pub(crate) fn run_with(
 ) -> Result<Option<Course>, Error> {
     let (bench, run) = Run::new(preset, manoeuvre, seed, chance)?;
     let (tick, divider, dt) = (run.tick, preset.bench.divider(), preset.bench.tick_time());
-    let mut brought = Brought::default();
-    let mut torque = |bench: &Judged, cycle: u64, reference: Setpoint<f64>| {
+    let mut brought = DelayedTorque::default();
+    let mut torque = |bench: &FastBench, cycle: u64, reference: Setpoint<f64>| {
         let read = || controller(&sample(&tick, bench, cycle as f64 * dt, reference)).ok_or(());
         brought.torque(cycle, divider, read).ok()
     };
@@ -71,11 +71,11 @@ pub fn run_abreast(
         }
     }
     while let Some((_, first, _)) = waiting.first() {
-        let like: Judged = first.clone();
+        let like: FastBench = first.clone();
         let (mut indices, mut benches, mut runs) = (Vec::new(), Vec::new(), Vec::new());
         let mut others = Vec::new();
         for (index, bench, run) in waiting {
-            if benches.len() < ABREAST && bench.beside(&like) {
+            if benches.len() < LANES && bench.beside(&like) {
                 indices.push(index);
                 benches.push(bench);
                 runs.push(run);
@@ -84,7 +84,7 @@ pub fn run_abreast(
             }
         }
         waiting = others;
-        let wide = if benches.len() < WORTH_LANES { None } else { Judged::abreast(&benches) };
+        let wide = if benches.len() < WORTH_LANES { None } else { FastBench::abreast(&benches) };
         let courses = match wide {
             Some(bench) => follow(bench, &mut runs, None, watch)?,
             None => {
@@ -118,12 +118,17 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(preset: &'a Preset<f64>, manoeuvre: Manoeuvre, seed: u64, chance: f64) -> Result<(Judged, Run<'a>), Error> {
+    fn new(
+        preset: &'a Preset<f64>,
+        manoeuvre: Manoeuvre,
+        seed: u64,
+        chance: f64,
+    ) -> Result<(FastBench, Run<'a>), Error> {
         let settings = &preset.bench;
         let divider = settings.divider();
         let mut tick = software(&preset.model, settings)?;
         tick.law = stickslip_core::render::Law::Off;
-        let bench = Judged::new(&preset.plant, tick, settings, divider, seed)?;
+        let bench = FastBench::new(&preset.plant, tick, settings, divider, seed)?;
         let (reference, duration) = manoeuvre.reference(preset, chance);
         let setpoints = Generator::new(reference, settings.tick_rate);
         let in_samples = |time: f64| ((time / settings.control_period()).round() as u64) * divider;
@@ -143,11 +148,11 @@ impl<'a> Run<'a> {
 }
 
 /// Torque of somebody else in a tick [N m]; without one every run has failed.
-type Torque<'a, T> = &'a mut dyn FnMut(&Judged<T>, u64, Setpoint<T>) -> Option<T>;
+type Torque<'a, T> = &'a mut dyn FnMut(&FastBench<T>, u64, Setpoint<T>) -> Option<T>;
 
 /// Lets each lane follow its set-points to the end, or to where it leaves its limits.
-fn follow<T: Abreast>(
-    mut bench: Judged<T>,
+fn follow<T: LaneNumber>(
+    mut bench: FastBench<T>,
     runs: &mut [Run<'_>],
     mut torque: Option<Torque<'_, T>>,
     watch: &Watch,
@@ -201,7 +206,7 @@ fn follow<T: Abreast>(
     Ok(courses)
 }
 
-fn with_lane<T: Abreast>(all: Setpoint<T>, lane: usize, one: Setpoint<f64>) -> Setpoint<T> {
+fn with_lane<T: LaneNumber>(all: Setpoint<T>, lane: usize, one: Setpoint<f64>) -> Setpoint<T> {
     Setpoint {
         position: all.position.with_lane(lane, one.position),
         velocity: all.velocity.with_lane(lane, one.velocity),
@@ -260,7 +265,7 @@ mod tests {
         assert!(bench(1, 2).beside(&bench(0, 2)));
         assert!(!bench(3, 2).beside(&bench(0, 2)), "another model of friction");
         assert!(!bench(1, 3).beside(&bench(0, 2)), "another noise");
-        let wide = |count: usize| Judged::abreast(&vec![bench(0, 2); count]).is_some();
-        assert_eq!([0, 1, ABREAST, ABREAST + 1].map(wide), [false, true, true, false]);
+        let wide = |count: usize| FastBench::abreast(&vec![bench(0, 2); count]).is_some();
+        assert_eq!([0, 1, LANES, LANES + 1].map(wide), [false, true, true, false]);
     }
 }

@@ -174,7 +174,10 @@ fn frictions_are_those_of_the_drive_and_beliefs_follow_them() {
     let on = FRICTIONS[2].on(&preset());
     let torque = on.bench.controller.torque_limit();
     assert_eq!(on.model.own.breakaway_torque, 0.225 * torque);
-    assert!((stickslip_experiment::truth::own_friction(&on.plant, 10.0) - on.model.own.magnitude(10.0)).abs() < 1e-9);
+    assert!(
+        (stickslip_experiment::true_friction::own_friction(&on.plant, 10.0) - on.model.own.magnitude(10.0)).abs()
+            < 1e-9
+    );
     let off = VARIATIONS[1].of(&on);
     assert_eq!(off.model.own.kinetic_torque, 0.7 * on.model.own.kinetic_torque);
     assert_eq!(off.plant, on.plant);

@@ -19,11 +19,11 @@
 //! This benchmark is the judge: it looks at the true machine, which no experiment may.
 //!
 //! ```
-//! use stickslip_study::fidelity::{Bed, Cell, Mismatch, Role, Runs, Scenario, scores};
+//! use stickslip_study::fidelity::{TestBed, Cell, Mismatch, Role, Runs, Scenario, scores};
 //! use stickslip_base::Watch;
 //! use stickslip_core::render::Law;
 //!
-//! let mut cell = Bed::find("prototype")?.cell(true, 4000.0, Mismatch::PERFECT);
+//! let mut cell = TestBed::find("prototype")?.cell(true, 4000.0, Mismatch::PERFECT);
 //! let bench = &cell.preset;
 //! cell.law = Law::Paper(stickslip_design::difference_torque(&bench.bench.desired, &bench.model, &bench.bench));
 //! let (scenarios, seeds, threads) = ([Scenario::SINE_2HZ], [1, 2], 1);
@@ -33,16 +33,16 @@
 //! # Ok::<(), stickslip_base::Error>(())
 //! ```
 
-mod bed;
 mod corrected;
 mod plan;
 mod report;
 mod study;
+mod test_bed;
 
-pub use bed::Bed;
 pub use plan::{Group, Plan, Selection, known};
 pub use stickslip_simulate::fidelity::*;
 pub use study::{Outcome, Row, run_plan};
+pub use test_bed::TestBed;
 
 #[cfg(test)]
 mod tests;

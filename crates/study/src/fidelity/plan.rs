@@ -1,6 +1,6 @@
 //! Which cells are compared.
 
-use super::{Bed, MISMATCHES, Mismatch, SCENARIOS, Scenario};
+use super::{MISMATCHES, Mismatch, SCENARIOS, Scenario, TestBed};
 use stickslip_base::Error;
 use stickslip_simulate::fidelity::law::{AUTO, LAWS, PAPER};
 
@@ -104,7 +104,7 @@ impl Selection {
     /// at 4 kHz and with the mismatch `real` unless said otherwise.
     ///
     /// # Errors
-    /// [`Error::NothingToCompare`] where a name is not known; as [`Bed::find`].
+    /// [`Error::NothingToCompare`] where a name is not known; as [`TestBed::find`].
     pub fn plan(&self) -> Result<Plan, Error> {
         let mismatches: Vec<Mismatch> = known("mismatch", &self.mismatches, MISMATCHES, |mismatch| mismatch.name)?;
         let scenarios: Vec<Scenario> = known("scenario", &self.scenarios, SCENARIOS, |scenario| scenario.name)?;
@@ -144,7 +144,7 @@ impl Selection {
     fn groups(&self, block: &Block) -> Result<Vec<Group>, Error> {
         let mut groups = Vec::new();
         for preset in &block.presets {
-            let has_wheel = Bed::find(preset)?.has_wheel();
+            let has_wheel = TestBed::find(preset)?.has_wheel();
             let set_up = |wheel: &bool| (has_wheel || !wheel) && self.wheel.is_none_or(|only| only == *wheel);
             for &rate in &block.rates {
                 for &mismatch in &block.mismatches {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use stickslip_core::plant::Plant;
 
-use super::{Bed, Cell, Group, LAWS, Mismatch, Pick, Plan, Role, Runs, Scenario, Score, Trace, pick_law, scores};
+use super::{Cell, Group, LAWS, Mismatch, Pick, Plan, Role, Runs, Scenario, Score, TestBed, Trace, pick_law, scores};
 use stickslip_base::{Error, Watch};
 use stickslip_simulate::fidelity::law::{AUTO, PAPER, best_width, has_width, search_references, search_runs, with_law};
 use stickslip_simulate::fidelity::machine;
@@ -178,7 +178,7 @@ impl Work<'_> {
             .take_while(|other| !std::ptr::eq(*other, group))
             .map(|other| self.runs(other))
             .sum();
-        let cell = Bed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
+        let cell = TestBed::find(&group.preset)?.cell(group.wheel, group.rate, group.mismatch);
         let picked = self.picked(group, &cell)?;
         let auto = picked.as_ref().map_or("", |pick| pick.name);
         // What is found in common is counted as done.

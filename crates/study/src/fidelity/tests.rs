@@ -15,11 +15,11 @@ use stickslip_base::preset::{
 use stickslip_base::statistics::{bootstrap, mean};
 use stickslip_base::{Error, Watch};
 use stickslip_design as design;
+use stickslip_simulate::fast_bench::FastBench;
 use stickslip_simulate::fidelity::machine;
-use stickslip_simulate::judged::Judged;
 
 fn cell(wheel: bool, mismatch: Mismatch) -> Cell {
-    Bed::find("prototype").unwrap().cell(wheel, 4000.0, mismatch)
+    TestBed::find("prototype").unwrap().cell(wheel, 4000.0, mismatch)
 }
 
 fn runs(cell: &Cell, role: Role, scenarios: &[Scenario], seeds: &[u64]) -> Runs {
@@ -208,10 +208,10 @@ fn the_curve_is_corrected_where_that_may_mend_something_and_where_it_is_asked_fo
 #[test]
 fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
     for name in ["prototype", "clm-bench"] {
-        let bed = Bed::find(name).unwrap();
+        let bed = TestBed::find(name).unwrap();
         for wheel in [true, false] {
             let cell = bed.cell(wheel, 4000.0, Mismatch::PERFECT);
-            let truth = |speed: f64| stickslip_experiment::truth::own_friction(&cell.preset.plant, speed);
+            let truth = |speed: f64| stickslip_experiment::true_friction::own_friction(&cell.preset.plant, speed);
             for speed in [0.1, 1.0, 10.0] {
                 // The curve with the wheel of clm-bench is a fit of two contacts, within 0.2 % of M_S.
                 let believed = cell.preset.model.own.magnitude(speed);
@@ -221,7 +221,7 @@ fn without_its_wheel_a_bed_has_the_friction_that_it_believes() {
         let breakaway = |wheel| bed.cell(wheel, 4000.0, Mismatch::PERFECT).preset.model.own.breakaway_torque;
         assert!(breakaway(false) < 0.5 * breakaway(true));
     }
-    assert!(matches!(Bed::find("emps"), Err(Error::NothingToRender { .. })));
+    assert!(matches!(TestBed::find("emps"), Err(Error::NothingToRender { .. })));
 }
 
 #[test]
@@ -359,7 +359,7 @@ fn a_name_that_is_none_is_told_with_those_that_are() {
 
 /// An arm of a fifth of the load inertia on a spring of 10 Hz and a tenth that moves with the carriage.
 fn with_arm(bed: &str, rate: f64) -> Cell {
-    let mut cell = Bed::find(bed).unwrap().cell(true, rate, Mismatch::PERFECT);
+    let mut cell = TestBed::find(bed).unwrap().cell(true, rate, Mismatch::PERFECT);
     let (load, omega) = (cell.preset.model.drive.load_inertia, 2.0 * std::f64::consts::PI * 10.0);
     let inertia = 0.2 * load;
     cell.preset.bench.arm = Arm::Elastic(ElasticArm {
@@ -407,12 +407,12 @@ fn knocked(
     role: Role,
     torque: f64,
     change: impl FnOnce(&mut Tick<f64>),
-    mut seen: impl FnMut(&Judged, &TickOutput<f64>),
+    mut seen: impl FnMut(&FastBench, &TickOutput<f64>),
 ) {
     let settings = &cell.preset.bench;
     let mut tick = design::software(&cell.preset.model, settings).unwrap();
     change(&mut tick);
-    let mut bench = Judged::new(&machine(cell, role), tick, settings, settings.divider(), 1).unwrap();
+    let mut bench = FastBench::new(&machine(cell, role), tick, settings, settings.divider(), 1).unwrap();
     let second = settings.tick_rate as u64;
     for cycle in 0..3 * second {
         let knock = f64::from(u8::from((second..second + second / 100).contains(&cycle)));

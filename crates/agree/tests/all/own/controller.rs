@@ -4,7 +4,7 @@
 mod own_controller;
 
 use own_controller::SlidingMode;
-use stickslip::foreign::{Foreign, ModuleSample, Role};
+use stickslip::external::{External, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, module_of};
 use stickslip::load::load;
 use stickslip::{Preset, Watch, parameters};
@@ -14,11 +14,11 @@ use stickslip_core::control::ControllerInput;
 use super::served::Served;
 
 /// Its library, opened here.
-fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> Foreign {
+fn opened(controller: &SlidingMode<f64>, folder: &std::path::Path) -> External {
     let module = module_of(controller, "sliding_mode", 1e-3).expect("a name that C takes");
     let path = folder.join("sliding_mode.so");
     std::fs::write(&path, module.library().expect("a C compiler")).expect("the folder takes files");
-    Foreign::trusted(&path, Role::Controller).expect("a library of five functions")
+    External::trusted(&path, Role::Controller).expect("a library of five functions")
 }
 
 #[test]

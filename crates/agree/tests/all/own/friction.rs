@@ -6,7 +6,7 @@ mod own_friction;
 use std::process::Command;
 
 use own_friction::HessSoom;
-use stickslip::foreign::{Foreign, ModuleSample, Role};
+use stickslip::external::{External, ModuleSample, Role};
 use stickslip::generate::{Variables, Version, friction_module_of, own_friction};
 use stickslip_core::friction::{Bend, Bristle as _, advance};
 
@@ -52,7 +52,7 @@ fn as_a_library_on_a_served_bench_it_is_in_selector_form_scope_and_description()
     let project = tempfile::tempdir().expect("a temporary folder");
     let module = friction_module_of(&HessSoom::<f64>::default(), "hess_soom", 1e-3).expect("a name that C takes");
     let served = Served::with(module.library().expect("a C compiler"), Role::Friction, project.path());
-    let mut library = Foreign::trusted(&served.library, Role::Friction).expect("a library of five functions");
+    let mut library = External::trusted(&served.library, Role::Friction).expect("a library of five functions");
     library.begin(50e-6, 1.0).expect("it begins");
     let sliding = ModuleSample { estimated_velocity: -1.5, ..ModuleSample::default() };
     let torque = (0..20_000).fold(0.0, |_, _| library.step(&sliding).expect("a torque"));

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use stickslip::bench::Wishes;
-use stickslip::foreign::{ForeignFile, Role};
+use stickslip::bench::ThreadSettings;
+use stickslip::external::{ExternalFile, Role};
 use stickslip::live::protocol::{Answer, Call, Item};
 use stickslip::live::{Live, Start};
 use stickslip::xcp::Layout;
@@ -23,8 +23,8 @@ impl Served {
         let mut source = parameters::presets::find("clm-bench").expect("it is built in");
         let rate = [("bench.tick_rate", "1000")];
         source.text = parameters::set_all::<Preset<f64>>(&source.text, "here", &rate).expect("a rate");
-        let loaded = Some(ForeignFile { path: path.clone(), role, trust: true, ..ForeignFile::default() });
-        let start = Start { wishes: Wishes::PLAIN, loaded, ..Start::new(source, project) };
+        let loaded = Some(ExternalFile { path: path.clone(), role, trust: true, ..ExternalFile::default() });
+        let start = Start { wishes: ThreadSettings::PLAIN, loaded, ..Start::new(source, project) };
         Served { live: Live::start(start).expect("it starts"), library: path }
     }
 

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 /// Pages with short commands.
 const OTHERS: [&str; 8] =
-    ["introduction.md", "controllers.md", "files.md", "errors.md", "studies.md", "library.md", "fmu.md", "foreign.md"];
+    ["introduction.md", "controllers.md", "files.md", "errors.md", "studies.md", "library.md", "fmu.md", "external.md"];
 
 /// Recipes whose files other tests look at, too.
 pub(crate) static DRIVE_ENGINEER: LazyLock<TempDir> = LazyLock::new(|| run("drive-engineer.md"));

@@ -20,7 +20,7 @@ fn all() -> Vec<Message> {
         Message::Pressed(preload),
         Reason::TickTime.message(1.0, 2.0),
         Message::End,
-        Message::Clocked(Begin { tick_time: 1e-3 }),
+        Message::TimingReport(Begin { tick_time: 1e-3 }),
     ]
 }
 
@@ -53,7 +53,7 @@ fn every_flipped_bit_and_every_other_length_is_found() {
 }
 
 /// A frame whose checksum is right and whose content is not.
-fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), Garbled> {
+fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), FrameError> {
     let mut bytes = Message::Voltages(Voltages::default()).datagram(1).to_vec();
     bytes.truncate(bytes.len() - TAIL);
     change(&mut bytes);
@@ -65,12 +65,12 @@ fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), Garbled> 
 #[test]
 fn what_is_sealed_but_none_of_ours_is_named() {
     assert!(sealed(|_| ()).is_ok());
-    assert_eq!(sealed(|bytes| bytes[0] = b'X'), Err(Garbled::Mark));
-    assert_eq!(sealed(|bytes| bytes[2] = 1), Err(Garbled::Version(1)));
-    assert_eq!(sealed(|bytes| bytes[3] = 99), Err(Garbled::Kind(99)));
-    assert_eq!(sealed(|bytes| bytes.extend([0; 8])), Err(Garbled::Length(40)));
-    assert_eq!(sealed(|bytes| bytes.extend([0; 3])), Err(Garbled::Length(35)));
-    assert_eq!(sealed(|bytes| bytes.truncate(HEAD)), Err(Garbled::Length(16)));
+    assert_eq!(sealed(|bytes| bytes[0] = b'X'), Err(FrameError::Mark));
+    assert_eq!(sealed(|bytes| bytes[2] = 1), Err(FrameError::Version(1)));
+    assert_eq!(sealed(|bytes| bytes[3] = 99), Err(FrameError::Kind(99)));
+    assert_eq!(sealed(|bytes| bytes.extend([0; 8])), Err(FrameError::Length(40)));
+    assert_eq!(sealed(|bytes| bytes.extend([0; 3])), Err(FrameError::Length(35)));
+    assert_eq!(sealed(|bytes| bytes.truncate(HEAD)), Err(FrameError::Length(16)));
 }
 
 #[test]

@@ -53,7 +53,7 @@ fn over_both(test: impl Fn(&mut Paced, &mut Scripted)) {
                 }
                 std::thread::yield_now();
             };
-            assert_eq!((number, message), (0, Message::Clocked(Begin { tick_time: TICK })));
+            assert_eq!((number, message), (0, Message::TimingReport(Begin { tick_time: TICK })));
             machine.send(begun(1.0), 0);
             machine
         });
@@ -119,7 +119,7 @@ fn a_wrong_check_sum_loses_its_frame_alone() {
         };
         assert_eq!(tick(bench, machine, 0, garbled), Arrival::Missing);
         // The machine says that it got one which it could not read: it has held what it had.
-        let there = |machine: &mut Scripted, _: u64| machine.send(Reason::Garbled.message(0.0, 0.0), 0);
+        let there = |machine: &mut Scripted, _: u64| machine.send(Reason::FrameError.message(0.0, 0.0), 0);
         assert_eq!(tick(bench, machine, 1, there), Arrival::Missing);
         assert_eq!(tick(bench, machine, 2, Scripted::answer), Arrival::Readings(readings(3)));
         assert_eq!((bench.traffic.counts().garbled, bench.traffic.counts().missing), (3, 2));
@@ -144,7 +144,7 @@ fn until(bench: &mut Paced, machine: &mut Scripted, from: u64, kind: u8) -> u64 
 fn a_machine_that_was_started_anew_is_begun_with_again() {
     over_both(|bench, machine| {
         let stranger = |machine: &mut Scripted, number| machine.send(Reason::Stranger.message(0.0, 0.0), number);
-        assert_eq!(tick(bench, machine, 100, stranger), Arrival::Anew);
+        assert_eq!(tick(bench, machine, 100, stranger), Arrival::Restarted);
         let number = until(bench, machine, 101, 9);
         // Of a frame from before nothing follows any more.
         machine.send(Reason::Stranger.message(0.0, 0.0), 101);
@@ -160,7 +160,7 @@ fn a_machine_that_was_started_anew_is_begun_with_again() {
 fn a_machine_that_another_bench_has_is_left_to_it_until_it_is_free() {
     over_both(|bench, machine| {
         let taken = |machine: &mut Scripted, number| machine.send(Reason::Stranger.message(1.0, 0.0), number);
-        assert_eq!(tick(bench, machine, 0, taken), Arrival::Anew);
+        assert_eq!(tick(bench, machine, 0, taken), Arrival::Restarted);
         let retry = bench.retry;
         let number = until(bench, machine, 1, 3);
         assert!(number >= retry, "it asks now and then: {number}");

@@ -2,7 +2,7 @@
 
 use super::{Outcome, Plan};
 use crate::workflow::draw::{friction, plateaus, points};
-use crate::workflow::tell::rows;
+use crate::workflow::results::rows;
 use crate::{FrictionCurve, FrictionPlan, Plateau, measure_friction};
 use stickslip_base::figure::{Figure, Role, Series};
 use stickslip_base::quantity::{Estimate, NORMAL95, number};

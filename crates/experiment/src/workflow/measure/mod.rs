@@ -19,7 +19,7 @@ use stickslip_base::report::{Provenance, Report, Table};
 use stickslip_base::table::Column;
 use stickslip_base::{Error, Preset, Summary, Watch, parameters};
 use stickslip_bench::tap::Tap;
-use stickslip_bench::{Bench, Clocked, ClockedBench, VirtualBench};
+use stickslip_bench::{Bench, ClockedBench, TimingReport, VirtualBench};
 
 /// Column of a table of data: how far the friction wheel's linings were pressed on.
 pub(super) const PRELOAD: &str = "preload";
@@ -98,7 +98,7 @@ pub struct Measurement<P: Plan> {
     /// What it found.
     pub outcome: P::Outcome,
     /// How the clock was kept, where it was run by the clock.
-    pub clocked: Option<Clocked>,
+    pub clocked: Option<TimingReport>,
 }
 
 /// Switches a virtual bench on and measures as [`measure_on`]; who taps it gets every cycle.
@@ -220,7 +220,7 @@ impl<P: Plan> Measurement<P> {
     /// What a reader should know, each with a remedy.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.outcome.warnings();
-        warnings.extend(self.clocked.iter().flat_map(Clocked::warnings));
+        warnings.extend(self.clocked.iter().flat_map(TimingReport::warnings));
         warnings
     }
 

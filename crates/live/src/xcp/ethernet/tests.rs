@@ -8,7 +8,7 @@ use crate::protocol::{Answer, Call, Status};
 use crate::xcp::frame::{self, Next};
 use crate::xcp::{MAX_DTO, MEASUREMENTS};
 use stickslip_base::parameters::presets;
-use stickslip_bench::Wishes;
+use stickslip_bench::ThreadSettings;
 
 use super::*;
 
@@ -29,7 +29,7 @@ fn open() -> Bench {
         stickslip_base::parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000")
             .unwrap();
     let project = tempfile::tempdir().unwrap();
-    let start = Start { wishes: Wishes::PLAIN, ..Start::new(source, project.path()) };
+    let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Arc::new(Live::start(start).unwrap());
     let anywhere = "127.0.0.1:0".parse().ok();
     let xcp = Xcp::open(&live, Doors { udp: anywhere, tcp: anywhere }, SHORT).unwrap();
@@ -55,7 +55,7 @@ impl Bench {
         }
     }
 
-    fn stop(self) -> stickslip_bench::Clocked {
+    fn stop(self) -> stickslip_bench::TimingReport {
         self.xcp.stop();
         Arc::into_inner(self.live).expect("no door holds it any more").stop().unwrap()
     }

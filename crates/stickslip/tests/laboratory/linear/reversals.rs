@@ -5,11 +5,11 @@ use stickslip_core::control::reference::{Generator, Reference, Setpoint, Sine};
 use stickslip_core::tick::Order;
 
 use stickslip::design::{software, tune};
-use stickslip::judged::Judged;
+use stickslip::fast_bench::FastBench;
 use stickslip::parameters::{self, presets};
 use stickslip::workflow::position_loop::{as_cascade, as_state_feedback};
 use stickslip::{
-    AdaptiveChoice, Belief, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice,
+    AdaptiveChoice, AssumedFriction, CompensationChoice, ControllerChoice, CurveChoice, FeedforwardChoice,
     FrictionObserverChoice, FriedlandParkChoice, Preset, Settings, Watch,
 };
 
@@ -47,7 +47,7 @@ pub(super) fn run(
     let settings = &preset.bench;
     let dt = settings.tick_time();
     let tick = software(&preset.model, settings).unwrap();
-    let mut bench = Judged::new(&preset.plant, tick, settings, settings.divider(), 7).unwrap();
+    let mut bench = FastBench::new(&preset.plant, tick, settings, settings.divider(), 7).unwrap();
     for cycle in 0..(duration / dt) as u64 {
         let reference = next();
         bench.tick(Order { control: 1.0, reference, ..Order::default() });
@@ -81,7 +81,7 @@ pub(super) fn reversal_peak(preset: &Preset<f64>, compensation: CompensationChoi
 fn compensation_takes_the_peaks_off_the_reversals() {
     let preset = tuned(as_cascade);
     let peak = |compensation| 1e3 * reversal_peak(&preset, compensation);
-    let believed = |share| Belief { desired: 0.0, share };
+    let believed = |share| AssumedFriction { desired: 0.0, share };
     let fed_forward = |share| CompensationChoice::Feedforward(FeedforwardChoice { belief: believed(share) });
     let adaptive_from =
         |share| CompensationChoice::Adaptive(AdaptiveChoice { belief: believed(share), ..AdaptiveChoice::default() });

@@ -6,7 +6,7 @@
 use super::*;
 use stickslip::ControllerChoice;
 use stickslip::bench::tap::tap;
-use stickslip::bench::{Change, ClockedBench, Frame, Request, Traveller, Wishes};
+use stickslip::bench::{Change, ClockedBench, Frame, Request, SpeedRamp, ThreadSettings};
 use stickslip::load::load_by_the_clock;
 use stickslip_core::supervise::{Fault, SafetyState};
 
@@ -35,13 +35,13 @@ fn faulty(folder: &Path, fault: usize) -> PathBuf {
 /// wanted: what was said of it, and all cycles.
 fn fallen(
     bench: &mut ClockedBench,
-    foreign: Foreign,
+    external: External,
     stream: &mut stickslip::bench::tap::Stream,
 ) -> (String, Vec<Frame>) {
-    bench.bring(foreign).expect("it begins");
+    bench.bring(external).expect("it begins");
     let angle = bench.step(Order::default()).expect("nothing is wrong yet").angle;
     while stream.sample().is_some() {}
-    let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+    let mut traveller = SpeedRamp::new(angle, 200.0, 1e-3);
     let ended = (0..4000).find_map(|_| {
         let order = Order { setpoint: traveller.toward(12.0), control: true, ..Order::default() };
         bench.hand_over(order).err()
@@ -74,7 +74,7 @@ fn way(frames: &[Frame], preset: &Preset<f64>) -> (f64, f64) {
 fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
     let preset = slow();
     let (tap, mut stream) = tap(1 << 16);
-    let mut bench = ClockedBench::virtual_machine(&preset, 1, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::virtual_machine(&preset, 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
     const LATE: &str = "ms after its sample began";
     let said = [
@@ -96,13 +96,13 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
         loop {
             // Longer than it is late, and than its reason is waited for.
             let patience = Duration::from_secs(1);
-            let mut foreign = if trusted {
-                Foreign::trusted(&library, Role::Controller).unwrap()
+            let mut external = if trusted {
+                External::trusted(&library, Role::Controller).unwrap()
             } else {
-                Foreign::apart_within(&library, Role::Controller, &here(), patience).unwrap()
+                External::in_own_process_within(&library, Role::Controller, &here(), patience).unwrap()
             };
-            foreign.set("sample", 30.0).unwrap();
-            let (told, frames) = fallen(&mut bench, foreign, &mut stream);
+            external.set("sample", 30.0).unwrap();
+            let (told, frames) = fallen(&mut bench, external, &mut stream);
             let mut right = told.contains(said);
             if right {
                 let (way, allowed) = way(&frames, &preset);
@@ -111,7 +111,7 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
             }
             if right && fault == 1 {
                 // A loop without an end is ended, and then it is known what it was. Not so where it was late before.
-                let silent = Fault::Foreign(Role::Controller, ForeignFault::Silent { time: 1.0 });
+                let silent = Fault::External(Role::Controller, ExternalFault::Silent { time: 1.0 });
                 let named = (0..2000).any(|_| {
                     std::thread::sleep(Duration::from_millis(5));
                     bench.refresh().unwrap();
@@ -124,7 +124,7 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
                 assert!(moved, "{fault}: it moved");
             }
             let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
-            let (calls, _) = guest.foreign().durations();
+            let (calls, _) = guest.external().durations();
             assert!(calls.count >= 30 || told.contains(LATE), "{fault}: {calls:?}");
             bench.change(Change::Request(Request::Acknowledge)).unwrap();
             bench.change(Change::Request(Request::Arm)).unwrap();
@@ -138,7 +138,7 @@ fn each_fault_by_the_clock_is_named_and_braked_for_and_the_bench_lives_on() {
         }
         // The preset's own controller moves it back.
         let angle = bench.step(Order::default()).unwrap().angle;
-        let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+        let mut traveller = SpeedRamp::new(angle, 200.0, 1e-3);
         for _ in 0..200 {
             let order = Order { setpoint: traveller.toward(-12.0), control: true, ..Order::default() };
             bench.hand_over(order).unwrap();
@@ -153,13 +153,13 @@ fn a_controller_that_keeps_up_is_followed() {
     let preset = slow();
     let folder = tempfile::tempdir().unwrap();
     let library = faulty(folder.path(), 9);
-    let mut bench = ClockedBench::virtual_machine(&preset, 1, Wishes::PLAIN, None).unwrap();
+    let mut bench = ClockedBench::virtual_machine(&preset, 1, ThreadSettings::PLAIN, None).unwrap();
     for tries in 0.. {
         stickslip::bench::home(&mut bench, &Watch::silent()).unwrap();
         bench.come_to_rest().unwrap();
-        bench.bring(Foreign::apart(&library, Role::Controller, &here()).unwrap()).unwrap();
+        bench.bring(External::in_own_process(&library, Role::Controller, &here()).unwrap()).unwrap();
         let angle = bench.step(Order::default()).unwrap().angle;
-        let mut traveller = Traveller::new(angle, 200.0, 1e-3);
+        let mut traveller = SpeedRamp::new(angle, 200.0, 1e-3);
         let mut torques = 0;
         let ended = (0..160).try_for_each(|_| {
             let order = Order { setpoint: traveller.toward(8.0), control: true, ..Order::default() };
@@ -170,7 +170,7 @@ fn a_controller_that_keeps_up_is_followed() {
         let ended =
             ended.and_then(|()| bench.drain(&mut |frame| torques += u32::from(frame.command.added_torque != 0.0)));
         let guest = bench.take_back(&preset.bench).unwrap().expect("it was brought");
-        let ((calls, _), responses) = (guest.foreign().durations(), guest.foreign().responses());
+        let ((calls, _), responses) = (guest.external().durations(), guest.external().responses());
         match ended {
             Ok(()) if guest.lateness().1 == 0 => {
                 // All but what the first sample and the last one lack: where they begin, the clock says.
@@ -194,11 +194,12 @@ fn manoeuvres_by_the_clock_replay_without_the_controller() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
-    let mut foreign = Foreign::apart(&library, Role::Controller, &here()).unwrap();
+    let mut external = External::in_own_process(&library, Role::Controller, &here()).unwrap();
     for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {
-        foreign.set(name, value).unwrap();
+        external.set(name, value).unwrap();
     }
-    let loaded = load_by_the_clock(&slow(), foreign, 0.0, 3, Some(&run), Wishes::PLAIN, &Watch::silent()).unwrap();
+    let loaded =
+        load_by_the_clock(&slow(), external, 0.0, 3, Some(&run), ThreadSettings::PLAIN, &Watch::silent()).unwrap();
     let replayed = replay(&Record::read(&run).unwrap(), &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
     let value = |name: &str| loaded.summary().value(name);

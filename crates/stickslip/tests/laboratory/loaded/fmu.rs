@@ -4,14 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use stickslip::bench::foreign::{Foreign, Role};
+use stickslip::bench::external::{External, Role};
 use stickslip::generate::{Version, fmu};
 use stickslip::load::{Loaded, load};
 use stickslip::run::{Record, replay};
 use stickslip::{Watch, design};
 use stickslip_core::block::Block as _;
 use stickslip_core::control::{ControllerInput, PositionControllerState};
-use stickslip_core::supervise::ForeignFault;
+use stickslip_core::supervise::ExternalFault;
 use stickslip_rt::ModuleSample;
 
 use super::fixture::{MAP, SIMULATION, description, library_path, map, packed, servo};
@@ -34,15 +34,15 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
         let made = fmu("position_controller", &preset, version, None, None).unwrap();
         let path = folder.path().join(&made.file);
         fs::write(&path, &made.bytes).unwrap();
-        let mut foreign = Foreign::trusted(&path, Role::Controller).unwrap();
-        let described = foreign.description();
+        let mut external = External::trusted(&path, Role::Controller).unwrap();
+        let described = external.description();
         assert_eq!(described.kind, format!("FMU {}.0", version.number()));
         assert_eq!((described.signals.len(), described.signals[0].unit.as_str()), (6, "rad"));
         // Its inputs for compensation keep what is right without one: the integral moves.
         assert!(described.notes[0].contains("input.integrates = 1.0"), "{:?}", described.notes);
         // Twice: the second begin remembers nothing of the first.
         for _ in 0..2 {
-            foreign.begin(period, 1.0).unwrap();
+            external.begin(period, 1.0).unwrap();
             let mut state = PositionControllerState::default();
             for k in 0..500 {
                 let time = f64::from(k) * period;
@@ -64,14 +64,20 @@ fn the_controller_of_the_house_comes_in_again_as_it_went_out() {
                     ..ControllerInput::default()
                 };
                 let expected = controller.step(&mut state, input, period).torque;
-                assert_eq!(foreign.step(&sample), Ok(expected), "{version:?}: sample {k}");
+                assert_eq!(external.step(&sample), Ok(expected), "{version:?}: sample {k}");
             }
         }
         // On the bench: the preset's own takes over without a bump, the FMU begins with nothing, and the noise is another.
         // Both leave a few thousandths of the deviation.
-        let loaded =
-            load(&preset, Foreign::apart(&path, Role::Controller, &here()).unwrap(), 0.0, 3, None, &Watch::silent())
-                .unwrap();
+        let loaded = load(
+            &preset,
+            External::in_own_process(&path, Role::Controller, &here()).unwrap(),
+            0.0,
+            3,
+            None,
+            &Watch::silent(),
+        )
+        .unwrap();
         assert_eq!(loaded.fault, None);
         let [brought, own] = ["controller", "own"].map(|who| of(&loaded, &format!("{who}.sine_0.5hz.rms")));
         assert!((brought / own - 1.0).abs() < 0.02, "{version:?}: {brought} {own}");
@@ -85,17 +91,17 @@ fn a_friction_of_the_house_comes_in_again_as_a_friction() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(&made.file);
     fs::write(&path, &made.bytes).unwrap();
-    let mut foreign = Foreign::trusted(&path, Role::Friction).unwrap();
-    let names: Vec<&str> = foreign.description().signals.iter().map(|signal| signal.name.as_str()).collect();
+    let mut external = External::trusted(&path, Role::Friction).unwrap();
+    let names: Vec<&str> = external.description().signals.iter().map(|signal| signal.name.as_str()).collect();
     assert_eq!(names, ["measured_angle", "estimated_velocity", "torque"]);
     let period = preset.bench.tick_time();
-    foreign.begin(period, 1.0).unwrap();
+    external.begin(period, 1.0).unwrap();
     let sliding = |k: u32| ModuleSample {
         measured_angle: 2.0 * period * f64::from(k),
         estimated_velocity: 2.0,
         ..ModuleSample::default()
     };
-    let torque = (0..2000).fold(0.0, |_, k| foreign.step(&sliding(k)).unwrap());
+    let torque = (0..2000).fold(0.0, |_, k| external.step(&sliding(k)).unwrap());
     let steady = preset.plant.screw_friction.steady_torque(2.0, sliding(2000).measured_angle, 0.0);
     assert!((torque - steady).abs() < 1e-3 * steady, "{torque} {steady}");
 }
@@ -106,19 +112,19 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
     for version in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
         let path = servo(folder.path(), version, 0);
-        let mut foreign = Foreign::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
-        let described = foreign.description().clone();
+        let mut external = External::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
+        let described = external.description().clone();
         assert_eq!((described.tool.as_deref(), described.step), (Some("Tool 7"), Some(0.0015)));
         assert!(described.notes[0].ends_with("start values: bias = 0.0."), "{:?}", described.notes);
         let signals: Vec<String> =
             described.signals.iter().map(|it| format!("{} {} {}", it.name, it.variable, it.unit)).collect();
         assert_eq!(signals[2..], ["measured_angle Encoder.phi deg", "torque Motor.'tau (out)' mN.m"]);
-        foreign.set("PI.k", 20.0).unwrap();
-        foreign.set("bias", 4.0).unwrap();
-        assert!(foreign.set("PI.k", 1001.0).unwrap_err().to_string().contains("outside 0 … 1000 mN.m/deg"));
-        assert!(foreign.set("PI.K", 1.0).unwrap_err().to_string().contains("Did you mean PI.k?"));
-        assert!(foreign.set("bias", f64::INFINITY).unwrap_err().to_string().contains("finite"));
-        foreign.begin(1e-3, 1.0).unwrap();
+        external.set("PI.k", 20.0).unwrap();
+        external.set("bias", 4.0).unwrap();
+        assert!(external.set("PI.k", 1001.0).unwrap_err().to_string().contains("outside 0 … 1000 mN.m/deg"));
+        assert!(external.set("PI.K", 1.0).unwrap_err().to_string().contains("Did you mean PI.k?"));
+        assert!(external.set("bias", f64::INFINITY).unwrap_err().to_string().contains("finite"));
+        external.begin(1e-3, 1.0).unwrap();
         for angle in [0.0, 0.1, -0.3] {
             let sample = ModuleSample {
                 reference_position: 0.2,
@@ -126,7 +132,7 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
                 measured_angle: angle,
                 ..ModuleSample::default()
             };
-            let torque = foreign.step(&sample).unwrap();
+            let torque = external.step(&sample).unwrap();
             let expected = 1e-3 * (20.0 * (0.2 - angle) * 180.0 / PI + 1.5 * 30.0 + 4.0);
             // Some roundings of conversion.
             assert!((torque - expected).abs() < 1e-12, "{version}: {torque} {expected}");
@@ -138,15 +144,16 @@ fn units_and_names_of_another_tool_are_those_of_the_bench() {
 fn what_is_tunable_becomes_another_between_two_steps() {
     for version in [2, 3] {
         let folder = tempfile::tempdir().unwrap();
-        let mut foreign = Foreign::trusted_as(&servo(folder.path(), version, 0), Role::Controller, &map(&MAP)).unwrap();
-        assert!(foreign.description().parameters.iter().all(|parameter| !parameter.fixed));
-        let mut console = foreign.console();
-        foreign.begin(1e-3, 1.0).unwrap();
+        let mut external =
+            External::trusted_as(&servo(folder.path(), version, 0), Role::Controller, &map(&MAP)).unwrap();
+        assert!(external.description().parameters.iter().all(|parameter| !parameter.fixed));
+        let mut console = external.console();
+        external.begin(1e-3, 1.0).unwrap();
         let sample = ModuleSample { reference_position: 1f64.to_radians(), ..ModuleSample::default() };
         // A degree of deviation, by the gain and the bias [mN m].
         for (gain, bias) in [(35.0, 0.0), (50.0, 0.0), (50.0, 7.0), (20.0, -1.0)] {
             let told = console.put(&[gain, bias]);
-            let torque = foreign.step(&sample).unwrap();
+            let torque = external.step(&sample).unwrap();
             assert!((torque - 1e-3 * (gain + bias)).abs() < 1e-12, "{torque} N m of {gain} and {bias}");
             assert_eq!(console.verdict(told), Some(0));
         }
@@ -160,10 +167,11 @@ fn a_run_with_an_fmu_replays_without_it_and_its_report_says_what_it_was() {
     let run = folder.path().join("run.mf4");
     let host = here().mapping(&map(&MAP[..1]));
     // The host of this test takes one mapping: the other variables are called as signals are.
-    let told = Foreign::apart(&path, Role::Controller, &host).err().expect("the torque is missing").to_string();
+    let told =
+        External::in_own_process(&path, Role::Controller, &host).err().expect("the torque is missing").to_string();
     assert!(told.contains("--map torque=NAME. Its outputs: Motor.'tau (out)'"), "{told}");
-    let foreign = Foreign::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
-    let loaded = load(&preset(), foreign, 0.0, 1, Some(&run), &Watch::silent()).unwrap();
+    let external = External::trusted_as(&path, Role::Controller, &map(&MAP)).unwrap();
+    let loaded = load(&preset(), external, 0.0, 1, Some(&run), &Watch::silent()).unwrap();
     assert_eq!(loaded.fault, None);
     let said = loaded.remarks().join("\n");
     for part in [
@@ -203,10 +211,10 @@ fn each_fault_of_an_fmu_is_named_with_its_last_message() {
         let folder = tempfile::tempdir().unwrap();
         // The names of the house, since the host of this test takes one mapping at most.
         let path = renamed(folder.path(), version, fault);
-        let told = match Foreign::apart_within(&path, Role::Controller, &here(), Duration::from_millis(300)) {
+        let told = match External::in_own_process_within(&path, Role::Controller, &here(), Duration::from_millis(300)) {
             Err(error) => error.to_string(),
-            Ok(foreign) => {
-                let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+            Ok(external) => {
+                let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
                 assert!(of(&loaded, "own.sine_0.5hz.rms") < 0.1, "{fault}: the bench lives on");
                 loaded.fault.unwrap_or_default()
             }
@@ -234,9 +242,9 @@ fn renamed(folder: &Path, version: u32, fault: usize) -> PathBuf {
 fn a_folder_of_an_fmu_goes_with_it_even_after_a_crash() {
     let folder = tempfile::tempdir().unwrap();
     let path = renamed(folder.path(), 3, 1);
-    let mut foreign = Foreign::apart(&path, Role::Controller, &here()).unwrap();
-    foreign.begin(1e-3, 1.0).unwrap();
-    let crashed = (0..301).find_map(|_| foreign.step(&ModuleSample::default()).err());
-    assert_eq!(crashed, Some(ForeignFault::Crashed { signal: 11 }));
-    assert_eq!(foreign.said().as_deref(), Some("Step 300: the angle is wrong."));
+    let mut external = External::in_own_process(&path, Role::Controller, &here()).unwrap();
+    external.begin(1e-3, 1.0).unwrap();
+    let crashed = (0..301).find_map(|_| external.step(&ModuleSample::default()).err());
+    assert_eq!(crashed, Some(ExternalFault::Crashed { signal: 11 }));
+    assert_eq!(external.said().as_deref(), Some("Step 300: the angle is wrong."));
 }

@@ -1,7 +1,7 @@
 //! Controllers in C, compiled here: a good one, and one for each fault.
 
 mod clocked;
-#[path = "../../../../bench/src/foreign/fmu/tests/fixture.rs"]
+#[path = "../../../../bench/src/external/fmu/tests/fixture.rs"]
 mod fixture;
 mod fmu;
 mod roles;
@@ -12,14 +12,14 @@ use std::time::Duration;
 
 use stickslip_rt::FloatingPoint;
 
-use stickslip::bench::foreign::process::{Host, host};
-use stickslip::bench::foreign::*;
+use stickslip::bench::external::process::{Host, host};
+use stickslip::bench::external::*;
 use stickslip::bench::{Bench as _, Command as Order, VirtualBench};
 use stickslip::load::{self, load};
 use stickslip::parameters::presets::find;
 use stickslip::run::{Record, replay};
 use stickslip::{Error, Preset, Watch};
-use stickslip_core::supervise::ForeignFault;
+use stickslip_core::supervise::ExternalFault;
 
 /// Named in the environment of a process of a test that is to be a host, and the one mapping that it takes.
 const HOSTED: &str = "STICKSLIP_TEST_HOST";
@@ -57,7 +57,7 @@ fn compiled(folder: &Path, source: &str, options: &[&str]) -> PathBuf {
     let compiler = compiler.args(["-O1", "-Wall", "-Werror", "-shared", "-fPIC"]).args(options);
     let compiler = compiler
         .arg("-I")
-        .arg(here.join("../bench/src/foreign"))
+        .arg(here.join("../bench/src/external"))
         .arg("-o")
         .arg(&library)
         .arg(here.join(source))
@@ -81,28 +81,28 @@ fn other_values_go_with_a_sample_and_what_it_says_of_them_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), "tests/laboratory/loaded/tuned.c", &[]);
     let sample = ModuleSample { reference_position: 1.0, ..ModuleSample::default() };
-    for mut foreign in [
-        Foreign::trusted(&library, Role::Controller).unwrap(),
-        Foreign::apart(&library, Role::Controller, &here()).unwrap(),
+    for mut external in [
+        External::trusted(&library, Role::Controller).unwrap(),
+        External::in_own_process(&library, Role::Controller, &here()).unwrap(),
     ] {
-        let mut console = foreign.console();
-        foreign.begin(1e-3, 1.0).unwrap();
-        assert_eq!(foreign.step(&sample), Ok(1.0));
+        let mut console = external.console();
+        external.begin(1e-3, 1.0).unwrap();
+        assert_eq!(external.step(&sample), Ok(1.0));
         let taken = console.put(&[2.0, 0.0, 0.25]);
-        assert_eq!((foreign.step(&sample), console.verdict(taken)), (Ok(2.25), Some(0)));
+        assert_eq!((external.step(&sample), console.verdict(taken)), (Ok(2.25), Some(0)));
         let refused = console.put(&[6.0, 0.0, 0.5]);
         assert_eq!(
-            (foreign.step(&sample), console.verdict(refused)),
+            (external.step(&sample), console.verdict(refused)),
             (Ok(2.25), Some(-2)),
             "it goes on with the last ones"
         );
-        assert_eq!((foreign.step(&sample), foreign.values()), (Ok(2.25), &[2.0, 0.0, 0.25][..]));
+        assert_eq!((external.step(&sample), external.values()), (Ok(2.25), &[2.0, 0.0, 0.25][..]));
         // Out of force they wait for its begin.
         let waits = console.put(&[3.0, 0.0, 0.0]);
-        assert!(foreign.take_for_begin() && !foreign.take_for_begin());
+        assert!(external.take_for_begin() && !external.take_for_begin());
         assert_eq!(console.verdict(waits), Some(0));
-        foreign.begin(1e-3, 1.0).unwrap();
-        assert_eq!(foreign.step(&sample), Ok(3.0));
+        external.begin(1e-3, 1.0).unwrap();
+        assert_eq!(external.step(&sample), Ok(3.0));
         console.count();
         assert_eq!(console.durations().0.count, 5);
     }
@@ -113,11 +113,11 @@ fn the_example_is_followed_by_the_bench_and_its_run_replays_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), EXAMPLE, &[]);
     let run = folder.path().join("run.mf4");
-    let trusted = Foreign::trusted(&library, Role::Controller).unwrap();
+    let trusted = External::trusted(&library, Role::Controller).unwrap();
     assert_eq!((trusted.description().name.as_str(), trusted.hash().len()), ("P-PI cascade", 64));
     let here_it_is = load(&preset(), trusted, 0.0, 3, Some(&run), &Watch::silent()).unwrap();
     assert_eq!(here_it_is.fault, None);
-    let apart = Foreign::apart(&library, Role::Controller, &here()).unwrap();
+    let apart = External::in_own_process(&library, Role::Controller, &here()).unwrap();
     let apart = load(&preset(), apart, 0.0, 3, None, &Watch::silent()).unwrap();
     let of = |loaded: &load::Loaded, name: &str| loaded.summary().value(name).unwrap();
     let rms = "controller.sine_0.5hz.rms";
@@ -144,8 +144,9 @@ fn each_fault_is_named_and_braked_for_and_the_bench_lives_on() {
     for (fault, said) in said.into_iter().enumerate() {
         let folder = tempfile::tempdir().unwrap();
         let library = faulty(folder.path(), fault);
-        let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
-        let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+        let external =
+            External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+        let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
         let told = loaded.fault.as_deref().unwrap_or("nothing");
         assert!(told.contains(said), "{fault}: {told}");
         assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "{fault}: it lives on");
@@ -159,29 +160,30 @@ fn a_controller_that_writes_over_the_shared_memory_harms_itself_alone() {
     let folder = tempfile::tempdir().unwrap();
     let library = faulty(folder.path(), 7);
     for sample in [0.0, 1.0, 300.0] {
-        let mut foreign =
-            Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
-        foreign.set("sample", sample).unwrap();
-        foreign.begin(1e-3, 1.0).unwrap();
+        let mut external =
+            External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+        external.set("sample", sample).unwrap();
+        external.begin(1e-3, 1.0).unwrap();
         // Any number, or any fault: what it is, its own words decide.
-        let torques = (0..400).map_while(|_| foreign.step(&ModuleSample::default()).ok());
+        let torques = (0..400).map_while(|_| external.step(&ModuleSample::default()).ok());
         assert!(torques.inspect(|torque| assert!(torque.is_finite())).count() as f64 >= sample);
     }
-    let foreign = Foreign::apart_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
-    let loaded = load(&preset(), foreign, 0.0, 1, None, &Watch::silent()).unwrap();
+    let external =
+        External::in_own_process_within(&library, Role::Controller, &here(), Duration::from_millis(200)).unwrap();
+    let loaded = load(&preset(), external, 0.0, 1, None, &Watch::silent()).unwrap();
     assert!(loaded.summary().value("own.sine_0.5hz.rms").is_some_and(|rms| rms < 0.1), "it lives on");
 }
 
 #[test]
 fn a_mode_that_a_trusted_library_changes_is_restored_and_a_fault() {
     let folder = tempfile::tempdir().unwrap();
-    let mut foreign = Foreign::trusted(&faulty(folder.path(), 5), Role::Controller).unwrap();
-    foreign.set("sample", 0.0).unwrap();
-    foreign.begin(1e-3, 1.0).unwrap();
-    assert_eq!(foreign.step(&ModuleSample::default()), Err(ForeignFault::FloatingPoint));
+    let mut external = External::trusted(&faulty(folder.path(), 5), Role::Controller).unwrap();
+    external.set("sample", 0.0).unwrap();
+    external.begin(1e-3, 1.0).unwrap();
+    assert_eq!(external.step(&ModuleSample::default()), Err(ExternalFault::FloatingPoint));
     assert!(FloatingPoint::standard().was_standard());
-    assert!(foreign.set("sample", -1.0).unwrap_err().to_string().contains("outside 0 … 1000000000 1"));
-    assert!(foreign.set("gain", 0.0).unwrap_err().to_string().contains("The controller has: sample."));
+    assert!(external.set("sample", -1.0).unwrap_err().to_string().contains("outside 0 … 1000000000 1"));
+    assert!(external.set("gain", 0.0).unwrap_err().to_string().contains("The controller has: sample."));
 }
 
 #[test]
@@ -189,15 +191,17 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let text = folder.path().join("text.so");
     std::fs::write(&text, "no library").unwrap();
-    let refused = |opened: Result<Foreign, Error>| opened.err().expect("it is no controller").to_string();
-    for opened in [Foreign::trusted(&text, Role::Controller), Foreign::apart(&text, Role::Controller, &here())] {
+    let refused = |opened: Result<External, Error>| opened.err().expect("it is no controller").to_string();
+    for opened in
+        [External::trusted(&text, Role::Controller), External::in_own_process(&text, Role::Controller, &here())]
+    {
         let told = refused(opened);
         assert!(told.contains("text.so") && told.contains("cc -shared -fPIC"), "{told}");
     }
     let library = compiled(folder.path(), "tests/laboratory/loaded/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
-    assert!(refused(Foreign::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
+    assert!(refused(External::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
     let nobody = Host { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
-    assert!(refused(Foreign::apart(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
+    assert!(refused(External::in_own_process(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
 }
 
 #[test]
@@ -226,11 +230,11 @@ fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
         let folder = folder.path().join(case.to_string());
         std::fs::create_dir(&folder).unwrap();
         let library = compiled(&folder, "tests/laboratory/loaded/described.c", &[&format!("-DCASE={case}")]);
-        let refused = Foreign::trusted(&library, Role::Controller).err().expect("it is wrong").to_string();
+        let refused = External::trusted(&library, Role::Controller).err().expect("it is wrong").to_string();
         assert!(refused.contains(said) && refused.contains("controller.so: "), "{case}: {refused}");
     }
     // What is right, and refuses to begin.
     let library = compiled(folder.path(), "tests/laboratory/loaded/described.c", &["-DCASE=99"]);
-    let begun = Foreign::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
-    assert_eq!(begun, Err(ForeignFault::Failed { code: -1 }));
+    let begun = External::trusted(&library, Role::Controller).unwrap().begin(1e-3, 1.0);
+    assert_eq!(begun, Err(ExternalFault::Failed { code: -1 }));
 }

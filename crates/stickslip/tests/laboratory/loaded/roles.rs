@@ -36,8 +36,8 @@ fn the_friction_of_the_examples_is_felt_and_its_run_replays_without_it() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), SLIP, &[]);
     let run = folder.path().join("run.mf4");
-    let foreign = Foreign::apart(&library, Role::Friction, &here()).unwrap();
-    let loaded = load(&residual(), foreign, 12.0, 3, Some(&run), &Watch::silent()).unwrap();
+    let external = External::in_own_process(&library, Role::Friction, &here()).unwrap();
+    let loaded = load(&residual(), external, 12.0, 3, Some(&run), &Watch::silent()).unwrap();
     println!("{}", loaded.table().lines().join("\n"));
     println!("{}", loaded.remarks().join("\n"));
     assert_eq!(loaded.fault, None);
@@ -67,20 +67,20 @@ fn a_friction_of_the_house_as_a_library_is_felt_as_the_house_renders_it() {
     let path = folder.path().join("elasto_plastic.so");
     std::fs::write(&path, module.library().unwrap()).unwrap();
     let plan = FrictionPlan { slowest: 0.5, speeds: 5.0, ..FrictionPlan::quick() };
-    let measured = |foreign: Option<Foreign>| -> FrictionCurve {
+    let measured = |external: Option<External>| -> FrictionCurve {
         let mut bench = VirtualBench::new(&preset, 3).unwrap();
         home(&mut bench, &Watch::silent()).unwrap();
         bench.come_to_rest().unwrap();
-        match foreign {
-            Some(foreign) => bench.bring(foreign).unwrap(),
+        match external {
+            Some(external) => bench.bring(external).unwrap(),
             None => bench.set_law(stickslip_simulate::rendering_law(&preset.model, &preset.bench).unwrap()).unwrap(),
         }
         measure_friction(&plan, &mut bench, true, &Watch::silent()).unwrap()
     };
-    let foreign = measured(Some(Foreign::trusted(&path, Role::Friction).unwrap()));
+    let external = measured(Some(External::trusted(&path, Role::Friction).unwrap()));
     let house = measured(None);
-    assert!(foreign.kept().count() == 10 && house.kept().count() == 10);
-    let largest = foreign.plateaus.iter().zip(&house.plateaus).fold(0.0f64, |most, (a, b)| {
+    assert!(external.kept().count() == 10 && house.kept().count() == 10);
+    let largest = external.plateaus.iter().zip(&house.plateaus).fold(0.0f64, |most, (a, b)| {
         println!("{:8.3} rad/s: {:.5} {:.5} ± {:.5} N m", a.set_velocity, a.torque, b.torque, b.standard_error);
         most.max((a.torque - b.torque).abs())
     });
@@ -92,8 +92,8 @@ fn a_friction_of_the_house_as_a_library_is_felt_as_the_house_renders_it() {
 fn the_law_of_the_examples_renders_as_the_one_of_the_house() {
     let folder = tempfile::tempdir().unwrap();
     let library = compiled(folder.path(), DIFFERENCE, &[]);
-    let foreign = Foreign::trusted(&library, Role::Law).unwrap();
-    let loaded = load(&preset(), foreign, 12.0, 3, None, &Watch::silent()).unwrap();
+    let external = External::trusted(&library, Role::Law).unwrap();
+    let loaded = load(&preset(), external, 12.0, 3, None, &Watch::silent()).unwrap();
     println!("{}", loaded.table().lines().join("\n"));
     println!("{}", loaded.remarks().join("\n"));
     assert_eq!(loaded.fault, None);
@@ -115,9 +115,9 @@ fn each_fault_of_a_friction_or_a_law_is_named_with_its_role_and_the_bench_lives_
             let folder = tempfile::tempdir().unwrap();
             let library = faulty_friction(folder.path(), fault);
             let patience = Duration::from_millis(200);
-            let foreign = Foreign::apart_within(&library, role, &here(), patience).unwrap();
+            let external = External::in_own_process_within(&library, role, &here(), patience).unwrap();
             // What is measured is stopped; that it is homed again behind it, `load` itself makes sure of.
-            let loaded = load(&residual(), foreign, SHORT, 1, None, &Watch::silent()).unwrap();
+            let loaded = load(&residual(), external, SHORT, 1, None, &Watch::silent()).unwrap();
             let told = loaded.fault.as_deref().unwrap_or("nothing");
             assert!(told.contains(said) && told.contains(&format!("the {role}")), "{role} {fault}: {told}");
             assert!(loaded.summary().value("rendered.rms").is_none());
@@ -134,9 +134,9 @@ fn a_friction_in_the_loop_brakes_softly_where_it_fails_and_the_preset_renders_ag
     let mut bench = VirtualBench::new(&preset, 1).unwrap();
     home(&mut bench, &Watch::silent()).unwrap();
     bench.come_to_rest().unwrap();
-    bench.bring(Foreign::trusted(&faulty_friction(folder.path(), 2), Role::Friction).unwrap()).unwrap();
+    bench.bring(External::trusted(&faulty_friction(folder.path(), 2), Role::Friction).unwrap()).unwrap();
     let angle = bench.step(Order::default()).unwrap().angle;
-    let mut traveller = stickslip::bench::Traveller::new(angle, 200.0, preset.bench.tick_time());
+    let mut traveller = stickslip::bench::SpeedRamp::new(angle, 200.0, preset.bench.tick_time());
     let mut torques = Vec::new();
     let ended = (0..4000).find_map(|_| {
         let order = Order { setpoint: traveller.toward(10.0), control: true, render: true, ..Order::default() };
@@ -164,13 +164,13 @@ fn a_law_that_follows_a_desired_friction_is_refused_beside_a_friction() {
     let library = compiled(folder.path(), SLIP, &[]);
     let mut preset = preset();
     preset.bench.law = LawChoice::Admittance(Tracking::default());
-    let opened = || Foreign::trusted(&library, Role::Friction).unwrap();
+    let opened = || External::trusted(&library, Role::Friction).unwrap();
     let refused = load(&preset, opened(), SHORT, 1, None, &Watch::silent()).err().expect("it is refused").to_string();
     assert!(refused.contains("admittance law") && refused.contains("bench.law.kind"), "{refused}");
     // A law of a file takes its place, and is not refused.
     let mut bench = VirtualBench::new(&preset, 1).unwrap();
     assert!(bench.bring(opened()).is_err());
-    bench.bring(Foreign::trusted(&library, Role::Law).unwrap()).unwrap();
+    bench.bring(External::trusted(&library, Role::Law).unwrap()).unwrap();
 }
 
 #[test]
@@ -187,10 +187,11 @@ fn a_library_of_before_reads_what_it_knows() {
         ..ModuleSample::default()
     };
     for role in Role::ALL {
-        for mut foreign in [Foreign::trusted(&library, role).unwrap(), Foreign::apart(&library, role, &here()).unwrap()]
+        for mut external in
+            [External::trusted(&library, role).unwrap(), External::in_own_process(&library, role, &here()).unwrap()]
         {
-            foreign.begin(1e-3, 1.0).unwrap();
-            assert_eq!(foreign.step(&sample), Ok(0.5 + 2.0 + 3.0), "{role}");
+            external.begin(1e-3, 1.0).unwrap();
+            assert_eq!(external.step(&sample), Ok(0.5 + 2.0 + 3.0), "{role}");
         }
     }
 }

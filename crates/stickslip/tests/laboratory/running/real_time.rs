@@ -1,6 +1,6 @@
 //! An experiment in real time.
 
-use stickslip::bench::{ClockedBench, VirtualBench, Wishes, home};
+use stickslip::bench::{ClockedBench, ThreadSettings, VirtualBench, home};
 use stickslip::experiment::{FrictionPlan, measure_friction};
 use stickslip::parameters::presets;
 use stickslip::{Preset, Watch};
@@ -16,7 +16,7 @@ fn preset() -> Preset<f64> {
 #[test]
 fn an_experiment_in_real_time_gives_the_result_of_lockstep() {
     let plan = FrictionPlan { slowest: 20.0, fastest: 40.0, speeds: 2.0, ..FrictionPlan::quick() };
-    let mut clocked = ClockedBench::virtual_machine(&preset(), 1, Wishes::PLAIN, None).unwrap();
+    let mut clocked = ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, None).unwrap();
     home(&mut clocked, &Watch::silent()).unwrap();
     let by_clock = measure_friction(&plan, &mut clocked, false, &Watch::silent()).unwrap();
     let kept = clocked.stop().unwrap();

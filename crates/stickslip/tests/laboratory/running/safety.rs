@@ -7,7 +7,7 @@ use expect_test::expect_file;
 use stickslip::bench::faults::Kind;
 use stickslip::bench::tap::{Stream, tap};
 use stickslip::bench::{
-    Bench, Change, ClockedBench, Command, Faulty, FaultyBench, Frame, InProcess, Injection, Traveller, Wishes,
+    Bench, Change, ClockedBench, Command, Faulty, FaultyBench, Frame, InProcess, Injection, SpeedRamp, ThreadSettings,
 };
 use stickslip::experiment::home;
 use stickslip::run::{Record, replay};
@@ -78,7 +78,7 @@ fn hit(preset: &Preset<f64>, kind: Kind, velocity: f64) -> (FaultyBench, Outcome
     let first = bench.step(Command::default()).unwrap();
     let begin = (first.cycle + 1) as f64 * dt + MOVED;
     bench.inject(Injection::new(kind, begin)).unwrap();
-    let mut traveller = Traveller::new(first.angle, 1000.0, dt);
+    let mut traveller = SpeedRamp::new(first.angle, 1000.0, dt);
     let mut truth = Truth { count: bench.undisturbed().count, angle: 0.0 };
     let onset = first.cycle + 1 + (MOVED / dt).round() as u64;
     let (mut at_onset, mut fastest, mut standing) = (0.0, 0.0_f64, 0);
@@ -220,7 +220,7 @@ fn a_run_with_faults_replays_to_the_bit() {
         home(&mut bench, &Watch::silent()).unwrap();
         let first = bench.step(Command::default()).unwrap();
         bench.inject(Injection::new(kind, first.cycle as f64 * 1e-3 + 0.5)).unwrap();
-        let mut traveller = Traveller::new(first.angle, 500.0, 1e-3);
+        let mut traveller = SpeedRamp::new(first.angle, 500.0, 1e-3);
         for k in 0..2000 {
             let setpoint = traveller.toward(30.0 + 10.0 * (0.05 * f64::from(k)).sin());
             // The fault is told from then on.
@@ -244,12 +244,12 @@ fn by_the_clock_a_fault_stops_the_bench_and_the_record_of_it_replays() {
     let (machine, readings) = InProcess::new(&preset, 5).unwrap();
     let machine = Faulty::new(machine, readings, preset.model.encoder, preset.bench.tick_time());
     let (tap, mut stream) = tap(1 << 16);
-    let mut bench = ClockedBench::over(&preset, machine, readings, Wishes::PLAIN, Some(tap)).unwrap();
+    let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::PLAIN, Some(tap)).unwrap();
     let mut record = Record::new(&preset, Some(5), *bench.parameters());
     home(&mut bench, &Watch::silent()).unwrap();
     let first = bench.step(Command::default()).unwrap();
     bench.inject(Injection::new(Kind::EncoderStuck, 0.0)).unwrap();
-    let mut traveller = Traveller::new(first.angle, 500.0, 1e-3);
+    let mut traveller = SpeedRamp::new(first.angle, 500.0, 1e-3);
     let move_on = |_| {
         let setpoint = traveller.toward(20.0);
         bench.hand_over(Command { setpoint, control: true, ..Command::default() }).err()

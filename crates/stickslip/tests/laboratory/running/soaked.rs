@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use stickslip::bench::Wishes;
+use stickslip::bench::ThreadSettings;
 
 use super::crowd::{SIGNALS, VIEWERS};
 use super::soak;
@@ -13,7 +13,7 @@ const GROWTH: u64 = 16 << 20;
 #[test]
 fn half_a_minute_loses_no_cycle_and_memory_stays_flat() {
     let folder = tempfile::tempdir().unwrap();
-    let soaked = soak::soak(4000.0, 30.0, Wishes::PLAIN, folder.path()).unwrap();
+    let soaked = soak::soak(4000.0, 30.0, ThreadSettings::PLAIN, folder.path()).unwrap();
     let left = &soaked.left;
     assert!(soaked.replayed.identical() && soaked.replayed.machine, "{:?}", soaked.replayed);
     assert_eq!((soaked.lost, left.tuned.lost), (0, 0));

@@ -1,0 +1,13 @@
+//! Descriptions and archives of FMUs that no bench can run.
+
+mod archives;
+mod descriptions;
+mod fixture;
+
+use std::fs;
+use std::path::Path;
+
+use fixture::{MAP, SIMULATION, description, library_path, map, packed, servo};
+
+use super::*;
+use crate::external::External;

@@ -1,0 +1,47 @@
+//! The state of the software, kept and put back.
+
+use super::{Command, Software};
+use crate::snapshot::{StateVisitor, count, fields, flag};
+
+impl Software {
+    /// Everything that the next ticks depend on, parameters included; the length of a tick is whoever's that made it.
+    pub fn keep(&mut self, keep: &mut dyn StateVisitor) {
+        let Software {
+            parameters,
+            state,
+            safety,
+            tick_time: _,
+            cycle,
+            missed,
+            silent,
+            spoilt,
+            voltages,
+            command,
+            last,
+        } = self;
+        fields(keep, parameters);
+        fields(keep, state);
+        safety.keep(keep);
+        count(keep, cycle);
+        count(keep, missed);
+        count(keep, silent);
+        flag(keep, spoilt);
+        fields(keep, voltages);
+        command.keep(keep);
+        fields(keep, last);
+    }
+}
+
+impl Command {
+    fn keep(&mut self, keep: &mut dyn StateVisitor) {
+        let Command { setpoint, control, render, added_torque, added_load_torque, mark } = self;
+        fields(keep, setpoint);
+        flag(keep, control);
+        flag(keep, render);
+        keep.number(added_torque);
+        keep.number(added_load_torque);
+        let mut number = u64::from(*mark);
+        count(keep, &mut number);
+        *mark = number as u32;
+    }
+}

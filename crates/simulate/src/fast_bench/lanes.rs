@@ -1,0 +1,141 @@
+//! Machines side by side: one a lane.
+
+use stickslip_core::fields::{Field, Fields, Variant, Walk};
+use stickslip_core::scalar::Scalar;
+use stickslip_core::tick::{BenchInput, BenchState, TickOutput, VirtualBench};
+pub use stickslip_wide::LANES;
+use stickslip_wide::Wide;
+
+use super::FastBench;
+
+/// A number that stands for one run, or for several side by side.
+pub trait LaneNumber: Scalar {
+    /// The number of one of them.
+    fn lane(self, lane: usize) -> f64;
+
+    /// The same with another number for one of them.
+    #[must_use]
+    fn with_lane(self, lane: usize, value: f64) -> Self;
+
+    /// A tick of the bench; see [`VirtualBench::tick_of`].
+    fn tick(
+        bench: &VirtualBench<Self>,
+        steps: usize,
+        state: &mut BenchState<Self>,
+        input: BenchInput<Self>,
+        dt: Self,
+    ) -> TickOutput<Self> {
+        bench.tick_of(steps, state, input, dt)
+    }
+}
+
+impl LaneNumber for f64 {
+    fn lane(self, _: usize) -> f64 {
+        self
+    }
+
+    fn with_lane(self, _: usize, value: f64) -> Self {
+        value
+    }
+}
+
+impl LaneNumber for Wide {
+    fn lane(self, lane: usize) -> f64 {
+        self.0[lane]
+    }
+
+    fn with_lane(mut self, lane: usize, value: f64) -> Self {
+        self.0[lane] = value;
+        self
+    }
+
+    fn tick(
+        bench: &VirtualBench<Self>,
+        steps: usize,
+        state: &mut BenchState<Self>,
+        input: BenchInput<Self>,
+        dt: Self,
+    ) -> TickOutput<Self> {
+        stickslip_wide::tick(bench, steps, state, &input, dt)
+    }
+}
+
+impl FastBench {
+    /// Machines side by side, each [`beside`](FastBench::beside) the first; lanes that are left repeat the last. `None`
+    /// where there is no machine, or where there are more than lanes.
+    pub fn abreast(machines: &[FastBench]) -> Option<FastBench<Wide>> {
+        let (first, last) = (machines.first()?, machines.last()?);
+        if machines.len() > LANES {
+            return None;
+        }
+        let of = |lane: usize| machines.get(lane).unwrap_or(last);
+        Some(FastBench {
+            bench: gather(|lane| of(lane).bench),
+            state: gather(|lane| of(lane).state),
+            normals: first.normals,
+            ticks: first.ticks,
+            dt: first.dt,
+            divider: first.divider,
+            cycle: first.cycle,
+        })
+    }
+
+    /// Whether it may run in a lane beside another: all is the same but numbers.
+    pub fn beside(&self, other: &FastBench) -> bool {
+        let schedule = |it: &FastBench| (it.normals, it.ticks, it.dt.to_bits(), it.divider, it.cycle);
+        schedule(self) == schedule(other)
+            && contents(self.bench).configuration == contents(other.bench).configuration
+            && contents(self.state).configuration == contents(other.state).configuration
+    }
+}
+
+/// One struct of many: number by number, one a lane.
+fn gather<P: Fields<f64>>(lane: impl Fn(usize) -> P) -> P::With<Wide> {
+    let mut all = lane(0).map(&mut Wide::of);
+    for index in 1..LANES {
+        let numbers = contents(lane(index)).numbers;
+        all.contents(&mut Put { numbers: numbers.into_iter(), lane: index });
+    }
+    all
+}
+
+/// Numbers into one lane, in the order of declaration.
+struct Put {
+    numbers: std::vec::IntoIter<f64>,
+    lane: usize,
+}
+
+impl Walk<Wide> for Put {
+    fn number(&mut self, _: &'static Field, value: &mut Wide) {
+        value.0[self.lane] = self.numbers.next().expect("a struct has as many numbers over any kind");
+    }
+}
+
+/// What is in a struct, in the order of declaration.
+#[derive(Default)]
+struct Contents {
+    numbers: Vec<f64>,
+    /// Choices and fixed counts: what lanes share.
+    configuration: Vec<usize>,
+}
+
+impl Walk<f64> for Contents {
+    fn number(&mut self, _: &'static Field, value: &mut f64) {
+        self.numbers.push(*value);
+    }
+
+    fn choice(&mut self, _: &'static str, _: &'static [Variant], current: usize) -> usize {
+        self.configuration.push(current);
+        current
+    }
+
+    fn fixed(&mut self, count: &mut usize) {
+        self.configuration.push(*count);
+    }
+}
+
+fn contents(mut of: impl Fields<f64>) -> Contents {
+    let mut found = Contents::default();
+    of.contents(&mut found);
+    found
+}

@@ -1,0 +1,78 @@
+//! The virtual bench for who judges: the signal path closed over the machine, faster than any other and seen from within.
+//!
+//! No homing, no supervision, no commands; nothing that measures may use it, since it shows the truth. Over [`Lanes`]
+//! several machines run side by side, each with the bits that it has alone.
+//!
+//! [`Lanes`]: stickslip_core::scalar::Lanes
+
+mod lanes;
+
+pub use lanes::{LANES, LaneNumber};
+use stickslip_core::block::Block as _;
+use stickslip_core::fields::Fields as _;
+use stickslip_core::plant::{Plant, PlantInput, VirtualMachine};
+use stickslip_core::tick::{BenchInput, BenchState, Order, Tick, TickOutput, VirtualBench};
+
+use crate::integrator;
+use stickslip_base::Error;
+use stickslip_base::noise::{Normals, Ticks};
+use stickslip_base::preset::Settings;
+
+/// A machine under software, tick after tick; over lanes as many as there are lanes.
+#[derive(Clone, Debug)]
+pub struct FastBench<T = f64> {
+    bench: VirtualBench<T>,
+    state: BenchState<T>,
+    normals: Normals,
+    ticks: Ticks,
+    dt: f64,
+    divider: u64,
+    cycle: u64,
+}
+
+impl FastBench {
+    /// A machine at rest, the position controller due every `divider` ticks, with the noise of a seed.
+    ///
+    /// # Errors
+    /// What the integrator refuses.
+    pub fn new(
+        plant: &Plant<f64>,
+        tick: Tick<f64>,
+        settings: &Settings<f64>,
+        divider: u64,
+        seed: u64,
+    ) -> Result<Self, Error> {
+        let settings = shown_by(settings, plant);
+        let (dt, (steps, step)) = (settings.tick_time(), settings.plant_steps());
+        let machine = VirtualMachine { parts: integrator::prepare(plant, steps, step)? };
+        let bench = VirtualBench { machine, tick };
+        let mut state = BenchState::default();
+        // One tick at rest fills the pickups and gives the first readings.
+        state.measurement = bench.machine.step(&mut state.plant, PlantInput::default(), dt);
+        let ticks = Ticks::new(steps, step, plant.tick_jitter);
+        Ok(FastBench { bench, state, normals: Normals::new(seed), ticks, dt, divider, cycle: 0 })
+    }
+}
+
+impl<T: LaneNumber> FastBench<T> {
+    /// The next tick under an order, whose schedule is its own.
+    pub fn tick(&mut self, mut order: Order<T>) -> TickOutput<T> {
+        order.schedule(self.cycle, self.divider);
+        let noise = self.normals.of_tick(self.cycle).map(&mut T::of);
+        let input = BenchInput { order, external_torque: T::of(0.0), noise };
+        let steps = self.ticks.steps(&self.normals, self.cycle);
+        self.cycle += 1;
+        T::tick(&self.bench, steps, &mut self.state, input, T::of(self.dt))
+    }
+
+    /// Everything that is true.
+    pub fn truth(&self) -> &BenchState<T> {
+        &self.state
+    }
+}
+
+/// Settings whose step of the virtual machine shows the jitter of its ticks.
+fn shown_by(settings: &Settings<f64>, plant: &Plant<f64>) -> Settings<f64> {
+    let longest = if plant.tick_jitter > 0.0 { plant.tick_jitter } else { settings.plant_step };
+    Settings { plant_step: settings.plant_step.min(longest), ..*settings }
+}
