@@ -311,18 +311,29 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
     })
 }
 
-/// `ElastoPlastic` → `elasto-plastic`. An acronym stays together: `LuGre` → `lugre`, `PI` → `pi`.
+/// `ElastoPlastic` → `elasto-plastic`, `PointToPoint` → `point-to-point`. An acronym stays together: `LuGre` → `lugre`,
+/// `PI` → `pi`.
 fn kebab(ident: &str) -> String {
     let mut out = String::new();
-    let mut run = 0;
-    for (index, c) in ident.char_indices() {
-        // A capital begins a word only after three or more letters of the one before.
-        if c.is_uppercase() && index > 0 && run > 2 {
+    let (mut words, mut run) = (0, 0);
+    for c in ident.chars() {
+        // A capital starts a new word after three letters; after two within a name, such as `To`, but not at its start.
+        if c.is_uppercase() && (run > 2 || (run > 1 && words > 0)) {
             out.push('-');
-            run = 0;
+            (words, run) = (words + 1, 0);
         }
         run += 1;
         out.extend(c.to_lowercase());
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn variants_are_named_by_their_words_and_acronyms_stay_together() {
+        let names = ["ElastoPlastic", "PointToPoint", "LuGre", "PI", "PPi", "RandomStrokes", "Prbs"].map(super::kebab);
+        let expected = ["elasto-plastic", "point-to-point", "lugre", "pi", "ppi", "random-strokes", "prbs"];
+        assert_eq!(names, expected);
+    }
 }

@@ -77,6 +77,14 @@ fn line(text: &str, offset: usize) -> usize {
     1 + text.bytes().take(offset).filter(|byte| *byte == b'\n').count()
 }
 
+/// Former names of variants, accepted until 0.2, and the current ones.
+const FORMER: [(&str, &str); 1] = [("point-topoint", "point-to-point")];
+
+/// The current name of a variant.
+pub(super) fn current_name(name: &str) -> &str {
+    FORMER.iter().find(|(former, _)| *former == name).map_or(name, |(_, current)| current)
+}
+
 impl Found {
     /// The line of a path, or of the innermost group around it that stands in the text.
     fn line_of(&self, text: &str, path: &str) -> Option<usize> {
@@ -138,7 +146,7 @@ impl Found {
             self.report(text, &path, fault);
             return None;
         };
-        let chosen = variants.iter().position(|variant| variant.name == name.value());
+        let chosen = variants.iter().position(|variant| variant.name == current_name(name.value()));
         match chosen {
             Some(index) => drop(self.values.insert(path, Value64::Variant(index))),
             None => self.report(text, &path, Fault::unknown_variant(name.value(), variants)),

@@ -5,7 +5,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, TableLike, Value};
 
 use super::entry::within;
 use super::problem::ParameterProblems;
-use super::read::{read, scan};
+use super::read::{current_name, read, scan};
 use super::schema::{Description, describe, schema};
 use super::write::write_commented;
 use crate::Error;
@@ -140,7 +140,7 @@ fn drop_other_variants(text: &str, path: &str, variants: &'static [Variant]) -> 
         }
         names
     };
-    let Some(chosen) = variants.iter().find(|variant| variant.name == chosen) else { return text.into() };
+    let Some(chosen) = variants.iter().find(|variant| variant.name == current_name(chosen)) else { return text.into() };
     let kept = names(chosen);
     for name in variants.iter().flat_map(names).filter(|name| !kept.contains(name)) {
         table.remove(&name);

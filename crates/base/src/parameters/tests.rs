@@ -310,6 +310,16 @@ fn values_are_listed_and_compared_by_path() {
 }
 
 #[test]
+fn a_former_name_of_a_variant_is_accepted() {
+    use stickslip_core::control::reference::Reference;
+    for name in ["point-to-point", "point-topoint"] {
+        let moves =
+            read::<Reference<f64>>(&format!("reference = \"{name}\"\nmoves = 3"), "a.toml").expect("a known name");
+        assert!(matches!(moves, Reference::PointToPoint(moves) if moves.moves == 3.0), "{name}");
+    }
+}
+
+#[test]
 fn a_path_is_described_with_every_variant_that_has_it() {
     let describe =
         |path| describe::<Machine<f64>>(path).map(|rows| rows.iter().map(|r| r.to_string()).collect::<Vec<_>>());
