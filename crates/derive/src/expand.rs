@@ -3,7 +3,8 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 use syn::{
-    Data, DataEnum, DataStruct, DeriveInput, Error, Field, Fields, GenericParam, Ident, Result, Type, spanned::Spanned,
+    Attribute, Data, DataEnum, DataStruct, DeriveInput, Error, Field, Fields, GenericParam, Ident, Result, Type,
+    Variant, spanned::Spanned,
 };
 
 use crate::attribute::{self, Container};
@@ -37,15 +38,21 @@ fn is_number(ty: &Type, number: &Ident) -> bool {
     matches!(element(ty), Type::Path(path) if path.path.is_ident(number))
 }
 
+/// The help text of a field or variant, which must have one.
+fn help(ident: &Ident, attributes: &[Attribute]) -> Result<String> {
+    let help = attribute::help(attributes);
+    if help.is_empty() {
+        return Err(Error::new(ident.span(), format!("say in a doc comment what `{ident}` is: it is the help text")));
+    }
+    Ok(help)
+}
+
 /// The table row of a field.
 fn row(field: &Field, number: &Ident) -> Result<TokenStream> {
     let ident =
         field.ident.as_ref().ok_or_else(|| Error::new(field.span(), "fields need names: they go into files"))?;
     let name = ident.to_string();
-    let help = attribute::help(&field.attrs);
-    if help.is_empty() {
-        return Err(Error::new(ident.span(), format!("say in a doc comment what `{name}` is: it is the help text")));
-    }
+    let help = help(ident, &field.attrs)?;
     let ty = &field.ty;
     let attribute = attribute::number(&field.attrs)?;
     let shape = quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE);
@@ -122,24 +129,10 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
     let types: Vec<_> = varied.iter().map(|f| &f.ty).collect();
     let fixed: Vec<_> = fixed.iter().filter_map(|f| f.ident.as_ref()).collect();
     let index = 0..idents.len();
-    // A number has no laws of its own.
-    let groups = varied.iter().enumerate().filter(|(_, field)| !is_number(&field.ty, number));
-    let laws = groups.map(|(index, Field { ident, ty, .. })| {
-        quote! {
-            laws.enter(const { &<Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields()[#index] });
-            <#ty as ::stickslip_core::fields::Fields<#number>>::laws(&self.#ident, laws);
-            laws.leave();
-        }
-    });
     let help = attribute::doc(&input.attrs);
-    let law = container.law.as_ref().map(|path| quote!(for law in #path(self) { laws.state(law); }));
-    let check = container.check.as_ref().map(|path| {
-        quote! {
-            fn check(values: &#name<f64>) -> ::core::result::Result<(), ::stickslip_core::fields::ParameterError> {
-                #path(values)
-            }
-        }
-    });
+    let map_and_merge = struct_map_and_merge(name, number, &idents, &fixed);
+    let laws = struct_laws(number, &varied, container);
+    let check = check_function(name, container);
     Ok(quote! {
         #[automatically_derived]
         impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
@@ -164,32 +157,72 @@ fn expand_struct(input: &DeriveInput, data: &DataStruct, number: &Ident, contain
                 #(::stickslip_core::fields::Fixed::counts(&mut self.#fixed, walk);)*
             }
 
-            fn map<Other: ::stickslip_core::scalar::Scalar>(
-                &self,
-                convert: &mut dyn FnMut(#number) -> Other,
-            ) -> #name<Other> {
-                #name {
-                    #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)*
-                    #(#fixed: self.#fixed,)*
-                }
-            }
+            #map_and_merge
 
-            #[inline(always)]
-            fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
-                #name {
-                    #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)*
-                    #(#fixed: self.#fixed,)*
-                }
-            }
-
-            fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
-                #(#laws)*
-                #law
-            }
+            #laws
 
             #check
         }
     })
+}
+
+/// The functions `map` and `merge` of a struct with these fields and these fixed counts.
+fn struct_map_and_merge(name: &Ident, number: &Ident, idents: &[&Ident], fixed: &[&Ident]) -> TokenStream {
+    quote! {
+        fn map<Other: ::stickslip_core::scalar::Scalar>(
+            &self,
+            convert: &mut dyn FnMut(#number) -> Other,
+        ) -> #name<Other> {
+            #name {
+                #(#idents: ::stickslip_core::fields::Fields::<#number>::map(&self.#idents, convert),)*
+                #(#fixed: self.#fixed,)*
+            }
+        }
+
+        #[inline(always)]
+        fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
+            #name {
+                #(#idents: ::stickslip_core::fields::Fields::<#number>::merge(&self.#idents, &other.#idents, join),)*
+                #(#fixed: self.#fixed,)*
+            }
+        }
+    }
+}
+
+/// The function `laws` of a struct: those of its groups, then its own.
+fn struct_laws(number: &Ident, varied: &[&Field], container: &Container) -> TokenStream {
+    // A number has no laws of its own.
+    let groups = varied.iter().enumerate().filter(|(_, field)| !is_number(&field.ty, number));
+    let laws = groups.map(|(index, Field { ident, ty, .. })| {
+        quote! {
+            laws.enter(const { &<Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.fields()[#index] });
+            <#ty as ::stickslip_core::fields::Fields<#number>>::laws(&self.#ident, laws);
+            laws.leave();
+        }
+    });
+    let law = container.law.as_ref().map(|path| quote!(for law in #path(self) { laws.state(law); }));
+    quote! {
+        fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
+            #(#laws)*
+            #law
+        }
+    }
+}
+
+/// The function `check`, where the struct names one.
+fn check_function(name: &Ident, container: &Container) -> Option<TokenStream> {
+    let path = container.check.as_ref()?;
+    Some(quote! {
+        fn check(values: &#name<f64>) -> ::core::result::Result<(), ::stickslip_core::fields::ParameterError> {
+            #path(values)
+        }
+    })
+}
+
+/// A variant of an enum: its name, and its struct of numbers where it holds one.
+struct Choice<'a> {
+    ident: &'a Ident,
+    inner: Option<&'a Type>,
 }
 
 fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: &Container) -> Result<TokenStream> {
@@ -201,67 +234,18 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
         return Err(Error::new_spanned(check, "a law belongs to a struct: state it at the variant's struct"));
     }
     let mut table = Vec::new();
-    let mut defaults = Vec::new();
-    let mut arms = Vec::new();
-    for (index, variant) in data.variants.iter().enumerate() {
-        let ident = &variant.ident;
-        let help = attribute::help(&variant.attrs);
-        if help.is_empty() {
-            return Err(Error::new(
-                ident.span(),
-                format!("say in a doc comment what `{ident}` is: it is the help text"),
-            ));
-        }
-        let file_name = kebab(&ident.to_string());
-        let inner = match &variant.fields {
-            Fields::Unit => None,
-            Fields::Unnamed(fields) if fields.unnamed.len() == 1 => Some(&fields.unnamed[0].ty),
-            _ => return Err(Error::new(ident.span(), "a variant holds nothing or one struct of numbers")),
-        };
-        if let Some(ty) = inner
-            && (is_number(ty, number) || matches!(ty, Type::Array(_)))
-        {
-            return Err(Error::new(
-                ty.span(),
-                "a variant holds nothing or one struct of numbers: a number needs a name",
-            ));
-        }
-        let shape = match inner {
-            Some(ty) => quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE),
-            None => quote!(::stickslip_core::fields::Shape::Group(&[])),
-        };
-        table.push(quote!(::stickslip_core::fields::Variant { name: #file_name, help: #help, shape: #shape }));
-        defaults.push(match inner {
-            Some(_) => quote!(#name::#ident(::core::default::Default::default())),
-            None => quote!(#name::#ident),
-        });
-        arms.push((index, ident, inner));
+    let mut choices = Vec::new();
+    for variant in &data.variants {
+        let help = help(&variant.ident, &variant.attrs)?;
+        let choice = Choice { ident: &variant.ident, inner: held(variant, number)? };
+        table.push(variant_row(&choice, &help, number));
+        choices.push(choice);
     }
+    let defaults: Vec<_> = choices.iter().map(|choice| variant_default(name, choice)).collect();
     let first = defaults.first().ok_or_else(|| Error::new(name.span(), "a choice needs variants"))?;
-    let numbers = 0..defaults.len();
-    let current = arms.iter().map(|(i, ident, inner)| match inner {
-        Some(_) => quote!(#name::#ident(_) => #i),
-        None => quote!(#name::#ident => #i),
-    });
-    let contents = arms.iter().map(|(_, ident, inner)| match inner {
-        Some(ty) => {
-            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::contents(inner, walk))
-        }
-        None => quote!(#name::#ident => {}),
-    });
-    let map = arms.iter().map(|(_, ident, inner)| match inner {
-        Some(_) => quote!(#name::#ident(inner) => #name::#ident(::stickslip_core::fields::Fields::<#number>::map(inner, convert))),
-        None => quote!(#name::#ident => #name::#ident),
-    });
-    let merge = arms.iter().filter_map(|(_, ident, inner)| {
-        inner.map(|_| quote!((#name::#ident(a), #name::#ident(b)) => #name::#ident(::stickslip_core::fields::Fields::<#number>::merge(a, b, join))))
-    });
-    let laws = arms.iter().map(|(_, ident, inner)| match inner {
-        Some(ty) => {
-            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::laws(inner, laws))
-        }
-        None => quote!(#name::#ident => {}),
-    });
+    let contents = enum_contents(name, number, &tag, &choices, &defaults);
+    let map_and_merge = enum_map_and_merge(name, number, &choices);
+    let laws = enum_laws(name, number, &choices);
     Ok(quote! {
         #[automatically_derived]
         impl<#number: ::stickslip_core::scalar::Scalar> ::core::default::Default for #name<#number> {
@@ -278,37 +262,121 @@ fn expand_enum(input: &DeriveInput, data: &DataEnum, number: &Ident, container: 
                 ::stickslip_core::fields::Shape::Choice { tag: #tag, variants: &[#(#table,)*] };
             type With<Other: ::stickslip_core::scalar::Scalar> = #name<Other>;
 
-            fn contents(&mut self, walk: &mut dyn ::stickslip_core::fields::Walk<#number>) {
-                let variants = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.variants() };
-                let current: usize = match self { #(#current,)* };
-                let wanted = walk.choice(#tag, variants, current);
-                if wanted != current {
-                    *self = match wanted { #(#numbers => #defaults,)* _ => *self };
-                }
-                match self { #(#contents,)* }
-            }
+            #contents
 
-            fn map<Other: ::stickslip_core::scalar::Scalar>(
-                &self,
-                convert: &mut dyn FnMut(#number) -> Other,
-            ) -> #name<Other> {
-                match self { #(#map,)* }
-            }
+            #map_and_merge
 
-            #[inline(always)]
-            fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
-                match (self, other) {
-                    #(#merge,)*
-                    #[allow(unreachable_patterns, reason = "an enum of one variant has no others")]
-                    _ => *self,
-                }
-            }
-
-            fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
-                match self { #(#laws,)* }
-            }
+            #laws
         }
     })
+}
+
+/// The struct of numbers that a variant holds; `None` where it holds nothing.
+fn held<'a>(variant: &'a Variant, number: &Ident) -> Result<Option<&'a Type>> {
+    let inner = match &variant.fields {
+        Fields::Unit => return Ok(None),
+        Fields::Unnamed(fields) if fields.unnamed.len() == 1 => &fields.unnamed[0].ty,
+        _ => return Err(Error::new(variant.ident.span(), "a variant holds nothing or one struct of numbers")),
+    };
+    if is_number(inner, number) || matches!(inner, Type::Array(_)) {
+        return Err(Error::new(
+            inner.span(),
+            "a variant holds nothing or one struct of numbers: a number needs a name",
+        ));
+    }
+    Ok(Some(inner))
+}
+
+/// The table row of a variant.
+fn variant_row(Choice { ident, inner }: &Choice<'_>, help: &str, number: &Ident) -> TokenStream {
+    let file_name = kebab(&ident.to_string());
+    let shape = match inner {
+        Some(ty) => quote!(<#ty as ::stickslip_core::fields::Fields<#number>>::SHAPE),
+        None => quote!(::stickslip_core::fields::Shape::Group(&[])),
+    };
+    quote!(::stickslip_core::fields::Variant { name: #file_name, help: #help, shape: #shape })
+}
+
+fn variant_default(name: &Ident, Choice { ident, inner }: &Choice<'_>) -> TokenStream {
+    match inner {
+        Some(_) => quote!(#name::#ident(::core::default::Default::default())),
+        None => quote!(#name::#ident),
+    }
+}
+
+/// The function `contents` of an enum: which variant it is, and what is in it.
+fn enum_contents(
+    name: &Ident,
+    number: &Ident,
+    tag: &str,
+    choices: &[Choice<'_>],
+    defaults: &[TokenStream],
+) -> TokenStream {
+    let numbers = 0..choices.len();
+    let current = choices.iter().enumerate().map(|(index, Choice { ident, inner })| match inner {
+        Some(_) => quote!(#name::#ident(_) => #index),
+        None => quote!(#name::#ident => #index),
+    });
+    let contents = choices.iter().map(|Choice { ident, inner }| match inner {
+        Some(ty) => {
+            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::contents(inner, walk))
+        }
+        None => quote!(#name::#ident => {}),
+    });
+    quote! {
+        fn contents(&mut self, walk: &mut dyn ::stickslip_core::fields::Walk<#number>) {
+            let variants = const { <Self as ::stickslip_core::fields::Fields<#number>>::SHAPE.variants() };
+            let current: usize = match self { #(#current,)* };
+            let wanted = walk.choice(#tag, variants, current);
+            if wanted != current {
+                *self = match wanted { #(#numbers => #defaults,)* _ => *self };
+            }
+            match self { #(#contents,)* }
+        }
+    }
+}
+
+/// The functions `map` and `merge` of an enum.
+fn enum_map_and_merge(name: &Ident, number: &Ident, choices: &[Choice<'_>]) -> TokenStream {
+    let map = choices.iter().map(|Choice { ident, inner }| match inner {
+        Some(_) => quote!(#name::#ident(inner) => #name::#ident(::stickslip_core::fields::Fields::<#number>::map(inner, convert))),
+        None => quote!(#name::#ident => #name::#ident),
+    });
+    let merge = choices.iter().filter(|choice| choice.inner.is_some()).map(|Choice { ident, .. }| {
+        quote!((#name::#ident(a), #name::#ident(b)) => #name::#ident(::stickslip_core::fields::Fields::<#number>::merge(a, b, join)))
+    });
+    quote! {
+        fn map<Other: ::stickslip_core::scalar::Scalar>(
+            &self,
+            convert: &mut dyn FnMut(#number) -> Other,
+        ) -> #name<Other> {
+            match self { #(#map,)* }
+        }
+
+        #[inline(always)]
+        fn merge(&self, other: &Self, join: &mut impl FnMut(#number, #number) -> #number) -> Self {
+            match (self, other) {
+                #(#merge,)*
+                #[allow(unreachable_patterns, reason = "an enum of one variant has no others")]
+                _ => *self,
+            }
+        }
+    }
+}
+
+/// The function `laws` of an enum: those of the variant that it is.
+fn enum_laws(name: &Ident, number: &Ident, choices: &[Choice<'_>]) -> TokenStream {
+    let laws = choices.iter().map(|Choice { ident, inner }| match inner {
+        Some(ty) => {
+            quote!(#name::#ident(inner) => <#ty as ::stickslip_core::fields::Fields<#number>>::laws(inner, laws))
+        }
+        None => quote!(#name::#ident => {}),
+    });
+    quote! {
+        fn laws(&self, laws: &mut dyn ::stickslip_core::fields::Laws<#number>) {
+            match self { #(#laws,)* }
+        }
+    }
 }
 
 /// `ElastoPlastic` → `elasto-plastic`, `PointToPoint` → `point-to-point`. An acronym stays together: `LuGre` → `lugre`,

@@ -8,7 +8,7 @@ use toml_edit::Document;
 use super::check::Checked;
 use super::plan::of_entrant;
 use super::{Plan, sobol};
-use crate::benchmark::{Entrant, MANOEUVRES};
+use crate::benchmark::{Entrant, MANOEUVRES, Manoeuvre};
 use stickslip_base::Error;
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::parameters::{self, Fault, ParameterProblems, Problem, presets};
@@ -176,24 +176,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     if !settings.is_empty() {
         preset.text = parameters::set_all::<Preset<f64>>(&preset.text, &preset.file, &settings)?;
     }
-    let names = MANOEUVRES.map(|manoeuvre| manoeuvre.name());
-    let manoeuvre = |name: &String| {
-        let index = names.iter().position(|known| known == name);
-        index.map(|index| MANOEUVRES[index]).ok_or_else(|| Error::NothingToCompare {
-            what: "manoeuvre",
-            name: name.clone(),
-            known: names.to_vec(),
-        })
-    };
-    let manoeuvres = stated.manoeuvres.iter().map(manoeuvre).collect::<Result<Vec<_>, _>>()?;
-    let twice = manoeuvres.iter().enumerate().any(|(k, one)| manoeuvres[..k].contains(one));
-    if manoeuvres.is_empty() || twice {
-        return Err(source.wrong(
-            "manoeuvres",
-            "each manoeuvre once, and at least one".into(),
-            "Name some, once each.",
-        ));
-    }
+    let manoeuvres = manoeuvres(stated, source)?;
     let places = stated.places.unwrap_or(stated.seeds);
     if !(1..=REPEATS).contains(&stated.seeds) || !(1..=REPEATS).contains(&places) {
         let reason = format!("seeds = {} and places = {places} must be within 1 … {REPEATS}", stated.seeds);
@@ -201,19 +184,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     }
     let own_step = settings.iter().any(|(path, _)| path == STEP)
         || stated.axis.iter().any(|axis| axis.path.all().iter().any(|path| path == STEP));
-    let tolerance = match stated.tolerance {
-        None if own_step => None,
-        None => Some(TOLERANCE),
-        Some(_) if own_step => {
-            let reason = format!("the steps are chosen by the tolerance, and {STEP} is stated besides");
-            return Err(source.wrong("tolerance", reason, "Leave one of them out."));
-        }
-        Some(tolerance) if TOLERANCES.contains(&tolerance) => Some(tolerance),
-        Some(tolerance) => {
-            let reason = format!("tolerance = {tolerance} must be within 1e-9 … 1");
-            return Err(source.wrong("tolerance", reason, "It is a share of each measure: 0.01 is 1 %."));
-        }
-    };
+    let tolerance = tolerance(stated, source, own_step)?;
     let preset: Preset<f64> = preset.read()?;
     let mut plan = Plan {
         title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
@@ -233,6 +204,52 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     plan.design = checked.design()?;
     plan.axes = checked.axes(&plan)?;
     let cases = plan.cases()?;
+    check_sequence(&plan, cases, source)?;
+    Ok(plan)
+}
+
+/// The manoeuvres, each once and at least one.
+fn manoeuvres(stated: &Stated, source: &Text<'_>) -> Result<Vec<Manoeuvre>, Error> {
+    let names = MANOEUVRES.map(|manoeuvre| manoeuvre.name());
+    let manoeuvre = |name: &String| {
+        let index = names.iter().position(|known| known == name);
+        index.map(|index| MANOEUVRES[index]).ok_or_else(|| Error::NothingToCompare {
+            what: "manoeuvre",
+            name: name.clone(),
+            known: names.to_vec(),
+        })
+    };
+    let manoeuvres = stated.manoeuvres.iter().map(manoeuvre).collect::<Result<Vec<_>, _>>()?;
+    let twice = manoeuvres.iter().enumerate().any(|(k, one)| manoeuvres[..k].contains(one));
+    if manoeuvres.is_empty() || twice {
+        return Err(source.wrong(
+            "manoeuvres",
+            "each manoeuvre once, and at least one".into(),
+            "Name some, once each.",
+        ));
+    }
+    Ok(manoeuvres)
+}
+
+/// The tolerance that chooses the steps; `None` where the study states the step itself.
+fn tolerance(stated: &Stated, source: &Text<'_>, own_step: bool) -> Result<Option<f64>, Error> {
+    match stated.tolerance {
+        None if own_step => Ok(None),
+        None => Ok(Some(TOLERANCE)),
+        Some(_) if own_step => {
+            let reason = format!("the steps are chosen by the tolerance, and {STEP} is stated besides");
+            Err(source.wrong("tolerance", reason, "Leave one of them out."))
+        }
+        Some(tolerance) if TOLERANCES.contains(&tolerance) => Ok(Some(tolerance)),
+        Some(tolerance) => {
+            let reason = format!("tolerance = {tolerance} must be within 1e-9 … 1");
+            Err(source.wrong("tolerance", reason, "It is a share of each measure: 0.01 is 1 %."))
+        }
+    }
+}
+
+/// Refuses more dimensions or points than Sobol's sequence has.
+fn check_sequence(plan: &Plan, cases: u64, source: &Text<'_>) -> Result<(), Error> {
     let (dimensions, points) = match plan.design {
         super::Design::Sobol { samples } => (plan.axes.len(), samples),
         super::Design::Saltelli { samples } => (2 * plan.axes.len(), samples),
@@ -245,7 +262,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
         );
         return Err(source.wrong("design", reason, "Take fewer axes or samples, or a Latin hypercube."));
     }
-    Ok(plan)
+    Ok(())
 }
 
 /// Tables as dotted paths with their values, as a file has them.

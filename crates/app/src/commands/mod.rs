@@ -230,87 +230,71 @@ impl Command {
         Some(runs::Leaving::into(folder, preset))
     }
 
-    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+    /// The form of the output of a command that can be watched; the default for the others.
+    fn shown(&self) -> Shown {
         match self {
-            Command::Demo(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Measure(command) => {
-                let watch = watch(command.shown());
-                command.run(out, &watch)
-            }
-            Command::Calibrate(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
+            Command::Demo(command) => command.shown,
+            Command::Measure(command) => command.shown(),
+            Command::Calibrate(command) => command.shown,
+            Command::Loop(command) => command.shown,
+            Command::Hunting(command) => command.shown,
+            Command::Render(command) => command.shown,
+            Command::Fidelity(command) => command.shown,
+            Command::Benchmark(command) => command.shown,
+            Command::Study(command) => command.shown,
+            Command::Identify(command) => command.shown,
+            Command::Load(command) => command.shown,
+            Command::Validate(command) => command.shown,
+            Command::Doctor(command) => command.shown,
+            Command::Plant(command) => command.shown,
+            Command::Replay(command) => command.shown,
+            Command::Export(command) => command.shown,
+            Command::Serve(command) => command.shown,
+            Command::Capture(command) => command.shown,
+            Command::Fit(_)
+            | Command::Design(_)
+            | Command::Friction(_)
+            | Command::Host(_)
+            | Command::Recover(_)
+            | Command::Bench(_)
+            | Command::Status(_)
+            | Command::Generate(_)
+            | Command::Machine(_)
+            | Command::Params(_)
+            | Command::Report(_)
+            | Command::Runs(_)
+            | Command::Completions(_) => Shown::default(),
+        }
+    }
+
+    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+        let shown = self.shown();
+        match self {
+            Command::Demo(command) => command.run(out, &watch(shown)),
+            Command::Measure(command) => command.run(out, &watch(shown)),
+            Command::Calibrate(command) => command.run(out, &watch(shown)),
             Command::Fit(command) => command.run(out),
             Command::Design(command) => command.run(out),
             Command::Friction(command) => command.run(out),
-            Command::Loop(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Hunting(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Render(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Fidelity(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Benchmark(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Study(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Identify(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Load(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
+            Command::Loop(command) => command.run(out, &watch(shown)),
+            Command::Hunting(command) => command.run(out, &watch(shown)),
+            Command::Render(command) => command.run(out, &watch(shown)),
+            Command::Fidelity(command) => command.run(out, &watch(shown)),
+            Command::Benchmark(command) => command.run(out, &watch(shown)),
+            Command::Study(command) => command.run(out, &watch(shown)),
+            Command::Identify(command) => command.run(out, &watch(shown)),
+            Command::Load(command) => command.run(out, &watch(shown)),
             Command::Host(command) => command.run(),
-            Command::Validate(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Doctor(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Plant(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Replay(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Export(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
+            Command::Validate(command) => command.run(out, &watch(shown)),
+            Command::Doctor(command) => command.run(out, &watch(shown)),
+            Command::Plant(command) => command.run(out, &watch(shown)),
+            Command::Replay(command) => command.run(out, &watch(shown)),
+            Command::Export(command) => command.run(out, &watch(shown)),
             Command::Recover(command) => command.run(out),
-            Command::Serve(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
-            Command::Bench(command) => command.run(out, || watch(Shown::default())),
-            Command::Status(command) => command.run(out, || watch(Shown::default())),
-            Command::Capture(command) => {
-                let watch = watch(command.shown);
-                command.run(out, &watch)
-            }
+            Command::Serve(command) => command.run(out, &watch(shown)),
+            Command::Bench(command) => command.run(out, || watch(shown)),
+            Command::Status(command) => command.run(out, || watch(shown)),
+            Command::Capture(command) => command.run(out, &watch(shown)),
             Command::Generate(command) => command.run(out),
             Command::Machine(command) => command.run(out),
             Command::Params(command) => command.run(out),

@@ -16,6 +16,7 @@ use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
 use super::keyframe::Asked;
+use super::rings::LoopRings;
 use crate::Injection;
 use crate::external::ExternalInLoop;
 use crate::io::{Arrival, Io};
@@ -82,9 +83,7 @@ pub(super) struct BenchCycle<M> {
     pub(super) ahead: Option<Measurement<f64>>,
     /// Ticks in a row whose readings did not come.
     pub(super) silent: u64,
-    pub(super) entries: Consumer<Entry>,
-    pub(super) changes: Consumer<Change>,
-    pub(super) replies: Producer<Reply>,
+    pub(super) rings: LoopRings,
     /// Changes that wait for no command, one a cycle, and what came of them.
     pub(super) urgent: Consumer<Change>,
     pub(super) answers: Producer<Answer>,
@@ -93,11 +92,8 @@ pub(super) struct BenchCycle<M> {
     pub(super) patience: u64,
     pub(super) waiting: u64,
     pub(super) waited: Arc<AtomicU64>,
-    /// Who controls the position instead, or gives the friction or the law; who comes next, and who goes: what it has is
-    /// freed elsewhere.
+    /// Who controls the position instead, or gives the friction or the law.
     pub(super) guest: Option<Box<ExternalInLoop>>,
-    pub(super) guests: Consumer<Box<ExternalInLoop>>,
-    pub(super) gone: Producer<Box<ExternalInLoop>>,
     /// Who records or watches.
     pub(super) samples: Option<Samples>,
     /// Who asks for its state.
@@ -134,7 +130,7 @@ impl<M: Io> BenchCycle<M> {
             let _ = self.answers.push((self.software.cycle(), refusal));
             self.reply(Reply::State { safety, zero });
         }
-        while let Ok(entry) = self.entries.pop() {
+        while let Ok(entry) = self.rings.entries.pop() {
             match entry {
                 Entry::Command(command) if self.flow != Flow::Behind => {
                     (self.flow, self.waiting) = (Flow::Streaming, 0);
@@ -142,7 +138,7 @@ impl<M: Io> BenchCycle<M> {
                 }
                 Entry::Command(_) => {}
                 Entry::Change => {
-                    let Ok(change) = self.changes.pop() else { continue };
+                    let Ok(change) = self.rings.changes.pop() else { continue };
                     let refusal = self.software.change(&change).err();
                     let (safety, cycle) = (self.software.safety(), self.software.cycle());
                     let (safety, zero) = (safety.state(), safety.zero());
@@ -159,9 +155,9 @@ impl<M: Io> BenchCycle<M> {
                     self.reply(Reply::Done(self.software.cycle()));
                 }
                 Entry::ExternalInLoop => {
-                    let gone = std::mem::replace(&mut self.guest, self.guests.pop().ok());
+                    let gone = std::mem::replace(&mut self.guest, self.rings.guests.pop().ok());
                     // There is room: one comes only when the one before has been taken.
-                    gone.into_iter().for_each(|gone| drop(self.gone.push(gone)));
+                    gone.into_iter().for_each(|gone| drop(self.rings.gone.push(gone)));
                     self.reply(Reply::Done(self.software.cycle()));
                 }
                 Entry::Pause if self.flow == Flow::Behind => {}
@@ -184,7 +180,7 @@ impl<M: Io> BenchCycle<M> {
 
     fn reply(&mut self, reply: Reply) {
         // There is room for all that can be under way; whoever waits in vain asks whether the executive has ended.
-        let _ = self.replies.push(reply);
+        let _ = self.rings.replies.push(reply);
     }
 
     /// Takes the readings of this tick; whether it can be computed. Too many that do not come are a fault: then the

@@ -7,6 +7,7 @@
 mod cycle;
 mod immediate;
 pub mod keyframe;
+mod rings;
 #[cfg(test)]
 mod tests;
 mod timing_report;
@@ -22,12 +23,13 @@ pub use immediate::ImmediateChanges;
 use immediate::urgent;
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
-use rtrb::{Consumer, Producer, PushError, RingBuffer};
+use rings::{BenchRings, rings};
+use rtrb::PushError;
 use stickslip_core::cycle::{Change, Command, Frame, Parameters, Software};
 use stickslip_core::friction::Stribeck;
 use stickslip_core::supervise::{ExternalFault, Fault, Refusal, SafetyState};
 use stickslip_core::tick::Measurement;
-use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ThreadSettings};
+use stickslip_rt::{Granted, Histograms, OverrunPolicy, Plan, Running, ThreadSettings, Timings};
 pub use timing_report::overrun_sentence;
 pub use timing_report::{TimingReport, refusals};
 
@@ -49,8 +51,6 @@ const WAIT: f64 = 1.0;
 /// Deadlines in a row that may be missed: by a machine that stands still meanwhile, and by one of steel.
 const PATIENCE: u32 = 1000;
 const STEEL_PATIENCE: u32 = 10;
-/// Changes that may wait for their tick.
-const CHANGES: usize = 32;
 /// How long it is waited for the reason why a guest was late.
 const WHY: Duration = Duration::from_millis(100);
 /// From look to look at a bench that has nothing to say.
@@ -64,14 +64,9 @@ pub struct ClockedBench {
     settings: Settings<f64>,
     parameters: Parameters<f64>,
     preload: f64,
-    entries: Producer<Entry>,
-    changes: Producer<Change>,
-    /// Controllers that are brought along, and those that come back.
-    guests: Producer<Box<ExternalInLoop>>,
-    gone: Consumer<Box<ExternalInLoop>>,
+    rings: BenchRings,
     /// What was brought along is, where something was.
     role: Option<Role>,
-    replies: Consumer<Reply>,
     /// Not sent yet: a stream begins with a whole lead.
     staged: Vec<Entry>,
     /// Commands in a lead.
@@ -146,14 +141,7 @@ impl ClockedBench {
         let (samples, told) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
-        // Two leads, and all that may be kept behind them.
-        let most = 2 * lead + 2 * CHANGES;
-        let (entries, entries_out) = RingBuffer::new(most);
-        let (changes, changes_out) = RingBuffer::new(CHANGES);
-        let (guests, guests_out) = RingBuffer::new(1);
-        let (gone_in, gone) = RingBuffer::new(2);
-        // Each entry has one reply at most, and one more tells of a fault or of starving.
-        let (replies_in, replies) = RingBuffer::new(2 * most);
+        let (rings, rings_of_loop) = rings(lead);
         let (preload, traffic) = (machine.preload(), machine.traffic());
         // A virtual machine waits: only one that is too slow for its rate is to end.
         let (stop_after, wait) = if machine.waits() { (PATIENCE, WAIT) } else { (STEEL_PATIENCE, 0.0) };
@@ -167,9 +155,7 @@ impl ClockedBench {
             readings,
             ahead: Some(readings),
             silent: 0,
-            entries: entries_out,
-            changes: changes_out,
-            replies: replies_in,
+            rings: rings_of_loop,
             urgent: urgent_out,
             answers,
             flow: Flow::Paused,
@@ -177,39 +163,18 @@ impl ClockedBench {
             waiting: 0,
             waited: waited.clone(),
             guest: None,
-            guests: guests_out,
-            gone: gone_in,
             samples,
             asked,
         };
-        let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
-        let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
-        let clock = wishes.clock(plan.period);
-        let (running, mut timings) = Running::start(plan, wishes, clock, cycle).map_err(BenchError::RealTime)?;
-        let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
-        let collected = histograms.clone();
-        let collector = thread::spawn(move || {
-            loop {
-                // Asked before the records are taken: those that came last are not left behind.
-                let last = timings.is_closed();
-                collected.lock().unwrap_or_else(PoisonError::into_inner).take(&mut timings);
-                if last {
-                    return;
-                }
-                thread::sleep(COLLECT);
-            }
-        });
+        let (running, timings) = start(cycle, settings, stop_after, wishes)?;
+        let (histograms, collector) = collect(timings);
         Ok(ClockedBench {
             model: *model,
             settings: *settings,
             parameters,
             preload,
-            entries,
-            changes,
-            guests,
-            gone,
+            rings,
             role: None,
-            replies,
             staged: Vec::new(),
             lead,
             streaming: false,
@@ -290,14 +255,14 @@ impl ClockedBench {
     /// Puts somebody in the place of who was brought along before, or nobody: who was there before.
     fn send(&mut self, guest: Option<Box<ExternalInLoop>>) -> Result<Option<ExternalInLoop>, Error> {
         // The place is free: who is sent is taken below.
-        guest.into_iter().for_each(|guest| drop(self.guests.push(guest)));
+        guest.into_iter().for_each(|guest| drop(self.rings.guests.push(guest)));
         self.give(Entry::ExternalInLoop)?;
         self.changes_under_way.push_back(None);
         self.pause()?;
         while !self.changes_under_way.is_empty() {
             self.wait()?;
         }
-        Ok(self.gone.pop().ok().map(|gone| *gone))
+        Ok(self.rings.gone.pop().ok().map(|gone| *gone))
     }
 
     /// What is wrong; where a guest was late, why, as far as that is known soon.
@@ -371,7 +336,7 @@ impl ClockedBench {
             self.staged.push(entry);
             return if self.commands_under_way >= self.lead { self.begin() } else { Ok(()) };
         }
-        while let Err(PushError::Full(again)) = self.entries.push(entry) {
+        while let Err(PushError::Full(again)) = self.rings.entries.push(entry) {
             entry = again;
             if let Err(error) = self.wait() {
                 // A change goes with its number: left out, the next one would be taken for it.
@@ -384,10 +349,10 @@ impl ClockedBench {
 
     /// Sends what was kept, all of it at once: nothing may seem to be missing behind the first.
     fn begin(&mut self) -> Result<(), Error> {
-        while self.entries.slots() < self.staged.len() {
+        while self.rings.entries.slots() < self.staged.len() {
             self.wait()?;
         }
-        let chunk = self.entries.write_chunk_uninit(self.staged.len());
+        let chunk = self.rings.entries.write_chunk_uninit(self.staged.len());
         chunk.expect("there is room").fill_from_iter(self.staged.drain(..));
         self.streaming = true;
         Ok(())
@@ -420,7 +385,7 @@ impl ClockedBench {
     /// Takes what came; whether that was anything.
     fn take(&mut self) -> Result<bool, Error> {
         let mut any = false;
-        while let Ok(reply) = self.replies.pop() {
+        while let Ok(reply) = self.rings.replies.pop() {
             any = true;
             match reply {
                 Reply::Frame(frame) => {
@@ -509,6 +474,37 @@ impl ClockedBench {
     }
 }
 
+/// Starts the loop, a cycle each tick; it ends after `stop_after` missed deadlines in a row.
+fn start(
+    cycle: BenchCycle<impl Io + Send + 'static>,
+    settings: &Settings<f64>,
+    stop_after: u32,
+    wishes: ThreadSettings,
+) -> Result<(Running, Timings), BenchError> {
+    let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
+    let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
+    let clock = wishes.clock(plan.period);
+    Running::start(plan, wishes, clock, cycle).map_err(BenchError::RealTime)
+}
+
+/// Histograms of the timings, and the thread that fills them until the loop has ended.
+fn collect(mut timings: Timings) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
+    let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
+    let collected = histograms.clone();
+    let collector = thread::spawn(move || {
+        loop {
+            // Asked before the records are taken: those that came last are not left behind.
+            let last = timings.is_closed();
+            collected.lock().unwrap_or_else(PoisonError::into_inner).take(&mut timings);
+            if last {
+                return;
+            }
+            thread::sleep(COLLECT);
+        }
+    });
+    (histograms, collector)
+}
+
 /// A frame, unless supervision has taken the torque away.
 fn judged(frame: Frame) -> Result<Frame, Error> {
     match frame.safety {
@@ -556,13 +552,13 @@ impl Bench for ClockedBench {
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
         let answered = !matches!(change, Change::Parameters(_));
-        if self.changes.is_full() {
+        if self.rings.changes.is_full() {
             self.pause()?;
         }
-        while self.changes.is_full() {
+        while self.rings.changes.is_full() {
             self.wait()?;
         }
-        self.changes.push(change).expect("there is room");
+        self.rings.changes.push(change).expect("there is room");
         self.changes_under_way.push_back(Some(What::Software(change, None)));
         if let Change::Parameters(parameters) = change {
             self.parameters = parameters;

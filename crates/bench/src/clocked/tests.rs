@@ -1,7 +1,9 @@
+use rtrb::RingBuffer;
 use stickslip_core::control::reference::Setpoint;
 use stickslip_core::supervise::{MachineFault, Request};
 use stickslip_core::tick::Measurement;
 
+use super::rings::LoopRings;
 use super::*;
 use crate::external::{Answer, Caller, Description, ModuleSample, Question};
 use crate::home;
@@ -350,9 +352,7 @@ fn in_real_time(preset: &Preset<f64>, external: External) -> (Vec<Frame>, Vec<(u
         readings,
         ahead: Some(readings),
         silent: 0,
-        entries,
-        changes,
-        replies: replies_in,
+        rings: LoopRings { entries, changes, guests, gone, replies: replies_in },
         urgent,
         answers,
         flow: Flow::Paused,
@@ -360,8 +360,6 @@ fn in_real_time(preset: &Preset<f64>, external: External) -> (Vec<Frame>, Vec<(u
         waiting: 0,
         waited: Arc::default(),
         guest: None,
-        guests,
-        gone,
         samples: Some(tap.samples),
         asked: keyframe::keyframes().1,
     };
@@ -513,9 +511,7 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
         readings,
         ahead,
         silent,
-        entries,
-        changes,
-        replies,
+        rings: LoopRings { entries, changes, guests, gone, replies },
         urgent,
         answers,
         flow,
@@ -523,8 +519,6 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
         waiting: 0,
         waited: Arc::default(),
         guest: None,
-        guests,
-        gone,
         samples,
         asked: keyframe::keyframes().1,
     };

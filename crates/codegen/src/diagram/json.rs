@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Bound, Diagram, Factor, Kind, Node, Page, Port, Role, crowd, formula};
+use super::{Bound, Diagram, Factor, Kind, Node, Page, Port, Relation, Role, crowd, formula};
 use crate::record::{self, Id, Program};
 
 /// The diagram of a recorded block; the module describes its format.
@@ -78,81 +78,16 @@ impl std::fmt::Debug for Verb {
 }
 
 fn node_value(diagram: &Diagram, page: &Page, node: &Node, function: Option<usize>) -> Value {
-    let written = |id: &Id| formula(page.step, *id, &|_| None);
-    let numbers = |ids: &[Id]| ids.iter().map(|id| id.0).collect::<Vec<_>>();
-    let signs = |reversed: &[bool], plain: char, other: char| -> Value {
-        reversed.iter().map(|reversed| if *reversed { other } else { plain }).collect::<String>().into()
-    };
-    let (kind, extra, value): (&str, &str, Value) = match &node.kind {
-        Kind::Input => ("input", "", Value::Null),
-        Kind::Output => ("output", "", Value::Null),
-        Kind::Delay => ("delay", "", Value::Null),
-        Kind::Constant(ids) => ("constant", "text", ids.iter().map(written).collect::<Vec<_>>().into()),
-        Kind::Sum(minus) => ("sum", "signs", signs(minus, '+', '-')),
-        Kind::Product(over) => ("product", "signs", signs(over, '*', '/')),
-        Kind::Gain(factors) => {
-            let factor = |factor: &Factor| match factor {
-                Factor::Times(id) => json!(["*", written(id)]),
-                Factor::Over(id) => json!(["/", written(id)]),
-                Factor::Negated => json!(["-"]),
-            };
-            ("gain", "factors", factors.iter().map(factor).collect::<Vec<_>>().into())
-        }
-        Kind::Apply(function) => ("function", "text", format!("{function:?}").to_lowercase().into()),
-        Kind::Minimum => ("minimum", "", Value::Null),
-        Kind::Maximum => ("maximum", "", Value::Null),
-        Kind::Saturation { low, high } => {
-            let bound = |bound: &Bound| match bound {
-                Bound::Fixed(id) => json!(written(id)),
-                Bound::Signal => json!({"input": true}),
-                Bound::Opposite => json!({"opposite": true}),
-            };
-            ("saturation", "bounds", json!([bound(low), bound(high)]))
-        }
-        Kind::Sign => ("sign", "", Value::Null),
-        Kind::Switch => ("switch", "", Value::Null),
-        Kind::Within { magnitude, bounds } => {
-            let bounds: Vec<Value> =
-                bounds.iter().map(|(relation, id)| json!([relation.sign(), written(id)])).collect();
-            (if *magnitude { "magnitude_within" } else { "within" }, "bounds", bounds.into())
-        }
-        Kind::Compare(relation) => ("compare", "text", relation.sign().into()),
-        Kind::And => ("and", "", Value::Null),
-        Kind::Or => ("or", "", Value::Null),
-        Kind::Not => ("not", "", Value::Null),
-        Kind::Call { page, .. } => ("call", "page", diagram.pages[*page].label.clone().into()),
-    };
-    let port = |port: &Port| {
-        let mut value = json!({"numbers": numbers(&port.numbers)});
-        let role = match port.role {
-            Role::Signal => "",
-            Role::Parameters => "parameters",
-            Role::State => "state",
-            Role::Input => "input",
-            Role::Output => "output",
-        };
-        for (key, text) in [("name", port.name.as_str()), ("symbol", &port.symbol), ("unit", port.unit), ("of", role)] {
-            if !text.is_empty() {
-                value[key] = text.into();
-            }
-        }
-        value
-    };
+    let (kind, key, value) = kind_value(diagram, page, &node.kind);
     let mut out = json!({
         "kind": kind,
-        "inputs": node.inputs.iter().map(port).collect::<Vec<_>>(),
-        "outputs": node.outputs.iter().map(port).collect::<Vec<_>>(),
+        "inputs": node.inputs.iter().map(port_value).collect::<Vec<_>>(),
+        "outputs": node.outputs.iter().map(port_value).collect::<Vec<_>>(),
         "operations": numbers(&node.operations),
     });
-    for (key, text) in
-        [("name", node.name.as_str()), ("symbol", &node.symbol), ("unit", node.unit), ("help", node.help)]
-    {
-        if !text.is_empty() {
-            out[key] = text.into();
-        }
-    }
-    if !extra.is_empty() {
-        out[extra] = value;
+    put_texts(&mut out, [("name", &node.name), ("symbol", &node.symbol), ("unit", node.unit), ("help", node.help)]);
+    if !key.is_empty() {
+        out[key] = value;
     }
     if let Kind::Call { keeps: Some(first), .. } = node.kind {
         out["keeps_state_at"] = first.into();
@@ -161,4 +96,75 @@ fn node_value(diagram: &Diagram, page: &Page, node: &Node, function: Option<usiz
         out["function"] = (number + 1).into();
     }
     out
+}
+
+/// The name of a kind; key and value of what belongs to it alone, the key empty where there is nothing.
+fn kind_value(diagram: &Diagram, page: &Page, kind: &Kind) -> (&'static str, &'static str, Value) {
+    let written = |id: &Id| formula(page.step, *id, &|_| None);
+    let factor = |factor: &Factor| match factor {
+        Factor::Times(id) => json!(["*", written(id)]),
+        Factor::Over(id) => json!(["/", written(id)]),
+        Factor::Negated => json!(["-"]),
+    };
+    let bound = |bound: &Bound| match bound {
+        Bound::Fixed(id) => json!(written(id)),
+        Bound::Signal => json!({"input": true}),
+        Bound::Opposite => json!({"opposite": true}),
+    };
+    let relation = |(relation, id): &(Relation, Id)| json!([relation.sign(), written(id)]);
+    match kind {
+        Kind::Input => ("input", "", Value::Null),
+        Kind::Output => ("output", "", Value::Null),
+        Kind::Delay => ("delay", "", Value::Null),
+        Kind::Constant(ids) => ("constant", "text", ids.iter().map(written).collect::<Vec<_>>().into()),
+        Kind::Sum(minus) => ("sum", "signs", signs(minus, '+', '-')),
+        Kind::Product(over) => ("product", "signs", signs(over, '*', '/')),
+        Kind::Gain(factors) => ("gain", "factors", factors.iter().map(factor).collect::<Vec<_>>().into()),
+        Kind::Apply(function) => ("function", "text", format!("{function:?}").to_lowercase().into()),
+        Kind::Minimum => ("minimum", "", Value::Null),
+        Kind::Maximum => ("maximum", "", Value::Null),
+        Kind::Saturation { low, high } => ("saturation", "bounds", json!([bound(low), bound(high)])),
+        Kind::Sign => ("sign", "", Value::Null),
+        Kind::Switch => ("switch", "", Value::Null),
+        Kind::Within { magnitude, bounds } => {
+            let kind = if *magnitude { "magnitude_within" } else { "within" };
+            (kind, "bounds", bounds.iter().map(relation).collect::<Vec<_>>().into())
+        }
+        Kind::Compare(relation) => ("compare", "text", relation.sign().into()),
+        Kind::And => ("and", "", Value::Null),
+        Kind::Or => ("or", "", Value::Null),
+        Kind::Not => ("not", "", Value::Null),
+        Kind::Call { page, .. } => ("call", "page", diagram.pages[*page].label.clone().into()),
+    }
+}
+
+fn port_value(port: &Port) -> Value {
+    let role = match port.role {
+        Role::Signal => "",
+        Role::Parameters => "parameters",
+        Role::State => "state",
+        Role::Input => "input",
+        Role::Output => "output",
+    };
+    let mut value = json!({"numbers": numbers(&port.numbers)});
+    put_texts(&mut value, [("name", &port.name), ("symbol", &port.symbol), ("unit", port.unit), ("of", role)]);
+    value
+}
+
+fn numbers(ids: &[Id]) -> Vec<u32> {
+    ids.iter().map(|id| id.0).collect()
+}
+
+/// A sign for each input.
+fn signs(reversed: &[bool], plain: char, other: char) -> Value {
+    reversed.iter().map(|reversed| if *reversed { other } else { plain }).collect::<String>().into()
+}
+
+/// Adds the texts that are not empty.
+fn put_texts(value: &mut Value, texts: [(&str, &str); 4]) {
+    for (key, text) in texts {
+        if !text.is_empty() {
+            value[key] = text.into();
+        }
+    }
 }

@@ -5,8 +5,6 @@
 
 mod law;
 
-use std::fmt::Write as _;
-
 pub use law::{LawSample, record_law};
 
 use crate::c::{identifier_path, literal, plain, string};
@@ -56,93 +54,122 @@ fn signal(input: &str) -> Option<&str> {
 /// `NAME_module.c` of a program with that [`signature`], or of a friction: velocity and angle in, torque out; whatever else
 /// it takes is 0. It takes `NAME.c` and `stickslip_module.h` from beside it.
 pub fn source(program: &Program, name: &str) -> String {
-    let top = program.top();
-    let parameters = top.parameters.leaves();
-    let (tuned, state) = (!parameters.is_empty(), top.state.numbers() > 0);
-    let mut out = format!(
+    let head = format!(
         "/* {name} as a library that stickslip loads, written by stickslip. Change the model, not this file. */\n\
          #include \"{name}.c\"\n\n#include <stdlib.h>\n\n\
          #if defined(__GNUC__)\n#pragma GCC visibility push(default)\n#endif\n#include \"stickslip_module.h\"\n\
          #if defined(__GNUC__)\n#pragma GCC visibility pop\n#endif\n\n"
     );
-    let mut put = |text: std::fmt::Arguments<'_>| out.write_fmt(text).expect("a String takes everything");
-    if tuned {
-        put(format_args!("static const stickslip_parameter PARAMETERS[] = {{\n"));
-        for ((path, field), value) in parameters.iter().zip(&program.parameters) {
-            // The name of a parameter in a library has no dots.
-            let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
-            // What has no bound must be finite.
-            let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value]
-                .map(|value| literal(Real::DOUBLE, value));
-            put(format_args!("    {{{texts}, {}}},\n", bounds.join(", ")));
-        }
-        put(format_args!("}};\n\n"));
+    let end = "void stickslip_end(void *controller) {\n    free(controller);\n}\n".into();
+    let parts = [
+        head,
+        parameter_table(program),
+        description(program, name),
+        instance(program, name),
+        set_function(program, name),
+        begin_function(program, name),
+        step_function(program, name),
+        end,
+    ];
+    parts.concat()
+}
+
+/// Whether the block has parameters.
+fn is_tuned(program: &Program) -> bool {
+    !program.top().parameters.leaves().is_empty()
+}
+
+fn has_state(program: &Program) -> bool {
+    program.top().state.numbers() > 0
+}
+
+/// A row for each parameter, where there are any.
+fn parameter_table(program: &Program) -> String {
+    if !is_tuned(program) {
+        return String::new();
     }
-    let table = if tuned { "PARAMETERS" } else { "NULL" };
-    put(format_args!(
-        "static const stickslip_description DESCRIPTION = {{STICKSLIP_MODULE_ABI, {}U, {}, {table}}};\n\n\
-         typedef struct {{\n",
-        parameters.len(),
+    let row = |((path, field), value): ((String, &Field), &f64)| {
+        // The name of a parameter in a library has no dots.
+        let texts = [&path.replace('.', "_"), field.unit, &plain(field.help).join(" ")].map(string).join(", ");
+        // What has no bound must be finite.
+        let bounds = [field.minimum.max(f64::MIN), field.maximum.min(f64::MAX), *value];
+        format!("    {{{texts}, {}}},\n", bounds.map(|value| literal(Real::DOUBLE, value)).join(", "))
+    };
+    let rows: String = program.top().parameters.leaves().into_iter().zip(&program.parameters).map(row).collect();
+    format!("static const stickslip_parameter PARAMETERS[] = {{\n{rows}}};\n\n")
+}
+
+/// What `stickslip_describe` gives.
+fn description(program: &Program, name: &str) -> String {
+    let table = if is_tuned(program) { "PARAMETERS" } else { "NULL" };
+    format!(
+        "static const stickslip_description DESCRIPTION = {{STICKSLIP_MODULE_ABI, {}U, {}, {table}}};\n\n",
+        program.top().parameters.leaves().len(),
         string(name)
-    ));
-    for (there, kind, member) in [(tuned, "parameters", "p"), (state, "state", "s")] {
-        if there {
-            put(format_args!("    {name}_{kind} {member};\n"));
-        }
-    }
-    put(format_args!(
-        "    double sample_time;\n    double torque_limit;\n}} stickslip_instance;\n\n\
-         const stickslip_description *stickslip_describe(void) {{\n    return &DESCRIPTION;\n}}\n\n\
-         int32_t stickslip_set(void *controller, const double *parameters) {{\n"
-    ));
-    if tuned {
-        put(format_args!("    stickslip_instance *instance = controller;\n    {name}_parameters p;\n"));
-        for (k, (path, _)) in parameters.iter().enumerate() {
-            put(format_args!("    p.{} = parameters[{k}];\n", identifier_path(path)));
-        }
-        put(format_args!("    if ({name}_check(&p) != NULL) {{\n        return 1;\n    }}\n    instance->p = p;\n"));
+    )
+}
+
+/// The type of an instance, and `stickslip_describe`.
+fn instance(program: &Program, name: &str) -> String {
+    let parameters = if is_tuned(program) { format!("    {name}_parameters p;\n") } else { String::new() };
+    let state = if has_state(program) { format!("    {name}_state s;\n") } else { String::new() };
+    format!(
+        "typedef struct {{\n{parameters}{state}    double sample_time;\n    double torque_limit;\n}} stickslip_instance;\n\n\
+         const stickslip_description *stickslip_describe(void) {{\n    return &DESCRIPTION;\n}}\n\n"
+    )
+}
+
+fn set_function(program: &Program, name: &str) -> String {
+    let body = if is_tuned(program) {
+        let assign =
+            |(k, (path, _)): (usize, &(String, _))| format!("    p.{} = parameters[{k}];\n", identifier_path(path));
+        let assigned: String = program.top().parameters.leaves().iter().enumerate().map(assign).collect();
+        format!(
+            "    stickslip_instance *instance = controller;\n    {name}_parameters p;\n{assigned}    \
+             if ({name}_check(&p) != NULL) {{\n        return 1;\n    }}\n    instance->p = p;\n"
+        )
     } else {
-        put(format_args!("    (void)controller;\n    (void)parameters;\n"));
-    }
-    put(format_args!(
-        "    return 0;\n}}\n\n\
-         void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {{\n    \
+        "    (void)controller;\n    (void)parameters;\n".into()
+    };
+    format!("int32_t stickslip_set(void *controller, const double *parameters) {{\n{body}    return 0;\n}}\n\n")
+}
+
+fn begin_function(program: &Program, name: &str) -> String {
+    let init = if has_state(program) { format!("    {name}_init(&instance->s);\n") } else { String::new() };
+    format!(
+        "void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {{\n    \
          stickslip_instance *instance;\n    \
          if (!(isfinite(sample_time) && (sample_time > 0.0) && isfinite(torque_limit) && (torque_limit >= 0.0))) {{\n        \
          return NULL;\n    }}\n    \
          instance = calloc(1, sizeof *instance);\n    if (instance == NULL) {{\n        return NULL;\n    }}\n    \
-         instance->sample_time = sample_time;\n    instance->torque_limit = torque_limit;\n"
-    ));
-    if state {
-        put(format_args!("    {name}_init(&instance->s);\n"));
-    }
-    put(format_args!(
-        "    if (stickslip_set(instance, parameters) != 0) {{\n        free(instance);\n        return NULL;\n    }}\n    \
-         return instance;\n}}\n\n\
-         int32_t stickslip_step(void *controller, const stickslip_sample *sample, double *torque) {{\n    \
-         stickslip_instance *instance = controller;\n    {name}_input in;\n    {name}_output out;\n    \
-         {name}_status status;\n"
-    ));
+         instance->sample_time = sample_time;\n    instance->torque_limit = torque_limit;\n{init}    \
+         if (stickslip_set(instance, parameters) != 0) {{\n        free(instance);\n        return NULL;\n    }}\n    \
+         return instance;\n}}\n\n"
+    )
+}
+
+fn step_function(program: &Program, name: &str) -> String {
     let known = sample();
-    for (path, _) in top.input.leaves() {
+    let assign = |(path, _): (String, _)| {
         let of_sample = || known.iter().any(|(name, _)| *name == path).then(|| format!("sample->{path}"));
         let value = signal(&path).map(str::to_owned).or_else(of_sample).unwrap_or_else(|| "0.0".into());
-        put(format_args!("    in.{} = {value};\n", identifier_path(&path)));
-    }
+        format!("    in.{} = {value};\n", identifier_path(&path))
+    };
+    let input: String = program.top().input.leaves().into_iter().map(assign).collect();
     let arguments = [
-        (tuned, "&instance->p"),
-        (state, "&instance->s"),
+        (is_tuned(program), "&instance->p"),
+        (has_state(program), "&instance->s"),
         (true, "&in"),
         (true, "instance->sample_time"),
         (true, "&out"),
     ];
     let arguments: Vec<&str> = arguments.into_iter().filter(|it| it.0).map(|it| it.1).collect();
-    put(format_args!(
-        "    status = {name}_step({});\n    *torque = out.{TORQUE};\n    \
-         return (status == {}_NOT_COMPUTED) ? 1 : 0;\n}}\n\n\
-         void stickslip_end(void *controller) {{\n    free(controller);\n}}\n",
+    format!(
+        "int32_t stickslip_step(void *controller, const stickslip_sample *sample, double *torque) {{\n    \
+         stickslip_instance *instance = controller;\n    {name}_input in;\n    {name}_output out;\n    \
+         {name}_status status;\n{input}    status = {name}_step({});\n    *torque = out.{TORQUE};\n    \
+         return (status == {}_NOT_COMPUTED) ? 1 : 0;\n}}\n\n",
         arguments.join(", "),
         name.to_uppercase()
-    ));
-    out
+    )
 }

@@ -238,89 +238,103 @@ impl Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write_cause(f)?;
+        self.remedy().map_or(Ok(()), |remedy| write!(f, " {remedy}"))
+    }
+}
+
+impl Fault {
+    /// The cause, with what was measured; the whole message of a fault without [`remedy`](Self::remedy).
+    fn write_cause(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fault::FollowingError { error, limit } => write!(
-                f,
-                "the screw is {error:.3} rad from its set-point, allowed are {limit:.3} rad. Ask for less \
-                 acceleration, or tune the controller."
-            ),
-            Fault::Overspeed { speed, limit } => write!(
-                f,
-                "the screw turns at {speed:.1} rad/s, allowed are {limit:.1} rad/s. Check the sign of the \
-                 drive and the set-point."
-            ),
-            Fault::EndOfStroke { angle, limit } => write!(
-                f,
-                "the screw would stop at {angle:.2} rad, its stroke ends at {limit:.2} rad. Shorten the manoeuvre, or \
-                 go more slowly near the ends; where it is outside, move the carriage back by hand."
-            ),
-            Fault::NotANumber { measurement } => {
-                write!(f, "the measured {measurement} is no number. Check the sensor and its scaling.")
+            Fault::FollowingError { error, limit } => {
+                write!(f, "the screw is {error:.3} rad from its set-point, allowed are {limit:.3} rad.")
             }
-            Fault::Computed { block } => {
-                write!(f, "the {block} gives no number. Check its parameters and what it is given.")
+            Fault::Overspeed { speed, limit } => {
+                write!(f, "the screw turns at {speed:.1} rad/s, allowed are {limit:.1} rad/s.")
             }
+            Fault::EndOfStroke { angle, limit } => {
+                write!(f, "the screw would stop at {angle:.2} rad, its stroke ends at {limit:.2} rad.")
+            }
+            Fault::NotANumber { measurement } => write!(f, "the measured {measurement} is no number."),
+            Fault::Computed { block } => write!(f, "the {block} gives no number."),
             Fault::EncoderFrozen { current, velocity, time } => write!(
                 f,
-                "the encoder has stood for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the \
-                 tacho. Check the encoder's cable, and whether the axis is blocked."
+                "the encoder has stood for {time:.3} s at {current:.2} A and {velocity:.1} rad/s of the tacho."
             ),
-            Fault::EncoderJumped { speed, limit } => write!(
-                f,
-                "the encoder's angle jumped as if at {speed:.0} rad/s, allowed are {limit:.1} rad/s. Check the \
-                 counter's range."
-            ),
-            Fault::SensorsApart { tacho, encoder } => write!(
-                f,
-                "the tacho says {tacho:.1} rad/s, the encoder {encoder:.1} rad/s. Check cables, the tacho's constant \
-                 and the encoder's lines."
-            ),
-            Fault::CountsLost { deviation, limit } => write!(
-                f,
-                "an index pulse lies {deviation:.4} rad off a whole revolution, allowed are {limit:.4} rad. The \
-                 counter loses counts: check the encoder's cable and its highest frequency."
-            ),
-            Fault::IndexMissing { travel } => write!(
-                f,
-                "the screw turned by {travel:.2} rad without an index pulse, it comes every revolution. Check the \
-                 encoder's index wire."
-            ),
-            Fault::Accelerometer { difference, limit } => write!(
-                f,
-                "accelerometer and tacho are {difference:.0} rad/s² apart, allowed are {limit:.0} rad/s². Check the \
-                 accelerometer's supply and its mounting."
-            ),
+            Fault::EncoderJumped { speed, limit } => {
+                write!(f, "the encoder's angle jumped as if at {speed:.0} rad/s, allowed are {limit:.1} rad/s.")
+            }
+            Fault::SensorsApart { tacho, encoder } => {
+                write!(f, "the tacho says {tacho:.1} rad/s, the encoder {encoder:.1} rad/s.")
+            }
+            Fault::CountsLost { deviation, limit } => {
+                write!(f, "an index pulse lies {deviation:.4} rad off a whole revolution, allowed are {limit:.4} rad.")
+            }
+            Fault::IndexMissing { travel } => {
+                write!(f, "the screw turned by {travel:.2} rad without an index pulse, it comes every revolution.")
+            }
+            Fault::Accelerometer { difference, limit } => {
+                write!(f, "accelerometer and tacho are {difference:.0} rad/s² apart, allowed are {limit:.0} rad/s².")
+            }
             Fault::LoadCurrent { difference, limit } => write!(
                 f,
-                "the load motor's current is {difference:.2} A from what is asked for, allowed are {limit:.2} A. Check \
-                 the sign of the current sensor, and the amplifier."
+                "the load motor's current is {difference:.2} A from what is asked for, allowed are {limit:.2} A."
             ),
             Fault::Overcurrent { motor, current, limit } => {
-                write!(f, "the {motor} motor has {current:.2} A, allowed are {limit:.2} A. Ask for less torque.")
+                write!(f, "the {motor} motor has {current:.2} A, allowed are {limit:.2} A.")
             }
-            Fault::Overheated { motor, current, limit } => write!(
-                f,
-                "the {motor} motor has had {current:.2} A for too long, it bears {limit:.2} A. Let it cool, and ask for \
-                 less torque."
-            ),
-            Fault::TicksMissed { missed } => write!(
-                f,
-                "the software missed {missed} ticks in a row. Close other programs, and see what `stickslip doctor` \
-                 finds."
-            ),
-            Fault::NotStopped { velocity } => write!(
-                f,
-                "the screw still turns at {velocity:.1} rad/s though it was braked. Check the drive's amplifier; use \
-                 the machine's emergency stop."
-            ),
-            Fault::Homing(fault) => fault.fmt(f),
+            Fault::Overheated { motor, current, limit } => {
+                write!(f, "the {motor} motor has had {current:.2} A for too long, it bears {limit:.2} A.")
+            }
+            Fault::TicksMissed { missed } => write!(f, "the software missed {missed} ticks in a row."),
+            Fault::NotStopped { velocity } => {
+                write!(f, "the screw still turns at {velocity:.1} rad/s though it was braked.")
+            }
+            Fault::Homing(fault) => fmt::Display::fmt(fault, f),
             Fault::External(role, fault) => fault.tell(*role, f),
-            Fault::Machine(MachineFault::Silent { ticks }) => write!(
+            Fault::Machine(fault) => fault.tell(f),
+        }
+    }
+
+    /// What to do, in a sentence or two.
+    fn remedy(&self) -> Option<&'static str> {
+        Some(match self {
+            Fault::FollowingError { .. } => "Ask for less acceleration, or tune the controller.",
+            Fault::Overspeed { .. } => "Check the sign of the drive and the set-point.",
+            Fault::EndOfStroke { .. } => {
+                "Shorten the manoeuvre, or go more slowly near the ends; where it is outside, move the carriage back by \
+                 hand."
+            }
+            Fault::NotANumber { .. } => "Check the sensor and its scaling.",
+            Fault::Computed { .. } => "Check its parameters and what it is given.",
+            Fault::EncoderFrozen { .. } => "Check the encoder's cable, and whether the axis is blocked.",
+            Fault::EncoderJumped { .. } => "Check the counter's range.",
+            Fault::SensorsApart { .. } => "Check cables, the tacho's constant and the encoder's lines.",
+            Fault::CountsLost { .. } => {
+                "The counter loses counts: check the encoder's cable and its highest frequency."
+            }
+            Fault::IndexMissing { .. } => "Check the encoder's index wire.",
+            Fault::Accelerometer { .. } => "Check the accelerometer's supply and its mounting.",
+            Fault::LoadCurrent { .. } => "Check the sign of the current sensor, and the amplifier.",
+            Fault::Overcurrent { .. } => "Ask for less torque.",
+            Fault::Overheated { .. } => "Let it cool, and ask for less torque.",
+            Fault::TicksMissed { .. } => "Close other programs, and see what `stickslip doctor` finds.",
+            Fault::NotStopped { .. } => "Check the drive's amplifier; use the machine's emergency stop.",
+            Fault::Homing(_) | Fault::External(..) | Fault::Machine(_) => return None,
+        })
+    }
+}
+
+impl MachineFault {
+    fn tell(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            MachineFault::Silent { ticks } => write!(
                 f,
                 "the machine has not answered for {ticks} ticks. Check that it runs, and its cable; the bench takes it up \
                  again by itself. Then acknowledge, and home."
             ),
-            Fault::Machine(MachineFault::Restarted) => write!(
+            MachineFault::Restarted => write!(
                 f,
                 "the machine does not know this bench any more: it was started anew, or another bench has taken it. The \
                  bench takes it up again where nobody else has it. Then acknowledge, and home."

@@ -233,19 +233,49 @@ impl LoopRun {
 
     /// All figures with the names of their files.
     fn figures(&self) -> Vec<Captioned> {
-        let frequency = || Axis::new("frequency", "Hz").stretched();
-        let hertz = |it: &OperatingLoop, k: usize| it.frequencies[k] / TAU;
-        let over = |measure: fn(Complex<f64>) -> f64| {
-            move |it: &OperatingLoop, gains: &[Complex<f64>]| {
-                gains.iter().enumerate().map(|(k, l)| (hertz(it, k), measure(*l))).collect::<Vec<_>>()
-            }
-        };
-        let magnitude = Figure::new("Loop gain").x(frequency()).y(Axis::new("magnitude", "dB").range(-60.0, 60.0));
-        let magnitude = self.both(magnitude, over(|l| decibels(l).clamp(-60.0, 60.0)));
-        let phase = Figure::new("Phase of the loop gain").x(frequency()).y(Axis::new("phase", "°"));
-        let phase = self.both(phase, |it, gains| {
-            unwrapped(gains.iter().copied(), -180.0).into_iter().enumerate().map(|(k, p)| (hertz(it, k), p)).collect()
-        });
+        vec![
+            (
+                "magnitude.svg",
+                self.magnitude(),
+                "Where it is above 0 dB the controller decides, below it the axis does.".into(),
+            ),
+            ("phase.svg", self.phase(), "At −180° the loop gain must be below 0 dB.".into()),
+            (
+                "nyquist.svg",
+                self.nyquist(),
+                "A loop that stays outside the circle has a sensitivity below 1.8 everywhere.".into(),
+            ),
+            (
+                "sensitivity.svg",
+                self.sensitivity(),
+                "By how much the loop amplifies what disturbs it; below 1 it helps.".into(),
+            ),
+            (
+                "setpoint_step.svg",
+                self.step("Step of the set-point", "rad", 0, 1.0),
+                "The angle after a set-point of 1 rad, no limit reached.".into(),
+            ),
+            (
+                "load_step.svg",
+                self.step("Step of the load torque", "mrad", 2, 100.0),
+                "The angle after 0.1 N·m against the load.".into(),
+            ),
+            ("poles.svg", self.poles(), "In z: what lies within the circle dies out.".into()),
+        ]
+    }
+
+    fn magnitude(&self) -> Figure {
+        let figure = Figure::new("Loop gain").x(frequency()).y(Axis::new("magnitude", "dB").range(-60.0, 60.0));
+        self.both(figure, |it, gains| it.over_frequency(gains.iter().map(|l| decibels(*l).clamp(-60.0, 60.0))))
+    }
+
+    fn phase(&self) -> Figure {
+        let figure = Figure::new("Phase of the loop gain").x(frequency()).y(Axis::new("phase", "°"));
+        self.both(figure, |it, gains| it.over_frequency(unwrapped(gains.iter().copied(), -180.0)))
+    }
+
+    /// The loop gain in the complex plane, with the circle that the limit of the sensitivity draws about −1.
+    fn nyquist(&self) -> Figure {
         let circle = (0..=120).map(|k| f64::from(k) * TAU / 120.0).map(|angle| {
             let radius = 1.0 / SENSITIVITY_LIMIT;
             (radius * libm::cos(angle) - 1.0, radius * libm::sin(angle))
@@ -254,73 +284,58 @@ impl LoopRun {
             .x(Axis::new("real part", "1").range(-3.0, 1.5))
             .y(Axis::new("imaginary part", "1").range(-2.0, 1.0));
         let inside = |l: &Complex<f64>| (-3.0..=1.5).contains(&l.re) && (-2.0..=1.0).contains(&l.im);
-        let nyquist = self
-            .both(plane, |_, gains| {
-                gains.iter().map(|l| if inside(l) { (l.re, l.im) } else { (f64::NAN, f64::NAN) }).collect()
-            })
-            .series(Series::line(Role::Reference, "M_s = 1.8", circle))
-            .series(Series::points(Role::Reference, "−1", [(-1.0, 0.0)]).large());
-        let sensitivity = Figure::new("Sensitivity").x(frequency()).y(Axis::new("|1/(1 + L)|", "1"));
+        self.both(plane, |_, gains| {
+            gains.iter().map(|l| if inside(l) { (l.re, l.im) } else { (f64::NAN, f64::NAN) }).collect()
+        })
+        .series(Series::line(Role::Reference, "M_s = 1.8", circle))
+        .series(Series::points(Role::Reference, "−1", [(-1.0, 0.0)]).large())
+    }
+
+    fn sensitivity(&self) -> Figure {
+        let figure = Figure::new("Sensitivity").x(frequency()).y(Axis::new("|1/(1 + L)|", "1"));
         let last = self.operating[0].frequencies.last().map_or(1.0, |last| last / TAU);
-        let sensitivity = self.both(sensitivity, over(|l| 1.0 / size(l + 1.0))).series(Series::line(
-            Role::Reference,
-            "limit of a fair tuning",
-            [0.0, last].map(|f| (f, SENSITIVITY_LIMIT)),
-        ));
-        let step = |title: &str, unit: &str, input: usize, scale: f64| {
-            let figure = Figure::new(title).x(Axis::new("time", "s")).y(Axis::new("angle", unit));
-            self.both(figure, |it, _| {
-                let dt = it.closed.dt.unwrap_or(SHOWN);
-                let channel = it.closed.channel(input, 0).and_then(|way| way.step_response((SHOWN / dt) as usize, dt));
-                let answers = channel.unwrap_or_default().into_iter().enumerate();
-                answers.map(|(k, angle)| (k as f64 * dt, scale * angle)).collect()
-            })
-        };
-        let poles = Figure::new("Poles of the closed loop")
+        let limit = [0.0, last].map(|f| (f, SENSITIVITY_LIMIT));
+        self.both(figure, |it, gains| it.over_frequency(gains.iter().map(|l| 1.0 / size(*l + 1.0))))
+            .series(Series::line(Role::Reference, "limit of a fair tuning", limit))
+    }
+
+    /// The angle after a step of this input of the closed loop, times a scale.
+    fn step(&self, title: &str, unit: &str, input: usize, scale: f64) -> Figure {
+        let figure = Figure::new(title).x(Axis::new("time", "s")).y(Axis::new("angle", unit));
+        self.both(figure, |it, _| {
+            let dt = it.closed.dt.unwrap_or(SHOWN);
+            let channel = it.closed.channel(input, 0).and_then(|way| way.step_response((SHOWN / dt) as usize, dt));
+            let answers = channel.unwrap_or_default().into_iter().enumerate();
+            answers.map(|(k, angle)| (k as f64 * dt, scale * angle)).collect()
+        })
+    }
+
+    /// The poles of the closed loop, with the unit circle.
+    fn poles(&self) -> Figure {
+        let circle = (0..=120).map(|k| {
+            let angle = f64::from(k) * PI / 60.0;
+            (libm::cos(angle), libm::sin(angle))
+        });
+        let plane = Figure::new("Poles of the closed loop")
             .x(Axis::new("real part", "1").range(-1.6, 1.6))
             .y(Axis::new("imaginary part", "1").range(-1.1, 1.1))
-            .series(Series::line(
-                Role::Reference,
-                "limit of stability",
-                (0..=120).map(|k| {
-                    let angle = f64::from(k) * PI / 60.0;
-                    (libm::cos(angle), libm::sin(angle))
-                }),
-            ));
-        let poles = self.operating.iter().enumerate().fold(poles, |figure, (index, it)| {
+            .series(Series::line(Role::Reference, "limit of stability", circle));
+        self.operating.iter().enumerate().fold(plane, |figure, (index, it)| {
             let points = it.quality.poles.iter().map(|pole| (pole.re, pole.im));
             figure.series(Series::points(Role::Trace(index), it.name, points).large())
-        });
-        vec![
-            (
-                "magnitude.svg",
-                magnitude,
-                "Where it is above 0 dB the controller decides, below it the axis does.".into(),
-            ),
-            ("phase.svg", phase, "At −180° the loop gain must be below 0 dB.".into()),
-            (
-                "nyquist.svg",
-                nyquist,
-                "A loop that stays outside the circle has a sensitivity below 1.8 everywhere.".into(),
-            ),
-            (
-                "sensitivity.svg",
-                sensitivity,
-                "By how much the loop amplifies what disturbs it; below 1 it helps.".into(),
-            ),
-            (
-                "setpoint_step.svg",
-                step("Step of the set-point", "rad", 0, 1.0),
-                "The angle after a set-point of 1 rad, no limit reached.".into(),
-            ),
-            (
-                "load_step.svg",
-                step("Step of the load torque", "mrad", 2, 100.0),
-                "The angle after 0.1 N·m against the load.".into(),
-            ),
-            ("poles.svg", poles, "In z: what lies within the circle dies out.".into()),
-        ]
+        })
     }
+}
+
+impl OperatingLoop {
+    /// A value for each frequency [Hz].
+    fn over_frequency(&self, values: impl IntoIterator<Item = f64>) -> Vec<(f64, f64)> {
+        values.into_iter().enumerate().map(|(k, value)| (self.frequencies[k] / TAU, value)).collect()
+    }
+}
+
+fn frequency() -> Axis {
+    Axis::new("frequency", "Hz").stretched()
 }
 
 /// What the load does where a loop is judged: its name, and what it is.

@@ -1,14 +1,16 @@
 //! One machine in one scenario: the tick in lockstep, without homing and supervision.
 
+use stickslip_core::control::reference::Generator;
 use stickslip_core::drive::Arm;
+use stickslip_core::plant::MachineState;
 use stickslip_core::render::{Law, RenderedArm};
-use stickslip_core::tick::Order;
+use stickslip_core::tick::{Order, Tick};
 
 use super::machine::machine;
-use super::scenario::Drive;
+use super::scenario::{Course, Drive};
 use super::{Cell, Role, Scenario};
 use crate::fast_bench::FastBench;
-use stickslip_base::Error;
+use stickslip_base::{Error, Preset};
 use stickslip_design as design;
 
 /// What truly happened, once a sample of the position controller.
@@ -43,52 +45,23 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     let settings = &cell.preset.bench;
     let course = scenario.course(&cell.preset)?;
     let (dt, divider) = (settings.tick_time(), settings.divider());
-    let mut tick = design::software(&cell.preset.model, settings)?;
-    tick.control = course.controller;
+    let period = dt * divider as f64;
     let control_divider = if course.every_tick { 1 } else { divider };
-    tick.control_period = dt * control_divider as f64;
-    tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
-    if role != Role::Rendered {
-        tick.arm = RenderedArm::Nothing;
-    }
-    tick.current = design::load_current_control(&tick.law, &cell.preset.model, settings)?;
+    let mut tick = software(cell, role, &course, control_divider)?;
     if let (Role::Rendered, true, Some(correct)) = (role, scenario.is_corrected(), cell.correct) {
         match correct(cell, &plant, settings, seed)? {
             Some(correction) => tick.correction = correction,
-            None => return Ok(Trace { period: dt * divider as f64, ..Trace::default() }),
+            None => return Ok(Trace { period, ..Trace::default() }),
         }
     }
     let mut bench = FastBench::new(&plant, tick, settings, control_divider, seed)?;
     let mut setpoints = course.drive.setpoints(settings.tick_rate);
     let rest = (course.rest * settings.tick_rate) as u64;
     let cycles = rest + (course.duration * settings.tick_rate) as u64;
-    let samples = (cycles / divider) as usize;
-    let column = || Vec::with_capacity(samples);
-    let period = dt * divider as f64;
-    let mut trace = Trace {
-        period,
-        angle: column(),
-        reference: column(),
-        felt_torque: column(),
-        resisting_torque: column(),
-        load_torque: column(),
-        arm_twist: column(),
-        velocity_error: 0.0,
-        stable: true,
-    };
+    let mut trace = Trace::with_room(period, (cycles / divider) as usize);
     let mut off = 0.0;
     for cycle in 0..cycles {
-        let mut order = Order { render: 1.0, ..Order::default() };
-        order.control = f64::from(u8::from(course.drive.controls()));
-        if let Some(cycle) = cycle.checked_sub(rest) {
-            let time = cycle as f64 * dt;
-            order.added_torque = course.drive.torque(time);
-            match (&course.drive, &mut setpoints) {
-                (Drive::Staircase(staircase), _) => order.reference = staircase.at(time),
-                (_, Some(generator)) => order.reference = generator.next(),
-                _ => {}
-            }
-        }
+        let order = order(&course.drive, &mut setpoints, cycle.checked_sub(rest).map(|cycle| cycle as f64 * dt));
         // What the software knows of an arm after a tick is of its begin; without an arm there is no twist.
         let carried = if plant.arm == Arm::Nothing { 0.0 } else { bench.truth().plant.machine.arm_twist };
         let output = bench.tick(order);
@@ -102,12 +75,8 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
             _ => output.estimated_velocity,
         };
         off += (expected - parts.velocity).powi(2);
-        trace.angle.push(parts.angle);
+        trace.push(parts, plant.load_motor.winding.torque_constant);
         trace.reference.push(order.reference.position);
-        trace.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
-        let load_torque = parts.load_current * plant.load_motor.winding.torque_constant;
-        trace.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
-        trace.load_torque.push(load_torque);
         trace.arm_twist.push(if role == Role::Rendered { truth.tick.arm.twist } else { carried });
         // What the supervision of a bench would stop; written so that a NaN is a fault.
         let following =
@@ -124,7 +93,61 @@ pub(super) fn run(cell: &Cell, role: Role, scenario: &Scenario, seed: u64) -> Re
     Ok(trace)
 }
 
+/// The software of a machine in its role, the controller of the scenario due every `control_divider` ticks.
+fn software(cell: &Cell, role: Role, course: &Course, control_divider: u64) -> Result<Tick<f64>, Error> {
+    let Preset { model, bench: settings, .. } = &cell.preset;
+    let mut tick = design::software(model, settings)?;
+    tick.control = course.controller;
+    tick.control_period = settings.tick_time() * control_divider as f64;
+    tick.law = if role == Role::Rendered { cell.law } else { Law::Off };
+    if role != Role::Rendered {
+        tick.arm = RenderedArm::Nothing;
+    }
+    tick.current = design::load_current_control(&tick.law, model, settings)?;
+    Ok(tick)
+}
+
+/// What the software is told in a tick; no time [s] yet while the machine rests before the scenario.
+fn order(drive: &Drive, setpoints: &mut Option<Generator<'_>>, time: Option<f64>) -> Order<f64> {
+    let mut order = Order { render: 1.0, ..Order::default() };
+    order.control = f64::from(u8::from(drive.controls()));
+    if let Some(time) = time {
+        order.added_torque = drive.torque(time);
+        match (drive, setpoints) {
+            (Drive::Staircase(staircase), _) => order.reference = staircase.at(time),
+            (_, Some(generator)) => order.reference = generator.next(),
+            _ => {}
+        }
+    }
+    order
+}
+
 impl Trace {
+    /// Nothing yet, with room for so many samples.
+    fn with_room(period: f64, samples: usize) -> Self {
+        let column = || Vec::with_capacity(samples);
+        Trace {
+            period,
+            angle: column(),
+            reference: column(),
+            felt_torque: column(),
+            resisting_torque: column(),
+            load_torque: column(),
+            arm_twist: column(),
+            velocity_error: 0.0,
+            stable: true,
+        }
+    }
+
+    /// Adds angle and torques of the machine, whose load motor has this torque constant [N m/A].
+    fn push(&mut self, parts: &MachineState<f64>, torque_constant: f64) {
+        self.angle.push(parts.angle);
+        self.felt_torque.push(parts.motor_torque - parts.motor_resistance - parts.lost_torque);
+        let load_torque = parts.load_current * torque_constant;
+        self.resisting_torque.push(parts.load_resistance - parts.lost_torque + load_torque);
+        self.load_torque.push(load_torque);
+    }
+
     /// How much the load motor chatters: root mean square of its torque's change from sample to sample [N m].
     pub fn chatter(&self) -> f64 {
         let changes = self.load_torque.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
