@@ -31,7 +31,7 @@ const MEASURING: [&str; 9] = [
 
 /// Parts of these that set up the virtual bench for a user, or compare a result with the true machine.
 const NOT_MEASURING: [&str; 4] =
-    ["experiment/src/demo", "experiment/src/load", "experiment/src/truth.rs", "experiment/src/workflow"];
+    ["experiment/src/demo", "experiment/src/load", "experiment/src/true_friction.rs", "experiment/src/workflow"];
 
 /// Lines outside tests that use the virtual machine: its parameters, the inside of its sensors, its true state.
 fn uses_of_the_truth(source: &str) -> Vec<&str> {

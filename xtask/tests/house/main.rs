@@ -5,6 +5,7 @@ mod isolation;
 mod layers;
 mod source_distribution;
 mod weight;
+mod words;
 
 use std::path::{Path, PathBuf};
 
