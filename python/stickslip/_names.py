@@ -57,9 +57,9 @@ def number(what: str, value: Any) -> Number:
     return _stickslip.number(value)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, known, 1)
-    return f" Did you mean {close[0]}?" if close else f" Known names: {', '.join(known) or 'none'}."
+def nearest(name: str, names: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, names, 1)
+    return f" Did you mean {close[0]}?" if close else f" Known names: {', '.join(names) or 'none'}."
 
 
 class Placed:

@@ -49,8 +49,8 @@ def _build(options: argparse.Namespace) -> None:
     end = time.perf_counter()
     sizes = (_counted(len(law.parameters), "parameter"), _counted(len(law.states), "state"))
     print(f"{options.file}: {law.name}, {', '.join(sizes)}, {_counted(law.operations, 'operation')}")
-    made = [("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
-    for step, took in [("started", _STARTED), ("read", read), *made, ("loaded", end - built)]:
+    stages = [("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
+    for step, took in [("started", _STARTED), ("read", read), *stages, ("loaded", end - built)]:
         print(f"  {step:9} {took:7.3f} s")
     print(f"  {'total':9} {_STARTED + end - start:7.3f} s; {_SAMPLES} samples are bit-identical to the function")
     if options.c:

@@ -22,7 +22,7 @@ VERSIONS = pytest.mark.parametrize("version", [2, 3])
 
 
 @pytest.fixture(scope="module")
-def made(program, tmp_path_factory):
+def fmus(program, tmp_path_factory):
     """Folder with the FMUs and C projects of some blocks."""
     folder = tmp_path_factory.mktemp("fmu")
     for block in ("friction", "bench", "position_controller"):
@@ -32,8 +32,8 @@ def made(program, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def importers(made):
-    return {(block, version): Importer(made / f"{block}-fmi{version}.fmu") for block in ("friction", "bench", "position_controller") for version in (2, 3)}
+def importers(fmus):
+    return {(block, version): Importer(fmus / f"{block}-fmi{version}.fmu") for block in ("friction", "bench", "position_controller") for version in (2, 3)}
 
 
 def run(instance, steps, amplitude=1.0):
@@ -48,8 +48,8 @@ def run(instance, steps, amplitude=1.0):
 
 @VERSIONS
 @pytest.mark.parametrize("block", ["friction", "bench", "position_controller"])
-def test_an_fmu_is_valid_and_simulates(made, block, version):
-    file = str(made / f"{block}-fmi{version}.fmu")
+def test_an_fmu_is_valid_and_simulates(fmus, block, version):
+    file = str(fmus / f"{block}-fmi{version}.fmu")
     assert validate_fmu(file) == []
     result = fmpy.simulate_fmu(file, stop_time=0.01, output_interval=1e-3)
     assert len(result) == 11 and all(np.isfinite(result[name]).all() for name in result.dtype.names)
@@ -68,9 +68,9 @@ def test_units_values_and_causalities_come_from_the_block(importers, version):
 
 @VERSIONS
 @pytest.mark.parametrize("block", ["friction", "bench"])
-def test_results_have_the_bits_of_the_generated_code(made, importers, block, version):
-    folder = made / block
-    library = made / f"{block}.so"
+def test_results_have_the_bits_of_the_generated_code(fmus, importers, block, version):
+    folder = fmus / block
+    library = fmus / f"{block}.so"
     subprocess.run(["cc", "-std=c99", "-O2", "-fPIC", "-shared", folder / f"{block}.c", "-o", library, "-lm"], check=True)
     native = ctypes.CDLL(str(library))
     sizes = json.loads((folder / "summary.json").read_text())["results"]
@@ -313,15 +313,15 @@ def test_freed_instances_leave_no_memory(importers, version):
     assert (size() - before) * 1024 < 0.7 * 4000 * bytes_each, (size() - before, bytes_each)
 
 
-def test_an_fmu_contains_compilable_sources(made):
+def test_an_fmu_contains_compilable_sources(fmus):
     import zipfile
 
     for version, description in ((2, "modelDescription.xml"), (3, "sources/buildDescription.xml")):
-        with zipfile.ZipFile(made / f"bench-fmi{version}.fmu") as archive:
+        with zipfile.ZipFile(fmus / f"bench-fmi{version}.fmu") as archive:
             names = archive.namelist()
             assert {"sources/bench.c", "sources/bench.h", f"sources/fmi{version}.c", "documentation/index.html"} <= set(names)
             assert f'"fmi{version}.c"' in archive.read(description).decode()
-            folder = pathlib.Path(made) / f"unpacked{version}"
+            folder = pathlib.Path(fmus) / f"unpacked{version}"
             archive.extractall(folder)
         command = ["cc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"fmi{version}.c"]
         subprocess.run(command, cwd=folder / "sources", check=True)

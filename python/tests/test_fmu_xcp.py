@@ -26,7 +26,7 @@ PLACE = "extra/org.fmi-standard.fmi-ls-xcp"
 
 
 @pytest.fixture(scope="module")
-def made(program, tmp_path_factory):
+def fmus(program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fmu-xcp")
     subprocess.run([program, "generate", "fmu", BLOCK, "--xcp", "5599", "--out", folder, "--quiet"], check=True)
     subprocess.run([program, "generate", "fmu", BLOCK, "--out", folder / "mute", "--quiet"], check=True)
@@ -34,14 +34,14 @@ def made(program, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def importers(made):
-    return {version: Importer(made / f"{BLOCK}-fmi{version}.fmu") for version in (2, 3)}
+def importers(fmus):
+    return {version: Importer(fmus / f"{BLOCK}-fmi{version}.fmu") for version in (2, 3)}
 
 
 @pytest.fixture(scope="module")
-def described(made):
+def described(fmus):
     """Addresses of all measurements and of all parameters, by name."""
-    with zipfile.ZipFile(made / f"{BLOCK}-fmi3.fmu") as archive:
+    with zipfile.ZipFile(fmus / f"{BLOCK}-fmi3.fmu") as archive:
         text = archive.read(f"{PLACE}/{BLOCK}.a2l").decode()
     measured = re.findall(r"/begin MEASUREMENT (\S+) .*? ECU_ADDRESS (\S+)", text)
     changed = re.findall(r'/begin CHARACTERISTIC (\S+) ".*?" VALUE (\S+)', text)
@@ -158,8 +158,8 @@ class Master:
 
 
 @VERSIONS
-def test_an_fmu_with_a_service_is_valid_and_declares_it(made, version):
-    file = made / f"{BLOCK}-fmi{version}.fmu"
+def test_an_fmu_with_a_service_is_valid_and_declares_it(fmus, version):
+    file = fmus / f"{BLOCK}-fmi{version}.fmu"
     assert validate_fmu(str(file)) == []
     with zipfile.ZipFile(file) as archive:
         platform = "linux64" if version == 2 else "x86_64-linux"
@@ -228,8 +228,8 @@ def test_a_parameter_changed_by_a_master_is_active_from_the_next_step(importers,
 
 
 @VERSIONS
-def test_a_master_does_not_change_the_results(made, importers, described, version):
-    of, mute = importers[version], Importer(made / "mute" / f"{BLOCK}-fmi{version}.fmu")
+def test_a_master_does_not_change_the_results(fmus, importers, described, version):
+    of, mute = importers[version], Importer(fmus / "mute" / f"{BLOCK}-fmi{version}.fmu")
     measured, _ = described
     courses = []
     for importer in (of, mute):
