@@ -1,6 +1,6 @@
 /* Instructions and stack of a step, in an emulator that keeps time by instructions: QEMU with `-icount shift=10` takes
- * each for 1.024 µs, and the SysTick timer of its boards counts at 25 MHz, so that an instruction is 25.6 counts.
- * No cycles: an emulator knows no pipeline, no cache and no memory that lets the processor wait. */
+ * 1.024 µs for each, and the SysTick timer of its boards counts at 25 MHz, so that an instruction is 25.6 counts.
+ * The numbers are not cycles: the emulator models neither pipeline nor cache nor memory wait states. */
 #ifndef MEASURE_H
 #define MEASURE_H
 
@@ -16,7 +16,7 @@ static uint32_t instructions(uint32_t from, uint32_t to) {
     return (uint32_t)((((from - to) & COUNTER_TOP) * (uint64_t)10 + 128) / 256);
 }
 
-/* A loop of two instructions a turn. */
+/* A loop of two instructions per iteration. */
 static uint32_t known_loop(uint32_t turns) {
     const uint32_t from = SYSTICK[2];
     __asm__ volatile("1: subs %0, #1\n bne 1b" : "+r"(turns) : : "cc");
@@ -31,7 +31,7 @@ static void start_timer(void) {
     overhead = instructions(from, SYSTICK[2]);
 }
 
-/* The stack below main is free, and without interrupts only the step writes there. */
+/* The stack below main is unused; without interrupts only the step writes there. */
 #define BEFORE_STEP()                                                 \
     volatile uint32_t *stack_;                                        \
     __asm__ volatile("mov %0, sp" : "=r"(stack_));                    \

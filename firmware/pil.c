@@ -1,14 +1,14 @@
-/* Processor in the loop: a generated block steps through the records of a file and writes what it gives.
+/* Processor in the loop: runs a generated block on the records of a file and writes its outputs.
  *
- * The file `inputs` holds, as the processor has them in memory (little endian, REAL is double or float):
- *     1, the parameters                   the next steps use them; until then, those of BLOCK_parameters_init
- *     2, the state                        the next step begins with it; until then, that of BLOCK_init
- *     3, REAL dt, the input               a step
- * each number in front a 32-bit word. After each step the file `outputs` gets the status, a 32-bit word, the output
- * and the state.
+ * The file `inputs` contains records in the memory format of the processor (little endian, REAL is double or float):
+ *     1, the parameters                   for the next steps; default: those of BLOCK_parameters_init
+ *     2, the state                        for the next step; default: that of BLOCK_init
+ *     3, REAL dt, the input               runs a step
+ * The first number is a 32-bit word. After each step the program appends the status (a 32-bit word), the output and the
+ * state to the file `outputs`.
  *
- * Compile with -DBLOCK=name, for single precision -DREAL=float, and -DNO_PARAMETERS, -DNO_STATE, -DNO_INPUT or
- * -DNO_OUTPUT for what the block does not have. -DMEASURE counts instructions and stack (measure.h). */
+ * Compile with -DBLOCK=name, with -DREAL=float for single precision, and with -DNO_PARAMETERS, -DNO_STATE, -DNO_INPUT or
+ * -DNO_OUTPUT for missing parts of the block. -DMEASURE counts instructions and stack (measure.h). */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -114,7 +114,7 @@ int main(void) {
             read_all(&parameters, sizeof parameters, inputs);
 #endif
         } else {
-            printf("%lu is no record of this block\n", (unsigned long)kind);
+            printf("unknown record %lu in the file inputs\n", (unsigned long)kind);
             return 4;
         }
     }

@@ -1,4 +1,4 @@
-/* What stands between reset and main on a Cortex-M4F or M7: vectors, memory, floating point, and faults that say so. */
+/* Start-up of a Cortex-M4F or M7 from reset to main: vectors, memory, floating point, fault messages. */
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -8,33 +8,33 @@ extern int main(void);
 void reset(void);
 void _fini(void);
 
-/* The C library calls it at the end of a program; there is nothing to do. */
+/* Called by the C library at the end of a program; empty. */
 void _fini(void) {}
 
 /* A request to the debugger or emulator (Arm's semihosting). */
-static void ask(uint32_t what, const void *with) {
-    register uint32_t r0 __asm__("r0") = what;
-    register const void *r1 __asm__("r1") = with;
+static void request(uint32_t operation, const void *argument) {
+    register uint32_t r0 __asm__("r0") = operation;
+    register const void *r1 __asm__("r1") = argument;
     __asm__ volatile("bkpt 0xab" : "+r"(r0) : "r"(r1) : "memory");
 }
 
 /* Ends the program; an emulator returns 1. */
-static void stop(const char *why) {
+static void stop(const char *reason) {
     enum { WRITE0 = 0x04, EXIT = 0x18, RUN_TIME_ERROR = 0x20023 };
-    ask(WRITE0, why);
+    request(WRITE0, reason);
     for (;;) {
-        /* EXIT takes its reason in place of a pointer. */
-        ask(EXIT, (const void *)RUN_TIME_ERROR);
+        /* EXIT expects its reason instead of a pointer. */
+        request(EXIT, (const void *)RUN_TIME_ERROR);
     }
 }
 
-static void hard_fault(void) { stop("hard fault: a wild address, a division by zero or an instruction it lacks\n"); }
+static void hard_fault(void) { stop("hard fault: invalid address, division by zero or unsupported instruction\n"); }
 static void memory_fault(void) { stop("memory management fault\n"); }
-static void bus_fault(void) { stop("bus fault: nothing answers at that address\n"); }
-static void usage_fault(void) { stop("usage fault: an instruction that this processor lacks\n"); }
-static void unexpected(void) { stop("an interrupt that nothing waits for\n"); }
+static void bus_fault(void) { stop("bus fault: no memory or device at this address\n"); }
+static void usage_fault(void) { stop("usage fault: unsupported instruction\n"); }
+static void unexpected(void) { stop("unexpected interrupt\n"); }
 
-/* Stack, reset and the exceptions of the processor itself; no interrupt is switched on. */
+/* Stack, reset and the exceptions of the processor; no interrupt is enabled. */
 __attribute__((section(".vectors"), used)) static const struct {
     uint32_t *stack;
     void (*handlers[15])(void);

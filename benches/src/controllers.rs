@@ -1,4 +1,4 @@
-//! What a sample of position control takes, controller and compensation together.
+//! Computation time of a sample of position control, controller and compensation together.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -16,11 +16,11 @@ use stickslip_core::control::{AxisControl, AxisControlInput, AxisControlState, P
 /// Samples of a round.
 const SAMPLES: u32 = 200_000;
 
-/// What was measured, nanoseconds a sample, the best of the rounds, and how many are asked for. For predictive control it
-/// is what 99.99 % of the samples take at most where nothing interrupts them.
+/// Name of the measurement, nanoseconds per sample in the best round, and the limit. For predictive control: the time
+/// that 99.99 % of the samples do not exceed without interrupts.
 type Row = (&'static str, f64, f64);
 
-/// A row each.
+/// Measures all controllers.
 pub(crate) fn run(rounds: usize) -> Result<[Row; 6], Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     let mut time = |controller, compensation| -> Result<f64, Box<dyn Error>> {
@@ -31,20 +31,20 @@ pub(crate) fn run(rounds: usize) -> Result<[Row; 6], Box<dyn Error>> {
     let pid = ControllerChoice::Pid(Pid::default());
     let predictive = ControllerChoice::Predictive(PredictiveFeedback { speed_limit: 0.5, ..Default::default() });
     let state_feedback = ControllerChoice::StateFeedback(StateFeedback::default());
-    let fed_forward = CompensationChoice::Feedforward(FeedforwardChoice::default());
-    let observed = CompensationChoice::FrictionObserver(FrictionObserverChoice::default());
-    let trained = CompensationChoice::Network(NetworkChoice::default());
+    let feedforward = CompensationChoice::Feedforward(FeedforwardChoice::default());
+    let observer = CompensationChoice::FrictionObserver(FrictionObserverChoice::default());
+    let network = CompensationChoice::Network(NetworkChoice::default());
     Ok([
         (NAMES[0], time(pid, CompensationChoice::Nothing)?, 20.0),
         (NAMES[1], time(state_feedback, CompensationChoice::Nothing)?, 150.0),
-        (NAMES[2], time(state_feedback, fed_forward)?, 150.0),
-        (NAMES[3], time(pid, observed)?, 1000.0),
-        (NAMES[4], time(pid, trained)?, 500.0),
+        (NAMES[2], time(state_feedback, feedforward)?, 150.0),
+        (NAMES[3], time(pid, observer)?, 1000.0),
+        (NAMES[4], time(pid, network)?, 500.0),
         (NAMES[5], slowest(predictive, rounds)?, 15_000.0),
     ])
 }
 
-/// What is measured.
+/// Names of the measurements.
 pub(crate) const NAMES: [&str; 6] = [
     "control_pid/20ns",
     "control_state_feedback/150ns",
@@ -54,18 +54,18 @@ pub(crate) const NAMES: [&str; 6] = [
     "control_predictive_99.99%/15us",
 ];
 
-/// A ramp under control: nanoseconds a sample.
+/// Nanoseconds per sample on a ramp under control.
 fn round(control: &AxisControl<f64>) -> f64 {
     let mut state = AxisControlState::default();
-    let begin = Instant::now();
+    let start = Instant::now();
     for sample in 0..SAMPLES {
         black_box(control.step(&mut state, black_box(input(sample)), 1e-3));
     }
-    begin.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES)
+    start.elapsed().as_secs_f64() * 1e9 / f64::from(SAMPLES)
 }
 
-/// The same, each sample by the clock, at a limit that is met: what one in ten thousand exceeds. All rounds are the same
-/// samples, and what an interrupt adds to one of them it does not add to all: the best of each sample counts.
+/// Time that one sample in ten thousand exceeds, at an active limit, each sample timed separately. All rounds have the
+/// same samples; the minimum over the rounds removes the effect of interrupts.
 fn slowest(controller: ControllerChoice<f64>, rounds: usize) -> Result<f64, Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
     preset.bench.controller = controller;
@@ -74,16 +74,16 @@ fn slowest(controller: ControllerChoice<f64>, rounds: usize) -> Result<f64, Box<
     for _ in 0..rounds {
         let mut state = AxisControlState::default();
         for (sample, best) in (0..).zip(&mut times) {
-            let begin = Instant::now();
+            let start = Instant::now();
             black_box(control.step(&mut state, black_box(input(sample)), 1e-3));
-            *best = (*best).min(begin.elapsed().as_nanos());
+            *best = (*best).min(start.elapsed().as_nanos());
         }
     }
     times.sort_unstable();
     Ok(times[times.len() - times.len() / 10_000 - 1] as f64)
 }
 
-/// What position control reads in a sample.
+/// Input of position control in a sample.
 fn input(sample: u32) -> AxisControlInput<f64> {
     let position = f64::from(sample % 1000) * 1e-3;
     let reference = Setpoint { position, velocity: 1.0, ..Setpoint::default() };

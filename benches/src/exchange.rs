@@ -1,7 +1,8 @@
-//! A sample for a controller in another process and its torque back: through shared memory, as a loaded controller is
-//! asked, beside a socket pair. Back to back, where both sides are awake, and once a millisecond, where the other sleeps.
+//! Exchange of a sample and a torque with a controller in another process: through shared memory, as for a loaded
+//! controller, against a socket pair. Back to back with both sides awake, and once per millisecond with a sleeping
+//! peer.
 //!
-//! The other side is this program, called anew.
+//! The peer is a second process of this program.
 
 use std::error::Error;
 use std::io::{Read as _, Write as _};
@@ -12,25 +13,25 @@ use std::time::{Duration, Instant};
 
 use stickslip_rt::{Clock as _, MonotonicClock, Requester, Responder, hand_over, take_over};
 
-/// Named in the environment of the other side: how it is asked.
-const ASKED: &str = "STICKSLIP_BENCH_ASKED";
-/// Words of a sample, and bytes of a torque with its time, as they went through the socket.
+/// Environment variable of the peer: the transport.
+const TRANSPORT: &str = "STICKSLIP_BENCH_TRANSPORT";
+/// Words of a sample, and bytes of a torque with its time, in the socket.
 const SAMPLE: usize = 8;
 const TORQUE: usize = 24;
-/// Exchanges of a round, back to back and paced.
+/// Exchanges per round, back to back and paced.
 const BACK_TO_BACK: u32 = 20_000;
 const PACED: u64 = 200;
-/// From one to the next, paced.
+/// Period of paced exchanges.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Longer than any answer takes.
+/// Timeout, longer than any answer takes.
 const LONG: Duration = Duration::from_secs(10);
 
-/// What is measured.
+/// Names of the measurements.
 pub(crate) const NAMES: [&str; 2] = ["exchange_awake/socket_pair", "exchange_paced/socket_pair"];
 
-/// The other side, where this process is to be it.
-pub(crate) fn answers() -> Result<bool, Box<dyn Error>> {
-    let Some(how) = std::env::var_os(ASKED) else { return Ok(false) };
+/// Runs as the peer if the environment requests it. Returns whether it did.
+pub(crate) fn run_as_peer() -> Result<bool, Box<dyn Error>> {
+    let Some(how) = std::env::var_os(TRANSPORT) else { return Ok(false) };
     let mut socket = UnixStream::from(std::io::stdin().as_fd().try_clone_to_owned()?);
     if how == "memory" {
         let mut answerer = Responder::open(&take_over(&socket)?, SAMPLE)?;
@@ -48,34 +49,34 @@ pub(crate) fn answers() -> Result<bool, Box<dyn Error>> {
     Ok(true)
 }
 
-/// The other side, as somebody has it.
-struct Other {
+/// A running peer process.
+struct Peer {
     child: Child,
     socket: UnixStream,
 }
 
-impl Other {
+impl Peer {
     fn start(how: &str) -> Result<Self, Box<dyn Error>> {
-        let (socket, theirs) = UnixStream::pair()?;
+        let (socket, peer_socket) = UnixStream::pair()?;
         let mut command = Command::new(std::env::current_exe()?);
-        let child = command.env(ASKED, how).stdin(OwnedFd::from(theirs)).spawn()?;
-        Ok(Other { child, socket })
+        let child = command.env(TRANSPORT, how).stdin(OwnedFd::from(peer_socket)).spawn()?;
+        Ok(Peer { child, socket })
     }
 }
 
-impl Drop for Other {
+impl Drop for Peer {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Nanoseconds an exchange, ours and the peer's, median of the rounds: back to back and paced.
+/// Nanoseconds per exchange through memory and through the socket, median of the rounds: back to back and paced.
 pub(crate) fn run(rounds: usize) -> Result<[[f64; 2]; 2], Box<dyn Error>> {
     let (mut asker, memory) = Requester::new(SAMPLE)?;
-    let ours = Other::start("memory")?;
+    let ours = Peer::start("memory")?;
     hand_over(&ours.socket, &memory)?;
-    let mut peer = Other::start("socket")?;
+    let mut peer = Peer::start("socket")?;
     let mut through_memory = |value: u64| -> Result<u64, Box<dyn Error>> {
         asker.ask([2, value, 3, 4, 5, 6, 7, 8]);
         loop {
@@ -110,15 +111,15 @@ fn median(mut values: Vec<f64>) -> f64 {
 type Exchange<'a> = &'a mut dyn FnMut(u64) -> Result<u64, Box<dyn Error>>;
 
 fn checked(exchange: Exchange<'_>, value: u64) -> Result<(), Box<dyn Error>> {
-    if exchange(value)? == value { Ok(()) } else { Err("an answer to another question".into()) }
+    if exchange(value)? == value { Ok(()) } else { Err("the answer belongs to another sample".into()) }
 }
 
 fn back_to_back(exchange: Exchange<'_>) -> Result<f64, Box<dyn Error>> {
-    let begin = Instant::now();
+    let start = Instant::now();
     for value in 0..BACK_TO_BACK {
         checked(exchange, value.into())?;
     }
-    Ok(begin.elapsed().as_secs_f64() * 1e9 / f64::from(BACK_TO_BACK))
+    Ok(start.elapsed().as_secs_f64() * 1e9 / f64::from(BACK_TO_BACK))
 }
 
 fn paced(exchange: Exchange<'_>) -> Result<f64, Box<dyn Error>> {

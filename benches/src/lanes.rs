@@ -1,4 +1,4 @@
-//! Benches in lanes beside the same one after the other.
+//! Benches in vector lanes against the same benches one after the other.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -10,10 +10,10 @@ use stickslip::{Preset, parameters};
 use stickslip_core::control::reference::{Reference, Sine};
 use stickslip_core::tick::Order;
 
-/// Seconds of the bench in a round.
+/// Simulated seconds per round.
 const DURATION: f64 = 0.5;
 
-/// Ticks under a sine; where the first has come to [rad], so that nothing can be left out.
+/// Simulates a sine. Returns the final angle of the first bench [rad], so that the compiler removes nothing.
 fn run<T: LaneNumber>(mut bench: FastBench<T>, rate: f64) -> f64 {
     let sine = Reference::Sine(Sine { amplitude: 2.0, frequency: 2.0, fade_time: 0.0 });
     let mut setpoints = stickslip_core::control::reference::Generator::new(sine, rate);
@@ -28,7 +28,7 @@ fn run<T: LaneNumber>(mut bench: FastBench<T>, rate: f64) -> f64 {
     bench.truth().plant.machine.angle.lane(0)
 }
 
-/// Simulated seconds a second on one core, in lanes and one after the other.
+/// Simulated seconds per second on one core, in lanes and one after the other.
 pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let mut preset: Preset<f64> = parameters::presets::find("prototype")?.read()?;
     let (mut wide, mut single) = (f64::INFINITY, f64::INFINITY);
@@ -40,18 +40,18 @@ pub(crate) fn run_both(rounds: usize) -> Result<(f64, f64), Box<dyn Error>> {
             let tick = software(&preset.model, settings)?;
             benches.push(FastBench::new(&preset.plant, tick, settings, settings.divider(), round)?);
         }
-        let abreast = FastBench::abreast(&benches).ok_or("as many benches as lanes")?;
-        let begin = Instant::now();
-        let together = black_box(run(abreast, preset.bench.tick_rate));
-        wide = wide.min(begin.elapsed().as_secs_f64());
-        let begin = Instant::now();
-        let mut alone = Vec::new();
+        let lanes = FastBench::abreast(&benches).ok_or("the number of benches is not the number of lanes")?;
+        let start = Instant::now();
+        let lane_angle = black_box(run(lanes, preset.bench.tick_rate));
+        wide = wide.min(start.elapsed().as_secs_f64());
+        let start = Instant::now();
+        let mut angles = Vec::new();
         for bench in benches {
-            alone.push(black_box(run(bench, preset.bench.tick_rate)));
+            angles.push(black_box(run(bench, preset.bench.tick_rate)));
         }
-        single = single.min(begin.elapsed().as_secs_f64());
-        // The same bits, or it is no comparison.
-        assert_eq!(together.to_bits(), alone[0].to_bits());
+        single = single.min(start.elapsed().as_secs_f64());
+        // The comparison is valid only with the same bits.
+        assert_eq!(lane_angle.to_bits(), angles[0].to_bits());
     }
     let simulated = LANES as f64 * DURATION;
     Ok((simulated / wide, simulated / single))

@@ -1,5 +1,5 @@
-//! A whole tick of the bench at 10 kHz, spinning: software with the rendering law of bristles, virtual machine, and every
-//! signal handed to somebody who captures it. And how many ticks a change of parameters takes.
+//! Time of a complete tick of the bench at 10 kHz, spinning: software with the bristle rendering law, virtual machine,
+//! and a capture of every signal. Also the number of ticks until a parameter change is active.
 
 use std::error::Error;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,25 +19,25 @@ use stickslip_core::control::reference::{Generator, Reference};
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Clock, Cycle, Lap, MonotonicClock, Next, OverrunPolicy, Running};
 
-/// Ticks that are timed: the same ones, from the same seed on, in several passes.
+/// Timed ticks; several passes repeat the same ticks from the same seed.
 const TICKS: usize = 2_000_000;
 const PASSES: usize = 5;
-/// As long is the machine watched for its own holes: what the ticks take, about.
+/// Duration of the measurement of disturbances, about that of the ticks.
 const WATCHED: Duration = Duration::from_secs(36);
-/// Ticks run through most of each period, since the kernel stops a thread that takes more than 95 % of a second [ns].
+/// Ticks run during TURN [ns] of each period, because the kernel throttles a thread above 95 % of a second.
 const PERIOD: Duration = Duration::from_millis(100);
 const TURN: u64 = 85_000_000;
 
-/// What ticks take [µs].
+/// Times of ticks [µs].
 pub(crate) struct Ticks {
     pub(crate) median: f64,
     pub(crate) p9999: f64,
-    /// The slowest by its own doing: of each tick the fastest pass counts, since a hole of the machine hits the same
-    /// tick hardly twice.
+    /// Slowest tick without disturbance: the fastest pass of each tick counts, because a disturbance rarely hits the
+    /// same tick twice.
     pub(crate) own_worst: f64,
-    /// The slowest of all passes.
+    /// Slowest tick of all passes.
     pub(crate) worst: f64,
-    /// The longest hole of the machine itself in as long a time.
+    /// Longest disturbance by the machine in the same duration.
     pub(crate) floor: f64,
 }
 
@@ -48,11 +48,11 @@ fn preset(tick_rate: f64) -> Result<Preset<f64>, Box<dyn Error>> {
     Ok(preset)
 }
 
-/// Ticks one after the other, with a rest in each period as the measurement of the floor has it.
+/// Runs ticks one after the other, with a pause in each period as in the measurement of disturbances.
 struct Ticking {
     bench: VirtualBench,
     generator: Generator<'static>,
-    /// Of each tick [ns]; its memory is there and touched.
+    /// Time of each tick [ns]; the memory is allocated and touched.
     times: Vec<u32>,
     done: usize,
     result: mpsc::Sender<Result<Vec<u32>, stickslip::Error>>,
@@ -65,8 +65,8 @@ impl Cycle for Ticking {
 
     fn run(&mut self, _: u64, _: &mut Lap) -> Next {
         let clock = MonotonicClock::default();
-        let (begin, mut now) = (clock.now(), clock.now());
-        while self.done < self.times.len() && now - begin < TURN {
+        let (start, mut now) = (clock.now(), clock.now());
+        while self.done < self.times.len() && now - start < TURN {
             let setpoint = self.generator.next();
             let command = Command { setpoint, control: true, render: true, ..Command::default() };
             let before = clock.now();
@@ -88,10 +88,10 @@ impl Cycle for Ticking {
     }
 }
 
-/// Times ticks.
+/// Measures the times of ticks.
 pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
     let preset = preset(10_000.0)?;
-    // As long before the ticks as behind them.
+    // The same duration before and after the ticks.
     let before = measure_floor(WATCHED / 2, ThreadSettings::default(), &Watch::silent())?;
     let mut all = Vec::with_capacity(PASSES * TICKS);
     let mut least = vec![u32::MAX; TICKS];
@@ -100,15 +100,15 @@ pub(crate) fn ticks() -> Result<Ticks, Box<dyn Error>> {
         least.iter_mut().zip(&times).for_each(|(least, time)| *least = (*least).min(*time));
         all.extend(times);
     }
-    let behind = measure_floor(WATCHED / 2, ThreadSettings::default(), &Watch::silent())?;
+    let after = measure_floor(WATCHED / 2, ThreadSettings::default(), &Watch::silent())?;
     all.sort_unstable();
     let quantile = |part: f64| f64::from(all[((all.len() - 1) as f64 * part) as usize]) * 1e-3;
     let own_worst = f64::from(least.into_iter().max().unwrap_or(0)) * 1e-3;
-    let floor = 1e6 * before.longest().max(behind.longest());
+    let floor = 1e6 * before.longest().max(after.longest());
     Ok(Ticks { median: quantile(0.5), p9999: quantile(0.9999), own_worst, worst: quantile(1.0), floor })
 }
 
-/// The time of each tick [ns], from the same begin on.
+/// The time of each tick [ns], from the same start.
 fn pass(preset: &Preset<f64>) -> Result<Vec<u32>, Box<dyn Error>> {
     let mut bench = VirtualBench::new(preset, 1)?;
     let law = stickslip::design::rendering_law(&preset.model, &preset.bench)?;
@@ -120,21 +120,21 @@ fn pass(preset: &Preset<f64>) -> Result<Vec<u32>, Box<dyn Error>> {
         let names: Vec<String> = channels().into_iter().map(|entry| entry.path).collect();
         let signals = (0..names.len()).collect();
         let plan = Plan { signals, decimation: 1, before: 2000, after: 2000, keep: Keep::Latest(1) };
-        let trigger: Trigger = "setpoint.velocity rises through 0".parse().expect("it is one");
+        let trigger: Trigger = "setpoint.velocity rises through 0".parse().expect("a valid trigger");
         let mut rows = Stream::new(names.len());
-        let capture = Capture::new(plan, &trigger, &names, 64 << 20).expect("it has room");
-        let held = rows.add(capture).expect("the first");
+        let capture = Capture::new(plan, &trigger, &names, 64 << 20).expect("enough memory");
+        let handle = rows.add(capture).expect("the first capture");
         while !stream.is_closed() {
             while let Some(sample) = stream.sample() {
                 let _ = rows.push(sample.frame.cycle, &Signals::of(&sample.frame).row());
             }
             thread::sleep(Duration::from_millis(1));
         }
-        rows.remove(held).map_or(0, |capture| capture.segments().len())
+        rows.remove(handle).map_or(0, |capture| capture.segments().len())
     });
     let reference = Reference::Sine(Default::default());
     let generator = Generator::new(reference, preset.bench.tick_rate).with_origin(0.0);
-    let (result, found) = mpsc::channel();
+    let (result, receiver) = mpsc::channel();
     let ticking = Ticking { bench, generator, times: vec![u32::MAX; TICKS], done: 0, result };
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = stickslip_rt::Plan { warm_up: 0, overrun, ..stickslip_rt::Plan::new(PERIOD) };
@@ -144,14 +144,14 @@ fn pass(preset: &Preset<f64>) -> Result<Vec<u32>, Box<dyn Error>> {
         thread::sleep(Duration::from_millis(20));
     }
     running.join();
-    let times = found.recv()??;
-    if captures.join().map_err(|_| "who captures has panicked")? == 0 {
+    let times = receiver.recv()??;
+    if captures.join().map_err(|_| "the capture thread has panicked")? == 0 {
         return Err("nothing was captured".into());
     }
     Ok(times)
 }
 
-/// A machine that tells in which cycle it is.
+/// A machine that counts its cycles.
 struct Counted {
     machine: InProcess,
     cycle: Arc<AtomicU64>,
@@ -176,28 +176,28 @@ impl Io for Counted {
     }
 }
 
-/// From the cycle in which a set of parameters was handed over to the first with it: median and 99 % of 1000 changes.
+/// Cycles from a requested parameter change to the first cycle with it: median and 99th percentile of 1000 changes.
 pub(crate) fn change() -> Result<[f64; 2], Box<dyn Error>> {
     let preset = preset(4000.0)?;
     let (machine, readings) = InProcess::new(&preset, 1)?;
     let cycle = Arc::new(AtomicU64::new(0));
     let machine = Counted { machine, cycle: cycle.clone() };
     let mut bench = ClockedBench::over(&preset, machine, readings, ThreadSettings::default(), None)?;
-    let mut urgent = bench.urgent().ok_or("nobody else has taken it")?;
+    let mut urgent = bench.urgent().ok_or("the urgent channel is in use")?;
     let parameters = *bench.parameters();
-    let mut taken = Vec::new();
+    let mut delays = Vec::new();
     for _ in 0..1000 {
-        // Cycles that have run: the one that runs or comes next has this number.
+        // Number of cycles that have run, which is the number of the current or next cycle.
         let now = cycle.load(Ordering::Relaxed);
-        taken.push(urgent.change(Change::Parameters(parameters))?.saturating_sub(now));
+        delays.push(urgent.change(Change::Parameters(parameters))?.saturating_sub(now));
         thread::sleep(Duration::from_micros(700));
     }
     bench.stop();
-    taken.sort_unstable();
-    Ok([taken[500] as f64, taken[990] as f64])
+    delays.sort_unstable();
+    Ok([delays[500] as f64, delays[990] as f64])
 }
 
-/// Work for all other cores, until it is dropped.
+/// Load on the other cores, until it is dropped.
 pub(crate) struct Load {
     stop: Arc<AtomicBool>,
     threads: Vec<thread::JoinHandle<()>>,
@@ -211,7 +211,7 @@ impl Load {
             thread::spawn(move || {
                 let mut bytes = vec![0_u8; 8 << 20];
                 while !stop.load(Ordering::Relaxed) {
-                    // Through the caches that all share.
+                    // Loads the shared caches.
                     bytes.iter_mut().step_by(64).for_each(|byte| *byte = byte.wrapping_add(1));
                     std::hint::black_box(&bytes);
                 }

@@ -1,5 +1,5 @@
 /*
- * A cascade as an example of a controller of one's own: P on the position, PI on the velocity, feedforward of inertia.
+ * Example of an external controller: P-PI cascade with inertia feedforward.
  *
  *     stickslip load --header .
  *     cc -O2 -shared -fPIC -I. -o p_pi.so p_pi.c
@@ -12,10 +12,10 @@
 enum { POSITION_GAIN, VELOCITY_GAIN, INTEGRAL_TIME, INERTIA, COUNT };
 
 static const stickslip_parameter PARAMETERS[COUNT] = {
-    {"position_gain", "1/s", "Velocity asked for per deviation of the position", 0.0, 500.0, 60.0},
-    {"velocity_gain", "N m s/rad", "Torque per deviation of the velocity", 0.0, 10.0, 0.1},
-    {"integral_time", "s", "Time in which the integral gives as much again", 1e-3, 10.0, 0.03},
-    {"inertia", "kg m^2", "Inertia that is fed forward", 0.0, 1.0, 4e-4},
+    {"position_gain", "1/s", "Velocity per position deviation", 0.0, 500.0, 60.0},
+    {"velocity_gain", "N m s/rad", "Torque per velocity deviation", 0.0, 10.0, 0.1},
+    {"integral_time", "s", "Integral time of the velocity loop", 1e-3, 10.0, 0.03},
+    {"inertia", "kg m^2", "Inertia for the acceleration feedforward", 0.0, 1.0, 4e-4},
 };
 
 static const stickslip_description DESCRIPTION = {STICKSLIP_MODULE_ABI, COUNT, "P-PI cascade", PARAMETERS};
@@ -51,13 +51,13 @@ int32_t stickslip_step(void *of, const stickslip_sample *sample, double *torque)
     controller *self = of;
     const double *p = self->values;
     const double deviation = sample->reference_position - sample->measured_angle;
-    const double wanted = sample->reference_velocity + p[POSITION_GAIN] * deviation;
-    const double error = wanted - sample->measured_velocity;
+    const double velocity = sample->reference_velocity + p[POSITION_GAIN] * deviation;
+    const double error = velocity - sample->measured_velocity;
     const double direct = p[VELOCITY_GAIN] * error + p[INERTIA] * sample->reference_acceleration;
     const double sum = direct + self->integral;
     const double limit = self->torque_limit;
     *torque = sum > limit ? limit : sum < -limit ? -limit : sum;
-    /* At the limit the integral moves only back. */
+    /* At the limit integrate only away from it. */
     if (*torque == sum || error * sum < 0.0) {
         self->integral += p[VELOCITY_GAIN] * error * self->sample_time / p[INTEGRAL_TIME];
     }

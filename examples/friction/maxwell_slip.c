@@ -1,12 +1,12 @@
 /*
- * Maxwell slip as an example of a friction of one's own: four springs side by side, each of which slips at its share of a
- * Stribeck curve. At rest it is a spring with hysteresis that remembers every reversal; at speed it slides on the curve.
+ * Example of an external friction: Maxwell slip with four parallel springs, each of which slips at its share of a Stribeck
+ * curve. In presliding it is a spring with hysteresis and memory of every reversal; in sliding it follows the curve.
  *
  *     stickslip load --header .
  *     cc -O2 -shared -fPIC -I. -o maxwell_slip.so maxwell_slip.c -lm
  *     stickslip load maxwell_slip.so --as friction --preset-set bench.law.kind=residual
  *
- * Rendered through a motor with its delays, springs as stiff as steel chatter; 100 N m/rad are far from it.
+ * With a very high stiffness a rendering motor chatters because of its delays; 100 N m/rad is far below that.
  */
 #include "stickslip_module.h"
 
@@ -16,17 +16,17 @@
 enum { BREAKAWAY, KINETIC, STRIBECK, VISCOUS, STIFFNESS, DAMPING, COUNT };
 
 static const stickslip_parameter PARAMETERS[COUNT] = {
-    {"breakaway_torque", "N m", "Torque at which it breaks away from rest", 1e-6, 1.0, 0.30},
-    {"kinetic_torque", "N m", "Torque that is left at speed, but for the viscous part", 1e-6, 1.0, 0.15},
-    {"stribeck_velocity", "rad/s", "Speed at which 1/e of the drop is left", 1e-3, 100.0, 1.5},
-    {"viscous_friction", "N m s/rad", "Torque per speed", 0.0, 0.1, 1e-3},
-    {"stiffness", "N m/rad", "Of all springs together, at rest", 1.0, 1e4, 100.0},
-    {"damping", "N m s/rad", "Beside the springs, while they stretch", 0.0, 1.0, 0.1},
+    {"breakaway_torque", "N m", "Breakaway torque", 1e-6, 1.0, 0.30},
+    {"kinetic_torque", "N m", "Kinetic torque, without the viscous part", 1e-6, 1.0, 0.15},
+    {"stribeck_velocity", "rad/s", "Stribeck velocity: speed at which 1/e of the drop remains", 1e-3, 100.0, 1.5},
+    {"viscous_friction", "N m s/rad", "Viscous friction", 0.0, 0.1, 1e-3},
+    {"stiffness", "N m/rad", "Total stiffness of the springs at rest", 1.0, 1e4, 100.0},
+    {"damping", "N m s/rad", "Damping parallel to the springs while they deflect", 0.0, 1.0, 0.1},
 };
 
 static const stickslip_description DESCRIPTION = {STICKSLIP_MODULE_ABI, COUNT, "Maxwell slip", PARAMETERS};
 
-/* Shares of the stiffness and of the torque at which each slips: the stiffest slips first. */
+/* Shares of the stiffness and of the slip torque; the stiffest spring slips first. */
 enum { SPRINGS = 4 };
 static const double STIFF[SPRINGS] = {0.4, 0.3, 0.2, 0.1};
 static const double STRONG[SPRINGS] = {0.1, 0.2, 0.3, 0.4};
@@ -41,7 +41,7 @@ const stickslip_description *stickslip_describe(void) { return &DESCRIPTION; }
 
 void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {
     friction *self = calloc(1, sizeof *self);
-    (void)torque_limit; /* the bench limits it */
+    (void)torque_limit; /* the bench limits the torque */
     if (self != NULL) {
         self->sample_time = sample_time;
         (void)stickslip_set(self, parameters);
@@ -60,7 +60,7 @@ int32_t stickslip_set(void *of, const double *parameters) {
 int32_t stickslip_step(void *of, const stickslip_sample *sample, double *torque) {
     friction *self = of;
     const double *value = self->values;
-    /* The observer of the bench knows the velocity of the screw; the tacho is that of the motor, behind the coupling. */
+    /* Screw velocity from the observer of the bench. The tacho measures the motor, on the other side of the coupling. */
     const double velocity = sample->estimated_velocity;
     const double speed = fabs(velocity);
     const double drop = value[BREAKAWAY] - value[KINETIC];
@@ -68,12 +68,12 @@ int32_t stickslip_step(void *of, const stickslip_sample *sample, double *torque)
     double sum = 0.0, stretched = 0.0;
     for (int k = 0; k < SPRINGS; k++) {
         const double limit = STRONG[k] * level;
-        const double wanted = self->torques[k] + STIFF[k] * value[STIFFNESS] * velocity * self->sample_time;
-        self->torques[k] = fmax(-limit, fmin(limit, wanted));
-        stretched += self->torques[k] == wanted ? STIFF[k] : 0.0;
+        const double elastic = self->torques[k] + STIFF[k] * value[STIFFNESS] * velocity * self->sample_time;
+        self->torques[k] = fmax(-limit, fmin(limit, elastic));
+        stretched += self->torques[k] == elastic ? STIFF[k] : 0.0;
         sum += self->torques[k];
     }
-    /* Against positive motion, as every friction of the bench. */
+    /* Sign: positive against positive motion, as for every friction of the bench. */
     *torque = sum + stretched * value[DAMPING] * velocity + value[VISCOUS] * velocity;
     return 0;
 }

@@ -1,17 +1,17 @@
-/* The same mass on a microcontroller, over its serial port: what a board of yours does with timers and converters.
+/* The mass of mass.h on a microcontroller with a serial port, as a template for a board with timers and converters.
  *
- * For the board MPS2 AN386 (Cortex-M4F), which QEMU emulates; start-up and memory lie in the folder firmware:
+ * For the board MPS2 AN386 (Cortex-M4F), which QEMU emulates; start-up code and linker script are in the folder firmware:
  *
  *     F=../../firmware
  *     arm-none-eabi-gcc -std=c99 -O2 -mthumb -mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard --specs=rdimon.specs \
  *         -nostartfiles -T $F/link.ld $F/startup.c board.c -o board.elf -lm -lc -lrdimon
  *     qemu-system-arm -M mps2-an386 -nographic -monitor none -semihosting -serial pty -kernel board.elf
  *
- * QEMU says which port it takes, /dev/pts/N. Then: stickslip measure breakaway --io serial:/dev/pts/N. The emulator hands
- * bytes over one by one, some milliseconds a tick: patience, and --set bench.tick_rate=1000.
+ * QEMU prints its port, /dev/pts/N. Then: stickslip measure breakaway --io serial:/dev/pts/N. The emulator transfers
+ * single bytes and takes some milliseconds per tick: use --set bench.tick_rate=1000.
  *
- * On a board of steel machine_tick writes the converters, waits until shortly before the tick's end by a timer, and
- * reads counter and converters; a watchdog takes the outputs to 0 V where no frame comes for some ticks. */
+ * On physical hardware, machine_tick writes the converters, waits on a timer until shortly before the end of the tick,
+ * and reads counter and converters. A watchdog sets the outputs to 0 V if no frame arrives for some ticks. */
 #include "machine.h"
 #include "mass.h"
 
@@ -36,15 +36,15 @@ static void send(const unsigned char *bytes, size_t length) {
 
 int main(void) {
     unsigned char in[IO_LONGEST], out[IO_LONGEST];
-    size_t have = 0;
+    size_t count = 0;
     UART(DIVIDER) = 25; /* 1 Mbit/s */
     UART(CONTROL) = BOTH_WAYS;
     for (;;) {
-        in[have++] = received();
-        /* Bytes have no borders: a frame is where mark and kind are, and is one where its checksum says so. */
-        while (have >= 4) {
+        in[count++] = received();
+        /* A frame starts with mark and kind in the byte stream; its checksum confirms it. */
+        while (count >= 4) {
             const size_t length = io_length(in);
-            if (length > have) {
+            if (length > count) {
                 break;
             }
             size_t used = 1;
@@ -52,8 +52,8 @@ int main(void) {
                 send(out, io_answer(in, length, out));
                 used = io_sum(in, length - IO_SUM) == io_get(in + length - IO_SUM, 4) ? length : 1;
             }
-            have -= used;
-            memmove(in, in + used, have);
+            count -= used;
+            memmove(in, in + used, count);
         }
     }
 }

@@ -1,7 +1,8 @@
-/* A machine for stickslip in C99: frames there and back, whatever carries them. docs/src/frame.md is their description.
+/* Machine side of the stickslip link in C99: decodes and answers frames over any transport. docs/src/frame.md describes
+ * the frames.
  *
- * Include it in one file, and give it the two functions of your machine. All numbers are doubles, in the order of that
- * page: readings are count, index, latch, tacho, accelerometer and current; volts are those of servo and load amplifier. */
+ * Include this file once and define the two functions of your machine. All numbers are doubles, in the order of that
+ * page: readings are count, index, latch, tacho, accelerometer and current; volts are servo and load amplifier. */
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -10,17 +11,17 @@ enum { IO_BEGIN = 1, IO_BEGUN, IO_VOLTAGES, IO_READINGS, IO_PRESS, IO_PRESSED, I
 enum { IO_LONGEST = 120, IO_HEAD = 12, IO_SUM = 4, IO_LEFT_OUT = 4000 };
 enum { NOT_NEXT = 1, STRANGER = 4, UNKNOWN_KIND = 5 };
 
-/* Yours. Stand still, with ticks of so many seconds from now on; the readings at rest. Returns 0 where that cannot be. */
+/* User-defined. Starts at rest with this tick time [s] and sets the readings. Returns 0 if it does not support it. */
 static int machine_begin(double tick_time, double readings[6]);
-/* Yours. One tick under these volts; the readings at its end. */
+/* User-defined. Runs one tick with these voltages [V] and sets the readings at its end. */
 static void machine_tick(const double volts[2], double readings[6]);
 
-/* What is known of the bench. */
+/* State of the link. */
 static struct {
-    uint64_t due;     /* the next frame's number */
-    int begun;        /* whether one has begun, and whether it runs by the clock */
-    int clocked;
-    double volts[2];  /* what acts */
+    uint64_t due;     /* number of the next frame */
+    int begun;        /* whether a session is active */
+    int clocked;      /* whether it runs in real time */
+    double volts[2];  /* active voltages */
 } io;
 
 static uint64_t io_get(const unsigned char *from, int bytes) {
@@ -37,7 +38,7 @@ static void io_put(unsigned char *to, uint64_t value, int bytes) {
     }
 }
 
-/* CRC-32 as of gzip, bit by bit. With a table of 256 words it is eight times as fast. */
+/* CRC-32 as in gzip, bit by bit. A table of 256 words would be eight times as fast. */
 static uint32_t io_sum(const unsigned char *bytes, size_t length) {
     uint32_t sum = 0xFFFFFFFFu;
     for (size_t k = 0; k < length; ++k) {
@@ -49,7 +50,7 @@ static uint32_t io_sum(const unsigned char *bytes, size_t length) {
     return ~sum;
 }
 
-/* How many numbers a kind has; less than 0 for none that a bench sends. */
+/* Count of numbers of a kind of frame; negative for a kind that the bench does not send. */
 static int io_numbers(unsigned kind) {
     switch (kind) {
     case IO_BEGIN: case IO_CLOCKED: case IO_PRESS: return 1;
@@ -59,7 +60,7 @@ static int io_numbers(unsigned kind) {
     }
 }
 
-/* Bytes of the frame that begins here; 0 where none does. 4 bytes are enough to say. */
+/* Length in bytes of the frame that starts here, from its first 4 bytes; 0 if no frame starts here. */
 static size_t io_length(const unsigned char *in) {
     const int numbers = memcmp(in, "SI\2", 3) == 0 ? io_numbers(in[3]) : -1;
     return numbers < 0 ? 0 : (size_t)(IO_HEAD + 8 * numbers + IO_SUM);
@@ -86,12 +87,12 @@ static size_t io_frame(unsigned char *out, int kind, uint64_t number, const doub
     return length + IO_SUM;
 }
 
-static size_t io_refuse(unsigned char *out, uint64_t number, double reason, double due, double came) {
-    const double numbers[3] = { reason, due, came };
+static size_t io_refuse(unsigned char *out, uint64_t number, double reason, double due, double received) {
+    const double numbers[3] = { reason, due, received };
     return io_frame(out, IO_REFUSAL, number, numbers, 3);
 }
 
-/* Answers a frame: the length of the answer, 0 where there is none. */
+/* Answers a frame. Returns the length of the answer, 0 without one. */
 static size_t io_answer(const unsigned char *in, size_t length, unsigned char *out) {
     double numbers[7] = { 0 };
     if (length < IO_HEAD + IO_SUM || io_length(in) != length ||
@@ -111,7 +112,7 @@ static size_t io_answer(const unsigned char *in, size_t length, unsigned char *o
         io.clocked = kind == IO_CLOCKED;
         io.volts[0] = io.volts[1] = 0;
         io.due = number + 1;
-        numbers[0] = 1; /* a machine without linings has them pressed on */
+        numbers[0] = 1; /* preload 1: a machine without a friction wheel reports it as pressed */
         return io.begun ? io_frame(out, IO_BEGUN, number, numbers, 7) : io_refuse(out, number, 2, 0, io_number(in, 0));
     }
     if (!io.begun) {
@@ -122,13 +123,13 @@ static size_t io_answer(const unsigned char *in, size_t length, unsigned char *o
         return io_frame(out, IO_PRESSED, number, numbers, 1);
     }
     if (io.clocked && number < io.due) {
-        return 0; /* late or doubled: its tick has passed */
+        return 0; /* late or duplicate: its tick has passed */
     }
     if (number != io.due && (!io.clocked || number - io.due > IO_LEFT_OUT)) {
         return io_refuse(out, number, NOT_NEXT, (double)io.due, (double)number);
     }
     int pulse = 0;
-    for (; io.due < number; ++io.due) { /* ticks that were left out passed under what acted */
+    for (; io.due < number; ++io.due) { /* omitted ticks run with the active voltages */
         machine_tick(io.volts, numbers);
         pulse |= numbers[1] > 0;
     }

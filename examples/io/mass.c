@@ -1,4 +1,4 @@
-/* A mass with Coulomb friction as a machine of its own, over datagrams or shared memory:
+/* A mass with Coulomb friction as a separate machine process, over datagrams or shared memory:
  *
  *     cc -std=c99 -O2 -o mass mass.c -lm
  *     ./mass udp 9750 &    then: stickslip measure friction --io udp:127.0.0.1:9750
@@ -26,33 +26,33 @@ static void fail(const char *what) {
     exit(1);
 }
 
-/* Datagrams: each has one frame; the answer goes to whoever sent it. */
+/* Datagrams: one frame each; the answer goes to the sender. */
 static void over_udp(int port) {
     const int line = socket(AF_INET, SOCK_DGRAM, 0);
-    struct sockaddr_in here, there;
-    socklen_t size = sizeof here;
-    memset(&here, 0, sizeof here);
-    here.sin_family = AF_INET;
-    here.sin_port = htons((uint16_t)port);
-    here.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* who can reach it can move the machine */
-    if (line < 0 || bind(line, (struct sockaddr *)&here, size) != 0 ||
-        getsockname(line, (struct sockaddr *)&here, &size) != 0) {
+    struct sockaddr_in local, peer;
+    socklen_t size = sizeof local;
+    memset(&local, 0, sizeof local);
+    local.sin_family = AF_INET;
+    local.sin_port = htons((uint16_t)port);
+    local.sin_addr.s_addr = htonl(INADDR_LOOPBACK); /* every process with access to this port can move the machine */
+    if (line < 0 || bind(line, (struct sockaddr *)&local, size) != 0 ||
+        getsockname(line, (struct sockaddr *)&local, &size) != 0) {
         fail("cannot listen");
     }
-    printf("udp:127.0.0.1:%d\n", ntohs(here.sin_port));
+    printf("udp:127.0.0.1:%d\n", ntohs(local.sin_port));
     fflush(stdout);
     for (;;) {
         unsigned char in[IO_LONGEST], out[IO_LONGEST];
-        size = sizeof there;
-        const ssize_t came = recvfrom(line, in, sizeof in, 0, (struct sockaddr *)&there, &size);
-        const size_t answer = came < 0 ? 0 : io_answer(in, (size_t)came, out);
-        if (answer > 0 && sendto(line, out, answer, 0, (struct sockaddr *)&there, size) < 0) {
-            perror("an answer is lost");
+        size = sizeof peer;
+        const ssize_t length = recvfrom(line, in, sizeof in, 0, (struct sockaddr *)&peer, &size);
+        const size_t answer = length < 0 ? 0 : io_answer(in, (size_t)length, out);
+        if (answer > 0 && sendto(line, out, answer, 0, (struct sockaddr *)&peer, size) < 0) {
+            perror("cannot send an answer");
         }
     }
 }
 
-/* The memory, as docs/src/frame.md lays it out. */
+/* Layout of the shared memory, as in docs/src/frame.md. */
 enum { SLOTS = 8 };
 struct ring {
     struct {
@@ -64,22 +64,22 @@ struct memory {
     unsigned char mark[64];
     struct {
         uint64_t value;
-        unsigned char alone[56]; /* a cache line of its own */
-    } count[4];              /* software wrote, machine took, machine wrote, software took */
+        unsigned char padding[56]; /* to a full cache line */
+    } count[4];              /* written by software, read by machine, written by machine, read by software */
     unsigned char unused[192];
     struct ring from_software, from_machine;
     unsigned char rest[4096 - 512 - 2 * 1024];
 };
 
-static uint64_t seen(uint64_t *count) { return __atomic_load_n(count, __ATOMIC_ACQUIRE); }
-static void tell(uint64_t *count, uint64_t value) { __atomic_store_n(count, value, __ATOMIC_RELEASE); }
+static uint64_t load_count(uint64_t *count) { return __atomic_load_n(count, __ATOMIC_ACQUIRE); }
+static void store_count(uint64_t *count, uint64_t value) { __atomic_store_n(count, value, __ATOMIC_RELEASE); }
 
 static struct memory *mapped(const char *name) {
     static const unsigned char MARK[8] = { 'S', 'S', 'H', 'M', 1, 0, SLOTS, 0 };
     char path[256];
     snprintf(path, sizeof path, strchr(name, '/') ? "%s" : "/dev/shm/stickslip-%s", name);
     const int file = open(path, O_RDWR | O_CREAT, 0600);
-    /* The lock says that a machine lives here; the system ends it with this process, however that ends. */
+    /* The lock marks a running machine; the system releases it when this process ends. */
     if (file < 0 || flock(file, LOCK_EX | LOCK_NB) != 0 || ftruncate(file, sizeof(struct memory)) != 0) {
         fail(path);
     }
@@ -92,7 +92,7 @@ static struct memory *mapped(const char *name) {
         __atomic_thread_fence(__ATOMIC_RELEASE);
         memcpy(m->mark, MARK, sizeof MARK);
     }
-    tell(&m->count[1].value, seen(&m->count[0].value)); /* what was meant for a machine before */
+    store_count(&m->count[1].value, load_count(&m->count[0].value)); /* discard frames for an earlier machine */
     return m;
 }
 
@@ -101,22 +101,22 @@ static void over_memory(const char *name) {
     printf("shm:%s\n", name);
     fflush(stdout);
     for (;;) {
-        const uint64_t taken = m->count[1].value, wrote = seen(&m->count[0].value);
-        if (taken == wrote) { /* asleep until the software has written, and wakes */
+        const uint64_t taken = m->count[1].value, wrote = load_count(&m->count[0].value);
+        if (taken == wrote) { /* sleep until the software writes */
             syscall(SYS_futex, &m->count[0].value, FUTEX_WAIT, (uint32_t)wrote, NULL, NULL, 0);
             continue;
         }
         unsigned char in[IO_LONGEST], out[IO_LONGEST];
-        const uint64_t told = m->from_software.slot[taken % SLOTS].length;
-        const size_t length = told < IO_LONGEST ? (size_t)told : IO_LONGEST;
+        const uint64_t stated = m->from_software.slot[taken % SLOTS].length;
+        const size_t length = stated < IO_LONGEST ? (size_t)stated : IO_LONGEST;
         memcpy(in, m->from_software.slot[taken % SLOTS].bytes, length);
-        tell(&m->count[1].value, taken + 1);
+        store_count(&m->count[1].value, taken + 1);
         const size_t answer = io_answer(in, length, out);
         const uint64_t mine = m->count[2].value;
-        if (answer > 0 && mine - seen(&m->count[3].value) < SLOTS) { /* else it is lost */
+        if (answer > 0 && mine - load_count(&m->count[3].value) < SLOTS) { /* a full ring drops the answer */
             m->from_machine.slot[mine % SLOTS].length = answer;
             memcpy(m->from_machine.slot[mine % SLOTS].bytes, out, answer);
-            tell(&m->count[2].value, mine + 1);
+            store_count(&m->count[2].value, mine + 1);
             syscall(SYS_futex, &m->count[2].value, FUTEX_WAKE, 1, NULL, NULL, 0);
         }
     }

@@ -1,12 +1,12 @@
 /*
- * The rendering law of the paper as an example of a law of one's own: the load motor gives what the desired friction is
- * more than the machine's own, faded out around standstill, where the sign of the velocity is noise.
+ * Example of an external rendering law, the law of the paper: the load motor generates the desired minus the own friction.
+ * It fades out around standstill, where the sign of the velocity is noise.
  *
  *     stickslip load --header .
  *     cc -O2 -shared -fPIC -I. -o difference.so difference.c -lm
  *     stickslip load difference.so --as law
  *
- * The numbers are those of the preset clm-bench, what it believes of its own friction among them.
+ * The defaults are those of the preset clm-bench, including its model of the own friction.
  */
 #include "stickslip_module.h"
 
@@ -16,15 +16,15 @@
 enum { BREAKAWAY, KINETIC, STRIBECK, VISCOUS, OWN_BREAKAWAY, OWN_KINETIC, OWN_STRIBECK, OWN_VISCOUS, FADE, COUNT };
 
 static const stickslip_parameter PARAMETERS[COUNT] = {
-    {"desired_breakaway_torque", "N m", "Desired: torque at which it breaks away", 0.0, 1.0, 0.300},
-    {"desired_kinetic_torque", "N m", "Desired: torque that is left at speed", 0.0, 1.0, 0.120},
-    {"desired_stribeck_velocity", "rad/s", "Desired: speed at which 1/e of the drop is left", 1e-3, 100.0, 1.5},
-    {"desired_viscous_friction", "N m s/rad", "Desired: torque per speed", 0.0, 0.1, 1.2e-3},
-    {"own_breakaway_torque", "N m", "Own: torque at which it breaks away", 0.0, 1.0, 0.300},
-    {"own_kinetic_torque", "N m", "Own: torque that is left at speed", 0.0, 1.0, 0.180},
-    {"own_stribeck_velocity", "rad/s", "Own: speed at which 1/e of the drop is left", 1e-3, 100.0, 3.0},
-    {"own_viscous_friction", "N m s/rad", "Own: torque per speed", 0.0, 0.1, 2.0e-4},
-    {"fade_velocity", "rad/s", "Below this speed it gives nothing", 0.0, 10.0, 0.3},
+    {"desired_breakaway_torque", "N m", "Desired breakaway torque", 0.0, 1.0, 0.300},
+    {"desired_kinetic_torque", "N m", "Desired kinetic torque", 0.0, 1.0, 0.120},
+    {"desired_stribeck_velocity", "rad/s", "Desired Stribeck velocity", 1e-3, 100.0, 1.5},
+    {"desired_viscous_friction", "N m s/rad", "Desired viscous friction", 0.0, 0.1, 1.2e-3},
+    {"own_breakaway_torque", "N m", "Own breakaway torque", 0.0, 1.0, 0.300},
+    {"own_kinetic_torque", "N m", "Own kinetic torque", 0.0, 1.0, 0.180},
+    {"own_stribeck_velocity", "rad/s", "Own Stribeck velocity", 1e-3, 100.0, 3.0},
+    {"own_viscous_friction", "N m s/rad", "Own viscous friction", 0.0, 0.1, 2.0e-4},
+    {"fade_velocity", "rad/s", "Speed below which the torque is 0", 0.0, 10.0, 0.3},
 };
 
 static const stickslip_description DESCRIPTION = {STICKSLIP_MODULE_ABI, COUNT, "difference torque", PARAMETERS};
@@ -37,7 +37,7 @@ const stickslip_description *stickslip_describe(void) { return &DESCRIPTION; }
 
 void *stickslip_begin(double sample_time, double torque_limit, const double *parameters) {
     law *self = calloc(1, sizeof *self);
-    (void)sample_time; /* it remembers nothing */
+    (void)sample_time; /* the law has no state */
     (void)torque_limit;
     if (self != NULL) {
         (void)stickslip_set(self, parameters);

@@ -1,8 +1,8 @@
 # %% [markdown]
-# # A friction curve of your own
+# # Fit a measured friction curve
 #
-# The two joints of a direct-drive arm, from a CSV file. Joint 1 has a Stribeck drop, joint 2 has none, and the points do
-# not tell every parameter: the intervals say so.
+# Two joints of a direct-drive arm, from a CSV file. Joint 1 has a Stribeck drop, joint 2 has none. The points do not
+# determine every parameter; the intervals show which ones.
 
 # %%
 import matplotlib.pyplot as plt
@@ -15,13 +15,13 @@ list(curves)
 # %%
 axes = plt.subplots(1, len(curves), layout="constrained", figsize=(10, 4))[1]
 for (name, curve), ax in zip(curves.items(), axes):
-    found = stickslip.fit(curve)
-    print(name, found, sep="\n", end="\n\n")
-    found.plot(ax=ax)
+    fitted = stickslip.fit(curve)
+    print(name, fitted, sep="\n", end="\n\n")
+    fitted.plot(ax=ax)
     ax.set_title(name)
 
 # %% [markdown]
-# With arrays it is the same: velocities with their sign, torques with theirs, standard errors where they are known.
+# The same fit from arrays: signed velocities, signed torques, and standard errors if available.
 
 # %%
 curve = curves["joint 1"]

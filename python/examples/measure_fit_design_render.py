@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Measure, fit, design, render
 #
-# A positioning axis on the virtual bench: its friction is measured and fitted, another one is designed, the load motor
-# renders the difference, and the friction is measured again.
+# A positioning axis on the virtual bench: measure and fit its friction, design another friction, render the difference
+# with the load motor, and measure again.
 
 # %%
 import matplotlib.pyplot as plt
@@ -18,36 +18,37 @@ bench.model.own
 
 # %%
 curve = stickslip.measure(bench)
-found = stickslip.fit(curve)
-print(found)
-found.plot()
+fitted = stickslip.fit(curve)
+print(fitted)
+fitted.plot()
 
 # %% [markdown]
-# A friction with the same breakaway that falls faster, laid through four points. Can the load motor render it?
+# Desired friction through four points: the same breakaway torque, a faster drop. `renderable` states whether the load
+# motor can render it.
 
 # %%
-bench = found.on(bench)
-wanted = stickslip.design(bench, [(0.1, 0.29), (1.0, 0.21), (5.0, 0.13), (50.0, 0.18)])
-print(wanted)
-assert wanted.renderable
+bench = fitted.on(bench)
+design = stickslip.design(bench, [(0.1, 0.29), (1.0, 0.21), (5.0, 0.13), (50.0, 0.18)])
+print(design)
+assert design.renderable
 
 # %%
-rendered = stickslip.render(wanted.preset)
+rendered = stickslip.render(design.preset)
 velocity = np.linspace(-50.0, 50.0, 1001)
 ax = plt.subplots(layout="constrained")[1]
-ax.plot(velocity, wanted.preset.friction("bench.desired").steady(velocity), label="desired", color="C2")
+ax.plot(velocity, design.preset.friction("bench.desired").steady(velocity), label="desired", color="C2")
 ax.errorbar(rendered["velocity"], rendered["torque"], 1.96 * rendered["standard_error"], fmt=".", label="rendered")
 ax.set_xlabel("velocity [rad/s]")
 ax.set_ylabel("torque [N m]")
 ax.legend()
 
 # %% [markdown]
-# What a position controller makes of it: the same reversal on the axis as it is, and with the friction rendered.
+# Position control: the same reversal with the own friction and with the rendered friction.
 
 # %%
 ax = plt.subplots(layout="constrained")[1]
 for render in (False, True):
-    run = stickslip.simulate(wanted.preset, "reversal", render=render)
+    run = stickslip.simulate(design.preset, "reversal", render=render)
     deviation = run["reference_position"] - run["true_angle"]
     ax.plot(run["time"], 1e3 * deviation, label="rendered" if render else "own friction")
 ax.set_xlabel("time [s]")
@@ -55,7 +56,7 @@ ax.set_ylabel("deviation [mrad]")
 ax.legend()
 
 # %% [markdown]
-# And which of two controllers does better on it, by the rules of the benchmark.
+# Compare two controllers by the rules of the benchmark.
 
 # %%
 ranks = stickslip.benchmark(

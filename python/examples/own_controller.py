@@ -1,8 +1,8 @@
 # %% [markdown]
-# # A controller of your own, on the target
+# # Write a controller in Python and run it compiled
 #
-# A function in Python becomes C, a shared library and part of the loop. It is recorded once, for all samples: what
-# depends on a measurement is chosen by `stickslip.where`, what is constant by `if`.
+# stickslip converts a Python function to C and to a shared library, and runs it in the loop. The function is recorded
+# once, for all samples: use `stickslip.where` for conditions on measurements, `if` for conditions on constants.
 
 # %%
 import matplotlib.pyplot as plt
@@ -12,15 +12,15 @@ from stickslip import Tunable
 
 
 @stickslip.controller(
-    position_gain=Tunable(20.0, "1/s", minimum=0.0, maximum=1e4, help="Velocity that a deviation asks for."),
-    velocity_gain=Tunable(0.08, "N m s/rad", minimum=0.0, maximum=1e3, help="Torque by a deviation of the velocity."),
-    integral_gain=Tunable(1.0, "N m/rad", minimum=0.0, maximum=1e4, help="How fast it learns."),
+    position_gain=Tunable(20.0, "1/s", minimum=0.0, maximum=1e4, help="Velocity per position deviation."),
+    velocity_gain=Tunable(0.08, "N m s/rad", minimum=0.0, maximum=1e3, help="Torque per velocity deviation."),
+    integral_gain=Tunable(1.0, "N m/rad", minimum=0.0, maximum=1e4, help="Integral gain of the velocity loop."),
     states={"integral": 0.0},
 )
 def cascade(p, state, sample, dt):
-    """Position over velocity with an integral that stops at the limit of the torque."""
-    wanted = p.position_gain * (sample.reference_position - sample.measured_angle) + sample.reference_velocity
-    deviation = wanted - sample.measured_velocity
+    """Position loop over a velocity loop; the integral stops at the torque limit."""
+    velocity = p.position_gain * (sample.reference_position - sample.measured_angle) + sample.reference_velocity
+    deviation = velocity - sample.measured_velocity
     torque = p.velocity_gain * deviation + state.integral
     free = abs(torque) < sample.torque_limit
     state.integral = stickslip.where(free, state.integral + p.integral_gain * deviation * dt, state.integral)
@@ -28,15 +28,15 @@ def cascade(p, state, sample, dt):
 
 
 # %% [markdown]
-# One step over floats, for a look inside, and the code of it:
+# One step in Python, and the generated C code:
 
 # %%
-at_rest = cascade.begin(torque_limit=0.5)
-print(at_rest.step(stickslip.Sample(reference_position=0.01)), at_rest.state)
+running = cascade.begin(torque_limit=0.5)
+print(running.step(stickslip.Sample(reference_position=0.01)), running.state)
 print(cascade.c()["cascade.c"][-1500:])
 
 # %% [markdown]
-# In the loop it runs compiled. Another gain is another controller:
+# The closed loop runs the compiled controller, here with three gains:
 
 # %%
 bench = stickslip.preset("clm-bench")

@@ -1,8 +1,8 @@
 # %% [markdown]
-# # How good must the believed friction be?
+# # Required accuracy of the friction model
 #
-# A compensation subtracts the friction that it believes in. Here the machine's friction and the belief both go from 60 % to
-# 140 % of what the preset says, and a sine of 2 Hz tells what is left of it.
+# A compensation adds the modelled friction to the command. Here the friction of the machine and that of the model both
+# vary from 60 % to 140 % of the preset. The result is the tracking error of a 2 Hz sine.
 
 # %%
 import matplotlib.pyplot as plt
@@ -18,29 +18,29 @@ machine = {
     "range": [0.6, 1.4],
     "points": 5,
 }
-belief = {**machine, "name": "belief", "path": ["model.own.breakaway_torque", "model.own.kinetic_torque"], "points": 9}
+model = {**machine, "name": "model", "path": ["model.own.breakaway_torque", "model.own.kinetic_torque"], "points": 9}
 plan = {
     "preset": "prototype",
     "manoeuvres": ["sine_2hz"],
     "set": {"bench.compensation.kind": "feedforward"},
-    "axis": [machine, belief],
+    "axis": [machine, model],
 }
-found = stickslip.study(plan)
-print(found)
-found.plot()
+results = stickslip.study(plan)
+print(results)
+results.plot()
 
 # %% [markdown]
-# With xarray the axes are dimensions: the best belief for each machine, and what it costs to believe what the preset says.
+# In xarray the axes are dimensions. For each machine: the best model, and the error ratio with the model of the preset.
 
 # %%
-deviation = found.to_xarray().sine_2hz_rms
-best = deviation.idxmin("belief")
-cost = deviation.sel(belief=1.0) / deviation.min("belief")
+deviation = results.to_xarray().sine_2hz_rms
+best = deviation.idxmin("model")
+ratio = deviation.sel(model=1.0) / deviation.min("model")
 for share in deviation.machine.values:
-    print(f"machine at {share:.1f}: best belief {float(best.sel(machine=share)):.1f}, without it {float(cost.sel(machine=share)):.1f} times as far off")
+    print(f"machine at {share:.1f}: best model {float(best.sel(machine=share)):.1f}, error with the preset {float(ratio.sel(machine=share)):.1f} times as large")
 
 # %% [markdown]
-# Which of several parameters matter at all? A screening (Morris) changes one after the other from random places.
+# A Morris screening shows which parameters matter. It changes one parameter after the other from random start points.
 
 # %%
 screening = stickslip.study(

@@ -1,4 +1,4 @@
-//! NumPy arrays, and whatever NumPy makes an array of, with their types for the stubs.
+//! NumPy arrays and array-like arguments, with their types for the stubs.
 
 use std::convert::Infallible;
 
@@ -10,7 +10,7 @@ use pyo3::{type_hint_identifier, type_hint_subscript};
 
 use crate::error::Exception;
 
-/// Numbers that Python gives: an array as it is, or made of numbers and sequences of them.
+/// Array-like argument: an array, a number or nested sequences of numbers.
 pub(crate) struct ArrayLike<'py>(PyArrayLikeDyn<'py, f64, AllowTypeChange>);
 
 impl<'py> FromPyObject<'_, 'py> for ArrayLike<'py> {
@@ -24,23 +24,23 @@ impl<'py> FromPyObject<'_, 'py> for ArrayLike<'py> {
 }
 
 impl ArrayLike<'_> {
-    /// As they are, of any shape.
+    /// The numbers in their shape.
     pub(crate) fn of_any_shape(&self) -> ArrayViewD<'_, f64> {
         self.0.as_array()
     }
 
-    /// As a row; `name` is what a refusal calls them.
+    /// The numbers as a row; `name` is the argument in the error message.
     pub(crate) fn row(&self, py: Python<'_>, name: &str) -> PyResult<ArrayView1<'_, f64>> {
         let array = self.0.as_array();
         let shape = array.shape().to_vec();
         array.into_dimensionality::<Ix1>().map_err(|_| {
-            let words = format!("{name} has the shape {shape:?}. Give one row of numbers.");
-            Exception::InvalidValue.with(py, words)
+            let message = format!("{name} has the shape {shape:?}. Give a one-dimensional array.");
+            Exception::InvalidValue.with(py, message)
         })
     }
 }
 
-/// An array for Python, made without a copy.
+/// Array for Python, created without a copy.
 pub(crate) struct Array(ArrayD<f64>);
 
 impl From<Vec<f64>> for Array {

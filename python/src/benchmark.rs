@@ -1,4 +1,4 @@
-//! Which controller for which friction.
+//! Benchmark of controllers.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::outcome::Outcome;
 use crate::preset::Preset;
 use crate::watched::watched;
 
-/// Runs controllers on frictions and manoeuvres; what is finished lies in the folder, and is taken from there.
+/// Run controllers on frictions and manoeuvres. Finished cells are stored in the folder and reused from there.
 #[pyfunction]
 #[pyo3(signature = (preset, machine, controllers, frictions, manoeuvres, quick, seeds, places, threads, folder, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]

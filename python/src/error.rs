@@ -1,4 +1,4 @@
-//! Errors of the library as exceptions, in its own words.
+//! Errors of the library as Python exceptions with the same message.
 
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -9,24 +9,24 @@ use stickslip::SimulateError;
 /// The exceptions, as `stickslip/_errors.py` defines them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Exception {
-    /// A value that cannot be.
+    /// Invalid value.
     InvalidValue,
-    /// A parameter, preset or part that there is not.
+    /// Unknown parameter, preset or other name.
     UnknownName,
-    /// The system refused a file.
+    /// The operating system cannot read or write a file.
     FileError,
-    /// Supervision has taken the torque away.
+    /// The supervision has stopped the bench.
     BenchFault,
     /// The work was cancelled.
     Cancelled,
-    /// What is no controller that can be recorded.
+    /// A controller that cannot be recorded.
     NotRecordable,
-    /// Anything else.
+    /// Any other error.
     Error,
 }
 
 impl Exception {
-    /// Which exception an error is.
+    /// The exception for an error.
     fn of(error: &Error) -> Self {
         match error {
             Error::UnknownParameter { .. } | Error::UnknownPreset { .. } | Error::NothingToCompare { .. } => {
@@ -48,15 +48,15 @@ impl Exception {
         }
     }
 
-    /// The exception with these words.
-    pub(crate) fn with(self, py: Python<'_>, words: String) -> PyErr {
+    /// The exception with this message.
+    pub(crate) fn with(self, py: Python<'_>, message: String) -> PyErr {
         static CLASSES: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
         let class = CLASSES
             .get_or_try_init(py, || py.import("stickslip._errors").map(Bound::unbind))
             .and_then(|classes| classes.bind(py).getattr(format!("{self:?}").as_str()))
             .and_then(|class| Ok(class.cast_into::<PyType>()?));
         match class {
-            Ok(class) => PyErr::from_type(class, words),
+            Ok(class) => PyErr::from_type(class, message),
             Err(error) => error,
         }
     }

@@ -1,4 +1,4 @@
-//! Whether a controller notices that its friction is rendered.
+//! Fidelity: comparison of rendered and true friction.
 
 use pyo3::prelude::*;
 use stickslip::fidelity::{Selection, run_plan};
@@ -7,7 +7,7 @@ use crate::error::raised;
 use crate::outcome::Outcome;
 use crate::watched::watched;
 
-/// Compares what is rendered with what is truly there.
+/// Compare rendered with true friction.
 #[pyfunction]
 #[pyo3(signature = (presets, laws, rates, wheel, mismatches, scenarios, quick, seeds, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]

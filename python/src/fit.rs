@@ -1,4 +1,4 @@
-//! Stribeck curves through measured friction.
+//! Fits of Stribeck curves to measured friction.
 
 use std::path::PathBuf;
 
@@ -15,13 +15,13 @@ use crate::error::{Exception, raised};
 use crate::outcome::{Arrays, Outcome, arrays};
 use crate::value::Named;
 
-/// A Stribeck curve through points.
+/// Stribeck curve fitted to points.
 #[pyclass(frozen, module = "stickslip._stickslip", name = "StribeckFit")]
 pub(crate) struct Fit {
     fits: FrictionFits,
 }
 
-/// Fits points: velocities, torques or forces, and their standard errors where they are known.
+/// Fit a Stribeck curve to velocities, torques or forces, and optional standard errors.
 #[pyfunction]
 #[pyo3(signature = (velocity, torque, standard_error, side, linear, preload, source))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -40,16 +40,16 @@ pub(crate) fn fit_points<'py>(
         "positive" => Side::Positive,
         "negative" => Side::Negative,
         _ => {
-            let words = format!("side = \"{side}\" is none. Choose one of: both, positive, negative.");
-            return Err(Exception::InvalidValue.with(py, words));
+            let message = format!("Unknown side \"{side}\". Choose one of: both, positive, negative.");
+            return Err(Exception::InvalidValue.with(py, message));
         }
     };
     let (velocity, torque) = (velocity.row(py, "velocity")?, torque.row(py, "torque")?);
     let errors = standard_error.as_ref().map(|errors| errors.row(py, "standard_error")).transpose()?;
     for (name, length) in [("torque", torque.len()), ("standard_error", errors.map_or(velocity.len(), |e| e.len()))] {
         if length != velocity.len() {
-            let words = format!("{name} has {length} values, velocity {}. Give one for each point.", velocity.len());
-            return Err(Exception::InvalidValue.with(py, words));
+            let message = format!("{name} has {length} values, velocity {}. Give one for each point.", velocity.len());
+            return Err(Exception::InvalidValue.with(py, message));
         }
     }
     let point = |index: usize| CurvePoint {
@@ -65,7 +65,7 @@ pub(crate) fn fit_points<'py>(
     Ok(Fit { fits: FrictionFits { file: source.into(), axis, preload, fits: vec![fitted] } })
 }
 
-/// Reads friction curves of a file: name and columns of each.
+/// Read friction curves from a file. Returns name and columns of each curve.
 #[pyfunction]
 #[pyo3(signature = (path, velocity, torque, standard_error, group))]
 pub(crate) fn curves_of(
@@ -105,32 +105,32 @@ impl Fit {
     }
 }
 
-/// Values of the four parameters under their names.
+/// Values of the four parameters by name.
 fn named<T>(values: [T; 4]) -> Named<T> {
     Named(PARAMETERS.iter().map(|(name, ..)| *name).zip(values).collect())
 }
 
 #[pymethods]
 impl Fit {
-    /// Values of the parameters.
+    /// Values of the parameters by name.
     #[getter]
     fn parameters(&self) -> Named<f64> {
         named(self.fit().parameters)
     }
 
-    /// Their standard errors; infinite where the points do not tell a parameter.
+    /// Standard errors of the parameters; infinite for a parameter that the points do not determine.
     #[getter]
     fn standard_errors(&self) -> Named<f64> {
         named(self.fit().standard_errors)
     }
 
-    /// Ends of their 95 % intervals.
+    /// Ends of the 95 % intervals of the parameters.
     #[getter]
     fn intervals(&self) -> Named<(f64, f64)> {
         named(self.fit().ci95.map(|[low, high]| (low, high)))
     }
 
-    /// Whether the points tell each of them.
+    /// Whether the points determine each parameter.
     #[getter]
     fn known(&self) -> Named<bool> {
         named([0, 1, 2, 3].map(|parameter| self.fit().knows(parameter)))
@@ -142,7 +142,7 @@ impl Fit {
         arr2(&self.fit().covariance).into_dyn().into()
     }
 
-    /// Measured less fitted, positive away from zero, in the order of the points that count.
+    /// Measured minus fitted torque, positive where the measured magnitude is larger, in the order of the points.
     #[getter]
     fn residuals(&self) -> Array {
         self.fit().residuals.clone().into()
@@ -154,25 +154,25 @@ impl Fit {
         self.fit().rms
     }
 
-    /// Weighted sum of their squares.
+    /// Weighted sum of squared residuals.
     #[getter]
     fn chi_square(&self) -> f64 {
         self.fit().chi_square
     }
 
-    /// Points less parameters.
+    /// Number of points minus number of parameters.
     #[getter]
     fn degrees_of_freedom(&self) -> usize {
         self.fit().degrees_of_freedom
     }
 
-    /// How far the form of the curve is from the friction that was measured, as a standard deviation.
+    /// Deviation of the measured friction from a Stribeck curve, as a standard deviation.
     #[getter]
     fn lack_of_fit(&self) -> f64 {
         self.fit().lack_of_fit
     }
 
-    /// The curve at velocities, and half the width of its 95 % band there.
+    /// Return the curve at velocities and half the width of its 95 % band.
     fn at(&self, py: Python<'_>, velocity: ArrayLike<'_>) -> PyResult<(Array, Array)> {
         let (fit, curve) = (self.fit(), self.fit().curve());
         let velocity = velocity.row(py, "velocity")?;
@@ -181,15 +181,15 @@ impl Fit {
         Ok((torque.into(), band.into()))
     }
 
-    /// The own friction as a part of a parameter file.
+    /// Return the own friction as part of a parameter file. Raises InvalidValue where the fit has no such parameters.
     fn fragment(&self, py: Python<'_>) -> PyResult<String> {
         match self.fits.fragment().map_err(|error| raised(py, &error))? {
             Ok(text) => Ok(text),
-            Err(reason) => Err(Exception::InvalidValue.with(py, format!("no parameters for a preset: {reason}."))),
+            Err(reason) => Err(Exception::InvalidValue.with(py, format!("No parameters for a preset: {reason}."))),
         }
     }
 
-    /// Numbers, remarks and report.
+    /// Return numbers, remarks and report.
     fn outcome(&self) -> Outcome {
         Outcome::of(self.fits.clone())
     }

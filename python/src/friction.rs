@@ -14,10 +14,10 @@ use crate::value::settings;
 
 type Law = friction::Friction<f64>;
 
-/// A friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with what it depends on.
+/// Friction model: static, Dahl, LuGre, elasto-plastic or Maxwell slip, with its dependences on other quantities.
 ///
-/// `values` has the same names as the friction of a parameter file (`stickslip params describe plant.screw_friction`);
-/// what is not given has its default.
+/// `values` uses the names of a friction in a parameter file (`stickslip params describe plant.screw_friction`);
+/// missing values have their defaults. Raises InvalidValue or UnknownName.
 ///
 /// >>> import numpy as np, stickslip
 /// >>> lugre = stickslip.Friction({"model.kind": "lugre", "model.sliding.kinetic_torque": 0.2})
@@ -35,20 +35,20 @@ impl Friction {
         Ok(Friction { law, text })
     }
 
-    /// Of values that are known.
+    /// The friction of checked values.
     pub(crate) fn of_law(py: Python<'_>, law: &Law) -> PyResult<Self> {
         Self::of_text(py, parameters::write_commented(law))
     }
 
-    /// The friction at a path of a preset, be it a model or a curve.
+    /// The friction at a path of a preset, which is a model or a curve.
     pub(crate) fn of_preset(py: Python<'_>, preset: &Preset, path: &str) -> PyResult<Self> {
         let entries = preset.entries();
-        let of = |rows: Vec<parameters::Description>, group: &str| -> Vec<String> {
+        let paths = |rows: Vec<parameters::Description>, group: &str| -> Vec<String> {
             rows.iter().filter_map(|row| below(&row.path, group)).map(String::from).collect()
         };
-        let known = |error| raised(py, &error);
-        let rows = of(parameters::describe::<stickslip::Preset<f64>>(path).map_err(known)?, path);
-        // What has the parameters of a friction is one.
+        let exception = |error| raised(py, &error);
+        let rows = paths(parameters::describe::<stickslip::Preset<f64>>(path).map_err(exception)?, path);
+        // A group with the parameters of a friction is a friction.
         let changes = || {
             let all = entries.iter().filter_map(|entry| Some((below(&entry.path, path)?.to_string(), entry)));
             all.map(|(path, entry)| {
@@ -60,17 +60,18 @@ impl Friction {
             })
             .collect::<Vec<_>>()
         };
-        if rows == of(parameters::describe::<Law>("").map_err(known)?, "") {
-            Self::of_text(py, parameters::set_all::<Law>("", path, &changes()).map_err(known)?)
-        } else if rows == of(parameters::describe::<Stribeck<f64>>("").map_err(known)?, "") {
-            let text = parameters::set_all::<Stribeck<f64>>("", path, &changes()).map_err(known)?;
+        if rows == paths(parameters::describe::<Law>("").map_err(exception)?, "") {
+            Self::of_text(py, parameters::set_all::<Law>("", path, &changes()).map_err(exception)?)
+        } else if rows == paths(parameters::describe::<Stribeck<f64>>("").map_err(exception)?, "") {
+            let text = parameters::set_all::<Stribeck<f64>>("", path, &changes()).map_err(exception)?;
             let sliding = parameters::read(&text, path).map_err(|problems| raised(py, &problems.into()))?;
             Self::of_law(py, &Law { model: Model::Static(Static { sliding }), ..Law::default() })
         } else {
-            let words = format!(
-                "{path} is no friction. Give the path of a friction, as plant.screw_friction, or of a curve, as model.own."
+            let message = format!(
+                "{path} is not a friction. Give the path of a friction, such as plant.screw_friction, or of a curve, \
+                 such as model.own."
             );
-            Err(Exception::UnknownName.with(py, words))
+            Err(Exception::UnknownName.with(py, message))
         }
     }
 }
@@ -85,10 +86,11 @@ impl Friction {
         Self::of_text(py, text)
     }
 
-    /// Friction torque [N m] at constant velocities [rad/s], against positive motion: what a measurement at constant
-    /// speed sees. An array of any shape gives one of the same shape, a number gives a number.
+    /// Return the friction torque [N m] at constant velocities, positive against positive motion.
     ///
-    /// `angle` [rad] and `load` [N m] are where friction depends on them.
+    /// - `velocity`: number or array of any shape [rad/s]; the result has the same shape.
+    /// - `angle`: screw angle [rad], for friction that depends on position.
+    /// - `load`: load torque [N m], for friction that depends on load.
     ///
     /// >>> import numpy as np, stickslip
     /// >>> wheel = stickslip.preset("prototype").friction("plant.wheel.friction")
@@ -111,15 +113,18 @@ impl Friction {
         }
     }
 
-    /// Friction torque over a course of velocities: presliding, breakaway and sliding.
+    /// Compute the friction torque over a velocity trajectory: presliding, breakaway and sliding.
     ///
-    /// `velocity` [rad/s] has one value a step, held over it, and `dt` [s] is the length of a step; a course of the
-    /// velocities in the middle of each step is of second order. `angle` [rad] and `load` [N m] are arrays of the same
-    /// length where friction depends on them, `deflection` [rad] is what the bristles or elements begin with. `arrest` [N m] is the
-    /// torque that would bring the load to rest within a step: static friction, which has no bristles, takes up that much at
-    /// velocity 0, and nothing without it.
+    /// - `velocity`: one value per step, held during the step [rad/s]. Values at the middle of the steps give second
+    ///   order.
+    /// - `dt`: length of a step [s].
+    /// - `angle` [rad], `load` [N m]: arrays of the same length, for friction that depends on them. Default: 0.
+    /// - `arrest`: array of the torques that would stop the load within the step [N m]. Static friction has no
+    ///   bristles; at velocity 0 it takes up this torque. Default: 0.
+    /// - `deflection`: initial deflection of bristles or elements [rad].
     ///
-    /// Returns two arrays: the mean torque of each step [N m], against positive motion, and the deflection at its end [rad].
+    /// Returns two arrays: the mean torque of each step [N m], positive against positive motion, and the deflection at
+    /// its end [rad]. Raises InvalidValue for an invalid `dt` or arrays of different lengths.
     ///
     /// >>> import numpy as np, stickslip
     /// >>> screw = stickslip.preset("prototype").friction("plant.wheel.friction")
@@ -139,9 +144,9 @@ impl Friction {
         arrest: Option<ArrayLike<'py>>,
         deflection: f64,
     ) -> PyResult<(Array, Array)> {
-        let invalid = |words: String| Exception::InvalidValue.with(py, words);
+        let invalid = |message: String| Exception::InvalidValue.with(py, message);
         if !(dt > 0.0 && dt.is_finite()) {
-            return Err(invalid(format!("dt = {dt} s is no step. Give a positive time in seconds.")));
+            return Err(invalid(format!("dt = {dt} s is not a positive, finite step. Give a time in seconds.")));
         }
         let velocity = velocity.row(py, "velocity")?;
         let count = velocity.len();
@@ -185,7 +190,7 @@ impl Friction {
     }
 }
 
-/// A friction from its text: what a pickle calls.
+/// Restore a friction from its text, for pickle.
 #[pyfunction]
 pub(crate) fn _friction(py: Python<'_>, text: String) -> PyResult<Friction> {
     Friction::of_text(py, text)

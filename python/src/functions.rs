@@ -1,11 +1,11 @@
-//! Functions on the numbers of a controller: those of [`Scalar`], and what is made of them.
+//! Functions on the numbers of a controller: those of [`Scalar`] and functions composed of them.
 
 use pyo3::prelude::*;
 use stickslip_core::scalar::{Mask, Scalar};
 
 use crate::record::{Either, Number, RealLike, TruthLike, compute};
 
-/// `yes` where the condition holds, `no` elsewhere. Both are computed, one counts.
+/// Return `yes` where the condition holds, `no` elsewhere. Both are always computed.
 ///
 /// >>> import stickslip
 /// >>> stickslip.where(2.0 > 1.0, 5.0, 0.0)
@@ -26,7 +26,7 @@ pub(crate) fn where_(py: Python<'_>, condition: TruthLike, yes: RealLike, no: Re
     }
 }
 
-/// The smaller; the second if either is NaN.
+/// Return the smaller number; the second one if either is NaN.
 ///
 /// >>> import stickslip
 /// >>> stickslip.minimum(2.0, 1.0)
@@ -37,7 +37,7 @@ pub(crate) fn minimum(py: Python<'_>, a: RealLike, b: RealLike) -> PyResult<Numb
     compute!(py, Number, [a, b], Scalar::min(a, b))
 }
 
-/// The larger; the second if either is NaN.
+/// Return the larger number; the second one if either is NaN.
 ///
 /// >>> import stickslip
 /// >>> stickslip.maximum(2.0, 1.0)
@@ -48,7 +48,7 @@ pub(crate) fn maximum(py: Python<'_>, a: RealLike, b: RealLike) -> PyResult<Numb
     compute!(py, Number, [a, b], Scalar::max(a, b))
 }
 
-/// Limited to `low` … `high`; a NaN stays NaN.
+/// Limit a number to `low` … `high`; NaN remains NaN.
 ///
 /// >>> import stickslip
 /// >>> stickslip.clip(5.0, -1.0, 1.0)
@@ -71,13 +71,13 @@ fn root<T: Scalar>(x: T) -> T {
     for _ in 0..5 {
         root = half * (root + m / root);
     }
-    // √∞ is ∞, √0 is 0; below there is none, and NaN stays.
+    // √∞ is ∞, √0 is 0; a negative number gives NaN, NaN remains NaN.
     let other = (x.ge(T::of(f64::INFINITY)) | x.abs().le(zero)).select(x, T::of(f64::NAN));
     let small = x.gt(zero) & x.lt(T::of(f64::MIN_POSITIVE));
     normal.select(root * scale, small.select(zero, other))
 }
 
-/// Square root, within 1 unit in the last place; NaN below 0, 0 of a subnormal number.
+/// Return the square root, within 1 unit in the last place; NaN below 0, 0 for a subnormal number.
 ///
 /// >>> import stickslip
 /// >>> stickslip.sqrt(9.0)
@@ -88,7 +88,7 @@ pub(crate) fn sqrt(py: Python<'_>, x: RealLike) -> PyResult<Number> {
     compute!(py, Number, [x], root(x))
 }
 
-/// Functions of one number, each with the kernel that generated code has.
+/// Functions of one number, each with the kernel of the generated code.
 macro_rules! functions {
     ($($(#[$about:meta])+ $name:ident = $method:ident;)+) => {$(
         $(#[$about])+
@@ -101,37 +101,37 @@ macro_rules! functions {
 }
 
 functions! {
-    /// Exponential, within 2 units in the last place; 0 in place of a subnormal number.
+    /// Return the exponential, within 2 units in the last place; 0 instead of a subnormal number.
     ///
     /// >>> import stickslip
     /// >>> stickslip.exp(0.0)
     /// 1.0
     exp = exp;
-    /// Natural logarithm of a normal positive number, within 2 units in the last place; of others not defined.
+    /// Return the natural logarithm, within 2 units in the last place; defined for normal positive numbers only.
     ///
     /// >>> import stickslip
     /// >>> stickslip.log(1.0)
     /// 0.0
     log = ln;
-    /// Sine, within 2 units in the last place up to 1e6 rad.
+    /// Return the sine of an angle [rad], within 2 units in the last place up to 1e6 rad.
     ///
     /// >>> import stickslip
     /// >>> stickslip.sin(0.0)
     /// 0.0
     sin = sin;
-    /// Cosine, within 2 units in the last place up to 1e6 rad.
+    /// Return the cosine of an angle [rad], within 2 units in the last place up to 1e6 rad.
     ///
     /// >>> import stickslip
     /// >>> stickslip.cos(0.0)
     /// 1.0
     cos = cos;
-    /// Largest whole number not above.
+    /// Return the largest whole number that is not above `x`.
     ///
     /// >>> import stickslip
     /// >>> stickslip.floor(-0.5)
     /// -1.0
     floor = floor;
-    /// Sign: -1, 0 or 1; 0 for NaN.
+    /// Return the sign: -1, 0 or 1; 0 for NaN.
     ///
     /// >>> import stickslip
     /// >>> stickslip.sign(-3.0)

@@ -1,4 +1,4 @@
-//! A part of a preset.
+//! Group of parameters of a preset.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -7,10 +7,10 @@ use stickslip_core::fields::Kind;
 
 use crate::parameter::Parameter;
 use crate::preset::{Preset, lines};
-use crate::tree::{self, Found, below, join};
+use crate::tree::{self, Node, below, join};
 use crate::value;
 
-/// Parameters that belong together, as `p.model.own`: read by attribute or by path, like the preset that they are of.
+/// Group of parameters, such as `p.model.own`. Read values by attribute or by path, as of a Preset.
 ///
 /// >>> import stickslip
 /// >>> own = stickslip.preset("prototype").model.own
@@ -31,35 +31,35 @@ impl Group {
         self.preset.get().entries()
     }
 
-    /// Its values with their paths under another group, as in a file.
+    /// Values with their paths below another group, as in a file.
     pub(crate) fn settings(&self, path: &str) -> Vec<(String, String)> {
         let value = |entry: &Entry| match entry.value {
             stickslip::parameters::Value::Number(value) if entry.field.kind == Kind::Flag => (value > 0.5).to_string(),
             stickslip::parameters::Value::Number(value) => format!("{value:?}"),
             stickslip::parameters::Value::Variant(name) => name.into(),
         };
-        let mut found: Vec<(String, String)> = Vec::new();
+        let mut pairs: Vec<(String, String)> = Vec::new();
         for name in tree::names(self.entries(), &self.path) {
             let (from, to) = (join(&self.path, &name), join(path, &name));
             match tree::find(self.entries(), &from) {
-                Found::Value(entry) => found.push((to, value(entry))),
-                // A list is set as a whole: its elements may not stand in the file.
-                Found::List(list) => {
-                    found.push((to, format!("[{}]", list.iter().map(value).collect::<Vec<_>>().join(", "))));
+                Node::Value(entry) => pairs.push((to, value(entry))),
+                // A list is set as a whole: a file does not contain single elements.
+                Node::List(list) => {
+                    pairs.push((to, format!("[{}]", list.iter().map(value).collect::<Vec<_>>().join(", "))));
                 }
-                Found::Group | Found::Nothing => {
+                Node::Group | Node::Nothing => {
                     let preset = Python::attach(|py| self.preset.clone_ref(py));
-                    found.extend(Group::new(preset, from).settings(&to));
+                    pairs.extend(Group::new(preset, from).settings(&to));
                 }
             }
         }
-        found
+        pairs
     }
 }
 
 #[pymethods]
 impl Group {
-    /// What lies at a dotted path below: a value, a list, or a group.
+    /// Return the value, list or group at a dotted path below. Raises UnknownName.
     fn __getitem__<'py>(&self, py: Python<'py>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         Preset::get(self.preset.bind(py), &join(&self.path, path))
     }
@@ -72,7 +72,7 @@ impl Group {
     }
 
     fn __contains__(&self, path: &str) -> bool {
-        !matches!(tree::find(self.entries(), &join(&self.path, path)), Found::Nothing)
+        !matches!(tree::find(self.entries(), &join(&self.path, path)), Node::Nothing)
     }
 
     fn __len__(&self) -> usize {
@@ -89,19 +89,19 @@ impl Group {
         Ok(names)
     }
 
-    /// The paths of all values below, from here.
+    /// Return the paths of all values, relative to this group.
     fn keys(&self) -> Vec<String> {
         let all = tree::all_below(self.entries(), &self.path).iter();
         all.filter_map(|entry| below(&entry.path, &self.path)).map(String::from).collect()
     }
 
-    /// All values under their paths from here.
+    /// Return all values by their paths, relative to this group.
     #[pyo3(signature = () -> "dict[str, float | int | bool | str]")]
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         value::plain(py, tree::all_below(self.entries(), &self.path), &self.path)
     }
 
-    /// What is known of the parameter at a path from here: unit, range, default, meaning.
+    /// Return unit, range, default and meaning of the parameter at a path relative to this group. Raises UnknownName.
     fn describe(&self, py: Python<'_>, path: &str) -> PyResult<Parameter> {
         self.preset.get().describe(py, &join(&self.path, path))
     }

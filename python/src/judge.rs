@@ -1,4 +1,4 @@
-//! Design, rendering, and what is predicted of a controller.
+//! Design, rendering, and predictions for controllers.
 
 use pyo3::prelude::*;
 use stickslip::demo::Demo;
@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::preset::Preset;
 use crate::watched::watched;
 
-/// The desired friction through reference points, what the load motor can do about it, and the preset with it.
+/// Design the desired friction through points. Returns the preset with it, the outcome, and whether it is renderable.
 #[pyfunction]
 pub(crate) fn design_for(
     py: Python<'_>,
@@ -28,15 +28,15 @@ pub(crate) fn design_for(
         values.bench.desired = through;
     }
     let preset = Preset::computed(py, &values)?;
-    let usual = Passage::default();
-    let passage = Passage { acceleration: acceleration.unwrap_or(usual.acceleration), ..usual };
+    let standard = Passage::default();
+    let passage = Passage { acceleration: acceleration.unwrap_or(standard.acceleration), ..standard };
     let region = Region::of(&values.model, &values.bench, passage).map_err(|error| raised(py, &error))?;
     let design = Design { own: values.model.own, desired: values.bench.desired, points, region };
     let renderable = design.verdict().renderable();
     Ok((preset, Outcome::of(design), renderable))
 }
 
-/// Renders the desired friction of a preset on its virtual bench, and measures it again.
+/// Render the desired friction of a preset on its virtual bench, and measure the result.
 #[pyfunction]
 pub(crate) fn render_on(
     py: Python<'_>,
@@ -50,7 +50,7 @@ pub(crate) fn render_on(
     Ok(Outcome::of(run))
 }
 
-/// The whole experiment: measure, fit, design, render, measure again.
+/// Run the whole experiment: measure, fit, design, render, measure again.
 #[pyfunction]
 pub(crate) fn demo_on(
     py: Python<'_>,
@@ -62,8 +62,8 @@ pub(crate) fn demo_on(
     Ok(Outcome::of(watched(py, progress, |watch| Demo::run(values, seed, None, watch))?))
 }
 
-/// The loop of the position controller of a preset, at a speed [rad/s] at which the load slides; with the gains that
-/// are in it, or tuned. Returns the preset with that controller as well.
+/// Analyse the position loop of a preset at a sliding speed [rad/s], with its own or with tuned gains. Returns the
+/// preset with that controller, and the outcome.
 #[pyfunction]
 pub(crate) fn loop_of(
     py: Python<'_>,
@@ -84,7 +84,8 @@ pub(crate) fn loop_of(
     Ok((Preset::computed(py, &run.preset)?, Outcome::of(run)))
 }
 
-/// Whether the controller of a preset hunts, over a duration [s].
+/// Predict whether the controller of a preset hunts within a duration [s]. Returns amplitude [rad] and interval [s], or
+/// None, and the outcome.
 #[pyfunction]
 pub(crate) fn hunting_of(
     py: Python<'_>,

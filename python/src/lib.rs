@@ -1,8 +1,7 @@
-//! The friction bench for Python: what `import stickslip` is made of.
+//! The friction bench for Python: compiled part of the package `stickslip`.
 //!
-//! Everything is computed by the library `stickslip`; here is only what turns its values into NumPy arrays, its errors
-//! into exceptions and its texts into docstrings. What needs nothing of Rust (results as mappings, xarray, Matplotlib)
-//! is Python, in `python/stickslip`.
+//! The library `stickslip` computes everything. This crate converts values to NumPy arrays, errors to exceptions and
+//! help texts to docstrings. Code without Rust (results as mappings, xarray, Matplotlib) is in `python/stickslip`.
 //!
 //! `python/stickslip/_stickslip.pyi` is generated from the signatures here (`cargo xtask bless`).
 
@@ -68,6 +67,6 @@ mod _stickslip {
 
     /// Version of the package.
     #[pymodule_export]
-    #[expect(non_upper_case_globals, reason = "the name by which Python asks for it")]
+    #[expect(non_upper_case_globals, reason = "standard name in Python")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
 }

@@ -1,4 +1,4 @@
-//! Friction that was identified on real machines, by name.
+//! Library of frictions identified on physical machines.
 
 use pyo3::prelude::*;
 use stickslip::library::{self, Entry, Role};
@@ -9,7 +9,7 @@ use crate::error::{Exception, raised};
 use crate::friction::Friction;
 use crate::preset::Preset;
 
-/// The frictions of the library: name, and what each is.
+/// List the frictions of the library: names and titles.
 ///
 /// >>> import stickslip
 /// >>> "emps" in stickslip.friction_library()
@@ -24,7 +24,7 @@ pub(crate) fn friction_library(py: Python<'_>) -> PyResult<Bound<'_, pyo3::types
     Ok(all)
 }
 
-/// The friction of the library of that name, or of a file like those of `data/friction`.
+/// Return a friction of the library by name, or of a file in the format of `data/friction`. Raises UnknownName.
 ///
 /// >>> import stickslip
 /// >>> servo = stickslip.identified_friction("dc-servo")
@@ -35,69 +35,70 @@ pub(crate) fn identified_friction(py: Python<'_>, source: &str) -> PyResult<Iden
     Ok(IdentifiedFriction(library::find(source).map_err(|error| raised(py, &error))?))
 }
 
-/// Friction that was identified on a real machine: where it comes from, its numbers, and how far they go.
+/// Friction identified on a physical machine: source, parameters, and range of validity.
 #[pyclass(frozen, module = "stickslip", name = "IdentifiedFriction")]
 pub(crate) struct IdentifiedFriction(Entry);
 
 #[pymethods]
 impl IdentifiedFriction {
-    /// Its name, or the file that it comes from.
+    /// Name in the library, or file.
     #[getter]
     fn name(&self) -> &str {
         &self.0.name
     }
 
-    /// What it is, in a line.
+    /// Short description.
     #[getter]
     fn title(&self) -> &str {
         &self.0.about.title
     }
 
-    /// Who measured and identified it, and how.
+    /// Source of the data and method of identification.
     #[getter]
     fn source(&self) -> &str {
         &self.0.about.source
     }
 
-    /// On what terms it may be used.
+    /// Licence terms.
     #[getter]
     fn licence(&self) -> &str {
         &self.0.about.licence
     }
 
-    /// The friction model.
+    /// Friction model.
     #[getter]
     fn friction(&self, py: Python<'_>) -> PyResult<Friction> {
         Friction::of_law(py, &self.0.identified.friction)
     }
 
-    /// Lowest and highest speed at which something was measured [rad/s]; None where that is not known.
+    /// Lowest and highest speed of the measurement [rad/s]; None if unknown.
     #[getter]
     fn speeds(&self) -> Option<(f64, f64)> {
         let range = &self.0.identified.range;
         (range.fastest > 0.0).then_some((range.slowest, range.fastest))
     }
 
-    /// Inertia that it was identified with [kg m²]; None where that is not known.
+    /// Inertia used in the identification [kg m²]; None if unknown.
     #[getter]
     fn inertia(&self) -> Option<f64> {
         Some(self.0.identified.range.inertia).filter(|inertia| *inertia > 0.0)
     }
 
-    /// Standard deviations of its parameters by their paths, in their units; those that the source tells.
+    /// Standard deviations of the parameters by path, in their units, as far as the source states them.
     #[getter]
     fn standard_deviations(&self) -> std::collections::BTreeMap<String, f64> {
         self.0.about.deviations.clone()
     }
 
-    /// What it cannot represent, what its source does not tell, and the step that follows it.
+    /// Limits of the model, data missing in the source, and the recommended next step.
     #[getter]
     fn remarks(&self) -> Vec<String> {
         self.0.remarks()
     }
 
-    /// Friction torque [N m] at constant velocities [rad/s] and its standard deviation [N m], as far as the source tells
-    /// deviations; as if they were independent.
+    /// Return friction torque and standard deviation [N m] at constant velocities [rad/s].
+    ///
+    /// The deviation combines the parameter deviations that the source states, assumed independent.
     ///
     /// >>> import stickslip
     /// >>> torque, deviation = stickslip.identified_friction("emps").torque([1.0, 10.0])
@@ -110,16 +111,22 @@ impl IdentifiedFriction {
         Ok((torque.into(), deviation.into()))
     }
 
-    /// The same motion on a machine of another size: all torques and the inertia multiplied.
+    /// Scale to a machine of another size: multiply all torques and the inertia by `factor`. The motion is the same.
+    /// Raises InvalidValue for a factor that is not positive and finite.
     fn scaled(&self, py: Python<'_>, factor: f64) -> PyResult<Self> {
         if factor.is_finite() && factor > 0.0 {
             return Ok(IdentifiedFriction(self.0.scaled(factor)));
         }
-        Err(Exception::InvalidValue.with(py, format!("factor = {factor} multiplies torques: choose one above 0.")))
+        let message = format!("factor = {factor} is not positive and finite. Give a number above 0.");
+        Err(Exception::InvalidValue.with(py, message))
     }
 
-    /// A bench of which this is the friction: as `role` "desired" what the load motor shall render, as "own" what the
-    /// machine has and believes that it has, the friction wheel lifted off.
+    /// Return a preset with this friction.
+    ///
+    /// - `role`: "desired", the friction to render; or "own", the friction of the virtual machine and of its model,
+    ///   with the friction wheel released.
+    ///
+    /// Raises UnknownName for another role.
     ///
     /// >>> import stickslip
     /// >>> p = stickslip.preset("prototype")
@@ -132,8 +139,8 @@ impl IdentifiedFriction {
             "desired" => Role::Desired,
             "own" => Role::Own,
             _ => {
-                let words = format!("role = {role:?} is none. There are: desired, own.");
-                return Err(Exception::UnknownName.with(py, words));
+                let message = format!("Unknown role {role:?}. Choose one of: desired, own.");
+                return Err(Exception::UnknownName.with(py, message));
             }
         };
         let preset = self.0.on(&bench.values, role).map_err(|error| raised(py, &error))?;

@@ -12,8 +12,8 @@ use crate::preset::Preset;
 use crate::value::settings;
 use crate::watched::watched;
 
-/// How a measurement is run.
-struct How<'a, 'py> {
+/// Settings of a measurement.
+struct Settings<'a, 'py> {
     preset: &'a Preset,
     plan: Option<&'a Bound<'py, PyAny>>,
     thorough: bool,
@@ -22,10 +22,10 @@ struct How<'a, 'py> {
     progress: Option<&'a Bound<'py, PyAny>>,
 }
 
-/// A kind of measurement: its name, and what can be done with it.
+/// A kind of measurement with its functions.
 struct Kind {
     name: &'static str,
-    run: fn(Python<'_>, &How<'_, '_>) -> PyResult<Outcome>,
+    run: fn(Python<'_>, &Settings<'_, '_>) -> PyResult<Outcome>,
     describe: fn(Python<'_>) -> PyResult<Vec<Parameter>>,
 }
 
@@ -48,14 +48,14 @@ impl Kind {
 
     fn find(py: Python<'_>, name: &str) -> PyResult<&'static Self> {
         KINDS.iter().find(|kind| kind.name == name).ok_or_else(|| {
-            let known: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
-            let words = format!("{name} is no measurement. There are: {}.", known.join(", "));
-            Exception::UnknownName.with(py, words)
+            let names: Vec<_> = KINDS.iter().map(|kind| kind.name).collect();
+            let message = format!("Unknown measurement {name}. Choose one of: {}.", names.join(", "));
+            Exception::UnknownName.with(py, message)
         })
     }
 }
 
-/// Runs a measurement on the virtual bench of a preset.
+/// Run a measurement on the virtual bench of a preset.
 #[pyfunction]
 #[pyo3(signature = (preset, kind, plan, thorough, preload, seed, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -69,11 +69,11 @@ pub(crate) fn measure_on_preset(
     seed: u64,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Outcome> {
-    let how = How { preset, plan, thorough, preload, seed, progress };
-    (Kind::find(py, kind)?.run)(py, &how)
+    let settings = Settings { preset, plan, thorough, preload, seed, progress };
+    (Kind::find(py, kind)?.run)(py, &settings)
 }
 
-/// What can be said of the plan of a measurement: its parameters.
+/// List the parameters of a measurement plan.
 #[pyfunction]
 pub(crate) fn plan_of(py: Python<'_>, kind: &str) -> PyResult<Vec<Parameter>> {
     (Kind::find(py, kind)?.describe)(py)
@@ -84,7 +84,7 @@ fn describe<P: Plan>(py: Python<'_>) -> PyResult<Vec<Parameter>> {
     Ok(rows.into_iter().map(|description| Parameter { description }).collect())
 }
 
-fn run<P: Plan + Send + Sync + 'static>(py: Python<'_>, how: &How<'_, '_>) -> PyResult<Outcome>
+fn run<P: Plan + Send + Sync + 'static>(py: Python<'_>, how: &Settings<'_, '_>) -> PyResult<Outcome>
 where
     P::Outcome: Send + Sync + 'static,
 {

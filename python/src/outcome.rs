@@ -1,4 +1,4 @@
-//! What came of a piece of work: numbers, data, remarks and report, whatever the work was.
+//! Results of all functions: numbers, data, remarks and report.
 
 use std::path::PathBuf;
 
@@ -20,25 +20,25 @@ use stickslip::{Error, Summary};
 use crate::array::Array;
 use crate::error::raised;
 
-/// What a piece of work has in common with all others.
-pub(crate) trait Found: Send + Sync {
-    /// The numbers, under the names of `summary.json`.
+/// Common interface of all results.
+pub(crate) trait WorkResult: Send + Sync {
+    /// The numbers by their names in `summary.json`.
     fn summary(&self) -> Summary;
-    /// The data, if there is a table of them.
+    /// The table of data; empty if there is none.
     fn columns(&self) -> Vec<Column> {
         Vec::new()
     }
-    /// What the terminal shows.
+    /// Lines for the terminal.
     fn lines(&self) -> Vec<String>;
-    /// What a reader should know.
+    /// Remarks, each with a remedy.
     fn remarks(&self) -> Vec<String>;
     /// The report.
     fn report(&self, command: &str) -> Result<Report, Error>;
-    /// Report, data and `summary.json` in a folder.
+    /// Writes report, data and `summary.json` into a folder.
     fn write(&self, folder: &std::path::Path, command: &str) -> Result<Summary, Error>;
 }
 
-impl<P: measure::Plan + Send + Sync> Found for Measurement<P>
+impl<P: measure::Plan + Send + Sync> WorkResult for Measurement<P>
 where
     P::Outcome: Send + Sync,
 {
@@ -62,7 +62,7 @@ where
     }
 }
 
-impl Found for FrictionFits {
+impl WorkResult for FrictionFits {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -81,7 +81,7 @@ impl Found for FrictionFits {
     }
 }
 
-impl Found for RenderRun {
+impl WorkResult for RenderRun {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -102,7 +102,7 @@ impl Found for RenderRun {
     }
 }
 
-impl Found for Demo {
+impl WorkResult for Demo {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -123,10 +123,10 @@ impl Found for Demo {
     }
 }
 
-/// What says itself by a table and remarks, without data.
-macro_rules! found {
+/// Results with a table and remarks, without data.
+macro_rules! work_results {
     ($($kind:ty),*) => { $(
-        impl Found for $kind {
+        impl WorkResult for $kind {
             fn summary(&self) -> Summary {
                 self.summary()
             }
@@ -146,9 +146,9 @@ macro_rules! found {
     )* };
 }
 
-found!(Design, LoopRun, HuntingRun);
+work_results!(Design, LoopRun, HuntingRun);
 
-impl Found for benchmark::Outcome {
+impl WorkResult for benchmark::Outcome {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -167,7 +167,7 @@ impl Found for benchmark::Outcome {
     }
 }
 
-impl Found for fidelity::Outcome {
+impl WorkResult for fidelity::Outcome {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -185,7 +185,7 @@ impl Found for fidelity::Outcome {
     }
 }
 
-impl Found for study::Findings {
+impl WorkResult for study::Findings {
     fn summary(&self) -> Summary {
         self.summary()
     }
@@ -203,7 +203,7 @@ impl Found for study::Findings {
     }
 }
 
-/// Columns as Python has them: name, unit, values.
+/// Columns for Python: name, unit, values.
 pub(crate) type Arrays = Vec<(String, String, Array)>;
 
 /// Columns as arrays, without a copy.
@@ -211,44 +211,44 @@ pub(crate) fn arrays(columns: Vec<Column>) -> Arrays {
     columns.into_iter().map(|column| (column.name, column.unit, column.values.into())).collect()
 }
 
-/// What came of a piece of work.
+/// Result of a function.
 #[pyclass(frozen, module = "stickslip._stickslip", name = "Outcome")]
-pub(crate) struct Outcome(Box<dyn Found>);
+pub(crate) struct Outcome(Box<dyn WorkResult>);
 
 impl Outcome {
-    pub(crate) fn of(found: impl Found + 'static) -> Self {
-        Outcome(Box::new(found))
+    pub(crate) fn of(result: impl WorkResult + 'static) -> Self {
+        Outcome(Box::new(result))
     }
 }
 
 #[pymethods]
 impl Outcome {
-    /// The text of `summary.json`.
+    /// Return the text of `summary.json`.
     fn summary(&self) -> String {
         self.0.summary().to_json()
     }
 
-    /// The data: name, unit and values of each column.
+    /// Return name, unit and values of each column of the data.
     fn columns(&self) -> Arrays {
         arrays(self.0.columns())
     }
 
-    /// What the terminal shows.
+    /// Return the lines for the terminal.
     fn lines(&self) -> Vec<String> {
         self.0.lines()
     }
 
-    /// What a reader should know, each with a remedy.
+    /// Return the remarks, each with a remedy.
     fn remarks(&self) -> Vec<String> {
         self.0.remarks()
     }
 
-    /// The report as one page of HTML; `command` is what it was made by.
+    /// Return the report as one HTML page; `command` is the call that produced the result.
     fn html(&self, py: Python<'_>, command: &str) -> PyResult<String> {
         Ok(self.0.report(command).map_err(|error| raised(py, &error))?.html())
     }
 
-    /// Writes report, data and `summary.json` into a folder; returns the text of the summary.
+    /// Write report, data and `summary.json` into a folder. Returns the text of the summary.
     fn write(&self, py: Python<'_>, folder: PathBuf, command: &str) -> PyResult<String> {
         let written = py.detach(|| self.0.write(&folder, command));
         Ok(written.map_err(|error| raised(py, &error))?.to_json())

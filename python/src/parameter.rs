@@ -1,4 +1,4 @@
-//! What is known of a parameter: one object, from the tables behind the parameter files.
+//! Description of a parameter, from the tables behind the parameter files.
 
 use pyo3::prelude::*;
 use stickslip::parameters::Description;
@@ -6,9 +6,9 @@ use stickslip_core::fields::Kind;
 
 use crate::value::Named;
 
-/// What is known of a parameter: unit, range, default and meaning.
+/// Description of a parameter: unit, range, default and meaning.
 ///
-/// `str()` of it is what `stickslip params describe` prints.
+/// `str()` returns the text of `stickslip params describe`.
 #[pyclass(frozen, module = "stickslip", name = "Parameter")]
 pub(crate) struct Parameter {
     pub(crate) description: Description,
@@ -22,7 +22,7 @@ impl Parameter {
         &self.description.path
     }
 
-    /// As in an equation; empty where there is none.
+    /// Symbol in equations; empty if there is none.
     #[getter]
     fn symbol(&self) -> &str {
         self.description.field.map_or("", |field| field.symbol)
@@ -46,7 +46,7 @@ impl Parameter {
         self.description.field.map(|field| field.maximum)
     }
 
-    /// Value unless given, in the unit; None for a choice.
+    /// Default value, in the unit; None for a choice.
     #[getter]
     fn default(&self) -> Option<f64> {
         self.description.field.map(|field| field.default)
@@ -63,19 +63,19 @@ impl Parameter {
         }
     }
 
-    /// What it means.
+    /// Meaning of the parameter.
     #[getter]
     fn help(&self) -> &str {
         self.description.field.map_or("", |field| field.help)
     }
 
-    /// What there is to choose from, each with its meaning; empty for a number.
+    /// Variants of a choice, each with its meaning; empty for a number.
     #[getter]
     fn variants(&self) -> Named<&'static str> {
         Named(self.description.variants.iter().map(|variant| (variant.name, variant.help)).collect())
     }
 
-    /// The choice that must be made for it to exist, as `friction.model = "lugre"`; None where it always exists.
+    /// The choice that the parameter requires, such as `friction.model = "lugre"`; None if it always exists.
     #[getter]
     fn only_with(&self) -> Option<&str> {
         self.description.only_with.as_deref()

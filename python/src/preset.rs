@@ -1,4 +1,4 @@
-//! A whole parameter set.
+//! Presets: complete parameter sets.
 
 use std::sync::OnceLock;
 
@@ -11,13 +11,12 @@ use crate::error::{Exception, raised};
 use crate::friction::Friction;
 use crate::group::Group;
 use crate::parameter::Parameter;
-use crate::tree::{self, Found};
+use crate::tree::{self, Node};
 use crate::value::{self, Named, settings};
 
-/// The parameters of a bench: the virtual machine (`plant`), what the software believes of it (`model`), how it runs
-/// (`bench`).
+/// Parameters of a bench: virtual machine (`plant`), model used by the software (`model`), settings (`bench`).
 ///
-/// Values are read by attribute or by path, all in SI units. A preset never changes: `set` returns another.
+/// Read values by attribute or by path, all in SI units. A preset is immutable: `set` returns a new one.
 ///
 /// >>> import stickslip
 /// >>> p = stickslip.preset("prototype")
@@ -34,9 +33,12 @@ pub(crate) struct Preset {
     entries: OnceLock<Vec<Entry>>,
 }
 
-/// The preset of a name, or of a parameter file.
+/// Load a preset by name, from a parameter file or from text.
 ///
-/// `source` is a name that `presets()` lists or the path of a file; or else `text` is the text of a file (TOML).
+/// - `source`: a name from `presets()`, or the path of a file.
+/// - `text`: the text of a parameter file (TOML), instead of `source`.
+///
+/// Raises UnknownName for an unknown name, FileError where the file cannot be read, InvalidValue for errors in it.
 ///
 /// >>> import stickslip
 /// >>> stickslip.preset("clm-bench").bench.tick_rate
@@ -48,15 +50,15 @@ pub(crate) struct Preset {
 pub(crate) fn preset(py: Python<'_>, source: Option<String>, text: Option<String>) -> PyResult<Preset> {
     match (source, text) {
         (Some(source), None) => {
-            let found = parameters::presets::find(&source).map_err(|error| raised(py, &error))?;
-            Preset::of_text(py, found.text, found.file)
+            let source = parameters::presets::find(&source).map_err(|error| raised(py, &error))?;
+            Preset::of_text(py, source.text, source.file)
         }
         (None, Some(text)) => Preset::of_text(py, text, "text".into()),
-        _ => Err(Exception::InvalidValue.with(py, "Give the name of a preset or a file, or else text=.".into())),
+        _ => Err(Exception::InvalidValue.with(py, "Give either the name of a preset or file, or text=.".into())),
     }
 }
 
-/// The presets that come along: name, and what each is.
+/// List the built-in presets: names and descriptions.
 ///
 /// >>> import stickslip
 /// >>> "prototype" in stickslip.presets()
@@ -67,18 +69,18 @@ pub(crate) fn presets() -> Named<&'static str> {
 }
 
 impl Preset {
-    /// Of the text of a file, which messages call `file`.
+    /// The preset of a text; `file` is its name in messages.
     pub(crate) fn of_text(py: Python<'_>, text: String, file: String) -> PyResult<Self> {
         let values = parameters::read(&text, &file).map_err(|problems| raised(py, &problems.into()))?;
         Ok(Preset { values: Box::new(values), file, text, entries: OnceLock::new() })
     }
 
-    /// Of values that were computed.
+    /// The preset of computed values.
     pub(crate) fn computed(py: Python<'_>, values: &stickslip::Preset<f64>) -> PyResult<Self> {
         Self::of_text(py, parameters::write_commented(values), "computed".into())
     }
 
-    /// Its text, and what messages call it.
+    /// The text, and its name in messages.
     pub(crate) fn source(&self) -> Source {
         Source { file: self.file.clone(), text: self.text.clone() }
     }
@@ -88,18 +90,18 @@ impl Preset {
         self.entries.get_or_init(|| parameters::flatten(&*self.values))
     }
 
-    /// What lies at a path.
+    /// The value, list or group at a path.
     pub(crate) fn get<'py>(this: &Bound<'py, Self>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         let (py, preset) = (this.py(), this.get());
         match tree::find(preset.entries(), path) {
-            Found::Value(entry) => value::object(py, entry),
-            Found::List(list) => Ok(value::list(py, list)?.into_any()),
-            Found::Group => Ok(Bound::new(py, Group::new(this.clone().unbind(), path.into()))?.into_any()),
-            Found::Nothing => Err(preset.unknown(py, path)),
+            Node::Value(entry) => value::object(py, entry),
+            Node::List(list) => Ok(value::list(py, list)?.into_any()),
+            Node::Group => Ok(Bound::new(py, Group::new(this.clone().unbind(), path.into()))?.into_any()),
+            Node::Nothing => Err(preset.unknown(py, path)),
         }
     }
 
-    /// Why there is nothing at a path.
+    /// The error for a path without a value.
     fn unknown(&self, py: Python<'_>, path: &str) -> PyErr {
         match parameters::describe::<stickslip::Preset<f64>>(path) {
             Err(error) => raised(py, &error),
@@ -110,7 +112,7 @@ impl Preset {
         }
     }
 
-    /// Whether a choice is made as `only_with` of a description says: `friction.model = "lugre"`.
+    /// Whether the choice that `only_with` of a description requires is made: `friction.model = "lugre"`.
     fn chooses(&self, only_with: Option<&str>) -> bool {
         only_with.and_then(|with| with.split_once(" = ")).is_none_or(|(tag, variant)| {
             let chosen = self.entries().iter().find(|entry| entry.path == tag);
@@ -121,21 +123,21 @@ impl Preset {
 
 #[pymethods]
 impl Preset {
-    /// What lies at a dotted path: a value, a list, or a group.
+    /// Return the value, list or group at a dotted path. Raises UnknownName.
     fn __getitem__<'py>(this: &Bound<'py, Self>, path: &str) -> PyResult<Bound<'py, PyAny>> {
         Self::get(this, path)
     }
 
     fn __getattr__<'py>(this: &Bound<'py, Self>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         if name.starts_with('_') {
-            // What Python asks every object for is no parameter.
+            // Python looks up special names on every object; these are not parameters.
             return Err(pyo3::exceptions::PyAttributeError::new_err(name.to_owned()));
         }
         Self::get(this, name)
     }
 
     fn __contains__(&self, path: &str) -> bool {
-        !matches!(tree::find(self.entries(), path), Found::Nothing)
+        !matches!(tree::find(self.entries(), path), Node::Nothing)
     }
 
     fn __len__(&self) -> usize {
@@ -152,12 +154,12 @@ impl Preset {
         Ok(names)
     }
 
-    /// The paths of all values, in the order of a parameter file.
+    /// Return the paths of all values, in the order of a parameter file.
     fn keys(&self) -> Vec<String> {
         self.entries().iter().map(|entry| entry.path.clone()).collect()
     }
 
-    /// All values under their paths.
+    /// Return all values by their paths.
     ///
     /// >>> import stickslip
     /// >>> stickslip.preset("prototype").to_dict()["bench.tick_rate"]
@@ -167,10 +169,11 @@ impl Preset {
         value::plain(py, self.entries(), "")
     }
 
-    /// This preset with other values.
+    /// Return a copy with other values.
     ///
-    /// `values` has paths and values; a mapping as value stands for all that lies below its path, and a group of a preset
-    /// is taken over as a whole. All are checked together: names, types, ranges, laws between parameters.
+    /// `values` maps paths to values. A mapping as value sets parameters below its path; a group of a preset replaces
+    /// the whole group. All values are checked together. Raises UnknownName for an unknown path, TypeError for a wrong
+    /// type, InvalidValue for a value outside its range or inconsistent values.
     ///
     /// >>> import stickslip
     /// >>> p = stickslip.preset("prototype")
@@ -187,7 +190,7 @@ impl Preset {
         Self::of_text(py, text.map_err(|error| raised(py, &error))?, self.file.clone())
     }
 
-    /// What is known of the parameter at a path: unit, range, default, meaning.
+    /// Return unit, range, default and meaning of the parameter at a path. Raises UnknownName.
     ///
     /// >>> import stickslip
     /// >>> print(stickslip.preset("prototype").describe("bench.tick_rate"))
@@ -198,15 +201,16 @@ impl Preset {
         let rows = self.descriptions(py, path)?;
         let one = rows.iter().all(|row| row.description.path == rows[0].description.path);
         if !one {
-            let words = format!("{path} is a group of parameters: `descriptions` has what is known of each.");
-            return Err(Exception::UnknownName.with(py, words));
+            let message = format!("{path} is a group of parameters. Use `descriptions` to list them.");
+            return Err(Exception::UnknownName.with(py, message));
         }
-        let in_force = rows.iter().position(|row| self.chooses(row.description.only_with.as_deref())).unwrap_or(0);
-        Ok(rows.into_iter().nth(in_force).expect("a path that is known has a description"))
+        let active = rows.iter().position(|row| self.chooses(row.description.only_with.as_deref())).unwrap_or(0);
+        Ok(rows.into_iter().nth(active).expect("a known path has a description"))
     }
 
-    /// What is known of each parameter at or below a path; without a path, of all. One that several variants of a
-    /// choice have stands once for each.
+    /// List the descriptions of all parameters at or below a path. Default: all parameters.
+    ///
+    /// A parameter of several variants of a choice is listed once for each variant. Raises UnknownName.
     ///
     /// >>> import stickslip
     /// >>> [it.symbol for it in stickslip.preset("prototype").descriptions("model.own")][:2]
@@ -217,7 +221,7 @@ impl Preset {
         Ok(rows.into_iter().map(|description| Parameter { description }).collect())
     }
 
-    /// What is not the same in another preset: path, value here, value there; None where a preset has no such value.
+    /// List the differences to another preset: path, value here, value in `other`; None for a missing value.
     ///
     /// >>> import stickslip
     /// >>> p = stickslip.preset("prototype")
@@ -231,7 +235,8 @@ impl Preset {
         PyList::new(py, rows.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// The friction at a path: of the virtual machine (`plant.screw_friction`), or a curve (`model.own`).
+    /// Return the friction at a path: of the virtual machine (`plant.screw_friction`), or a curve (`model.own`).
+    /// Raises UnknownName where the path is not a friction.
     ///
     /// >>> import stickslip
     /// >>> p = stickslip.preset("prototype")
@@ -241,8 +246,9 @@ impl Preset {
         Friction::of_preset(py, self, path)
     }
 
-    /// The text of a parameter file. As it was read and changed; with `complete`, every parameter with its unit, range
-    /// and meaning as comments.
+    /// Return the text of the parameter file with all changes, comments preserved.
+    ///
+    /// - `complete`: write every parameter, with unit, range and meaning as comments.
     ///
     /// >>> import stickslip
     /// >>> p = stickslip.preset("prototype")
@@ -289,13 +295,13 @@ impl Preset {
     }
 }
 
-/// A preset from its text, which messages call `file`: what a pickle calls.
+/// Restore a preset from its text, for pickle; `file` is its name in messages.
 #[pyfunction]
 pub(crate) fn _restored(py: Python<'_>, text: String, file: String) -> PyResult<Preset> {
     Preset::of_text(py, text, file)
 }
 
-/// All values below a group, a line each, with their units.
+/// All values below a group with their units, one per line.
 pub(crate) fn lines(entries: &[Entry], group: &str) -> String {
     let all = tree::all_below(entries, group);
     let line = |entry: &Entry| format!("{} = {entry}", tree::below(&entry.path, group).unwrap_or(&entry.path));

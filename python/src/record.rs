@@ -1,5 +1,5 @@
-//! Numbers of a controller that is written in Python: floats while it runs, recorded while its graph is made, by one
-//! text over any [`Scalar`], so that the bits agree.
+//! Numbers of a controller written in Python: floats while it runs, nodes of a graph while it is recorded. One
+//! expression over any [`Scalar`] serves both, so that the results are bit-identical.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,36 +13,36 @@ use stickslip_core::scalar::Scalar;
 
 use crate::error::Exception;
 
-const ENDED: &str = "this number is of a recording that has ended. Keep what lasts in the state.";
-const NO_TRUTH: &str = "it is not known yet whether this is true: the controller is recorded once, for all samples. \
+const ENDED: &str = "this number belongs to a recording that has ended. Store lasting values in the state.";
+const NO_TRUTH: &str = "the value of this condition is unknown: the controller is recorded once, for all samples. \
                         Use stickslip.where(condition, a, b) in place of if, while, and, or, not, min and max; & | ~ \
                         join conditions.";
-const NO_VALUE: &str = "a recorded number has no value yet: it stands for all that it will be. Use stickslip.sin, cos, \
-                        exp, log, sqrt, floor, sign, where, minimum, maximum or clip in place of float() and the \
-                        functions of math.";
-const NO_ORDER: &str = "conditions are not compared. Join them by & | ~.";
-const DIGITS: &str = "only to whole numbers is rounded. Use round(x).";
+const NO_VALUE: &str = "a recorded number has no value: it represents the numbers of all samples. Use stickslip.sin, \
+                        cos, exp, log, sqrt, floor, sign, where, minimum, maximum or clip in place of float() and \
+                        the functions of math.";
+const NO_ORDER: &str = "conditions cannot be compared. Join them with & | ~.";
+const DIGITS: &str = "numbers of a controller round to whole numbers only. Use round(x).";
 
 thread_local! {
-    /// The recording at work on this thread; 0 if there is none.
-    static AT_WORK: Cell<u64> = const { Cell::new(0) };
+    /// The active recording of this thread; 0 if there is none.
+    static ACTIVE: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The recording at work on this thread.
-pub(crate) fn at_work() -> u64 {
-    AT_WORK.get()
+/// The active recording of this thread.
+pub(crate) fn active() -> u64 {
+    ACTIVE.get()
 }
 
-/// Makes the numbers within `work` those of a recording of their own.
+/// Runs `work` as a separate recording, to which its numbers belong.
 pub(crate) fn apart<R>(work: impl FnOnce() -> R) -> R {
     static COUNT: AtomicU64 = AtomicU64::new(1);
-    let outer = AT_WORK.replace(COUNT.fetch_add(1, Ordering::Relaxed));
+    let outer = ACTIVE.replace(COUNT.fetch_add(1, Ordering::Relaxed));
     let result = work();
-    AT_WORK.set(outer);
+    ACTIVE.set(outer);
     result
 }
 
-/// A float, or what is recorded, with its recording.
+/// A float, or a recorded value with its recording.
 #[derive(Clone, Copy)]
 pub(crate) enum Either<P, R> {
     Plain(P),
@@ -50,11 +50,11 @@ pub(crate) enum Either<P, R> {
 }
 
 impl<P, R> Either<P, R> {
-    /// Whether it is recorded by the recording at work.
+    /// Whether the active recording contains the value. An error for a value of another recording.
     pub(crate) fn is_recorded(&self, py: Python<'_>) -> PyResult<bool> {
         match self {
             Either::Plain(_) => Ok(false),
-            Either::Recorded(_, recording) if *recording == at_work() => Ok(true),
+            Either::Recorded(_, recording) if *recording == active() => Ok(true),
             Either::Recorded(..) => Err(Exception::NotRecordable.with(py, ENDED.into())),
         }
     }
@@ -76,7 +76,7 @@ impl Real {
     }
 }
 
-/// One expression over numbers, as floats or as what is recorded; what it gives becomes `$make`.
+/// One expression over numbers, floats or recorded; `$make` converts the result.
 macro_rules! compute {
     ($py:ident, $make:ident, [$($number:ident),+], $expression:expr) => {{
         $(let $number: $crate::record::Real = $number;)+
@@ -84,7 +84,7 @@ macro_rules! compute {
         $(any |= $number.is_recorded($py)?;)+
         Ok($make(if any {
             $(let $number = $number.recorded();)+
-            $crate::record::Either::Recorded($expression, $crate::record::at_work())
+            $crate::record::Either::Recorded($expression, $crate::record::active())
         } else {
             $(let $number = $number.plain();)+
             $crate::record::Either::Plain($expression)
@@ -93,20 +93,20 @@ macro_rules! compute {
 }
 pub(crate) use compute;
 
-/// A number of a controller: a float while it runs, all that it may be while it is recorded.
+/// Number of a controller: a float while it runs, a node of the graph while it is recorded.
 ///
-/// It takes `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip; `float` gives its value while it
-/// runs.
+/// It supports `+ - * /`, `abs`, `round`, comparisons and the functions of stickslip. While the controller runs,
+/// `float` returns the value.
 #[pyclass(frozen, module = "stickslip", name = "Number")]
 pub(crate) struct Number(pub(crate) Real);
 
-/// Whether something holds: `True` or `False` while a controller runs, open while it is recorded.
+/// Condition of a controller: `True` or `False` while it runs, without a value while it is recorded.
 ///
-/// `& | ~` join conditions; `stickslip.where` chooses by them.
+/// Join conditions with `& | ~`; select by them with `stickslip.where`.
 #[pyclass(frozen, module = "stickslip", name = "Truth")]
 pub(crate) struct Truth(Condition);
 
-/// A number or what Python has for one.
+/// A [`Number`] or a Python number.
 pub(crate) struct RealLike(pub(crate) Real);
 
 impl<'py> FromPyObject<'_, 'py> for RealLike {
@@ -122,7 +122,7 @@ impl<'py> FromPyObject<'_, 'py> for RealLike {
     }
 }
 
-/// A condition or what Python has for one.
+/// A [`Truth`] or a Python bool.
 pub(crate) struct TruthLike(pub(crate) Condition);
 
 impl<'py> FromPyObject<'_, 'py> for TruthLike {
@@ -139,7 +139,7 @@ impl<'py> FromPyObject<'_, 'py> for TruthLike {
 }
 
 impl RealLike {
-    /// Within a recording.
+    /// The number within the active recording.
     pub(crate) fn recorded(&self, py: Python<'_>) -> PyResult<Recorded> {
         self.0.is_recorded(py)?;
         Ok(self.0.recorded())
@@ -148,13 +148,13 @@ impl RealLike {
 
 impl From<Recorded> for Number {
     fn from(number: Recorded) -> Self {
-        Number(Either::Recorded(number, at_work()))
+        Number(Either::Recorded(number, active()))
     }
 }
 
 #[pymethods]
 impl Number {
-    /// NumPy leaves arithmetic with its numbers to this class, and takes it into none of its functions.
+    /// None: NumPy leaves arithmetic with its numbers to this class, and its functions reject it.
     #[classattr]
     #[pyo3(name = "__array_ufunc__")]
     fn array_ufunc() -> Option<bool> {
@@ -234,7 +234,7 @@ impl Number {
             CompareOp::Eq => compute!(py, Truth, [a, b], Scalar::le(a, b) & Scalar::ge(a, b)),
             CompareOp::Ne => compute!(py, Truth, [a, b], !(Scalar::le(a, b) & Scalar::ge(a, b))),
         };
-        // `object` promises a `bool` of ==, which it cannot be yet.
+        // `object` promises a `bool` for ==; here it is a condition.
         Ok(Bound::new(py, truth?)?.into_any())
     }
 
@@ -267,7 +267,7 @@ impl Number {
     }
 }
 
-/// Conditions joined.
+/// Joins two conditions.
 macro_rules! join {
     ($py:ident, $a:expr, $b:expr, $operator:tt) => {{
         let (a, b): (Condition, Condition) = ($a, $b);
@@ -275,12 +275,12 @@ macro_rules! join {
         b.is_recorded($py)?;
         Ok(Truth(match (a, b) {
             (Either::Plain(a), Either::Plain(b)) => Either::Plain(a $operator b),
-            _ => Either::Recorded(mask(a) $operator mask(b), at_work()),
+            _ => Either::Recorded(mask(a) $operator mask(b), active()),
         }))
     }};
 }
 
-/// A condition within a recording: what is known already is a comparison of constants.
+/// A condition within a recording; a plain one becomes a comparison of constants.
 fn mask(condition: Condition) -> <Recorded as Scalar>::Mask {
     match condition {
         Either::Plain(truth) => Recorded::of(f64::from(u8::from(truth))).gt(Recorded::of(0.0)),
@@ -335,7 +335,7 @@ impl Truth {
     }
 }
 
-/// As a number of a controller.
+/// Convert to a number of a controller.
 #[pyfunction]
 pub(crate) fn number(value: RealLike) -> Number {
     Number(value.0)

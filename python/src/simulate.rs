@@ -1,4 +1,4 @@
-//! The closed loop of a preset, with its controller or with one written in Python.
+//! Simulation of the closed loop, with the controller of the preset or one written in Python.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -16,28 +16,28 @@ use crate::preset::Preset;
 use crate::value::settings;
 use crate::watched::watched;
 
-/// Samples of a controller written in Python between two looks at what Python wants.
+/// Samples of a Python controller between two checks of signals.
 const LOOK: u32 = 256;
 
-/// What a controller shall follow, as it stands at a sample.
+/// Set-point of a controller at a sample.
 #[pyclass(frozen, get_all, module = "stickslip", name = "Setpoint")]
 pub(crate) struct Setpoint {
     /// Screw angle [rad].
     position: f64,
-    /// Its first derivative [rad/s].
+    /// First derivative of the screw angle [rad/s].
     velocity: f64,
-    /// Its second derivative [rad/s²].
+    /// Second derivative of the screw angle [rad/s²].
     acceleration: f64,
 }
 
-/// What a controller measures at a sample.
+/// Measurement of a controller at a sample.
 #[pyclass(frozen, get_all, module = "stickslip", name = "Measured")]
 pub(crate) struct Measured {
-    /// Time since the begin of the run [s].
+    /// Time since the start of the run [s].
     time: f64,
-    /// Angle of the screw by the encoder, unwrapped [rad].
+    /// Screw angle from the encoder, unwrapped [rad].
     angle: f64,
-    /// Velocity of the motor by the tacho [rad/s].
+    /// Motor velocity from the tacho [rad/s].
     velocity: f64,
 }
 
@@ -59,7 +59,7 @@ impl Measured {
     }
 }
 
-/// What ends a simulation early: an error of the library, or an exception of the controller.
+/// Cause of an early end: an error of the library, or an exception of the controller.
 enum Ended {
     Refused(stickslip::Error),
     Raised(PyErr),
@@ -71,20 +71,20 @@ impl From<stickslip::Error> for Ended {
     }
 }
 
-/// What is followed: samples of the position at a rate, or a reference.
-enum Followed {
+/// Source of the set-points: samples of the position at a rate, or a reference.
+enum Course {
     Samples(Vec<f64>, f64),
     Reference(Reference<f64>),
 }
 
-impl Followed {
-    /// From what Python gives, and how long it takes [s].
+impl Course {
+    /// Converts the argument of Python. Returns the duration as well [s].
     fn of(py: Python<'_>, preset: &Preset, reference: &Bound<'_, PyAny>, chance: f64) -> PyResult<(Self, f64)> {
         let refused = |error| raised(py, &error);
         if let Ok(name) = reference.extract::<String>() {
             let manoeuvre: Manoeuvre = known("manoeuvre", &[name], &MANOEUVRES, |it| it.name()).map_err(refused)?[0];
             let (reference, duration) = manoeuvre.reference(&preset.values, chance);
-            return Ok((Followed::Reference(reference), duration));
+            return Ok((Course::Reference(reference), duration));
         }
         let mut changes = Vec::new();
         if settings("", reference, &mut changes).is_ok() && !changes.iter().any(|(path, _)| path.is_empty()) {
@@ -92,28 +92,28 @@ impl Followed {
             let reference: Reference<f64> =
                 parameters::read(&text, "reference").map_err(|problems| raised(py, &problems.into()))?;
             let duration = reference.duration();
-            return Ok((Followed::Reference(reference), duration));
+            return Ok((Course::Reference(reference), duration));
         }
         if let Ok(samples) = reference.extract::<ArrayLike<'_>>() {
             let samples = samples.row(py, "reference")?.to_vec();
             let rate = 1.0 / preset.values.bench.control_period();
             let duration = samples.len() as f64 / rate;
-            return Ok((Followed::Samples(samples, rate), duration));
+            return Ok((Course::Samples(samples, rate), duration));
         }
-        let words = "a reference is the name of a manoeuvre, a mapping as {\"reference\": \"sine\", \"amplitude\": 2}, or an \
-                     array of positions, one for each sample of the controller.";
-        Err(PyTypeError::new_err(words))
+        let message = "Invalid reference. Give the name of a manoeuvre, a mapping such as {\"reference\": \"sine\", \
+                       \"amplitude\": 2}, or an array of positions, one for each sample of the controller.";
+        Err(PyTypeError::new_err(message))
     }
 
     fn generator(&self, rate: f64) -> Generator<'_> {
         match self {
-            Followed::Samples(samples, sample_rate) => Generator::from_samples(samples, *sample_rate, rate),
-            Followed::Reference(reference) => Generator::new(*reference, rate),
+            Course::Samples(samples, sample_rate) => Generator::from_samples(samples, *sample_rate, rate),
+            Course::Reference(reference) => Generator::new(*reference, rate),
         }
     }
 }
 
-/// Simulates the closed loop of a preset: signals, and why it ended before its time.
+/// Simulate the closed loop of a preset. Returns the signals, and the reason for an early end.
 #[pyfunction]
 #[pyo3(signature = (preset, reference, duration, controller, render, rest, place, seed, progress))]
 #[expect(clippy::too_many_arguments, reason = "keywords of a Python function")]
@@ -129,9 +129,9 @@ pub(crate) fn simulate_on<'py>(
     seed: u64,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Arrays, Option<String>)> {
-    let (followed, usual) = Followed::of(py, preset, reference, place)?;
-    let setpoints = followed.generator(preset.values.bench.tick_rate);
-    let duration = duration.unwrap_or(usual);
+    let (course, whole) = Course::of(py, preset, reference, place)?;
+    let setpoints = course.generator(preset.values.bench.tick_rate);
+    let duration = duration.unwrap_or(whole);
     let simulation = Simulation { preset: &preset.values, setpoints, duration, rest, render, seed };
     let simulated = match controller {
         None => watched(py, progress, |watch| simulate::<stickslip::Error>(&simulation, None, watch))?,
@@ -142,8 +142,8 @@ pub(crate) fn simulate_on<'py>(
                 if calls.is_multiple_of(LOOK) {
                     py.check_signals().map_err(Ended::Raised)?;
                     let done = sample.time / (rest + duration);
-                    let told = progress.map_or(Ok(()), |call| call.call1(("simulate", done)).map(drop));
-                    told.map_err(Ended::Raised)?;
+                    let reported = progress.map_or(Ok(()), |call| call.call1(("simulate", done)).map(drop));
+                    reported.map_err(Ended::Raised)?;
                 }
                 torque(py, controller, sample).map_err(Ended::Raised)
             };
@@ -156,7 +156,7 @@ pub(crate) fn simulate_on<'py>(
     Ok((arrays(simulated.columns), simulated.stopped))
 }
 
-/// The torque that a controller written in Python asks for [N m].
+/// Calls a Python controller. Returns its torque [N m].
 fn torque(py: Python<'_>, controller: &Bound<'_, PyAny>, sample: &Sample) -> PyResult<f64> {
     let Sample { time, reference, measured_angle, measured_velocity } = *sample;
     let setpoint =
@@ -165,6 +165,6 @@ fn torque(py: Python<'_>, controller: &Bound<'_, PyAny>, sample: &Sample) -> PyR
     let torque = controller.call1((Bound::new(py, setpoint)?, Bound::new(py, measured)?))?;
     torque.extract().map_err(|_| {
         let kind = torque.get_type().name().map_or_else(|_| "something else".into(), |name| name.to_string());
-        PyTypeError::new_err(format!("the controller returned a {kind}, not a torque. Return a number in N m."))
+        PyTypeError::new_err(format!("The controller returned a {kind}, not a torque. Return a number in N m."))
     })
 }

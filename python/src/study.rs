@@ -1,4 +1,4 @@
-//! Parameter studies, part by part: run here, or by whoever is sent what it takes.
+//! Parameter studies, part by part: run in this process or on other machines.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,15 +13,15 @@ use crate::outcome::{Arrays, Outcome, arrays};
 use crate::preset::Preset;
 use crate::watched::watched;
 
-/// A study in its folder.
+/// Study in a folder.
 #[pyclass(frozen, module = "stickslip._stickslip", name = "StudyParts")]
 pub(crate) struct StudyParts(Parts);
 
-/// What it takes to run the parts of a study, wherever.
+/// Description of a study, for running its parts on another machine.
 #[pyclass(frozen, module = "stickslip._stickslip", name = "StudyWork")]
 pub(crate) struct StudyWork(Work);
 
-/// Opens the study of a file, or of a text that a program made, on a preset instead of the one that the text names.
+/// Open a study from a file or from text; `preset` replaces the preset that the text names.
 #[pyfunction]
 #[pyo3(signature = (file, text, preset, folder, progress))]
 pub(crate) fn open_study(
@@ -40,37 +40,36 @@ pub(crate) fn open_study(
     Ok(StudyParts(watched(py, progress, move |watch| Parts::open(&plan, &folder, watch))?))
 }
 
-/// What a study came to: outcome, columns, failures by their cases, axes, their values if it is a grid, and how many cases
-/// were there before.
+/// Results of a study: outcome, columns, failures by case, axes, values of the axes of a grid, number of reused cases.
 type Studied = (Outcome, Arrays, BTreeMap<u64, String>, Vec<String>, Option<Vec<Array>>, u64);
 
 #[pymethods]
 impl StudyParts {
-    /// The parts that were missing when it was opened, and the cases of each.
+    /// Return the parts that were missing at opening, and the number of cases of each.
     fn missing(&self) -> Vec<(usize, u64)> {
         let cases = |index: usize| self.0.work().part(index).count() as u64;
         self.0.missing().iter().map(|&index| (index, cases(index))).collect()
     }
 
-    /// What it takes to run them, as a text.
+    /// Return the description of the study as text, for StudyWork.
     fn work(&self) -> String {
         self.0.work().to_json()
     }
 
-    /// Runs them here, on as many threads as there are processors unless it is said how many.
+    /// Run the missing parts in this process. Default of `threads`: one per processor.
     #[pyo3(signature = (threads, progress))]
     fn run(&self, py: Python<'_>, threads: Option<usize>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
-        let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = threads.unwrap_or_else(all);
+        let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = threads.unwrap_or_else(processors);
         watched(py, progress, |watch| self.0.run(threads, watch))
     }
 
-    /// Takes the bytes of a part that was run elsewhere.
+    /// Store the bytes of a part that another machine ran.
     fn put(&self, py: Python<'_>, index: usize, bytes: &[u8]) -> PyResult<()> {
         py.detach(|| self.0.put(index, bytes)).map_err(|error| raised(py, &error))
     }
 
-    /// Makes the file of the study, and what it tells.
+    /// Write the file of the study and return the results.
     fn finish(&self, py: Python<'_>) -> PyResult<Studied> {
         let studied = py.detach(|| {
             let outcome = self.0.finish()?;
@@ -87,13 +86,13 @@ impl StudyParts {
 
 #[pymethods]
 impl StudyWork {
-    /// From its text, if it is of this version.
+    /// Parse the text of `StudyParts.work`. Raises Error for another version.
     #[new]
     fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
         Ok(StudyWork(Work::from_json(text).map_err(|error| raised(py, &error))?))
     }
 
-    /// The bytes of a part, run on one thread.
+    /// Run a part on one thread and return its bytes.
     fn part<'py>(&self, py: Python<'py>, index: usize) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &watched(py, None, |watch| self.0.part_bytes(index, watch))?))
     }

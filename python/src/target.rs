@@ -1,4 +1,4 @@
-//! A controller that is written in Python as C, as library and as FMU.
+//! Controllers written in Python as C, as library and as FMU.
 
 use std::path::PathBuf;
 use stickslip::GenerateError;
@@ -17,14 +17,14 @@ use crate::record::{Number, RealLike, apart};
 /// Name, unit, help, minimum, maximum, value.
 type Row = (String, String, String, f64, f64, f64);
 
-/// The graph of a controller.
+/// Recorded graph of a controller.
 #[pyclass(frozen, module = "stickslip", name = "Recording")]
 pub(crate) struct Recording {
     name: String,
     program: Program,
 }
 
-/// A controller as C.
+/// C code of a controller.
 #[pyclass(frozen, module = "stickslip", name = "Code")]
 pub(crate) struct Code {
     module: generate::Module,
@@ -34,7 +34,7 @@ fn declared((name, unit, help, minimum, maximum, value): Row) -> Declared {
     Declared { name, unit, help, minimum, maximum, value }
 }
 
-/// Records a controller: `step(parameters, state, sample, dt)` is called once with lists of numbers and returns the new
+/// Record a controller. Calls `step(parameters, state, sample, dt)` once with lists of numbers; it returns the new
 /// state and the torque.
 #[pyfunction]
 pub(crate) fn record_controller(
@@ -61,13 +61,13 @@ pub(crate) fn record_controller(
 
 #[pymethods]
 impl Recording {
-    /// How many operations it has.
+    /// Number of operations.
     #[getter]
     fn operations(&self) -> usize {
         self.program.steps.iter().map(|step| step.graph.nodes.len()).sum()
     }
 
-    /// Writes it as C, with self-test and example for samples of `sample_time` [s].
+    /// Generate C code, with self-test and example for samples of `sample_time` [s].
     fn write(&self, py: Python<'_>, sample_time: f64) -> PyResult<Code> {
         match generate::module(self.program.clone(), &self.name, sample_time) {
             Ok(module) => Ok(Code { module }),
@@ -83,24 +83,24 @@ impl Recording {
 
 #[pymethods]
 impl Code {
-    /// Name and text of what the library is compiled of.
+    /// Names and texts of the source files of the library.
     #[getter]
     fn sources(&self) -> Vec<(String, String)> {
         self.module.files.clone()
     }
 
-    /// Writes the project into a folder.
+    /// Write the project into a folder.
     fn generate(&self, py: Python<'_>, folder: PathBuf, diagram: bool) -> PyResult<()> {
         py.detach(|| self.module.generated(diagram).write(&folder)).map(drop).map_err(|error| raised(py, &error))
     }
 
-    /// Compiles the library, which takes the place of what is at `path` as a whole.
+    /// Compile the library and replace the file at `path` in one step.
     fn compile(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let built = py.detach(|| self.module.library().and_then(|library| output::write(&path, library)));
         built.map_err(|error| raised(py, &error))
     }
 
-    /// Writes the FMU of it, FMI 2 or 3.
+    /// Write an FMU of FMI version 2 or 3.
     fn fmu(&self, py: Python<'_>, path: PathBuf, version: u32) -> PyResult<()> {
         let version = if version == 2 { Version::Two } else { Version::Three };
         let built = py.detach(|| self.module.fmu(version).and_then(|fmu| output::write(&path, fmu.bytes)));
@@ -108,7 +108,7 @@ impl Code {
     }
 }
 
-/// Time from sample to sample of the controllers of a preset [s], and the largest torque of its drive [N m].
+/// Return the sample time of the controllers of a preset [s] and the torque limit of its drive [N m].
 #[pyfunction]
 pub(crate) fn sampling_of(preset: &Preset) -> (f64, f64) {
     let scaling = preset.values.model.scaling;

@@ -1,4 +1,4 @@
-//! Values of parameters between Python and a parameter file.
+//! Conversion of parameter values between Python and parameter files.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::inspect::PyStaticExpr;
@@ -11,7 +11,7 @@ use stickslip_core::fields::Kind;
 use crate::group::Group;
 use crate::tree::join;
 
-/// Values under names, in their order.
+/// Named values, in order.
 pub(crate) struct Named<T>(pub(crate) Vec<(&'static str, T)>);
 
 impl<'py, T: IntoPyObject<'py>> IntoPyObject<'py> for Named<T> {
@@ -32,7 +32,7 @@ impl<'py, T: IntoPyObject<'py>> IntoPyObject<'py> for Named<T> {
     }
 }
 
-/// The value of an entry: `float`, `int` where only whole numbers make sense, `bool`, or the name of a variant.
+/// The value of an entry: `float`, `int` for whole numbers, `bool`, or the name of a variant.
 pub(crate) fn object<'py>(py: Python<'py>, entry: &Entry) -> PyResult<Bound<'py, PyAny>> {
     Ok(match (entry.value, entry.field.kind) {
         (Value::Variant(name), _) => name.into_pyobject(py)?.into_any(),
@@ -42,27 +42,27 @@ pub(crate) fn object<'py>(py: Python<'py>, entry: &Entry) -> PyResult<Bound<'py,
     })
 }
 
-/// Paths and values, as in a file, of what Python gives for `path`: one value, a list, or a mapping of what lies below.
-pub(crate) fn settings(path: &str, value: &Bound<'_, PyAny>, found: &mut Vec<(String, String)>) -> PyResult<()> {
+/// Converts a Python value for `path` (one value, a list, or a mapping of paths below) to paths and texts of a file.
+pub(crate) fn settings(path: &str, value: &Bound<'_, PyAny>, pairs: &mut Vec<(String, String)>) -> PyResult<()> {
     if let Ok(group) = value.cast::<Group>() {
-        found.extend(group.get().settings(path));
+        pairs.extend(group.get().settings(path));
     } else if let Ok(mapping) = value.cast::<PyMapping>() {
         for item in mapping.items()?.iter() {
             let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;
-            settings(&join(path, &name), &value, found)?;
+            settings(&join(path, &name), &value, pairs)?;
         }
     } else {
-        found.push((path.into(), text(path, value)?));
+        pairs.push((path.into(), text(path, value)?));
     }
     Ok(())
 }
 
-/// A single value as in a file.
+/// A single value as text of a file.
 fn text(path: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     if value.cast::<PyString>().is_ok() {
         return value.extract();
     }
-    // Before numbers: to Python a truth value is one of them.
+    // Check bool before numbers: in Python a bool is an int.
     if let Ok(flag) = value.extract::<bool>() {
         return Ok(flag.to_string());
     }
@@ -77,7 +77,7 @@ fn text(path: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     Err(PyTypeError::new_err(format!("{path} is a {kind}. Give a number, True or False, a name, or a list of them.")))
 }
 
-/// Entries under their paths from a group.
+/// Entries by their paths relative to a group.
 pub(crate) fn plain<'py>(py: Python<'py>, entries: &[Entry], path: &str) -> PyResult<Bound<'py, PyDict>> {
     let values = PyDict::new(py);
     for entry in entries {

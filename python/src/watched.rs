@@ -1,4 +1,4 @@
-//! Long work beside Python: the lock is released, Ctrl-C ends the work, progress is told.
+//! Long work called from Python: releases the interpreter lock, handles Ctrl-C, reports progress.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,12 +10,12 @@ use stickslip::{Error, Watch};
 
 use crate::error::raised;
 
-/// Between two looks at what Python wants.
+/// Interval between two checks of signals.
 const LOOK: Duration = Duration::from_millis(50);
-/// As much as the main thread of a program has: whole benches lie on the stack.
+/// Stack size of the worker in bytes; whole benches are on the stack.
 const STACK: usize = 16 << 20;
 
-/// Does the work on a thread of its own, while this one looks for signals and calls `progress(stage, fraction)`. An
+/// Runs the work on a separate thread, while this thread checks signals and calls `progress(stage, fraction)`. An
 /// exception of either ends the work and is raised.
 pub(crate) fn watched<T: Send>(
     py: Python<'_>,
@@ -23,30 +23,30 @@ pub(crate) fn watched<T: Send>(
     work: impl FnOnce(&Watch) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
     let cancelled = Arc::new(AtomicBool::new(false));
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     let watch = Watch::new(cancelled.clone(), move |stage, fraction| {
-        // Whoever does not listen any more has cancelled.
-        let _ = tell.send((stage.to_owned(), fraction));
+        // Sending fails only after a cancellation.
+        let _ = sender.send((stage.to_owned(), fraction));
     });
-    let heard = |stage: &str, fraction: f64| progress.map_or(Ok(()), |call| call.call1((stage, fraction)).map(drop));
+    let report = |stage: &str, fraction: f64| progress.map_or(Ok(()), |call| call.call1((stage, fraction)).map(drop));
     std::thread::scope(|scope| {
         let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, move || work(&watch))?;
         let mut interrupted = None;
-        // The receiver is handed in and out: it may not be shared, and the closure runs on this thread anyway.
-        let mut told = told;
+        // The receiver moves into the closure and back, because it cannot be shared.
+        let mut receiver = receiver;
         loop {
             let next;
-            (told, next) = py.detach(move || {
-                let next = told.recv_timeout(LOOK);
-                (told, next)
+            (receiver, next) = py.detach(move || {
+                let next = receiver.recv_timeout(LOOK);
+                (receiver, next)
             });
-            // Python sets what it is told aside until the work has ended.
-            let said = match next {
-                Ok((stage, fraction)) => heard(&stage, fraction),
+            // The first error cancels the work; it is raised after the worker has ended.
+            let reported = match next {
+                Ok((stage, fraction)) => report(&stage, fraction),
                 Err(RecvTimeoutError::Timeout) => Ok(()),
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            if let (None, Err(error)) = (&interrupted, said.and_then(|()| py.check_signals())) {
+            if let (None, Err(error)) = (&interrupted, reported.and_then(|()| py.check_signals())) {
                 cancelled.store(true, Ordering::Relaxed);
                 interrupted = Some(error);
             }

@@ -1,4 +1,4 @@
-"""The experiment in steps: measure, fit, design, render; and what is predicted of controllers."""
+"""Steps of the experiment (measure, fit, design, render) and predictions for controllers."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ._signals import Signals
 from ._stickslip import Measured, Parameter, Preset, Setpoint
 
 Progress = Callable[[str, float], object]
-"""Is called with the name of a stage and the part of it that is done, 0 … 1. An exception in it ends the work."""
+"""Callback with the name of a stage and its completed share, 0 … 1. An exception in it ends the work."""
 
 Controller = Callable[[Setpoint, Measured], float]
-"""A controller: set-point and measurement to torque of the drive [N m], once a sample."""
+"""Controller function: called once per sample with set-point and measurement, returns the drive torque [N m]."""
 
 
 def measure(
@@ -33,11 +33,16 @@ def measure(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> Result:
-    """Measures on the virtual bench: homes it, presses the linings on (`preload`, 0 … 1), runs a plan.
+    """Measure on the virtual bench: home the axis, set the friction wheel, run a measurement plan.
 
-    `what` is "friction" (at constant speeds), "breakaway", "presliding", "response", "learning" or "tracking"; `plan`
-    changes values of its plan, whose names and units `plan_parameters` tells; `thorough` takes longer and tells more.
-    The same `seed` gives the same numbers, those of `stickslip measure`. Of "friction" a FrictionCurve comes.
+    - `what`: "friction" (at constant speeds), "breakaway", "presliding", "response", "learning" or "tracking".
+    - `plan`: values that differ from the standard plan; `plan_parameters` lists their names and units.
+    - `thorough`: use the thorough plan, which takes longer and gives more detail.
+    - `preload`: preload of the friction wheel, 0 … 1. Default: `plant.wheel.preload` of the preset.
+    - `seed`: seed of the noise. The numbers equal those of `stickslip measure` with the same seed.
+
+    Returns a FrictionCurve for "friction", a Result for the other measurements. Raises UnknownName for another `what`,
+    InvalidValue for a value outside its range, BenchFault where the supervision stops the bench.
 
     >>> import stickslip
     >>> curve = stickslip.measure(stickslip.preset("clm-bench"), plan={"speeds": 5, "slowest": 1.0})
@@ -50,7 +55,7 @@ def measure(
 
 
 def plan_parameters(what: str = "friction") -> list[Parameter]:
-    """What can be said of the plan of a measurement, each with unit, range and meaning.
+    """List the parameters of a measurement plan, each with unit, range and meaning.
 
     >>> import stickslip
     >>> [it.unit for it in stickslip.plan_parameters("friction") if it.path == "slowest"]
@@ -67,13 +72,16 @@ def read_curves(
     standard_error: str | None = None,
     group: str | None = None,
 ) -> dict[str, Signals]:
-    """Friction curves of a file (CSV, MAT, Parquet or MDF 4), a row a speed: what `fit` takes, in SI units.
+    """Read friction curves from a file (CSV, MAT, Parquet or MDF 4) with one row per speed.
 
-    Columns are found by their names, as "omega" or "torque"; where they are not, give the names. `group` is the column
-    of a number that tells several curves apart; each has its name in what comes, a single one "".
+    - `velocity`, `torque`, `standard_error`: names of the columns. Default: recognised names such as "omega", "torque".
+    - `group`: name of a column whose number identifies the curve of each row. Default: one curve.
+
+    Returns the curves by name, in SI units, as inputs for `fit`. The name of a single curve is "". Raises Error where a
+    column is missing, FileError where the file cannot be read.
     """
-    found = _stickslip.curves_of(os.fspath(path), velocity, torque, standard_error, group)
-    return {name: Signals(columns) for name, columns in found}
+    curves = _stickslip.curves_of(os.fspath(path), velocity, torque, standard_error, group)
+    return {name: Signals(columns) for name, columns in curves}
 
 
 def fit(
@@ -84,30 +92,35 @@ def fit(
     side: str = "both",
     linear: bool = False,
 ) -> Fit:
-    """Fits a Stribeck curve to measured friction: a curve that was measured or read, or arrays of your own.
+    """Fit a Stribeck curve to measured friction: a curve from `measure` or `read_curves`, or arrays.
 
-    Velocities [rad/s] are signed and not 0, torques [N m] have their sign; with `linear` they are m/s and N. With
-    standard errors [N m] these are believed, without them the scatter tells. Points far off the curve count for little.
-    `side` takes "positive" or "negative" velocities only. The numbers are those of `stickslip fit`.
+    - `velocity`: signed velocities, not 0 [rad/s], or a friction curve.
+    - `torque`: signed torques [N m]; only with arrays.
+    - `standard_error`: standard errors of the torques [N m]. Default: estimated from the scatter of the points.
+    - `side`: "both", "positive" or "negative" velocities.
+    - `linear`: velocities are in m/s, torques are forces in N.
+
+    Outliers get little weight. The numbers equal those of `stickslip fit`. Raises InvalidValue for an invalid point,
+    too few points or arrays of different lengths, TypeError where torques are missing.
 
     >>> import numpy as np, stickslip
     >>> velocity = np.geomspace(0.1, 50, 20)
     >>> torque = 0.2 + 0.1 * np.exp(-velocity / 2) + 0.004 * velocity
-    >>> found = stickslip.fit(velocity, torque, side="positive")
-    >>> {name: round(value, 6) for name, value in found.parameters.items()}
+    >>> fitted = stickslip.fit(velocity, torque, side="positive")
+    >>> {name: round(value, 6) for name, value in fitted.parameters.items()}
     {'breakaway_torque': 0.3, 'kinetic_torque': 0.2, 'stribeck_velocity': 2.0, 'viscous_friction': 0.004}
     """
     preload, source = None, "arrays"
     if isinstance(velocity, Signals):
         if torque is not None or standard_error is not None:
-            raise TypeError("A curve has its own torques and errors: give it alone.")
-        curve, source = velocity, "a curve that was read"
+            raise TypeError("Torques or errors in addition to a curve, which contains them. Pass the curve alone.")
+        curve, source = velocity, "a curve from a file"
         if isinstance(curve, FrictionCurve):
             preload, source = curve.preload, curve.made_by
         linear = curve.units["velocity"] == "m/s"
         velocity, torque, standard_error = curve["velocity"], curve["torque"], curve.get("standard_error")
     if torque is None:
-        raise TypeError("Give torques beside the velocities, or a friction curve that was measured or read.")
+        raise TypeError("Missing torques. Pass velocities and torques, or a friction curve of measure or read_curves.")
     force = "N" if linear else "N m"
     columns = [
         ("velocity", "m/s" if linear else "rad/s", np.asarray(velocity, float)),
@@ -119,15 +132,17 @@ def fit(
 
 
 def design(bench: Preset, points: Sequence[tuple[float, float]] = (), *, acceleration: float | None = None) -> Design:
-    """The desired friction, and what the load motor of a bench can do about it.
+    """Design the desired friction and check whether the load motor can render it.
 
-    `points` are speeds [rad/s] and torques [N m] that the curve shall go through, by least squares; what they leave open
-    stays as `bench.desired` has it, and without points all does. `acceleration` [rad/s²] is how fast the drive shall
-    change its speed under the rendering law. The numbers are those of `stickslip design`.
+    - `points`: pairs of speed [rad/s] and torque [N m], fitted by least squares. Parameters that the points do not
+      determine keep their values of `bench.desired`. Default: no points, `bench.desired` is unchanged.
+    - `acceleration`: largest acceleration of the drive under the rendering law [rad/s²]. Default: 200 rad/s².
+
+    Returns the Design with the new preset. The numbers equal those of `stickslip design`.
 
     >>> import stickslip
-    >>> wanted = stickslip.design(stickslip.preset("clm-bench"), [(0.5, 0.4), (20.0, 0.3)])
-    >>> wanted.preset.bench.desired.breakaway_torque > 0.3
+    >>> desired = stickslip.design(stickslip.preset("clm-bench"), [(0.5, 0.4), (20.0, 0.3)])
+    >>> desired.preset.bench.desired.breakaway_torque > 0.3
     True
     """
     designed, outcome, renderable = _stickslip.design_for(bench, [tuple(it) for it in points], acceleration)
@@ -135,25 +150,30 @@ def design(bench: Preset, points: Sequence[tuple[float, float]] = (), *, acceler
 
 
 def render(bench: Preset, *, corrections: int = 0, seed: int = 1, progress: Progress | None = None) -> Result:
-    """Renders `bench.desired` on the virtual bench, with `model.own` as its own friction, and measures it again.
+    """Render `bench.desired` on the virtual bench with `model.own` as its own friction, and measure the result.
 
-    `corrections`: measure, correct the torque by what is missing, measure again, at most so many times. The data are the
-    rendered friction: `velocity` [rad/s], `torque` [N m], `standard_error` [N m].
+    - `corrections`: largest number of passes that correct the torque by the remaining error and measure again.
+    - `seed`: seed of the noise.
+
+    Returns the rendered friction: `velocity` [rad/s], `torque` [N m], `standard_error` [N m]. Raises an Error where the
+    load motor cannot render it.
     """
     made_by = f"stickslip.render(bench, corrections={corrections}, seed={seed})"
     return Result(_stickslip.render_on(bench, corrections, seed, progress), made_by)
 
 
 def demo(bench: Preset, *, seed: int = 1, progress: Progress | None = None) -> Result:
-    """The whole experiment on one bench: measure, fit, design, render, measure again, as `stickslip demo` does."""
+    """Run the whole experiment on one bench, as `stickslip demo`: measure, fit, design, render, measure again."""
     return Result(_stickslip.demo_on(bench, seed, progress), f"stickslip.demo(bench, seed={seed})")
 
 
 def loop(bench: Preset, *, speed: float = 10.0, tune: bool = False, progress: Progress | None = None) -> Loop:
-    """How far the loop of a position controller is from oscillation: margins, sensitivity, bandwidth, noise.
+    """Compute the stability margins, sensitivity, bandwidth and noise of the position loop.
 
-    The load slides at `speed` [rad/s], or is stuck. With `tune` the gains are found first, as for every controller of a
-    benchmark; they are in the `preset` of what comes.
+    - `speed`: speed at which the load slides [rad/s]. The results also cover the stuck load.
+    - `tune`: tune the gains first, by the same rules as in a benchmark.
+
+    Returns the Loop; its `preset` has the controller with these gains.
 
     >>> import stickslip
     >>> margins = stickslip.loop(stickslip.preset("clm-bench"))
@@ -167,9 +187,10 @@ def loop(bench: Preset, *, speed: float = 10.0, tune: bool = False, progress: Pr
 def hunting(
     bench: Preset, *, desired: bool = False, duration: float | None = None, progress: Progress | None = None
 ) -> Hunting:
-    """Whether a controller will hunt about a set-point that rests, predicted from what is believed of the axis.
+    """Predict from the model whether the controller hunts at a constant set-point.
 
-    With `desired` on the friction that is rendered. `duration` [s] is how long the drive is followed.
+    - `desired`: predict with the rendered friction (`bench.desired`) in place of the own friction (`model.own`).
+    - `duration`: simulated time [s]. Default: 30 s.
     """
     cycle, outcome = _stickslip.hunting_of(bench, desired, duration, progress)
     return Hunting(outcome, f"stickslip.hunting(bench, desired={desired}, duration={duration})", cycle)
@@ -189,13 +210,21 @@ def benchmark(
     machine: str = "bench",
     progress: Progress | None = None,
 ) -> Result:
-    """Which controller is the best for which friction: tuned by the same rules, run on the same machines, ranked.
+    """Rank controllers on several frictions: all tuned by the same rules and run on the same machines.
 
-    `controllers` are names as "pid+feedforward" or parameter files; without them those of the house. What there is, a
-    wrong name tells. What is finished lies in `folder`, and a benchmark that goes on takes it from there. The ranks and
-    measures are the `records` of its summary.
+    - `controllers`: names such as "pid+feedforward", or parameter files. Default: the built-in selection.
+    - `frictions`, `manoeuvres`: names. Default: those of the standard benchmark.
+    - `quick`: run the short benchmark.
+    - `seeds`: noise seeds per manoeuvre. Default: 6, with `quick` 2.
+    - `places`: set-points of manoeuvres that hold a position. Default: 12, with `quick` 4.
+    - `threads`: number of threads. Default: one per processor.
+    - `folder`: folder for finished cells. A repeated call with the same folder continues there.
+    - `machine`: name of the bench in the report.
+
+    Returns a Result; ranks and metrics are the `records` of its summary. Raises UnknownName for an unknown
+    name; the message lists the known ones.
     """
-    with tempfile.TemporaryDirectory() as own:
+    with tempfile.TemporaryDirectory() as temporary:
         outcome = _stickslip.benchmark_on(
             bench,
             machine,
@@ -206,7 +235,7 @@ def benchmark(
             seeds,
             places,
             threads,
-            os.path.join(folder or own, "cells"),
+            os.path.join(folder or temporary, "cells"),
             progress,
         )
     return Result(outcome, f"stickslip.benchmark(bench, {controllers}, quick={quick})")
@@ -225,15 +254,22 @@ def fidelity(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Result:
-    """Whether a controller notices that its friction is rendered: 0 is indistinguishable, 1 as if nothing were rendered.
+    """Compare rendered with true friction under the same controller: 0 is indistinguishable, 1 is without rendering.
 
-    `presets` are names or parameter files. What is not chosen is all that the benchmark has, which takes long; `rates`
-    are in Hz. The rows are the `records` of its summary, the numbers those of `stickslip fidelity`.
+    - `presets`: names or parameter files.
+    - `laws`, `mismatches`, `scenarios`: names of rendering laws, model errors and scenarios.
+    - `rates`: tick rates [Hz].
+    - `wheel`: with the friction wheel pressed (True) or released (False).
+    - `quick`: run the short comparison.
+    - `seeds`, `threads`: number of noise seeds and of threads.
+
+    The default selection is the full benchmark, which takes long. Returns a Result; its rows are the `records` of its
+    summary. The numbers equal those of `stickslip fidelity`. Raises UnknownName for an unknown name.
 
     >>> import stickslip
-    >>> found = stickslip.fidelity(["prototype"], laws=["paper"], rates=[4000], wheel=True,
+    >>> result = stickslip.fidelity(["prototype"], laws=["paper"], rates=[4000], wheel=True,
     ...     mismatches=["perfect"], scenarios=["sine_2hz"], seeds=2)
-    >>> found.summary.records[0]["difference"] < 0.2
+    >>> result.summary.records[0]["difference"] < 0.2
     True
     """
     outcome = _stickslip.fidelity_of(
@@ -264,19 +300,24 @@ def simulate(
     seed: int = 1,
     progress: Progress | None = None,
 ) -> Simulation:
-    """Simulates the closed loop: what the axis truly does beside what is measured, with names and units.
+    """Simulate the closed loop and return true and measured signals with their units.
 
-    `reference` is the name of a manoeuvre of the benchmark, as "reversal"; a reference as in a parameter file, as
-    `{"reference": "sine", "amplitude": 2.0, "frequency": 0.5}`; or an array of positions [rad], one for each sample of
-    the controller. `duration` [s] is needed for what has no end. Before it the axis rests for `rest` [s] at 0.
+    - `reference`: name of a benchmark manoeuvre such as "reversal"; a reference as in a parameter file, such as
+      `{"reference": "sine", "amplitude": 2.0, "frequency": 0.5}`; or an array of positions [rad], one per controller
+      sample.
+    - `duration`: simulated time [s]; required for a reference without an end.
+    - `controller`: replaces controller and compensation of the preset. A function that is called at each sample with
+      set-point (`position`, `velocity`, `acceleration`) and measurement (`time`, `angle`, `velocity`) and returns the
+      drive torque [N m]; or a controller made by `stickslip.controller`, which runs compiled. The torque becomes active
+      one sample later, as for every controller. NaN counts as 0 N m.
+    - `render`: the load motor renders `bench.desired`.
+    - `rest`: time at rest at position 0 before the reference starts [s].
+    - `place`: 0 … 1, selects the set-point of a manoeuvre that holds a position.
+    - `seed`: seed of the noise.
 
-    `controller` takes the place of the one of the preset, and of its compensation: a function that is called at each
-    sample with set-point (`position`, `velocity`, `acceleration`) and measurement (`time`, `angle`, `velocity`), and
-    returns the torque of the drive [N m]. It comes into force a sample later, as that of any controller; NaN is no
-    torque. An exception in it ends the run and is raised as it is. One made by `stickslip.controller` runs compiled.
-
-    With `render` the load motor renders `bench.desired`. `place` (0 … 1) chooses where a manoeuvre rests that rests
-    somewhere. A run that the limits of supervision (`bench.safety`) end says why in `stopped`.
+    Returns a Simulation. Where the supervision (`bench.safety`) ends the run, `stopped` states the reason. An exception
+    of the controller ends the run and is raised unchanged. Raises InvalidValue where `duration` is missing, UnknownName
+    for an unknown manoeuvre.
 
     >>> import stickslip
     >>> p = stickslip.preset("clm-bench")

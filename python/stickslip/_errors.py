@@ -1,4 +1,4 @@
-"""What can go wrong. The words are those of the command line: what, where, both values, the remedy."""
+"""Exceptions. Their messages are those of the command line: cause, place, both values, remedy."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from collections.abc import Iterator
 
 
 class Error(Exception):
-    """Any failure of stickslip."""
+    """Base class of all errors of stickslip."""
 
 
 class InvalidValue(Error, ValueError):
-    """A value that cannot be: outside its range, not finite, too few of them, or against a law between parameters."""
+    """Invalid value: outside its range, non-finite, too few values, or inconsistent with another parameter."""
 
 
 class UnknownName(Error, KeyError, AttributeError):
-    """A parameter, preset or part that there is not. The message has the nearest name that there is."""
+    """Unknown name of a parameter, preset or other item. The message suggests the nearest known name."""
 
-    # A KeyError would show its words in quotes.
+    # KeyError shows its message in quotes.
     __str__ = Exception.__str__
 
 
 class FileError(Error, OSError):
-    """The operating system refused a file."""
+    """The operating system cannot read or write a file."""
 
 
 class BenchFault(Error, RuntimeError):
-    """Supervision has taken the torque away, or does not admit what was asked for."""
+    """The supervision has stopped the bench, or does not permit the requested action."""
 
 
 class NotRecordable(Error, TypeError):
-    """A controller that no graph can be made of. `file`, `line` and `source` are where."""
+    """A controller that cannot be recorded as a graph. `file`, `line` and `source` show the place."""
 
     def __init__(self, words: str, file: str | None = None, line: int | None = None, source: str | None = None) -> None:
         super().__init__(words)
@@ -42,7 +42,7 @@ class NotRecordable(Error, TypeError):
 
 
 class NotComputed(Error, ArithmeticError):
-    """A controller that gives no finite torque, or would leave a state that is not finite."""
+    """A controller step with a non-finite torque or state."""
 
 
 class Cancelled(Error):
@@ -51,11 +51,11 @@ class Cancelled(Error):
 
 @contextlib.contextmanager
 def needing(extra: str) -> Iterator[None]:
-    """Imports of what an extra of the package installs."""
+    """Convert a failed import of an optional dependency into an Error that names the extra."""
     try:
         yield
     except ImportError as error:
-        raise Error(f'{error}. Install what is missing with pip install "stickslip[{extra}]".') from error
+        raise Error(f'{error}. Install it with pip install "stickslip[{extra}]".') from error
 
 
 for _class in (Error, InvalidValue, UnknownName, FileError, BenchFault, NotRecordable, NotComputed, Cancelled):

@@ -1,4 +1,4 @@
-"""What the function of a controller has in its hands, and how it is refused: file, line, text, remedy."""
+"""Arguments of a controller function, and errors in it with file, line, source and remedy."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from . import _stickslip
 from ._errors import NotRecordable
 from ._stickslip import Number, Truth
 
-_TAKES = (
-    "Numbers of a controller take + - * /, abs, round, comparisons, & | ~ and stickslip.where, minimum, maximum, clip, "
-    "sqrt, exp, log, sin, cos, floor, sign."
+_OPERATIONS = (
+    "Numbers of a controller support + - * /, abs, round, comparisons, & | ~ and stickslip.where, minimum, maximum, "
+    "clip, sqrt, exp, log, sin, cos, floor, sign."
 )
-_HERE = os.path.dirname(os.path.abspath(__file__))
+_PACKAGE = os.path.dirname(os.path.abspath(__file__))
 
 
 class Names:
-    """Numbers under their names, as the function of a controller has them; those of the state can be set."""
+    """Named numbers as arguments of a controller function; only states can be assigned."""
 
-    def __init__(self, kind: str, values: dict[str, Any], given: set[str] | None = None) -> None:
-        for name, value in (("_kind", kind), ("_values", values), ("_given", given)):
+    def __init__(self, kind: str, values: dict[str, Any], assigned: set[str] | None = None) -> None:
+        for name, value in (("_kind", kind), ("_values", values), ("_assigned", assigned)):
             object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Any:
@@ -36,34 +36,34 @@ class Names:
         raise NotRecordable(f"{self._kind} has no {name}.{nearest(name, self._values)}")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if self._given is None:
-            raise NotRecordable(f"{self._kind}.{name} cannot be set. What lasts is a state: controller(states=…).")
+        if self._assigned is None:
+            raise NotRecordable(f"{self._kind}.{name} cannot be set. Declare a state for it: controller(states=…).")
         if name not in self._values:
-            words = f"States are declared: controller(states={{{name!r}: 0.0}})."
-            raise NotRecordable(f"{self._kind} has no {name}.{nearest(name, self._values)} {words}")
+            remedy = f"Declare a new state with controller(states={{{name!r}: 0.0}})."
+            raise NotRecordable(f"{self._kind} has no {name}.{nearest(name, self._values)} {remedy}")
         self._values[name] = number(f"{self._kind}.{name}", value)
-        self._given.add(name)
+        self._assigned.add(name)
 
     def __dir__(self) -> list[str]:
         return list(self._values)
 
 
 def number(what: str, value: Any) -> Number:
-    """The value as a number of a controller."""
+    """Return the value as a number of a controller; `what` names it in the error."""
     if isinstance(value, bool) or not isinstance(value, (Number, int, float)):
         kind = "condition" if isinstance(value, (bool, Truth)) else type(value).__name__
-        words = "Of a condition stickslip.where(condition, 1.0, 0.0) is one."
-        raise NotRecordable(f"{what} is a {kind}, not a number. {words}")
+        remedy = "Convert a condition with stickslip.where(condition, 1.0, 0.0)."
+        raise NotRecordable(f"{what} is a {kind}, not a number. {remedy}")
     return _stickslip.number(value)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, known, 1)
-    return f" Did you mean {close[0]}?" if close else f" It has {', '.join(known) or 'nothing'}."
+def nearest(name: str, names: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, names, 1)
+    return f" Did you mean {close[0]}?" if close else f" Known names: {', '.join(names) or 'none'}."
 
 
 class Placed:
-    """Whatever cannot be recorded within is refused with its place in the function of a controller."""
+    """Context that adds the place in the controller function to errors of recording."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -74,19 +74,19 @@ class Placed:
     def __exit__(self, kind: Any, error: BaseException | None, trace: types.TracebackType | None) -> None:
         if not isinstance(error, TypeError) or getattr(error, "line", None) is not None:
             return
-        own = [it for it in traceback.extract_tb(trace) if os.path.dirname(os.path.abspath(it.filename)) != _HERE]
+        frames = [it for it in traceback.extract_tb(trace) if os.path.dirname(os.path.abspath(it.filename)) != _PACKAGE]
         code = self.function.__code__
-        file, line = (own[-1].filename, own[-1].lineno) if own else (code.co_filename, _definition(code))
+        file, line = (frames[-1].filename, frames[-1].lineno) if frames else (code.co_filename, _definition(code))
         words = str(error)
         if not isinstance(error, NotRecordable):
-            words = f"{words}. {_TAKES}"
+            words = f"{words}. {_OPERATIONS}"
         source = linecache.getline(file, line or 0).strip()
         raise NotRecordable(words, file, line, source) from (None if isinstance(error, NotRecordable) else error)
 
 
 def _definition(code: types.CodeType) -> int:
-    """The line of `def`, behind what decorates it."""
+    """Return the line of `def`, after the decorators."""
     first = code.co_firstlineno
-    behind = range(first, first + 100)
-    lines = (line for line in behind if linecache.getline(code.co_filename, line).lstrip().startswith("def "))
+    candidates = range(first, first + 100)
+    lines = (line for line in candidates if linecache.getline(code.co_filename, line).lstrip().startswith("def "))
     return next(lines, first)

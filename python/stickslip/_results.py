@@ -1,4 +1,4 @@
-"""What came of a piece of work: numbers with units and intervals, data, remarks, a report."""
+"""Results: numbers with units and intervals, data, remarks and report."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
 
 
 class Summary(Mapping[str, float]):
-    """Numbers under the names of a `summary.json`, in SI units; NaN where there is none."""
+    """Numbers by their names in `summary.json`, in SI units; NaN for a missing value."""
 
     units: dict[str, str]
     """Unit of each number; "1" for a pure number."""
     intervals: dict[str, tuple[float, float]]
     """Ends of the 95 % interval of each number that has one."""
     records: list[dict[str, Any]]
-    """Rows of its tables, each a mapping: for `pandas.DataFrame`."""
+    """Rows of the tables, each a mapping, suitable for `pandas.DataFrame`."""
 
     def __init__(self, text: str) -> None:
-        told = json.loads(text)
-        results = told["results"]
+        contents = json.loads(text)
+        results = contents["results"]
         self._values = {name: _number(it["value"]) for name, it in results.items()}
         self.units = {name: it["unit"] for name, it in results.items()}
-        known = {name: it["ci95"] for name, it in results.items() if it.get("ci95")}
-        self.intervals = {name: (_number(low), _number(high)) for name, (low, high) in known.items()}
-        self.records = told.get("rows", [])
+        ends = {name: it["ci95"] for name, it in results.items() if it.get("ci95")}
+        self.intervals = {name: (_number(low), _number(high)) for name, (low, high) in ends.items()}
+        self.records = contents.get("rows", [])
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]
@@ -55,23 +55,23 @@ class Summary(Mapping[str, float]):
 
 
 def _number(value: float | None) -> float:
-    # A summary has null for what is not finite.
+    # A summary contains null for non-finite values.
     return math.nan if value is None else float(value)
 
 
 class Result(Signals):
-    """What came of a piece of work: its data as signals, and its numbers, remarks and report."""
+    """Result of a function: data as signals, numbers, remarks and report."""
 
     summary: Summary
-    """Its numbers, under the names of `summary.json`."""
+    """Numbers by their names in `summary.json`."""
     remarks: list[str]
-    """What one should know of it, each with a remedy."""
+    """Remarks on the result, each with a remedy."""
     made_by: str
-    """The call that it came of, as its report has it."""
+    """The call that produced the result, as printed in the report."""
 
     def __init__(self, outcome: Outcome, made_by: str, columns: Columns | None = None) -> None:
         super().__init__(outcome.columns() if columns is None else columns)
-        self._outcome: Outcome | _Kept = outcome
+        self._outcome: Outcome | _Snapshot = outcome
         self.made_by = made_by
         self.summary = Summary(outcome.summary())
         self.remarks = outcome.remarks()
@@ -80,19 +80,22 @@ class Result(Signals):
         return "\n".join([f"{type(self).__name__}: {self.made_by}", *self._outcome.lines(), *self.remarks])
 
     def html(self) -> str:
-        """The report as one page of HTML, figures included."""
+        """Return the report as one HTML page, including figures."""
         return self._outcome.html(self.made_by)
 
     def write(self, folder: str | os.PathLike[str]) -> Summary:
-        """Writes report, data and `summary.json` into a folder, as the command line does; returns the summary."""
+        """Write report, data and `summary.json` into a folder, as the command line does, and return the summary.
+
+        Raises FileError where the folder cannot be written.
+        """
         return Summary(self._outcome.write(os.fspath(folder), self.made_by))
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_outcome": _Kept.of(self._outcome, self.made_by)}
+        return self.__dict__ | {"_outcome": _Snapshot.of(self._outcome, self.made_by)}
 
 
-class _Kept:
-    """What an outcome says and writes: it can be pickled, which what was computed cannot."""
+class _Snapshot:
+    """Text and files of an outcome, which can be pickled, unlike the outcome."""
 
     def __init__(self, outcome: Outcome, made_by: str) -> None:
         self._lines = outcome.lines()
@@ -101,8 +104,8 @@ class _Kept:
             self._files = {it.name: it.read_bytes() for it in pathlib.Path(folder).iterdir()}
 
     @classmethod
-    def of(cls, outcome: Outcome | _Kept, made_by: str) -> _Kept:
-        return outcome if isinstance(outcome, _Kept) else cls(outcome, made_by)
+    def of(cls, outcome: Outcome | _Snapshot, made_by: str) -> _Snapshot:
+        return outcome if isinstance(outcome, _Snapshot) else cls(outcome, made_by)
 
     def lines(self) -> list[str]:
         return self._lines
@@ -116,7 +119,7 @@ class _Kept:
             for name, contents in self._files.items():
                 pathlib.Path(folder, name).write_bytes(contents)
         except OSError as error:
-            raise FileError(f"{folder}: cannot write it ({error}). Choose another place.") from error
+            raise FileError(f"{folder}: cannot write it ({error}). Choose another folder.") from error
         return self._files["summary.json"].decode()
 
 
@@ -124,14 +127,14 @@ class FrictionCurve(Result):
     """Friction at constant speeds: `velocity` [rad/s], `torque` [N m], `standard_error` [N m]."""
 
     preload: float
-    """How far the linings of the friction wheel were pressed on, 0 … 1."""
+    """Preload of the friction wheel during the measurement, 0 … 1."""
 
     def __init__(self, outcome: Outcome, made_by: str) -> None:
         super().__init__(outcome, made_by)
         self.preload = self.summary.get("measure.preload", math.nan)
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Draws torque over velocity with its 95 % intervals; needs Matplotlib. Names are signals, as of any result."""
+        """Plot torque over velocity with 95 % intervals, or the signals `names`. Requires Matplotlib."""
         if names:
             return super().plot(*names, ax=ax, **style)
         ax = _axes(ax)
@@ -141,37 +144,38 @@ class FrictionCurve(Result):
 
 
 class Fit(Result):
-    """A Stribeck curve through points, with what the points tell of it.
+    """Stribeck curve fitted to points, with uncertainties.
 
-    `parameters`, `standard_errors` and `intervals` have the names of a parameter file: `breakaway_torque`,
+    `parameters`, `standard_errors` and `intervals` use the names of a parameter file: `breakaway_torque`,
     `kinetic_torque`, `stribeck_velocity`, `viscous_friction`.
     """
 
     parameters: dict[str, float]
-    """The values [N m, N m, rad/s, N m s/rad; of a linear axis N, N, m/s, N s/m]."""
+    """Values [N m, N m, rad/s, N m s/rad; of a linear axis N, N, m/s, N s/m]."""
     standard_errors: dict[str, float]
-    """Their standard errors; infinite where the points do not tell a parameter."""
+    """Standard errors of the parameters; infinite for a parameter that the points do not determine."""
     intervals: dict[str, tuple[float, float]]
-    """Ends of their 95 % intervals."""
+    """Ends of the 95 % intervals of the parameters."""
     known: dict[str, bool]
-    """Whether the points tell each of them."""
+    """Whether the points determine each parameter."""
     covariance: NDArray[np.float64]
-    """Their covariance, in the order of `parameters`."""
+    """Covariance of the parameters, in the order of `parameters`."""
     residuals: NDArray[np.float64]
-    """Measured less fitted, positive away from zero [N m]."""
+    """Measured minus fitted torque, positive where the measured magnitude is larger [N m]."""
     rms: float
     """Root mean square of the residuals [N m]."""
     chi_square: float
-    """Weighted sum of their squares."""
+    """Weighted sum of squared residuals."""
     degrees_of_freedom: int
-    """Points less parameters."""
+    """Number of points minus number of parameters."""
     lack_of_fit: float
-    """How far the form of the curve is from the friction that was measured, as a standard deviation [N m]."""
+    """Deviation of the measured friction from a Stribeck curve, as a standard deviation [N m]."""
 
     def __init__(self, columns: Columns, side: str, linear: bool, preload: float | None, source: str) -> None:
         arrays = {name: values for name, _, values in columns}
-        self._asked = (arrays["velocity"], arrays["torque"], arrays.get("standard_error"), side, linear, preload, source)
-        fit = self._fit = fit_points(*self._asked)
+        torque, error = arrays["torque"], arrays.get("standard_error")
+        self._arguments = (arrays["velocity"], torque, error, side, linear, preload, source)
+        fit = self._fit = fit_points(*self._arguments)
         super().__init__(fit.outcome(), f"stickslip.fit({source}, side={side!r})", columns)
         self._preload = preload
         self.parameters = fit.parameters
@@ -191,22 +195,22 @@ class Fit(Result):
         return state
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        # The same points have the same curve, to the bit.
-        self.__dict__.update(state, _fit=fit_points(*state["_asked"]))
+        # The same points give a bit-identical curve.
+        self.__dict__.update(state, _fit=fit_points(*state["_arguments"]))
 
     def predict(self, velocity: ArrayLike) -> NDArray[np.float64]:
-        """The fitted torque [N m] at velocities [rad/s]."""
+        """Return the fitted torque [N m] at velocities [rad/s]."""
         return self._fit.at(np.atleast_1d(velocity))[0]
 
     def band(self, velocity: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Lower and upper end of the 95 % band of the curve [N m] at velocities [rad/s]."""
+        """Return lower and upper end of the 95 % band of the curve [N m] at velocities [rad/s]."""
         torque, half_width = self._fit.at(np.atleast_1d(velocity))
         return torque - half_width, torque + half_width
 
     def on(self, bench: Preset) -> Preset:
-        """A preset that believes this friction of its axis (`model.own`), with the linings as they were measured.
+        """Return the preset with this friction as `model.own` and the preload of the measurement.
 
-        Raises InvalidValue where the points do not tell all four parameters.
+        Raises InvalidValue where the points do not determine all four parameters.
         """
         part = preset(text=self._fit.fragment())
         changes: dict[str, Any] = {"model.own": part.model.own}
@@ -215,7 +219,7 @@ class Fit(Result):
         return bench.set(changes)
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Draws the points, the curve and its 95 % band; needs Matplotlib. Names are signals, as of any result."""
+        """Plot the points, the curve and its 95 % band, or the signals `names`. Requires Matplotlib."""
         if names:
             return super().plot(*names, ax=ax, **style)
         ax = _axes(ax)
@@ -239,7 +243,7 @@ def _points(
     units: dict[str, str],
     style: dict[str, Any],
 ) -> None:
-    """Measured points, with 95 % intervals where errors are known."""
+    """Plot measured points, with 95 % intervals if there are standard errors."""
     error = None if standard_error is None else 1.96 * standard_error
     ax.errorbar(velocity, torque, yerr=error, **{"fmt": ".", "color": "C0", "label": "measured", **style})
     ax.set_xlabel(f"{_words('velocity')} [{units['velocity']}]")
@@ -247,12 +251,12 @@ def _points(
 
 
 class Design(Result):
-    """A desired friction, and what the load motor can do about it."""
+    """Desired friction and the torque that the load motor can render."""
 
     preset: Preset
-    """The bench with it as `bench.desired`."""
+    """Preset with the desired friction as `bench.desired`."""
     renderable: bool
-    """Whether the load motor can render it."""
+    """Whether the load motor can render the desired friction."""
 
     def __init__(self, outcome: Outcome, made_by: str, designed: Preset, renderable: bool) -> None:
         super().__init__(outcome, made_by)
@@ -261,10 +265,10 @@ class Design(Result):
 
 
 class Loop(Result):
-    """How far the loop of a position controller is from oscillation."""
+    """Stability margins of a position loop."""
 
     preset: Preset
-    """The bench with this controller."""
+    """Preset with this controller."""
 
     def __init__(self, outcome: Outcome, made_by: str, bench: Preset) -> None:
         super().__init__(outcome, made_by)
@@ -272,14 +276,14 @@ class Loop(Result):
 
 
 class Hunting(Result):
-    """Whether a controller will hunt."""
+    """Predicted hunting of a controller."""
 
     hunts: bool
-    """Whether it will."""
+    """Whether the controller hunts."""
     amplitude: float
-    """Half the distance between the extremes [rad]; 0 where it does not hunt."""
+    """Half the peak-to-peak amplitude [rad]; 0 without hunting."""
     interval: float
-    """Mean time from one slip to the next [s]; infinite where it does not hunt."""
+    """Mean time from one slip to the next [s]; infinite without hunting."""
 
     def __init__(self, outcome: Outcome, made_by: str, cycle: tuple[float, float] | None) -> None:
         super().__init__(outcome, made_by)
@@ -288,10 +292,10 @@ class Hunting(Result):
 
 
 class Simulation(Signals):
-    """Signals of a closed loop, a value each sample of the position controller."""
+    """Signals of a closed loop, one value per sample of the position controller."""
 
     stopped: str | None
-    """Why it ended before its time, and what to do; None where it did not."""
+    """Reason for an early end of the run, with a remedy; None for a complete run."""
 
     def __init__(self, columns: Columns, stopped: str | None) -> None:
         super().__init__(columns)
@@ -301,30 +305,30 @@ class Simulation(Signals):
         return super().__repr__() + (f"\nStopped: {self.stopped}" if self.stopped else "")
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Draws signals over time, set-point and true angle unless named; needs Matplotlib."""
+        """Plot signals over time. Default: set-point and true angle. Requires Matplotlib."""
         return super().plot(*(names or ("reference_position", "true_angle")), ax=ax, **style)
 
 
-_CHOSEN = ("plant_step", "step_error")
-"""What a study says of its steps, beside the measures."""
+_STEPS = ("plant_step", "step_error")
+"""Columns of a study that describe the integration step."""
 
 
 class Study(Result):
-    """What became of the measures of a study, a value each case: `case` from 1, the axes, the measures.
+    """Results of a study, one value per case: `case` from 1, the axes, the measures.
 
-    Where the study chose the step of the virtual machine, `plant_step` [s] is which, and `step_error` the largest share by
-    which a measure moved when it was last halved. A measure that a case does not have is NaN, and `failures` says why. What a sensitivity analysis tells of the axes
-    is among the `records` of the summary.
+    Where the study selected the integration step of the virtual machine, `plant_step` [s] is that step and `step_error`
+    the largest relative change of a measure at the last halving. A missing measure is NaN; `failures` gives the reason.
+    The results of a sensitivity analysis are among the `records` of the summary.
     """
 
     axes: list[str]
-    """What was changed."""
+    """Names of the varied parameters."""
     measures: list[str]
-    """What was measured."""
+    """Names of the measures."""
     failures: dict[int, str]
-    """Why a case lacks numbers, by the number of the case."""
+    """Reason for missing numbers, by the number of the case."""
     kept: int
-    """Cases that the folder had from an earlier run."""
+    """Number of cases reused from an earlier run in the folder."""
 
     def __init__(
         self,
@@ -339,15 +343,15 @@ class Study(Result):
         super().__init__(outcome, made_by, columns)
         self.failures = failures
         self.axes = axes
-        self._found = [name for name, _, _ in columns[1 + len(axes) :]]
-        self.measures = [name for name in self._found if name not in _CHOSEN]
+        self._names = [name for name, _, _ in columns[1 + len(axes) :]]
+        self.measures = [name for name in self._names if name not in _STEPS]
         self.kept = kept
         self._grid = grid
 
     def to_xarray(self) -> xarray.Dataset:
-        """The cases as a Dataset, with units as attributes; needs xarray.
+        """Return the cases as a Dataset, with units as attributes. Requires xarray.
 
-        A grid has its axes as dimensions. Of other designs the dimension is `case`, with the axes as coordinates.
+        The dimensions of a grid are its axes. Other designs have the dimension `case`, with the axes as coordinates.
         """
         with needing("xarray"):
             import xarray
@@ -364,14 +368,14 @@ class Study(Result):
         else:
             dims, shape = tuple(self.axes), tuple(values.size for values in self._grid)
             coords = {name: (name, values, units(name)) for name, values in zip(self.axes, self._grid)}
-        arrays: dict[str, Any] = {name: (dims, self[name].reshape(shape), units(name)) for name in self._found}
+        arrays: dict[str, Any] = {name: (dims, self[name].reshape(shape), units(name)) for name in self._names}
         arrays |= {"failure": (dims, failure.reshape(shape)), "case": (dims, case.reshape(shape))}
         return xarray.Dataset(arrays, coords)
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Draws measures over an axis, or one over two axes of a grid as a map; needs Matplotlib.
+        """Plot measures over one axis, or one measure over two axes of a grid as a map. Requires Matplotlib.
 
-        `names` are measures and axes; without them the first measure, over the only two axes or the first one.
+        - `names`: measures and axes. Default: the first measure, over both axes of a grid or over the first axis.
         """
         over = [name for name in names if name in self.axes]
         shown = [name for name in names if name not in over] or self.measures[:1]

@@ -1,4 +1,4 @@
-"""Signals over time, or over velocity: NumPy arrays under names, with units."""
+"""Signals over time or velocity: named NumPy arrays with units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Columns = list[tuple[str, str, "NDArray[np.float64]"]]
 
 
 class Signals(Mapping[str, "NDArray[np.float64]"]):
-    """Arrays of one length under names; the first is what the others are over.
+    """Named arrays of equal length; the first one is the independent variable.
 
     >>> signals = Signals([("time", "s", np.arange(3.0)), ("angle", "rad", np.zeros(3))])
     >>> signals["angle"].shape, signals.units["angle"]
@@ -49,7 +49,7 @@ class Signals(Mapping[str, "NDArray[np.float64]"]):
         return len(next(iter(self._arrays.values()), ()))
 
     def to_xarray(self) -> xarray.Dataset:
-        """The signals as a Dataset over the first one, with their units as attributes; needs xarray.
+        """Return the signals as a Dataset over the first one, with units as attributes. Requires xarray.
 
         >>> signals = Signals([("time", "s", np.arange(3.0)), ("angle", "rad", np.zeros(3))])
         >>> signals.to_xarray().angle.attrs["units"]
@@ -63,7 +63,14 @@ class Signals(Mapping[str, "NDArray[np.float64]"]):
         return xarray.Dataset(arrays)
 
     def plot(self, *names: str, ax: matplotlib.axes.Axes | None = None, **style: Any) -> matplotlib.axes.Axes:
-        """Draws signals over the first one, all of them unless named; needs Matplotlib. Further keywords go to `plot`."""
+        """Plot signals over the first one. Requires Matplotlib.
+
+        - `names`: signals to plot. Default: all.
+        - `ax`: axes to draw on. Default: new ones.
+        - `style`: further keywords for `Axes.plot`.
+
+        Returns the axes.
+        """
         over, *others = self._arrays
         shown = list(names) or others
         ax = _axes(ax)
@@ -78,7 +85,7 @@ class Signals(Mapping[str, "NDArray[np.float64]"]):
 
 
 def _axes(ax: matplotlib.axes.Axes | None) -> matplotlib.axes.Axes:
-    """The axes given, or new ones."""
+    """Return `ax`, or new axes."""
     if ax is not None:
         return ax
     with needing("plot"):

@@ -1,4 +1,4 @@
-"""Parameter studies: what becomes of a manoeuvre when parameters change."""
+"""Parameter studies: effect of parameter changes on a manoeuvre."""
 
 from __future__ import annotations
 
@@ -28,55 +28,58 @@ def study(
     cluster: Any = None,
     progress: Progress | None = None,
 ) -> Study:
-    """What becomes of a manoeuvre when parameters of the machine, of the belief or of the controller change.
+    """Run a manoeuvre with varied parameters of the machine, the model or the controller.
 
-    `plan` is the file of a study, or a mapping of what such a file says; its `preset` may be a Preset. What is finished
-    lies in `folder`, from which the same study goes on after an interruption, and `study.parquet` is there at the end.
-    Without a folder an interruption leaves nothing. The numbers are those of `stickslip study`, whatever the `threads`.
+    - `plan`: file of the study, or a mapping with the contents of such a file; its `preset` may be a Preset.
+    - `folder`: folder for finished parts and `study.parquet`. A repeated call with the same study continues there.
+      Default: a temporary folder; an interruption then loses all results.
+    - `threads`: number of threads. Default: one per processor.
+    - `cluster`: `distributed.Client`, Dask cluster or its address. Its workers run the cases; the results are stored in
+      the local folder, so that the loss of a worker loses no finished part.
 
-    `cluster` is a `distributed.Client`, an address for one, or a cluster of Dask: its workers then run the cases, and the
-    bytes are the same. What is finished comes to the folder here, and nothing of it is lost with a worker.
+    Returns a Study. The numbers equal those of `stickslip study` for any number of threads or workers. Raises
+    InvalidValue or UnknownName for an error in the plan before a case runs.
 
     >>> import stickslip
-    >>> found = stickslip.study({
+    >>> results = stickslip.study({
     ...     "preset": stickslip.preset("prototype"),
     ...     "manoeuvres": ["sine_2hz"],
     ...     "set": {"bench.compensation.kind": "feedforward"},
-    ...     "axis": [{"name": "belief", "path": "model.own.kinetic_torque", "factor": True, "values": [0.5, 1.0]}],
+    ...     "axis": [{"name": "model", "path": "model.own.kinetic_torque", "factor": True, "values": [0.5, 1.0]}],
     ... })
-    >>> wrong, right = found["sine_2hz_rms"]
-    >>> bool(right < wrong), found.units["sine_2hz_rms"], found.failures
+    >>> wrong, right = results["sine_2hz_rms"]
+    >>> bool(right < wrong), results.units["sine_2hz_rms"], results.failures
     (True, 'rad', {})
     """
-    own = None if folder is not None else tempfile.mkdtemp(prefix="stickslip-study-")
+    temporary = None if folder is not None else tempfile.mkdtemp(prefix="stickslip-study-")
     try:
-        at = os.fspath(folder) if folder is not None else str(own)
+        path = os.fspath(folder) if folder is not None else str(temporary)
         if isinstance(plan, Mapping):
             bench = plan.get("preset")
             bench = bench if isinstance(bench, Preset) else None
-            said = {name: value for name, value in plan.items() if value is not bench}
-            parts = _stickslip.open_study(None, "\n".join(_file(said)), bench, at, progress)
+            entries = {name: value for name, value in plan.items() if value is not bench}
+            parts = _stickslip.open_study(None, "\n".join(_file(entries)), bench, path, progress)
             made_by = f"stickslip.study({dict(plan)})"
         else:
-            parts = _stickslip.open_study(os.fspath(plan), "", None, at, progress)
+            parts = _stickslip.open_study(os.fspath(plan), "", None, path, progress)
             made_by = f"stickslip.study({os.fspath(plan)!r})"
         if cluster is None:
             parts.run(threads, progress)
         else:
             _cluster.run(parts, cluster, progress)
         outcome, columns, failures, axes, grid, kept = parts.finish()
-        found = Study(outcome, made_by, columns, failures, axes, grid, kept)
+        results = Study(outcome, made_by, columns, failures, axes, grid, kept)
     except BaseException:
-        if own is not None:
-            shutil.rmtree(own, ignore_errors=True)
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
         raise
-    if own is not None:
-        weakref.finalize(found, shutil.rmtree, own, ignore_errors=True)
-    return found
+    if temporary is not None:
+        weakref.finalize(results, shutil.rmtree, temporary, ignore_errors=True)
+    return results
 
 
 def _file(plan: Mapping[str, Any]) -> Iterator[str]:
-    """The lines of the file that says the same."""
+    """Yield the lines of the equivalent study file."""
     groups = ("set", "design", "axis")
     yield from _rows({name: value for name, value in plan.items() if name not in groups})
     for name in groups[:2]:
@@ -101,7 +104,7 @@ def _rows(values: Mapping[str, Any], group: str = "") -> Iterator[str]:
 def _value(key: str, value: Any) -> str:
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
-    # Before numbers: to Python a truth value is one of them.
+    # Check bool before numbers: in Python a bool is an int.
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -112,5 +115,4 @@ def _value(key: str, value: Any) -> str:
         return repr(float(value))
     if isinstance(value, Iterable):
         return f"[{', '.join(_value(key, it) for it in value)}]"
-    words = f"{key} is a {type(value).__name__}. Give a number, True or False, a name, or a list of them."
-    raise TypeError(words)
+    raise TypeError(f"{key} is a {type(value).__name__}. Give a number, True or False, a name, or a list of them.")

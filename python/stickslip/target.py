@@ -1,4 +1,4 @@
-"""From a controller in Python to a library that runs, with the time of each step."""
+"""Build a library from a controller in Python and print the duration of each step."""
 
 from __future__ import annotations
 
@@ -14,76 +14,77 @@ from ._law import ControlLaw, Library
 from ._running import Sample
 
 _STARTED = time.process_time()
-"""Time of Python and the package up to here [s]."""
+"""Start-up time of Python and the package [s]."""
 
-_TRIED = 200
-"""Samples after which library and function must still agree."""
+_SAMPLES = 200
+"""Number of samples in the comparison of library and function."""
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Builds the controller of a file; 1 where it is refused."""
+    """Build the controller of a file. Returns the exit code: 0, or 1 after an error."""
     parser = argparse.ArgumentParser(prog="python -m stickslip.target", description=__doc__)
-    parser.add_argument("file", help="Python file with a function under @stickslip.controller")
-    parser.add_argument("--name", help="which one, where the file has several")
-    parser.add_argument("--out", help="library to write (NAME.so)")
-    parser.add_argument("--c", metavar="FOLDER", help="folder for its project in C as well")
-    parser.add_argument("--fmu", metavar="FILE", help="FMU to write as well")
-    parser.add_argument("--sample-time", type=float, default=1e-3, help="of self-test, example and FMU, in s (0.001)")
-    chosen = parser.parse_args(arguments)
+    parser.add_argument("file", help="Python file with a function decorated by @stickslip.controller")
+    parser.add_argument("--name", help="name of the controller, if the file has several")
+    parser.add_argument("--out", help="library to write (default: NAME.so)")
+    parser.add_argument("--c", metavar="FOLDER", help="also write the C project into FOLDER")
+    parser.add_argument("--fmu", metavar="FILE", help="also write an FMU to FILE")
+    sample_time = "sample time of self-test, example and FMU in s (default: 0.001)"
+    parser.add_argument("--sample-time", type=float, default=1e-3, help=sample_time)
+    options = parser.parse_args(arguments)
     try:
-        _build(chosen)
+        _build(options)
     except (Error, OSError, SyntaxError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
 
 
-def _build(chosen: argparse.Namespace) -> None:
-    begin = time.perf_counter()
-    law = _law(chosen.file, chosen.name)
-    read = time.perf_counter() - begin
-    library = law.build(chosen.out or f"{law.name}.so")
-    tried = time.perf_counter()
-    _try(law, library)
+def _build(options: argparse.Namespace) -> None:
+    start = time.perf_counter()
+    law = _law(options.file, options.name)
+    read = time.perf_counter() - start
+    library = law.build(options.out or f"{law.name}.so")
+    built = time.perf_counter()
+    _compare(law, library)
     end = time.perf_counter()
     sizes = (_counted(len(law.parameters), "parameter"), _counted(len(law.states), "state"))
-    print(f"{chosen.file}: {law.name}, {', '.join(sizes)}, {_counted(law.operations, 'operation')}")
-    made = [("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
-    for step, took in [("started", _STARTED), ("read", read), *made, ("loaded", end - tried)]:
+    print(f"{options.file}: {law.name}, {', '.join(sizes)}, {_counted(law.operations, 'operation')}")
+    stages = [("recorded", library.recorded), ("written", library.written), ("compiled", library.compiled)]
+    for step, took in [("started", _STARTED), ("read", read), *stages, ("loaded", end - built)]:
         print(f"  {step:9} {took:7.3f} s")
-    print(f"  {'in all':9} {_STARTED + end - begin:7.3f} s; {_TRIED} samples have the bits of the function")
-    if chosen.c:
-        law.generate(chosen.c, chosen.sample_time)
-        print(f"Its project in C: {chosen.c}")
-    if chosen.fmu:
-        law.fmu(chosen.fmu, chosen.sample_time)
-        print(f"Its FMU: {chosen.fmu}")
+    print(f"  {'total':9} {_STARTED + end - start:7.3f} s; {_SAMPLES} samples are bit-identical to the function")
+    if options.c:
+        law.generate(options.c, options.sample_time)
+        print(f"C project: {options.c}")
+    if options.fmu:
+        law.fmu(options.fmu, options.sample_time)
+        print(f"FMU: {options.fmu}")
     print(f"To run it: stickslip load {os.path.relpath(library.path)}")
 
 
 def _law(file: str, name: str | None) -> ControlLaw:
-    """The controller of a file, which may import what lies beside it."""
+    """Return the controller of a file. The file may import modules of its folder."""
     sys.path.insert(0, os.path.dirname(os.path.abspath(file)))
-    found = {it.name: it for it in runpy.run_path(file, run_name="target").values() if isinstance(it, ControlLaw)}
-    if name is None and len(found) == 1:
-        return next(iter(found.values()))
-    if name in found:
-        return found[name or ""]
-    if not found:
-        raise Error(f"{file} has no controller. Put @stickslip.controller(…) over its function.")
-    raise Error(f"{file} has {', '.join(found)}. Say which by --name.")
+    laws = {it.name: it for it in runpy.run_path(file, run_name="target").values() if isinstance(it, ControlLaw)}
+    if name is None and len(laws) == 1:
+        return next(iter(laws.values()))
+    if name in laws:
+        return laws[name or ""]
+    if not laws:
+        raise Error(f"{file} has no controller. Decorate its function with @stickslip.controller(…).")
+    raise Error(f"{file} has the controllers {', '.join(laws)}. Choose one with --name.")
 
 
 def _counted(count: int, of: str) -> str:
     return f"{count} {of}" if count == 1 else f"{count} {of}s"
 
 
-def _try(law: ControlLaw, library: Library) -> None:
-    """Takes samples with library and function side by side; an Error where they differ."""
+def _compare(law: ControlLaw, library: Library) -> None:
+    """Run random samples with library and function. Raises Error where they differ."""
     both = library.begin(), law.begin()
-    dice = random.Random(1)
-    for count in range(_TRIED):
-        sample = Sample(1e-3 * count, *(dice.uniform(-1.0, 1.0) for _ in range(5)))
+    generator = random.Random(1)
+    for count in range(_SAMPLES):
+        sample = Sample(1e-3 * count, *(generator.uniform(-1.0, 1.0) for _ in range(5)))
         torques = []
         for running in both:
             try:
@@ -91,8 +92,8 @@ def _try(law: ControlLaw, library: Library) -> None:
             except NotComputed:
                 torques.append("none")
         if torques[0] != torques[1]:
-            raise Error(f"{library.path} gives {torques[0]} where {law.name} gives {torques[1]}, at sample {count}. "
-                        "Take another compiler by the variable CC, such as gcc or clang.")
+            raise Error(f"{library.path} returns {torques[0]}, but {law.name} returns {torques[1]} at sample {count}. "
+                        "Set CC to another C99 compiler, such as gcc or clang.")
 
 
 if __name__ == "__main__":

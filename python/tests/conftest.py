@@ -25,8 +25,8 @@ def curve(bench):
 
 @pytest.fixture(scope="session")
 def program():
-    """The command line, where it has been built."""
+    """Path of the command-line program, if it has been built."""
     program = os.environ.get("STICKSLIP")
     if not program:
-        pytest.skip("STICKSLIP names no program to compare with")
+        pytest.skip("STICKSLIP is not set to the program to compare with")
     return program

@@ -1,4 +1,4 @@
-"""FMUs of both versions of the standard, as FMPy takes them."""
+"""FMUs of both FMI versions, imported by FMPy."""
 
 import fmpy
 import numpy as np
@@ -7,7 +7,7 @@ from fmpy import fmi2, fmi3
 
 
 class Importer:
-    """One FMU, unpacked, of which there may be many instances."""
+    """An unpacked FMU with any number of instances."""
 
     def __init__(self, file):
         self.description = fmpy.read_model_description(str(file))
@@ -29,7 +29,7 @@ class Importer:
 
 
 class Instance:
-    """What both versions of the standard have, under one name."""
+    """Common interface for instances of both FMI versions."""
 
     def __init__(self, of, token):
         self.of, self.messages = of, []
@@ -92,7 +92,7 @@ class Instance:
         self.fmu.freeInstance()
 
     def refused(self, words, act, *arguments):
-        """An act that is answered by an error, and a message with these words."""
+        """Assert that a call fails with an error and a message that contains these words."""
         self.messages.clear()
         with pytest.raises(Exception):
             act(*arguments)

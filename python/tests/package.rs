@@ -1,5 +1,5 @@
-//! What Rust and Python say of the package in two places is the same. The package itself is tested by pytest: a program
-//! that calls it would need a library of Python to link to.
+//! Consistency of facts that Rust and Python both state. The package itself is tested by pytest, because a Rust program
+//! that calls it would have to link to a Python library.
 
 use std::path::Path;
 
@@ -8,11 +8,11 @@ fn text(file: &str) -> String {
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The words that follow a word in a text, up to what is no part of a name.
+/// The names that follow a word in a text.
 fn names_after(text: &str, word: &str) -> Vec<String> {
-    let begins = text.split(word).skip(1);
+    let rests = text.split(word).skip(1);
     let name = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
-    begins.map(name).filter(|name| !name.is_empty()).collect()
+    rests.map(name).filter(|name| !name.is_empty()).collect()
 }
 
 #[test]
@@ -25,18 +25,18 @@ fn every_exception_that_is_raised_exists_in_python() {
         .collect();
     assert!(raised.len() > 10, "{raised:?}");
     for exception in raised {
-        assert!(classes.contains(&exception), "{exception} is not among {classes:?}");
+        assert!(classes.contains(&exception), "{exception} is missing in {classes:?}");
     }
 }
 
 #[test]
-fn names_are_found_after_their_word() {
+fn names_after_a_word_are_found() {
     assert_eq!(names_after("class A(B): class C_1:\nclass: D", "class "), ["A", "C_1"]);
 }
 
 #[test]
-fn the_oldest_python_is_one() {
-    // In the limited interface that is compiled, and in what pip is told.
+fn the_oldest_python_version_is_stated_consistently() {
+    // In the compiled limited interface and in the metadata for pip.
     assert!(text("Cargo.toml").contains("\"abi3-py310\""));
     assert!(text("../pyproject.toml").contains("requires-python = \">=3.10\""));
 }

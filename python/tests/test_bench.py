@@ -1,4 +1,4 @@
-"""The experiment: measure, fit, design, render; and what is predicted of controllers."""
+"""The experiment (measure, fit, design, render) and predictions for controllers."""
 
 import json
 import math
@@ -11,14 +11,14 @@ import pytest
 import stickslip
 
 
-def told_by(program, *arguments, out):
-    """What a command of the program writes into `summary.json`."""
+def summary_of(program, *arguments, out):
+    """Run a command of the program and return its `summary.json`."""
     subprocess.run([program, *arguments, "--out", str(out), "--quiet"], check=True)
     return stickslip.Summary((out / "summary.json").read_text())
 
 
 def same(one, other, but=()):
-    """Whether two summaries have the same names, units, and bits."""
+    """Assert that two summaries have the same names, units and bits."""
     assert one.keys() == other.keys() and one.units == other.units
     for name in one:
         if name not in but:
@@ -30,15 +30,15 @@ def same(one, other, but=()):
 
 def test_a_measurement_has_the_bits_of_the_command_line(program, bench, tmp_path):
     ours = stickslip.measure(bench, plan={"speeds": 6}, seed=7)
-    theirs = told_by(program, "measure", "friction", "--seed", "7", "--set", "plan.speeds=6", out=tmp_path)
+    theirs = summary_of(program, "measure", "friction", "--seed", "7", "--set", "plan.speeds=6", out=tmp_path)
     same(ours.summary, theirs)
-    found = told_by(program, "fit", str(tmp_path), out=tmp_path / "fit")
-    same(stickslip.fit(ours).summary, found)
+    fitted = summary_of(program, "fit", str(tmp_path), out=tmp_path / "fit")
+    same(stickslip.fit(ours).summary, fitted)
 
 
 def test_the_demonstration_has_the_bits_of_the_command_line(program, bench, tmp_path):
     ours = stickslip.demo(bench, seed=3).write(tmp_path / "ours")
-    theirs = told_by(program, "demo", "--seed", "3", out=tmp_path / "theirs")
+    theirs = summary_of(program, "demo", "--seed", "3", out=tmp_path / "theirs")
     same(ours, theirs, but={"speed.wall_time", "speed.real_time_factor"})
 
 
@@ -51,32 +51,32 @@ def test_each_measurement_gives_numbers_and_data(bench, what):
         "learning": {"frequency": 2, "repetitions": 2},
         "tracking": {"speed": 20, "stroke": 2, "lowest_frequency": 1, "frequencies": 2, "speeds": 2},
     }
-    found = stickslip.measure(bench, what, plan=shorter[what])
-    assert found.summary["measure.complete"] == 1.0
-    assert len(found) >= 2 and all(np.isfinite(values).any() for values in found.values())
-    assert found.summary.units["measure.duration"] == "s"
+    result = stickslip.measure(bench, what, plan=shorter[what])
+    assert result.summary["measure.complete"] == 1.0
+    assert len(result) >= 2 and all(np.isfinite(values).any() for values in result.values())
+    assert result.summary.units["measure.duration"] == "s"
 
 
-def test_a_curve_is_fitted_and_found_again(bench, curve):
-    found = stickslip.fit(curve)
+def test_a_fit_recovers_the_parameters_of_the_bench(bench, curve):
+    fitted = stickslip.fit(curve)
     for name, true in bench.model.own.to_dict().items():
-        if name in found.parameters:
-            low, high = found.intervals[name]
-            assert low <= found.parameters[name] <= high
-            # The truth is a sum of two frictions, which no Stribeck curve is exactly.
-            assert found.parameters[name] == pytest.approx(true, rel=0.15), name
-    assert np.sqrt(np.diag(found.covariance)) == pytest.approx(list(found.standard_errors.values()))
-    predicted = found.predict(curve["velocity"])
-    low, high = found.band(curve["velocity"])
+        if name in fitted.parameters:
+            low, high = fitted.intervals[name]
+            assert low <= fitted.parameters[name] <= high
+            # The true friction is a sum of two frictions, which is not exactly a Stribeck curve.
+            assert fitted.parameters[name] == pytest.approx(true, rel=0.15), name
+    assert np.sqrt(np.diag(fitted.covariance)) == pytest.approx(list(fitted.standard_errors.values()))
+    predicted = fitted.predict(curve["velocity"])
+    low, high = fitted.band(curve["velocity"])
     assert np.all(low < predicted) and np.all(predicted < high)
     sign = np.sign(curve["velocity"])
-    assert found.residuals == pytest.approx(sign * (curve["torque"] - predicted), abs=1e-15)
-    believed = found.on(bench)
-    assert believed.model.own.breakaway_torque == found.parameters["breakaway_torque"]
-    assert believed.plant.wheel.preload == curve.preload == 1.0
+    assert fitted.residuals == pytest.approx(sign * (curve["torque"] - predicted), abs=1e-15)
+    updated = fitted.on(bench)
+    assert updated.model.own.breakaway_torque == fitted.parameters["breakaway_torque"]
+    assert updated.plant.wheel.preload == curve.preload == 1.0
 
 
-def test_points_of_ones_own_are_fitted_and_equivariant():
+def test_the_fit_of_arrays_is_equivariant():
     velocity = np.concatenate([-np.geomspace(0.1, 50, 15), np.geomspace(0.1, 50, 15)])
     rng = np.random.default_rng(1)
     torque = np.sign(velocity) * (0.2 + 0.1 * np.exp(-np.abs(velocity) / 2)) + 0.004 * velocity
@@ -89,26 +89,26 @@ def test_points_of_ones_own_are_fitted_and_equivariant():
     weighted = stickslip.fit(velocity, torque, np.full(velocity.size, 1e-3))
     assert weighted.parameters["kinetic_torque"] == pytest.approx(0.2, abs=2e-3)
     assert one.units["torque"] == "N m" and stickslip.fit(velocity, torque, linear=True).units["torque"] == "N"
-    with pytest.raises(stickslip.InvalidValue, match="no parameters for a preset: .* several fits"):
+    with pytest.raises(stickslip.InvalidValue, match="No parameters for a preset: .* several fits"):
         stickslip.fit(velocity, torque, side="positive").on(stickslip.preset("clm-bench"))
 
 
-def test_a_file_of_ones_own_is_read_and_fitted(tmp_path):
+def test_a_curve_from_a_csv_file_is_fitted(tmp_path):
     file = tmp_path / "mine.csv"
     speeds = np.geomspace(1.0, 500.0, 12)
     rows = [f"{rpm};{0.2 + 0.1 * math.exp(-rpm * math.tau / 120) + 1e-4 * rpm:.9f}" for rpm in speeds]
     file.write_text("\n".join(["n [rpm];M [N m]", *rows]).replace(".", ","))
     (curve,) = stickslip.read_curves(file, velocity="n", torque="M").values()
     assert curve["velocity"] == pytest.approx(speeds * math.tau / 60)
-    found = stickslip.fit(curve, side="positive")
-    assert found.parameters["kinetic_torque"] == pytest.approx(0.2, rel=1e-3)
+    fitted = stickslip.fit(curve, side="positive")
+    assert fitted.parameters["kinetic_torque"] == pytest.approx(0.2, rel=1e-3)
     file.write_text("v [m/s],F [N]\n0.1,5\n")
     assert stickslip.read_curves(file)[""].units == {"velocity": "m/s", "torque": "N"}
     with pytest.raises(stickslip.Error):
         stickslip.read_curves(file, torque="M")
 
 
-def test_points_that_are_none_are_refused():
+def test_invalid_points_are_refused():
     with pytest.raises(stickslip.InvalidValue, match="point 1 of the friction curve: velocity = 0"):
         stickslip.fit([1, 0, 2, 3, 4, 5], [1, 1, 1, 1, 1, 1])
     with pytest.raises(stickslip.InvalidValue, match="are needed"):
@@ -121,52 +121,52 @@ def test_points_that_are_none_are_refused():
         stickslip.fit([1, 2])
 
 
-def test_a_design_is_rendered_and_found_again(bench, curve):
-    wanted = stickslip.design(stickslip.fit(curve).on(bench), [(0.5, 0.26), (2.0, 0.17), (30.0, 0.16)])
-    assert wanted.renderable and wanted.summary["design.distance_from_points"] < 0.02
-    rendered = stickslip.render(wanted.preset)
-    desired = wanted.preset.friction("bench.desired").steady(rendered["velocity"])
+def test_a_rendered_design_is_measured_with_small_error(bench, curve):
+    design = stickslip.design(stickslip.fit(curve).on(bench), [(0.5, 0.26), (2.0, 0.17), (30.0, 0.16)])
+    assert design.renderable and design.summary["design.distance_from_points"] < 0.02
+    rendered = stickslip.render(design.preset)
+    desired = design.preset.friction("bench.desired").steady(rendered["velocity"])
     outside = np.abs(rendered["velocity"]) > bench.bench.fade_velocity
     error = np.sqrt(np.mean((rendered["torque"] - desired)[outside] ** 2))
-    assert error < 0.01 * wanted.preset.bench.desired.breakaway_torque
+    assert error < 0.01 * design.preset.bench.desired.breakaway_torque
     assert "svg" in rendered.html()
 
 
 def test_a_design_beyond_the_load_motor_is_refused_with_reasons(bench):
-    wanted = stickslip.design(bench.set({"bench.desired.breakaway_torque": 9.0, "bench.desired.kinetic_torque": 8.0}))
-    assert not wanted.renderable and wanted.remarks
+    design = stickslip.design(bench.set({"bench.desired.breakaway_torque": 9.0, "bench.desired.kinetic_torque": 8.0}))
+    assert not design.renderable and design.remarks
     with pytest.raises(stickslip.Error):
-        stickslip.render(wanted.preset)
+        stickslip.render(design.preset)
 
 
-def test_loop_and_hunting_are_those_of_the_command_line(program, bench, tmp_path):
-    same(stickslip.loop(bench).summary, told_by(program, "loop", out=tmp_path / "loop"))
+def test_loop_and_hunting_equal_those_of_the_command_line(program, bench, tmp_path):
+    same(stickslip.loop(bench).summary, summary_of(program, "loop", out=tmp_path / "loop"))
     hunting = stickslip.hunting(bench, duration=10.0)
-    same(hunting.summary, told_by(program, "hunting", "--duration", "10", out=tmp_path / "hunting"))
+    same(hunting.summary, summary_of(program, "hunting", "--duration", "10", out=tmp_path / "hunting"))
     assert hunting.hunts is (hunting.amplitude > 0.0) is math.isfinite(hunting.interval)
 
 
-def test_a_benchmark_gives_records_and_goes_on_from_its_folder(tmp_path):
+def test_a_benchmark_returns_records_and_continues_from_its_folder(tmp_path):
     prototype = stickslip.preset("prototype")
-    kept = {"frictions": ["nominal"], "manoeuvres": ["reversal"], "seeds": 2, "quick": True, "folder": tmp_path}
-    result = stickslip.benchmark(prototype, ["cascade", "cascade+feedforward"], **kept)
+    options = {"frictions": ["nominal"], "manoeuvres": ["reversal"], "seeds": 2, "quick": True, "folder": tmp_path}
+    result = stickslip.benchmark(prototype, ["cascade", "cascade+feedforward"], **options)
     ranks = [it for it in result.summary.records if it["kind"] == "rank"]
     assert {it["controller"] for it in ranks} == {"cascade", "cascade+feedforward"}
     stages = []
-    again = stickslip.benchmark(
-        prototype, ["cascade", "cascade+feedforward"], progress=lambda *it: stages.append(it), **kept
+    repeated = stickslip.benchmark(
+        prototype, ["cascade", "cascade+feedforward"], progress=lambda *it: stages.append(it), **options
     )
-    assert again.summary.records == result.summary.records
+    assert repeated.summary.records == result.summary.records
     with pytest.raises(stickslip.UnknownName, match="reversal"):
         stickslip.benchmark(prototype, ["cascade"], manoeuvres=["loop-the-loop"])
 
 
-def test_fidelity_is_that_of_the_command_line(program, tmp_path):
+def test_fidelity_equals_that_of_the_command_line(program, tmp_path):
     ours = stickslip.fidelity(
         ["prototype"], laws=["paper"], rates=[4000], wheel=True, mismatches=["perfect"], scenarios=["sine_2hz"], seeds=2
     )
-    chosen = "--preset prototype --law paper --rate 4000 --wheel pressed --mismatch perfect --scenario sine_2hz --seeds 2"
-    same(ours.summary, told_by(program, "fidelity", *chosen.split(), out=tmp_path))
+    options = "--preset prototype --law paper --rate 4000 --wheel pressed --mismatch perfect --scenario sine_2hz --seeds 2"
+    same(ours.summary, summary_of(program, "fidelity", *options.split(), out=tmp_path))
     assert "paper" in repr(ours) and "svg" in ours.html()
     with pytest.raises(stickslip.UnknownName, match="sine_2hz"):
         stickslip.fidelity(scenarios=["sine_3hz"])
@@ -181,7 +181,7 @@ def test_results_are_written_as_the_command_line_writes_them(curve, tmp_path):
         curve.write(tmp_path / "summary.json")
 
 
-def test_results_go_to_xarray_and_matplotlib(curve):
+def test_results_convert_to_xarray_and_plot_with_matplotlib(curve):
     table = curve.to_xarray()
     assert table.torque.attrs["units"] == "N m" and table.torque.dims == ("velocity",)
     ax = curve.plot()
@@ -192,7 +192,7 @@ def test_results_go_to_xarray_and_matplotlib(curve):
     plt.close("all")
 
 
-def test_an_exception_in_progress_ends_the_work(bench):
+def test_an_exception_in_the_progress_callback_ends_the_work(bench):
     class Enough(Exception):
         pass
 
@@ -209,18 +209,18 @@ def test_ctrl_c_ends_long_work(bench):
     import threading
     import time
 
-    begin = time.monotonic()
+    start = time.monotonic()
     timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         stickslip.benchmark(stickslip.preset("prototype"))
     timer.join()
     # The whole benchmark takes many minutes.
-    assert time.monotonic() - begin < 60.0
+    assert time.monotonic() - start < 60.0
 
 
-def test_a_kind_of_measurement_that_there_is_not_is_told(bench):
-    with pytest.raises(stickslip.UnknownName, match="There are: friction, breakaway"):
+def test_an_unknown_measurement_is_refused_with_the_known_ones(bench):
+    with pytest.raises(stickslip.UnknownName, match="Choose one of: friction, breakaway"):
         stickslip.measure(bench, "temperature")
     with pytest.raises(stickslip.InvalidValue, match=r"speeds = -3 .*plan:"):
         stickslip.measure(bench, plan={"speeds": -3})

@@ -1,4 +1,4 @@
-"""Studies on a cluster: the same bytes as on one machine, whatever happens to the workers."""
+"""Studies on a cluster: the same bytes as on one machine, also after the loss of workers."""
 
 import os
 import signal
@@ -11,7 +11,7 @@ import stickslip
 
 distributed = pytest.importorskip("distributed")
 
-# What Dask says of workers that are killed on purpose, and of sockets that they leave, is no failure of a study.
+# Ignore warnings of Dask about workers that are killed on purpose and about their sockets.
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 
 PLAN = {
@@ -28,7 +28,7 @@ CASES = 48
 
 @pytest.fixture(scope="module")
 def client():
-    """Two workers of one thread each, in processes of their own."""
+    """Two workers of one thread each, in separate processes."""
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0", "host": "127.0.0.1"}
     with distributed.LocalCluster(**settings) as cluster, distributed.Client(cluster) as client:
         yield client
@@ -36,7 +36,7 @@ def client():
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    """The study without a cluster: its folder and what came of it."""
+    """The study without a cluster: its folder and its results."""
     folder = tmp_path_factory.mktemp("alone")
     return folder, stickslip.study(PLAN, folder)
 
@@ -46,7 +46,7 @@ def bytes_of(folder):
 
 
 def is_idle(client):
-    """Whether nothing of a study is left on the workers, once what was running there has ended."""
+    """Whether no task or data of a study remains on the workers after running tasks have ended."""
     for _ in range(600):
         if not any(client.processing().values()) and not any(client.has_what().values()):
             return True
@@ -56,20 +56,20 @@ def is_idle(client):
 
 def test_a_study_on_a_cluster_has_the_bytes_of_one_machine(client, alone, tmp_path):
     folder, local = alone
-    told = []
-    spread = stickslip.study(PLAN, tmp_path, cluster=client, progress=lambda *it: told.append(it))
+    calls = []
+    spread = stickslip.study(PLAN, tmp_path, cluster=client, progress=lambda *it: calls.append(it))
     assert bytes_of(tmp_path) == bytes_of(folder)
     assert spread.html() == local.html() and repr(spread) == repr(local)
     assert spread.kept == 0 and len(spread.failures) == CASES // 2
-    done = [fraction for stage, fraction in told if stage == "run the cases"]
+    done = [fraction for stage, fraction in calls if stage == "run the cases"]
     assert done == sorted(done) and len(done) == PARTS and done[-1] == 1.0
-    assert any(stage == "tune the controller" for stage, _ in told), "tuned here, not by each worker"
-    # All of it is there: no worker is asked.
-    again = stickslip.study(PLAN, tmp_path, cluster="tcp://127.0.0.1:1")
-    assert again.kept == CASES and is_idle(client)
+    assert any(stage == "tune the controller" for stage, _ in calls), "tuned once, not by each worker"
+    # The folder is complete, so that no connection to a cluster is needed.
+    repeated = stickslip.study(PLAN, tmp_path, cluster="tcp://127.0.0.1:1")
+    assert repeated.kept == CASES and is_idle(client)
 
 
-def test_a_worker_that_is_lost_costs_time_alone(client, alone, tmp_path):
+def test_the_loss_of_a_worker_does_not_change_the_results(client, alone, tmp_path):
     workers = client.run(os.getpid)
     assert len(workers) == 2
 
@@ -78,14 +78,14 @@ def test_a_worker_that_is_lost_costs_time_alone(client, alone, tmp_path):
             os.kill(workers.popitem()[1], signal.SIGKILL)
             workers.clear()
 
-    found = stickslip.study(PLAN, tmp_path, cluster=client, progress=progress)
-    assert not workers and found.kept == 0
+    results = stickslip.study(PLAN, tmp_path, cluster=client, progress=progress)
+    assert not workers and results.kept == 0
     assert bytes_of(tmp_path) == bytes_of(alone[0])
-    # A nurse starts another in its place.
+    # Dask's nanny starts a new worker.
     client.wait_for_workers(2, timeout=60)
 
 
-def test_what_was_finished_before_an_interruption_is_kept_here_and_there(client, alone, tmp_path):
+def test_an_interrupted_study_continues_locally_and_on_a_cluster(client, alone, tmp_path):
     class Enough(Exception):
         pass
 
@@ -100,11 +100,11 @@ def test_what_was_finished_before_an_interruption_is_kept_here_and_there(client,
         stickslip.study(PLAN, tmp_path, cluster=client, progress=after(0.1))
     parts = len(list((tmp_path / "parts").iterdir()))
     assert 1 <= parts < PARTS and not (tmp_path / "study.parquet").exists()
-    assert is_idle(client), "what was on its way is cancelled"
+    assert is_idle(client), "submitted parts are cancelled"
     with pytest.raises(Enough):
         stickslip.study(PLAN, tmp_path, threads=1, progress=after(0.1))
-    found = stickslip.study(PLAN, tmp_path, cluster=client)
-    assert found.kept > 8 * parts
+    results = stickslip.study(PLAN, tmp_path, cluster=client)
+    assert results.kept > 8 * parts
     assert bytes_of(tmp_path) == bytes_of(alone[0])
 
 
@@ -119,41 +119,41 @@ def test_ctrl_c_ends_a_study_on_a_cluster(client, tmp_path):
 
 
 def test_a_worker_with_another_version_is_refused(client, tmp_path):
-    def becomes(version):
+    def set_version(version):
         import stickslip
 
         stickslip.__version__, version = version, stickslip.__version__
         return version
 
-    (worker, own), *_ = client.run(becomes, "0.0.1").items()
+    (worker, own), *_ = client.run(set_version, "0.0.1").items()
     try:
-        with pytest.raises(stickslip.Error, match=f"tcp://.* has stickslip 0.0.1, and this is {own}. Install the same"):
+        with pytest.raises(stickslip.Error, match=f"tcp://.* has stickslip 0.0.1, but this machine has {own}. Install the same"):
             stickslip.study(PLAN, tmp_path, cluster=client)
     finally:
-        client.run(becomes, own)
+        client.run(set_version, own)
     assert is_idle(client)
-    # Nothing of theirs was taken.
+    # No part of that worker was stored.
     assert list((tmp_path / "parts").iterdir()) == []
 
 
 def test_a_worker_without_stickslip_is_named(client, tmp_path):
-    def hides(module):
+    def hide(module):
         import sys
 
         sys.modules["stickslip"], module = module, sys.modules.get("stickslip")
         return module is not None
 
-    def shows():
+    def restore():
         import sys
 
         del sys.modules["stickslip"]
 
-    client.run(hides, None)
+    client.run(hide, None)
     try:
-        with pytest.raises(stickslip.Error, match="tcp://.* has no stickslip .* What is finished is kept"):
+        with pytest.raises(stickslip.Error, match="tcp://.* has no stickslip .* Finished parts are saved"):
             stickslip.study(PLAN, tmp_path, cluster=client)
     finally:
-        client.run(shows)
+        client.run(restore)
 
 
 def test_memory_is_bounded_by_the_threads_of_the_workers(client, alone, tmp_path, monkeypatch):
@@ -173,7 +173,7 @@ def test_memory_is_bounded_by_the_threads_of_the_workers(client, alone, tmp_path
     assert 0 < most <= 4 and len(parts) == PARTS
 
 
-def test_a_scheduler_that_is_gone_is_told_and_what_is_finished_is_kept(client, tmp_path, monkeypatch):
+def test_the_loss_of_the_scheduler_is_reported_and_finished_parts_are_saved(client, tmp_path, monkeypatch):
     nthreads, folder = distributed.Client.nthreads, tmp_path / "parts"
 
     def gone(self):
@@ -183,12 +183,12 @@ def test_a_scheduler_that_is_gone_is_told_and_what_is_finished_is_kept(client, t
 
     monkeypatch.setattr(stickslip._cluster, "LOOK", 0.0)
     monkeypatch.setattr(distributed.Client, "nthreads", gone)
-    with pytest.raises(stickslip.Error, match=r"The cluster has given up: Timed out\. What is finished is kept, and"):
+    with pytest.raises(stickslip.Error, match=r"The cluster failed: Timed out\. Finished parts are saved; repeat"):
         stickslip.study(PLAN, tmp_path, cluster=client)
     assert any(folder.glob("*.parquet"))
 
 
-def test_dask_is_needed_for_a_cluster_alone(tmp_path, monkeypatch):
+def test_only_a_cluster_requires_dask(tmp_path, monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, "distributed", None)
@@ -196,7 +196,7 @@ def test_dask_is_needed_for_a_cluster_alone(tmp_path, monkeypatch):
         stickslip.study(PLAN, tmp_path, cluster="tcp://127.0.0.1:8786")
 
 
-def test_a_client_that_does_not_wait_is_refused(client, tmp_path, monkeypatch):
+def test_an_asynchronous_client_is_refused(client, tmp_path, monkeypatch):
     monkeypatch.setattr(distributed.Client, "asynchronous", True)
     with pytest.raises(stickslip.Error, match="asynchronous=False"):
         stickslip.study(PLAN, tmp_path, cluster=client)

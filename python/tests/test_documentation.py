@@ -1,4 +1,4 @@
-"""What docstrings, guide and examples say is what the package does; the stubs are those of the compiled part."""
+"""Docstrings, guide and examples agree with the package, and the stubs with the compiled part."""
 
 import ast
 import doctest
@@ -21,7 +21,7 @@ PUBLIC = {name: getattr(stickslip, name) for name in stickslip.__all__ if name n
 
 
 def documented():
-    """Every public function, class and method with its docstring."""
+    """Yield every public function, class and method with its name."""
     for name, item in PUBLIC.items():
         yield name, item
         if inspect.isclass(item):
@@ -31,7 +31,7 @@ def documented():
 
 
 @pytest.mark.parametrize("name, item", list(documented()))
-def test_a_docstring_says_what_it_is_and_its_examples_hold(name, item):
+def test_each_item_has_a_docstring_with_working_examples(name, item):
     text = inspect.getdoc(item)
     assert text and text[0].isupper() or text[0] in '`"', name
     examples = doctest.DocTestParser().get_doctest(text, {"np": __import__("numpy"), **vars(stickslip)}, name, None, 0)
@@ -39,10 +39,10 @@ def test_a_docstring_says_what_it_is_and_its_examples_hold(name, item):
     assert outcome.failed == 0
 
 
-def test_a_wrong_example_would_be_found():
+def test_a_wrong_example_fails():
     examples = doctest.DocTestParser().get_doctest(">>> 1 + 1\n3", {}, "wrong", None, 0)
-    quiet = doctest.DocTestRunner(optionflags=FLAGS).run(examples, out=lambda text: None)
-    assert quiet.failed == 1
+    outcome = doctest.DocTestRunner(optionflags=FLAGS).run(examples, out=lambda text: None)
+    assert outcome.failed == 1
 
 
 def test_functions_have_examples_or_are_in_the_guide():
@@ -66,7 +66,7 @@ def test_the_code_of_the_guide_runs(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("example", sorted((ROOT / "python/examples").glob("*.py")), ids=lambda path: path.stem)
 def test_an_example_runs(example, monkeypatch, tmp_path):
-    # From its own folder, as a notebook is.
+    # Runs in its own folder, like a notebook.
     (tmp_path / "data").symlink_to(ROOT / "data")
     folder = tmp_path / "python/examples"
     folder.mkdir(parents=True)
@@ -94,41 +94,41 @@ def test_a_notebook_has_the_cells_of_its_script(example):
     path, expected = example.with_suffix(".ipynb"), notebook(example.read_text())
     if os.environ.get("UPDATE_EXPECT"):
         path.write_text(expected)
-    assert path.read_text() == expected, "UPDATE_EXPECT=1 writes it anew"
-    # What runs as a script runs cell by cell: a cell is a piece of code by itself.
+    assert path.read_text() == expected, "UPDATE_EXPECT=1 rewrites it"
+    # Each code cell must parse separately.
     for cell in json.loads(expected)["cells"]:
         assert cell["cell_type"] == "markdown" or ast.parse("".join(cell["source"])).body
 
 
 def signatures(text):
-    """Functions and methods of a stub with the names of their parameters."""
-    found = {}
+    """Return functions and methods of a stub with the names of their parameters."""
+    names = {}
     for node in ast.parse(text).body:
         parts = [("", node)] if isinstance(node, ast.FunctionDef) else []
         if isinstance(node, ast.ClassDef):
-            found[node.name] = None
+            names[node.name] = None
             parts = [(f"{node.name}.", part) for part in node.body if isinstance(part, ast.FunctionDef)]
         for prefix, part in parts:
             arguments = part.args
-            found[prefix + part.name] = [it.arg for it in arguments.posonlyargs + arguments.args + arguments.kwonlyargs]
-    return found
+            names[prefix + part.name] = [it.arg for it in arguments.posonlyargs + arguments.args + arguments.kwonlyargs]
+    return names
 
 
-def test_the_stubs_are_those_of_the_compiled_part():
+def test_the_stubs_match_the_compiled_part():
     stub = signatures((pathlib.Path(stickslip.__file__).parent / "_stickslip.pyi").read_text())
     for name, item in vars(_stickslip).items():
         if name.startswith("__"):
             continue
-        assert name in stub, f"{name} is missing in _stickslip.pyi: generate it anew"
+        assert name in stub, f"{name} is missing in _stickslip.pyi: regenerate it"
         if inspect.isclass(item):
             for part, member in vars(item).items():
                 if not part.startswith("_"):
-                    assert f"{name}.{part}" in stub, f"{name}.{part} is missing in _stickslip.pyi: generate it anew"
+                    assert f"{name}.{part}" in stub, f"{name}.{part} is missing in _stickslip.pyi: regenerate it"
         else:
             assert stub[name] == list(inspect.signature(item).parameters), name
 
 
-def test_the_package_says_that_it_has_types():
+def test_the_package_has_type_annotations():
     folder = pathlib.Path(stickslip.__file__).parent
     assert (folder / "py.typed").exists()
     for module in (_bench, _cluster, _law, _names, _results, _running, _signals, _study, target):

@@ -1,4 +1,4 @@
-"""FMUs as an importer takes them (FMPy): validated, simulated, saved, misused."""
+"""FMUs in an importer (FMPy): validation, simulation, saved states, misuse."""
 
 import ctypes
 import json
@@ -22,8 +22,8 @@ VERSIONS = pytest.mark.parametrize("version", [2, 3])
 
 
 @pytest.fixture(scope="module")
-def made(program, tmp_path_factory):
-    """Blocks with their FMUs and their project in C."""
+def fmus(program, tmp_path_factory):
+    """Folder with the FMUs and C projects of some blocks."""
     folder = tmp_path_factory.mktemp("fmu")
     for block in ("friction", "bench", "position_controller"):
         subprocess.run([program, "generate", "fmu", block, "--out", folder, "--quiet"], check=True)
@@ -32,12 +32,12 @@ def made(program, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def importers(made):
-    return {(block, version): Importer(made / f"{block}-fmi{version}.fmu") for block in ("friction", "bench", "position_controller") for version in (2, 3)}
+def importers(fmus):
+    return {(block, version): Importer(fmus / f"{block}-fmi{version}.fmu") for block in ("friction", "bench", "position_controller") for version in (2, 3)}
 
 
 def run(instance, steps, amplitude=1.0):
-    """A course of a contact: its velocity swings, its torques are returned."""
+    """Return the torques of a contact whose velocity oscillates."""
     torques = []
     for k in range(steps):
         instance.set({"input.velocity": amplitude * np.sin(2e-3 * k)})
@@ -48,8 +48,8 @@ def run(instance, steps, amplitude=1.0):
 
 @VERSIONS
 @pytest.mark.parametrize("block", ["friction", "bench", "position_controller"])
-def test_an_fmu_is_valid_and_simulates(made, block, version):
-    file = str(made / f"{block}-fmi{version}.fmu")
+def test_an_fmu_is_valid_and_simulates(fmus, block, version):
+    file = str(fmus / f"{block}-fmi{version}.fmu")
     assert validate_fmu(file) == []
     result = fmpy.simulate_fmu(file, stop_time=0.01, output_interval=1e-3)
     assert len(result) == 11 and all(np.isfinite(result[name]).all() for name in result.dtype.names)
@@ -68,14 +68,14 @@ def test_units_values_and_causalities_come_from_the_block(importers, version):
 
 @VERSIONS
 @pytest.mark.parametrize("block", ["friction", "bench"])
-def test_results_have_the_bits_of_the_generated_code(made, importers, block, version):
-    folder = made / block
-    library = made / f"{block}.so"
+def test_results_have_the_bits_of_the_generated_code(fmus, importers, block, version):
+    folder = fmus / block
+    library = fmus / f"{block}.so"
     subprocess.run(["cc", "-std=c99", "-O2", "-fPIC", "-shared", folder / f"{block}.c", "-o", library, "-lm"], check=True)
     native = ctypes.CDLL(str(library))
     sizes = json.loads((folder / "summary.json").read_text())["results"]
     array = lambda kind: (ctypes.c_double * int(sizes[f"generate.{kind}"]["value"]))()  # noqa: E731
-    parameters, state, given, found = (array(kind) for kind in ("parameters", "states", "inputs", "outputs"))
+    parameters, state, native_inputs, native_outputs = (array(kind) for kind in ("parameters", "states", "inputs", "outputs"))
     getattr(native, f"{block}_parameters_init")(parameters)
     getattr(native, f"{block}_init")(state)
     step = getattr(native, f"{block}_step")
@@ -83,25 +83,25 @@ def test_results_have_the_bits_of_the_generated_code(made, importers, block, ver
     of = importers[block, version]
     instance, dt = of.instance(), sizes["generate.step"]["value"]
     inputs, outputs, states = of.names("input"), of.names("output"), of.names("state")
-    assert [len(it) for it in (inputs, outputs, states)] == [len(it) for it in (given, found, state)]
+    assert [len(it) for it in (inputs, outputs, states)] == [len(it) for it in (native_inputs, native_outputs, state)]
     random = np.random.default_rng(1)
     start, moved = instance.get(inputs), False
     for k in range(400):
         values = start + random.normal(scale=0.3, size=len(inputs)) * (k % 3 > 0)
-        given[:] = values
-        assert step(parameters, state, given, dt, found) == 0
+        native_inputs[:] = values
+        assert step(parameters, state, native_inputs, dt, native_outputs) == 0
         instance.set(dict(zip(inputs, values)))
         instance.step(k * dt, dt)
-        np.testing.assert_array_equal(instance.get(outputs), np.array(found))
+        np.testing.assert_array_equal(instance.get(outputs), np.array(native_outputs))
         np.testing.assert_array_equal(instance.get(states), np.array(state))
-        moved = moved or (k > 0 and list(found) != before)
-        before = list(found)
+        moved = moved or (k > 0 and list(native_outputs) != before)
+        before = list(native_outputs)
     assert moved
     instance.free()
 
 
 @VERSIONS
-def test_a_hundred_instances_side_by_side_are_as_each_alone(importers, version):
+def test_a_hundred_parallel_instances_are_independent(importers, version):
     of = importers["friction", version]
     alone = []
     for k in range(100):
@@ -122,18 +122,18 @@ def test_a_hundred_instances_side_by_side_are_as_each_alone(importers, version):
 
 
 @VERSIONS
-def test_a_state_that_is_saved_restored_or_reset_goes_on_with_the_same_bits(importers, version):
+def test_saved_restored_and_reset_states_continue_with_the_same_bits(importers, version):
     of = importers["bench", version]
     dt, outputs = of.description.defaultExperiment.stepSize, of.names("output")
     dt = float(dt)
     instance = of.instance()
 
     def course(instance, first, count):
-        found = []
+        rows = []
         for k in range(first, first + count):
             instance.step(k * dt, dt)
-            found.append(instance.get(outputs))
-        return np.array(found)
+            rows.append(instance.get(outputs))
+        return np.array(rows)
 
     before = course(instance, 0, 20)
     state, saved = instance.state(), instance.saved()
@@ -156,7 +156,7 @@ def test_a_state_that_is_saved_restored_or_reset_goes_on_with_the_same_bits(impo
 
 
 @VERSIONS
-def test_the_importer_may_communicate_as_it_likes(importers, version):
+def test_results_do_not_depend_on_the_communication_steps(importers, version):
     of = importers["friction", version]
     torques = []
     for lengths in ([STEP] * 40, [40 * STEP], [0.4 * STEP] * 100, [3.0 * STEP, 0.5 * STEP, 20.25 * STEP, 16.25 * STEP]):
@@ -174,7 +174,7 @@ def test_the_importer_may_communicate_as_it_likes(importers, version):
 
 
 @VERSIONS
-def test_what_is_wrong_is_refused_by_a_message_and_changes_nothing(importers, version):
+def test_invalid_calls_are_refused_with_a_message_and_change_nothing(importers, version):
     of = importers["friction", version]
     with pytest.raises(Exception, match="nstantiate"):
         of.bare(token="{00000000-0000-0000-0000-000000000000}")
@@ -203,7 +203,7 @@ def test_what_is_wrong_is_refused_by_a_message_and_changes_nothing(importers, ve
 
 
 @VERSIONS
-def test_a_parameter_changes_what_follows_and_not_what_was(importers, version):
+def test_a_parameter_change_affects_only_later_steps(importers, version):
     of = importers["friction", version]
     name = next(name for name in of.names("parameters") if name.endswith("kinetic_torque"))
     one, other = of.instance(), of.instance()
@@ -219,13 +219,13 @@ def test_a_parameter_changes_what_follows_and_not_what_was(importers, version):
 
 
 @VERSIONS
-def test_the_arithmetic_of_the_importer_is_left_to_it(importers, version):
+def test_the_rounding_mode_of_the_importer_is_preserved(importers, version):
     of = importers["friction", version]
     expected = run(of.instance(), 50)
     library = ctypes.CDLL("libm.so.6")
     upward = 0x800  # FE_UPWARD of x86
     instance = of.instance()
-    found = []
+    torques = []
     for k in range(50):
         velocity = np.sin(2e-3 * k)
         instance.set({"input.velocity": velocity})
@@ -235,8 +235,8 @@ def test_the_arithmetic_of_the_importer_is_left_to_it(importers, version):
             assert library.fegetround() == upward
         finally:
             library.fesetround(0)
-        found.append(instance.get(["output.torque"])[0])
-    np.testing.assert_array_equal(np.array(found), expected)
+        torques.append(instance.get(["output.torque"])[0])
+    np.testing.assert_array_equal(np.array(torques), expected)
 
 
 @VERSIONS
@@ -251,38 +251,38 @@ def test_derivatives_are_the_slopes_of_a_step(importers, block, version):
     for k in range(20):
         instance.set(dict(zip(inputs, start + random.normal(scale=0.05, size=len(inputs)))))
         instance.step(k * dt, dt)
-    here, given = instance.saved(), instance.get(inputs)
+    saved, values = instance.saved(), instance.get(inputs)
     unknowns = [of.references[name] for name in [*states, *outputs]]
 
     def after(name, value):
-        instance.restore_saved(here)
+        instance.restore_saved(saved)
         instance.set({name: value})
         instance.step(20 * dt, dt)
         return instance.take(unknowns)
 
     slopes = {}
-    for name, value in zip(inputs, given):
-        instance.restore_saved(here)
+    for name, value in zip(inputs, values):
+        instance.restore_saved(saved)
         slopes[name] = np.array(instance.fmu.getDirectionalDerivative(unknowns, [of.references[name]], [1.0]))
         width = 1e-6 * max(1.0, abs(value))
         differences = (after(name, value + width) - after(name, value - width)) / (2.0 * width)
         # Second differences of 1e-6 and rounding of 1e-16/1e-6, over the size of the numbers.
         np.testing.assert_allclose(slopes[name], differences, rtol=1e-5, atol=1e-6 * max(1.0, np.abs(differences).max()))
     assert any(np.abs(slope).max() > 0.0 for slope in slopes.values())
-    # Linear in the direction, and by a state as well as by an input.
-    instance.restore_saved(here)
+    # Derivatives are linear in the direction, and exist for states as well as for inputs.
+    instance.restore_saved(saved)
     seeds = random.normal(size=len(inputs))
     together = instance.fmu.getDirectionalDerivative(unknowns, [of.references[name] for name in inputs], list(seeds))
     np.testing.assert_allclose(together, sum(seed * slopes[name] for seed, name in zip(seeds, inputs)), rtol=1e-9, atol=1e-12)
     by_state = instance.fmu.getDirectionalDerivative([of.references[states[0]]], [of.references[states[0]]], [1.0])
     assert np.isfinite(by_state).all()
     if version == 3:
-        weights, knowns = random.normal(size=len(unknowns)), [of.references[name] for name in inputs]
-        adjoint = instance.fmu.getAdjointDerivative(unknowns, knowns, list(weights), len(knowns))
+        weights, known_references = random.normal(size=len(unknowns)), [of.references[name] for name in inputs]
+        adjoint = instance.fmu.getAdjointDerivative(unknowns, known_references, list(weights), len(known_references))
         np.testing.assert_allclose(adjoint, [weights @ slopes[name] for name in inputs], rtol=1e-9, atol=1e-12)
         several = [unknowns[0]] * (len(unknowns) + 1)
-        instance.refused("and the model computes", instance.fmu.getAdjointDerivative, several, knowns, [1.0] * len(several), len(knowns))
-        instance.refused("Each unknown has one seed", instance.fmu.getAdjointDerivative, unknowns, knowns, list(weights), 1)
+        instance.refused("and the model computes", instance.fmu.getAdjointDerivative, several, known_references, [1.0] * len(several), len(known_references))
+        instance.refused("Each unknown has one seed", instance.fmu.getAdjointDerivative, unknowns, known_references, list(weights), 1)
     parameter = of.references[of.names("parameters")[0]]
     instance.refused("follows from nothing", instance.fmu.getDirectionalDerivative, [parameter], [unknowns[0]], [1.0])
     output = of.references[outputs[0]]
@@ -291,10 +291,10 @@ def test_derivatives_are_the_slopes_of_a_step(importers, block, version):
 
 
 @VERSIONS
-def test_no_memory_is_kept(importers, version):
+def test_freed_instances_leave_no_memory(importers, version):
     of = importers["bench", version]
 
-    def lives(count):
+    def create_and_free(count):
         for _ in range(count):
             instance = of.instance()
             instance.step(0.0, 1e-3)
@@ -303,25 +303,25 @@ def test_no_memory_is_kept(importers, version):
             (instance.fmu.fmi2FreeInstance if version == 2 else instance.fmu.fmi3FreeInstance)(instance.fmu.component)
 
     size = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # noqa: E731
-    lives(50)
+    create_and_free(50)
     before = size()
-    lives(4000)
-    kept = of.instance()
-    bytes_each = len(kept.saved())
-    kept.free()
-    # An instance or a state that stayed would show by all of its bytes; the interpreter itself takes some megabytes.
+    create_and_free(4000)
+    instance = of.instance()
+    bytes_each = len(instance.saved())
+    instance.free()
+    # A leaked instance or state would add all of its bytes; the interpreter itself uses some megabytes.
     assert (size() - before) * 1024 < 0.7 * 4000 * bytes_each, (size() - before, bytes_each)
 
 
-def test_sources_are_inside(made):
+def test_an_fmu_contains_compilable_sources(fmus):
     import zipfile
 
     for version, description in ((2, "modelDescription.xml"), (3, "sources/buildDescription.xml")):
-        with zipfile.ZipFile(made / f"bench-fmi{version}.fmu") as archive:
+        with zipfile.ZipFile(fmus / f"bench-fmi{version}.fmu") as archive:
             names = archive.namelist()
             assert {"sources/bench.c", "sources/bench.h", f"sources/fmi{version}.c", "documentation/index.html"} <= set(names)
             assert f'"fmi{version}.c"' in archive.read(description).decode()
-            folder = pathlib.Path(made) / f"unpacked{version}"
+            folder = pathlib.Path(fmus) / f"unpacked{version}"
             archive.extractall(folder)
         command = ["cc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"fmi{version}.c"]
         subprocess.run(command, cwd=folder / "sources", check=True)

@@ -26,7 +26,7 @@ PLACE = "extra/org.fmi-standard.fmi-ls-xcp"
 
 
 @pytest.fixture(scope="module")
-def made(program, tmp_path_factory):
+def fmus(program, tmp_path_factory):
     folder = tmp_path_factory.mktemp("fmu-xcp")
     subprocess.run([program, "generate", "fmu", BLOCK, "--xcp", "5599", "--out", folder, "--quiet"], check=True)
     subprocess.run([program, "generate", "fmu", BLOCK, "--out", folder / "mute", "--quiet"], check=True)
@@ -34,14 +34,14 @@ def made(program, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def importers(made):
-    return {version: Importer(made / f"{BLOCK}-fmi{version}.fmu") for version in (2, 3)}
+def importers(fmus):
+    return {version: Importer(fmus / f"{BLOCK}-fmi{version}.fmu") for version in (2, 3)}
 
 
 @pytest.fixture(scope="module")
-def described(made):
-    """Name and address of all measurements and parameters."""
-    with zipfile.ZipFile(made / f"{BLOCK}-fmi3.fmu") as archive:
+def described(fmus):
+    """Addresses of all measurements and of all parameters, by name."""
+    with zipfile.ZipFile(fmus / f"{BLOCK}-fmi3.fmu") as archive:
         text = archive.read(f"{PLACE}/{BLOCK}.a2l").decode()
     measured = re.findall(r"/begin MEASUREMENT (\S+) .*? ECU_ADDRESS (\S+)", text)
     changed = re.findall(r'/begin CHARACTERISTIC (\S+) ".*?" VALUE (\S+)', text)
@@ -54,8 +54,8 @@ def free_port():
         return it.getsockname()[1]
 
 
-def tell(instance, settings):
-    """Where the service is to be."""
+def configure(instance, settings):
+    """Set transport, address and port of the XCP service."""
     fmu, references = instance.fmu, instance.of.references
     if instance.of.version == 3:
         fmu.enterConfigurationMode()
@@ -67,9 +67,9 @@ def tell(instance, settings):
 
 
 def served(of, transport="tcp"):
-    """An instance that has begun, and its port."""
+    """Return a started instance and its port."""
     instance, port = of.bare(), free_port()
-    tell(instance, {"tcp.enable": transport == "tcp", "udp.enable": transport == "udp", f"{transport}.port": port})
+    configure(instance, {"tcp.enable": transport == "tcp", "udp.enable": transport == "udp", f"{transport}.port": port})
     instance.begin()
     return instance, port
 
@@ -79,7 +79,7 @@ class Refused(Exception):
 
 
 class Master:
-    """The least of an XCP master. Frames are numbered without a gap, or it fails."""
+    """Minimal XCP master. Asserts that frame counters have no gap."""
 
     def __init__(self, port, transport="tcp"):
         self.stream = transport == "tcp"
@@ -131,7 +131,7 @@ class Master:
         self(struct.pack(f"<BB{len(values)}d", 0xF0, 8 * len(values), *values))
 
     def measure(self, packets, prescaler=1):
-        """Starts one list, with a packet a row of addresses."""
+        """Start one DAQ list with one packet per row of addresses."""
         self("d6")
         self("d5000100")
         self(struct.pack("<BBHB", 0xD4, 0, 0, len(packets)))
@@ -158,8 +158,8 @@ class Master:
 
 
 @VERSIONS
-def test_an_fmu_with_a_service_is_valid_and_says_what_the_standard_asks(made, version):
-    file = made / f"{BLOCK}-fmi{version}.fmu"
+def test_an_fmu_with_a_service_is_valid_and_declares_it(fmus, version):
+    file = fmus / f"{BLOCK}-fmi{version}.fmu"
     assert validate_fmu(str(file)) == []
     with zipfile.ZipFile(file) as archive:
         platform = "linux64" if version == 2 else "x86_64-linux"
@@ -171,7 +171,7 @@ def test_an_fmu_with_a_service_is_valid_and_says_what_the_standard_asks(made, ve
 
 @VERSIONS
 @TRANSPORTS
-def test_each_step_is_measured_with_the_bits_that_the_importer_reads(importers, described, version, transport):
+def test_each_step_is_measured_with_the_bits_of_the_importer(importers, described, version, transport):
     of, (measured, _) = importers[version], described
     instance, port = served(of, transport)
     master = Master(port, transport)
@@ -179,10 +179,10 @@ def test_each_step_is_measured_with_the_bits_that_the_importer_reads(importers, 
     assert names and len(names) <= 100
     master.measure([[measured["time"]], [measured[name] for name in names]])
     dt, expected, inputs = float(of.description.defaultExperiment.stepSize), [], of.names("input")
-    begin = instance.get(inputs)
+    start = instance.get(inputs)
     random = np.random.default_rng(1)
     for k in range(300):
-        instance.set(dict(zip(inputs, begin + random.normal(scale=0.1, size=len(inputs)))))
+        instance.set(dict(zip(inputs, start + random.normal(scale=0.1, size=len(inputs)))))
         instance.step(k * dt, dt)
         expected.append(instance.get([name.replace("][", ",") for name in names]))
     rows = master.take(600)
@@ -192,7 +192,7 @@ def test_each_step_is_measured_with_the_bits_that_the_importer_reads(importers, 
         assert seconds == (k + 1) * dt and stamp == int((k + 1) * dt * 1e6 * (1 + 1e-12))
         np.testing.assert_array_equal(struct.unpack(f"<{len(names)}d", second[2:]), expected[k])
     assert len({row[2:] for row in rows[1::2]}) > 250
-    # A slower list, and what it measured last comes although the simulation ends.
+    # A slower list; its last row arrives although the simulation ends.
     master.measure([[measured["time"]]], prescaler=7)
     for k in range(300, 321):
         instance.step(k * dt, dt)
@@ -203,7 +203,7 @@ def test_each_step_is_measured_with_the_bits_that_the_importer_reads(importers, 
 
 
 @VERSIONS
-def test_a_parameter_that_a_master_changes_is_in_force_from_the_next_step_on(importers, described, version):
+def test_a_parameter_changed_by_a_master_is_active_from_the_next_step(importers, described, version):
     of, (measured, changed) = importers[version], described
     instance, port = served(of)
     master = Master(port)
@@ -214,7 +214,7 @@ def test_a_parameter_that_a_master_changes_is_in_force_from_the_next_step_on(imp
     before = instance.get([names[limit]])[0]
     master.write(changed[limit], 0.5 * before)
     assert instance.get([names[limit]])[0] == 0.5 * before == master.read(changed[limit])[0]
-    # What is out of its range or no number is refused in words; what is computed cannot be written; what is not there.
+    # Refused: a value outside its range or non-finite, writing a computed value, an unknown address.
     for value in (-1.0, np.nan, np.inf):
         master.refused(0x22, master.write, changed[limit], value)
     assert any("torque_limit" in text for text in master.texts) and any("finite" in text for text in master.texts)
@@ -228,8 +228,8 @@ def test_a_parameter_that_a_master_changes_is_in_force_from_the_next_step_on(imp
 
 
 @VERSIONS
-def test_a_master_does_not_change_what_is_computed(made, importers, described, version):
-    of, mute = importers[version], Importer(made / "mute" / f"{BLOCK}-fmi{version}.fmu")
+def test_a_master_does_not_change_the_results(fmus, importers, described, version):
+    of, mute = importers[version], Importer(fmus / "mute" / f"{BLOCK}-fmi{version}.fmu")
     measured, _ = described
     courses = []
     for importer in (of, mute):
@@ -238,9 +238,9 @@ def test_a_master_does_not_change_what_is_computed(made, importers, described, v
         if master:
             master.measure([list(measured.values())[:100]])
         dt, course, inputs = float(importer.description.defaultExperiment.stepSize), [], importer.names("input")
-        begin, random = instance.get(inputs), np.random.default_rng(2)
+        start, random = instance.get(inputs), np.random.default_rng(2)
         for k in range(200):
-            instance.set(dict(zip(inputs, begin + random.normal(scale=0.1, size=len(inputs)))))
+            instance.set(dict(zip(inputs, start + random.normal(scale=0.1, size=len(inputs)))))
             instance.step(k * dt, dt)
             course.append(instance.get(importer.names("output")))
             if master:
@@ -253,7 +253,7 @@ def test_a_master_does_not_change_what_is_computed(made, importers, described, v
 
 
 @VERSIONS
-def test_where_the_service_is_can_be_told_and_what_cannot_be_is_said(importers, version):
+def test_the_service_address_is_configurable_and_errors_are_reported(importers, version):
     of, port = importers[version], free_port()
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -267,7 +267,7 @@ def test_where_the_service_is_can_be_told_and_what_cannot_be_is_said(importers, 
             instance = of.bare()
 
             def begin(instance=instance, settings=settings):
-                tell(instance, settings)
+                configure(instance, settings)
                 instance.begin()
 
             instance.refused(words, begin)
@@ -282,10 +282,10 @@ def test_where_the_service_is_can_be_told_and_what_cannot_be_is_said(importers, 
     else:
         instance.refused("is none", instance.fmu.setInteger, [of.references["xcp.tcp.port"]], [70000])
     instance.free()
-    # Switched off it opens nothing, as often as one likes.
+    # A disabled service opens no port, with any number of instances.
     several = [of.bare() for _ in range(3)]
     for instance in several:
-        tell(instance, {"tcp.enable": False, "tcp.port": port})
+        configure(instance, {"tcp.enable": False, "tcp.port": port})
         instance.begin()
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.1", port))
@@ -295,7 +295,7 @@ def test_where_the_service_is_can_be_told_and_what_cannot_be_is_said(importers, 
 
 @VERSIONS
 @TRANSPORTS
-def test_what_is_no_command_does_no_harm(importers, described, version, transport):
+def test_invalid_commands_do_no_harm(importers, described, version, transport):
     of, (measured, changed) = importers[version], described
     instance, port = served(of, transport)
     dt, random = float(of.description.defaultExperiment.stepSize), np.random.default_rng(3)
@@ -308,7 +308,7 @@ def test_what_is_no_command_does_no_harm(importers, described, version, transpor
             try:
                 for _ in range(int(random.integers(1, 6))):
                     command = bytes([random.integers(0xC0, 256)]) + random.bytes(int(random.integers(0, 24)))
-                    # Frames that lie about their length, now and then.
+                    # Some frames have a wrong length.
                     length = len(command) if random.random() < 0.8 else int(random.integers(0, 65536))
                     master.socket.sendall(struct.pack("<HH", length, 0) + command)
                     master.socket.recv(1 << 16)
@@ -323,7 +323,7 @@ def test_what_is_no_command_does_no_harm(importers, described, version, transpor
             assert time.monotonic() < deadline
             time.sleep(0.01)
     assert master.read(measured["time"])[0] == 150 * dt
-    # Lists that are taken back while they are filled.
+    # Lists that are freed while they are filled.
     master("d6"), master("d5000100"), master("d400000001"), master("d300000000c8"), master("e2000000" + "00c7")
     master("d30000000000")
     master.refused(0x29, master, struct.pack("<BBBBI", 0xE1, 0xFF, 8, 0, measured["time"]))
@@ -335,24 +335,24 @@ def test_what_is_no_command_does_no_harm(importers, described, version, transpor
     master.close()
 
 
-def test_a_course_that_is_measured_faster_than_it_is_sent_says_where_rows_are_missing(importers, described):
+def test_rows_after_lost_rows_are_marked(importers, described):
     of, (measured, _) = importers[2], described
     instance, port = served(of)
     master = Master(port)
     master.measure([[measured["time"]] * 100])
     dt = float(of.description.defaultExperiment.stepSize)
-    # One long step, while nobody reads: 100,000 rows of 812 bytes are more than ring and socket hold.
+    # One long step while the master does not read: 100,000 rows of 812 bytes exceed ring and socket.
     instance.step(0.0, 100_000 * dt)
-    seen, marked, last = 0, 0, 0
+    received, marked, last = 0, 0, 0
     with contextlib.suppress(TimeoutError):
         master.socket.settimeout(1.0)
         while True:
             row = master.take(1)[0]
             cycle = round(struct.unpack_from("<d", row, 6)[0] / dt)
             assert (row[0] & 0x80 != 0) == (cycle != last + 1)
-            seen, marked, last = seen + 1, marked + (row[0] >> 7), cycle
-    assert 0 < seen < 100_000
-    # The next row that finds room says so.
+            received, marked, last = received + 1, marked + (row[0] >> 7), cycle
+    assert 0 < received < 100_000
+    # The next row that is sent has the mark.
     instance.step(100_000 * dt, dt)
     assert master.take(1)[0][0] & 0x80
     instance.free()

@@ -1,4 +1,4 @@
-"""Parameters: read, described, changed, compared, kept."""
+"""Parameters: reading, description, changes, comparison, pickles."""
 
 import copy
 import pickle
@@ -29,7 +29,7 @@ def test_a_preset_is_a_mapping_of_paths(bench):
     assert "own" in dir(bench.model) and "describe" in dir(bench.model) and "plant" in dir(bench)
 
 
-def test_a_name_that_there_is_not_gets_the_nearest(bench):
+def test_an_unknown_name_gets_the_nearest_known_one(bench):
     with pytest.raises(stickslip.UnknownName, match=r"^model.own.breakawy is no parameter. Did you mean model.own."):
         bench["model.own.breakawy"]
     with pytest.raises(AttributeError, match="Did you mean"):
@@ -43,14 +43,14 @@ def test_a_name_that_there_is_not_gets_the_nearest(bench):
         bench.bench.law.missing_torque
 
 
-def test_a_file_that_cannot_be_read_is_told(tmp_path):
+def test_a_missing_file_raises_a_file_error(tmp_path):
     with pytest.raises(stickslip.FileError, match="absent.toml: cannot read it"):
         stickslip.preset(str(tmp_path / "absent.toml"))
     with pytest.raises(OSError):
         stickslip.preset(str(tmp_path / "absent.toml"))
 
 
-def test_a_preset_comes_from_a_file_or_a_text_and_keeps_comments(tmp_path):
+def test_a_preset_from_a_file_or_text_preserves_comments(tmp_path):
     text = "# mine\n[model.own] # measured\nkinetic_torque = 0.2\n"
     file = tmp_path / "mine.toml"
     file.write_text(text)
@@ -78,7 +78,7 @@ def test_set_changes_a_copy(bench):
     assert bench.diff(bench) == []
 
 
-def test_a_group_is_taken_over_as_a_whole(bench):
+def test_a_group_is_copied_as_a_whole(bench):
     other = stickslip.preset("prototype")
     changed = bench.set({"bench.desired": other.model.own, "plant.screw_friction": other.plant.screw_friction})
     assert changed.bench.desired == other.model.own
@@ -86,11 +86,11 @@ def test_a_group_is_taken_over_as_a_whole(bench):
     assert changed.plant.screw_friction != bench.plant.screw_friction
 
 
-def test_all_that_is_wrong_is_told_at_once_in_the_words_of_the_command_line(bench):
-    with pytest.raises(stickslip.InvalidValue) as told:
+def test_all_errors_are_reported_together_with_the_messages_of_the_command_line(bench):
+    with pytest.raises(stickslip.InvalidValue) as caught:
         bench.set({"bench.tick_rate": -1, "model.own.breakaway_torque": float("nan")})
-    assert "bench.tick_rate = -1 Hz is outside 500 … 20000 Hz (presets/clm-bench.toml:" in str(told.value)
-    assert "model.own.breakaway_torque = NaN is not a finite number" in str(told.value)
+    assert "bench.tick_rate = -1 Hz is outside 500 … 20000 Hz (presets/clm-bench.toml:" in str(caught.value)
+    assert "model.own.breakaway_torque = NaN is not a finite number" in str(caught.value)
     with pytest.raises(ValueError, match="Choose one of"):
         bench.set({"bench.controller.kind": "fuzzy"})
     with pytest.raises(stickslip.UnknownName):
@@ -99,24 +99,24 @@ def test_all_that_is_wrong_is_told_at_once_in_the_words_of_the_command_line(benc
         bench.set({"bench.tick_rate": object()})
 
 
-def test_what_is_known_of_a_parameter_comes_from_its_table(bench):
-    known = bench.describe("model.own.breakaway_torque")
-    assert (known.symbol, known.unit, known.kind) == ("M_S", "N m", "real")
-    assert known.minimum < known.default < known.maximum
-    assert known.help.startswith("Torque at which the drive breaks away")
+def test_descriptions_come_from_the_parameter_tables(bench):
+    torque = bench.describe("model.own.breakaway_torque")
+    assert (torque.symbol, torque.unit, torque.kind) == ("M_S", "N m", "real")
+    assert torque.minimum < torque.default < torque.maximum
+    assert torque.help.startswith("Torque at which the drive breaks away")
     kind = bench.describe("bench.controller.kind")
     assert kind.kind == "choice" and "cascade" in kind.variants and kind.unit == "" and kind.default is None
     assert bench.bench.describe("controller.position_gain").only_with == 'bench.controller.kind = "cascade"'
     assert all(it.path.startswith("model.own.") for it in bench.descriptions("model.own"))
     assert len(bench.descriptions()) > len(bench)
-    with pytest.raises(stickslip.UnknownName, match="is a group"):
+    with pytest.raises(stickslip.UntorqueName, match="is a group"):
         bench.describe("model.own")
 
 
-def test_copies_pickles_and_comparison_keep_every_bit(bench):
+def test_copies_and_pickles_preserve_every_bit(bench):
     changed = bench.set({"model.own.kinetic_torque": 0.1 + 0.2 - 0.15})
-    for kept in (pickle.loads(pickle.dumps(changed)), copy.copy(changed), copy.deepcopy(changed)):
-        assert kept == changed and hash(kept) == hash(changed) and kept.toml() == changed.toml()
+    for restored in (pickle.loads(pickle.dumps(changed)), copy.copy(changed), copy.deepcopy(changed)):
+        assert restored == changed and hash(restored) == hash(changed) and restored.toml() == changed.toml()
     assert changed != bench
     assert stickslip.preset(text=changed.toml(complete=True)) == changed
     assert pickle.loads(pickle.dumps(changed.model.own)) == changed.model.own
@@ -130,7 +130,7 @@ def test_values_show_their_units(bench):
     assert repr(bench).startswith("Preset of presets/clm-bench.toml: ")
 
 
-def test_the_presets_that_come_along_are_listed():
+def test_the_built_in_presets_are_listed():
     assert {"clm-bench", "prototype", "emps"} <= set(stickslip.presets())
     for name in stickslip.presets():
         assert len(stickslip.preset(name)) > 100

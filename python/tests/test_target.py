@@ -1,4 +1,4 @@
-"""A controller that is written in Python: floats, C and library have the same bits; the rest is refused by line."""
+"""Controllers written in Python: function, C and library have the same bits; errors name the line."""
 
 import ctypes
 import inspect
@@ -43,7 +43,7 @@ def law(p, state, sample, dt):
 
 @stickslip.controller(gain=Tunable(0.5, "1"), weight=Tunable(2.0, "1", minimum=0.1), states={"slow": 1.0})
 def everything(p, state, sample, dt):
-    """Each function that there is."""
+    """Uses every supported function."""
     a, b = sample.reference_position, sample.measured_angle
     total = p.gain * stickslip.sin(a) + stickslip.cos(b) / p.weight - stickslip.exp(-abs(a))
     for power in range(3):
@@ -70,7 +70,7 @@ def bits(number):
 
 
 def outcome(running, sample):
-    """The torque as bits, or that there is none."""
+    """Return the bits of the torque; None without a finite one."""
     try:
         return bits(running.step(sample))
     except stickslip.NotComputed:
@@ -85,17 +85,17 @@ def libraries():
 @pytest.mark.parametrize("name", ["law", "everything", "bare", "roots"])
 def test_the_library_has_the_bits_of_the_function_for_odd_inputs(libraries, name):
     library = libraries[name]
-    dice = random.Random(3)
+    generator = random.Random(3)
     compiled, interpreted = library.begin(1e-3, 0.5), library.law.begin(1e-3, 0.5)
-    seen = {True: 0, False: 0}
+    counts = {True: 0, False: 0}
     pairs = list(itertools.product(ODD, repeat=2))
     odd = [Sample(0.0, *pair, 0.0, *rest) for pair in pairs for rest in [(1.0, 2.0), pair]]
-    usual = [Sample(*(dice.gauss(0.0, 10.0 ** dice.randint(-3, 3)) for _ in range(6))) for _ in range(500)]
+    usual = [Sample(*(generator.gauss(0.0, 10.0 ** generator.randint(-3, 3)) for _ in range(6))) for _ in range(500)]
     for sample in odd + usual:
         expected = outcome(interpreted, sample)
         assert outcome(compiled, sample) == expected, sample
-        seen[expected is None] += 1
-    assert min(seen.values()) > 5, "some have a torque, some none"
+        counts[expected is None] += 1
+    assert min(counts.values()) > 5, "samples with and without a finite torque"
 
 
 def test_a_whole_closed_loop_is_the_same_compiled_and_over_floats(bench, monkeypatch):
@@ -114,31 +114,31 @@ def test_a_whole_closed_loop_is_the_same_compiled_and_over_floats(bench, monkeyp
     assert not np.array_equal(other["true_angle"], run["true_angle"])
 
 
-def test_a_hundred_of_them_do_not_disturb_each_other(libraries):
+def test_a_hundred_instances_are_independent(libraries):
     gains = [1.0 + 0.1 * k for k in range(100)]
     together = [libraries["law"].begin(1e-3, 0.5, position_gain=gain) for gain in gains]
     alone = [law.begin(1e-3, 0.5, position_gain=gain) for gain in gains]
-    dice = random.Random(5)
+    generator = random.Random(5)
     for count in range(20):
-        for k in dice.sample(range(100), 100):
-            sample = Sample(count * 1e-3, dice.uniform(-1, 1), measured_velocity=dice.uniform(-1, 1))
+        for k in generator.sample(range(100), 100):
+            sample = Sample(count * 1e-3, generator.uniform(-1, 1), measured_velocity=generator.uniform(-1, 1))
             assert together[k].step(sample) == alone[k].step(sample)
-        k = dice.randrange(100)
+        k = generator.randrange(100)
         for running in (together[k], alone[k]):
             running.set(velocity_gain=0.01 * count)
 
 
-def test_what_it_cannot_compute_leaves_the_state_as_before(libraries):
+def test_a_failed_step_does_not_change_the_state(libraries):
     for running in (libraries["law"].begin(), law.begin()):
         running.step(Sample(measured_angle=0.01))
-        with pytest.raises(stickslip.NotComputed, match="law gives no finite torque"):
+        with pytest.raises(stickslip.NotComputed, match="law computes a non-finite torque"):
             running.step(Sample(measured_angle=math.nan))
     compiled, interpreted = libraries["law"].begin(), law.begin()
     for angle in (0.01, math.inf, 0.02, math.nan, 0.03):
         assert outcome(compiled, Sample(measured_angle=angle)) == outcome(interpreted, Sample(measured_angle=angle))
 
 
-def test_the_library_says_what_it_is(libraries):
+def test_the_library_describes_its_parameters(libraries):
     class Parameter(ctypes.Structure):
         _fields_ = [(it, ctypes.c_char_p) for it in ("name", "unit", "help")]
         _fields_ += [(it, ctypes.c_double) for it in ("minimum", "maximum", "initial")]
@@ -155,36 +155,36 @@ def test_the_library_says_what_it_is(libraries):
     first, *_, last = it.parameters[:3]
     assert (first.name, first.unit, first.help) == (b"position_gain", b"1/s", b'Gain of the "position".')
     assert (first.minimum, first.maximum, first.initial) == (0.0, 1e4, 20.0)
-    assert last.maximum == sys.float_info.max, "what has no bound is finite"
+    assert last.maximum == sys.float_info.max, "a parameter without a bound has a finite range"
     assert described("bare").count == 0 and not described("bare").parameters
 
 
-def test_the_library_itself_refuses_parameters_and_times_that_cannot_be(libraries):
+def test_the_library_refuses_invalid_parameters_and_times(libraries):
     library = functions(libraries["law"].path)
     good = [20.0, 0.08, 1.0]
 
-    def begun(sample_time, limit, values):
+    def starts(sample_time, limit, values):
         controller = library.stickslip_begin(sample_time, limit, (ctypes.c_double * 3)(*values))
         if controller:
             library.stickslip_end(controller)
         return bool(controller)
 
-    assert begun(1e-3, 0.5, good)
+    assert starts(1e-3, 0.5, good)
     for wrong in (math.nan, math.inf, -1.0, 1e5):
-        assert not begun(1e-3, 0.5, [wrong, *good[1:]]), wrong
+        assert not starts(1e-3, 0.5, [wrong, *good[1:]]), wrong
     for sample_time, limit in ((0.0, 1.0), (math.nan, 1.0), (math.inf, 1.0), (1e-3, -1.0), (1e-3, math.nan)):
-        assert not begun(sample_time, limit, good)
+        assert not starts(sample_time, limit, good)
     controller = library.stickslip_begin(1e-3, 0.5, (ctypes.c_double * 3)(*good))
     torque, sample = ctypes.c_double(), (ctypes.c_double * 6)(0.0, 0.01)
     assert library.stickslip_step(controller, sample, ctypes.byref(torque)) == 0
     assert library.stickslip_set(controller, (ctypes.c_double * 3)(math.nan, 0.08, 1.0)) != 0
-    again = ctypes.c_double()
-    assert library.stickslip_step(controller, (ctypes.c_double * 6)(), ctypes.byref(again)) == 0
-    assert again.value == pytest.approx(20.0 * 0.01 * 1e-3), "the last ones stay"
+    later = ctypes.c_double()
+    assert library.stickslip_step(controller, (ctypes.c_double * 6)(), ctypes.byref(later)) == 0
+    assert later.value == pytest.approx(20.0 * 0.01 * 1e-3), "the previous parameters remain active"
     library.stickslip_end(controller)
 
 
-def test_python_refuses_by_the_same_ranges_with_words(libraries):
+def test_python_refuses_values_outside_the_ranges_with_a_message(libraries):
     for it in (law, libraries["law"]):
         with pytest.raises(stickslip.InvalidValue, match=r"position_gain = nan 1/s is outside 0 … 10000 1/s"):
             it.begin(position_gain=math.nan)
@@ -196,12 +196,12 @@ def test_python_refuses_by_the_same_ranges_with_words(libraries):
             it.begin(1e-3, math.nan)
 
 
-def test_functions_are_those_of_mathematics_within_their_places():
-    dice = random.Random(7)
+def test_functions_have_their_stated_accuracy():
+    generator = random.Random(7)
     for _ in range(20_000):
-        x = dice.uniform(1.0, 4.0) * 2.0 ** dice.randint(-1000, 1000)
+        x = generator.uniform(1.0, 4.0) * 2.0 ** generator.randint(-1000, 1000)
         assert abs(float(stickslip.sqrt(x)) - math.sqrt(x)) <= math.ulp(math.sqrt(x)), x
-        y = dice.uniform(-300.0, 300.0)
+        y = generator.uniform(-300.0, 300.0)
         assert abs(float(stickslip.exp(y)) - math.exp(y)) <= 2 * math.ulp(math.exp(y)), y
         assert abs(float(stickslip.log(x)) - math.log(x)) <= 2 * math.ulp(math.log(x)), x
         assert abs(float(stickslip.sin(y)) - math.sin(y)) <= 2 * math.ulp(math.sin(y)), y
@@ -212,7 +212,7 @@ def test_functions_are_those_of_mathematics_within_their_places():
     assert [float(round(stickslip.clip(x, -10.0, 10.0))) for x in (0.5, 1.5, -2.5, 99.0)] == [0.0, 2.0, -2.0, 10.0]
 
 
-# What cannot be recorded. Each says on which line, by "# here", and what to do.
+# Functions that cannot be recorded. "# here" marks the line that the error must name.
 
 
 def branch(p, state, sample, dt):
@@ -283,7 +283,7 @@ def whether(p, state, sample, dt):  # here
 
 
 def flag(p, state, sample, dt):
-    state.kept = sample.time > 1.0  # here
+    state.memory = sample.time > 1.0  # here
     return 0.0
 
 
@@ -296,12 +296,12 @@ def signal(p, state, sample, dt):
 
 
 def undeclared(p, state, sample, dt):
-    state.kpet = 1.0  # here
+    state.memroy = 1.0  # here
     return 0.0
 
 
 def forgotten(p, state, sample, dt):  # here
-    return state.kept
+    return state.memory
 
 
 def tuned(p, state, sample, dt):
@@ -325,28 +325,28 @@ REFUSED = {
     of_math: "Use stickslip.sin",
     of_numpy: "stickslip.where, minimum, maximum",
     chosen_by_numpy: "stickslip.where(condition, a, b)",
-    compared: "conditions are not compared. Join them by & | ~",
+    compared: "conditions cannot be compared. Join them with & | ~",
     a_key: "unhashable",
     loop: "stickslip.where(condition, a, b)",
     counted: "'stickslip.Number' object cannot be interpreted as an integer",
-    power: "Numbers of a controller take + - * /",
+    power: "Numbers of a controller support + - * /",
     silent: "silent returns nothing. Return the torque",
     texts: "the torque is a str",
-    whether: "the torque is a condition, not a number. Of a condition stickslip.where",
-    flag: "state.kept is a condition",
+    whether: "the torque is a condition, not a number. Convert a condition with stickslip.where",
+    flag: "state.memory is a condition",
     misspelt: "p has no gian. Did you mean gain?",
     signal: "sample has no measured_angel. Did you mean measured_angle?",
-    undeclared: "state has no kpet. Did you mean kept?",
-    forgotten: "state.kept is never given",
+    undeclared: "state has no memroy. Did you mean memory?",
+    forgotten: "state.memory is never assigned",
     tuned: "p.gain cannot be set",
     within_a_function: "stickslip.where(condition, a, b)",
 }
 
 
 @pytest.mark.parametrize("function, remedy", REFUSED.items(), ids=[it.__name__ for it in REFUSED])
-def test_what_cannot_be_recorded_is_refused_with_its_line_and_the_remedy(function, remedy):
+def test_an_unrecordable_function_is_refused_with_line_and_remedy(function, remedy):
     uses_state = function in (flag, undeclared, forgotten)
-    refused = ControlLaw(function, {"gain": NUMBER}, {"kept": 0.0} if uses_state else {})
+    refused = ControlLaw(function, {"gain": NUMBER}, {"memory": 0.0} if uses_state else {})
     with pytest.raises(NotRecordable) as caught:
         refused.c()
     lines, first = inspect.getsourcelines(helper if function is within_a_function else function)
@@ -354,11 +354,11 @@ def test_what_cannot_be_recorded_is_refused_with_its_line_and_the_remedy(functio
     it = caught.value
     assert (it.file, it.line) == (__file__, expected) and "# here" in it.source
     assert f"{__file__}:{expected}: `" in str(it) and remedy in str(it)
-    # Nothing is left of it: the next one is recorded.
+    # The failed recording has no effect on the next one.
     assert "law_step" in law.c()["law.c"]
 
 
-def test_what_is_constant_unrolls_and_its_branches_are_free():
+def test_loops_and_branches_over_constants_are_unrolled():
     taps = [0.5, 0.25, 0.0, 0.125]
 
     @stickslip.controller(states={f"x{k}": 0.0 for k in range(len(taps))})
@@ -377,7 +377,7 @@ def test_what_is_constant_unrolls_and_its_branches_are_free():
     assert interpreted.state == {"x0": 0.5, "x1": -2.0, "x2": 0.0, "x3": 1.0}
 
 
-def test_a_thousand_operations_become_a_library_as_well(tmp_path):
+def test_a_thousand_operations_compile_to_a_library(tmp_path):
     @stickslip.controller(gain=NUMBER, states={f"x{k}": 0.0 for k in range(200)})
     def filtered(p, state, sample, dt):
         total = 0.0
@@ -396,21 +396,21 @@ def test_a_thousand_operations_become_a_library_as_well(tmp_path):
     assert (tmp_path / "filtered_selftest.c").exists() and not list(tmp_path.glob("diagram/*"))
 
 
-def test_a_number_that_has_left_its_recording_is_refused():
-    kept = []
+def test_a_number_of_an_ended_recording_is_refused():
+    numbers = []
 
     def leaks(p, state, sample, dt):
-        kept.append(sample.time)
-        return kept[0] + sample.time
+        numbers.append(sample.time)
+        return numbers[0] + sample.time
 
     ControlLaw(leaks, {}, {}).c()
     with pytest.raises(NotRecordable, match="recording that has ended"):
-        kept[0] + 1.0
-    with pytest.raises(NotRecordable, match=r"kept\[0\] \+ sample.time"):
+        numbers[0] + 1.0
+    with pytest.raises(NotRecordable, match=r"numbers\[0\] \+ sample.time"):
         ControlLaw(leaks, {}, {}).c()
 
 
-def test_an_error_of_the_function_is_raised_as_it_is():
+def test_other_errors_of_the_function_are_raised_unchanged():
     def fails(p, state, sample, dt):
         return sample.time / {}["nothing"]
 
@@ -421,19 +421,19 @@ def test_an_error_of_the_function_is_raised_as_it_is():
 @pytest.mark.parametrize(
     "declared, words",
     [
-        ({"gain": 1.0}, r"Give stickslip.Tunable\(1.0"),
+        ({"gain": 1.0}, r"Use stickslip.Tunable\(1.0"),
         ({"Gain": NUMBER}, "lower-case"),
         ({"gain": Tunable(2.0, minimum=0.0, maximum=1.0)}, "gain = 2.0 1 is outside 0 … 1 1"),
         ({"gain": Tunable(1.0, 'N"m')}, "printable"),
-        ({"states": {"x": math.nan}}, "begin of a state"),
+        ({"states": {"x": math.nan}}, "Invalid initial state"),
     ],
 )
-def test_what_is_declared_wrongly_is_refused(declared, words):
+def test_a_wrong_declaration_is_refused(declared, words):
     with pytest.raises(stickslip.InvalidValue, match=words):
         stickslip.controller(**declared)(lambda p, state, sample, dt: 0.0)
     with pytest.raises(stickslip.InvalidValue, match=r"def <lambda>\(p, state, sample, dt\)"):
         stickslip.controller()(lambda sample: 0.0)
-    with pytest.raises(stickslip.InvalidValue, match="<lambda> cannot name a controller. Use def"):
+    with pytest.raises(stickslip.InvalidValue, match="Invalid controller name <lambda>. Use def"):
         stickslip.controller()(lambda p, state, sample, dt: 0.0)
 
     def double(p, state, sample, dt):
@@ -446,7 +446,7 @@ def test_what_is_declared_wrongly_is_refused(declared, words):
         ControlLaw(double, {}, {})
 
 
-def test_a_compiler_that_is_missing_or_refuses_is_named_with_the_remedy(monkeypatch):
+def test_a_missing_or_failing_compiler_is_named_with_the_remedy(monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(stickslip.Error, match="no-such-compiler does not compile it.*variable CC"):
         law.build()
@@ -455,7 +455,7 @@ def test_a_compiler_that_is_missing_or_refuses_is_named_with_the_remedy(monkeypa
         law.build()
 
 
-def test_a_library_that_runs_goes_on_while_another_takes_its_place(tmp_path):
+def test_a_running_library_is_not_affected_by_its_replacement(tmp_path):
     file = tmp_path / "law.so"
     before = law.build(file).begin()
     after = law.set(velocity_gain=1.0).build(file).begin()
@@ -463,7 +463,7 @@ def test_a_library_that_runs_goes_on_while_another_takes_its_place(tmp_path):
     assert (before.step(sample), after.step(sample)) == (0.08, 1.0)
 
 
-def test_the_project_in_c_proves_itself_and_the_library_says_how_long_it_took(tmp_path, libraries):
+def test_the_c_project_passes_its_self_test_and_the_library_has_build_times(tmp_path, libraries):
     everything.generate(tmp_path)
     assert (tmp_path / "README.md").exists() and list((tmp_path / "diagram").glob("*.svg"))
     sources = ["everything.c", "everything_selftest.c", "main.c"]
@@ -475,25 +475,25 @@ def test_the_project_in_c_proves_itself_and_the_library_says_how_long_it_took(tm
     assert "recorded in" in repr(library) and library.path in repr(library)
 
 
-def test_it_becomes_an_fmu_with_the_same_bits(tmp_path):
+def test_the_fmu_of_a_controller_has_the_same_bits(tmp_path):
     fmpy = pytest.importorskip("fmpy")
     law.fmu(tmp_path / "law.fmu")
     description = fmpy.read_model_description(tmp_path / "law.fmu")
     names = {variable.name for variable in description.modelVariables}
     assert {"parameters.position_gain", "input.measured_angle", "output.torque", "state.integral"} <= names
     start = {"input.reference_position": 0.01, "input.torque_limit": 0.5}
-    found = fmpy.simulate_fmu(str(tmp_path / "law.fmu"), stop_time=0.005, start_values=start, output=["output.torque"])
+    result = fmpy.simulate_fmu(str(tmp_path / "law.fmu"), stop_time=0.005, start_values=start, output=["output.torque"])
     running = law.begin(1e-3, 0.5)
-    assert [running.step(Sample(reference_position=0.01)) for _ in range(5)] == found["output.torque"][1:].tolist()
+    assert [running.step(Sample(reference_position=0.01)) for _ in range(5)] == result["output.torque"][1:].tolist()
 
 
-def test_the_command_builds_it_and_tells_each_step(tmp_path):
+def test_the_command_builds_a_library_and_prints_each_step(tmp_path):
     example = pathlib.Path(__file__).parents[1] / "examples" / "own_controller.py"
     command = [sys.executable, "-m", "stickslip.target"]
     options = [str(example), "--out", "own.so", "--c", "project", "--fmu", "own.fmu"]
     ran = subprocess.run([*command, *options], cwd=tmp_path, capture_output=True, text=True)
     assert ran.returncode == 0, ran.stderr
-    for step in ("started", "read", "recorded", "written", "compiled", "loaded", "in all"):
+    for step in ("started", "read", "recorded", "written", "compiled", "loaded", "total"):
         assert f"  {step:9} " in ran.stdout
     assert ran.stdout.splitlines()[-1] == "To run it: stickslip load own.so"
     assert all((tmp_path / name).exists() for name in ("own.so", "project/cascade.c", "own.fmu"))
@@ -506,21 +506,21 @@ def test_the_command_builds_it_and_tells_each_step(tmp_path):
     assert "Traceback" not in ran.stderr and not (tmp_path / "law.so").exists()
 
 
-def test_the_program_loads_a_function(program, tmp_path):
+def test_the_program_loads_a_python_controller(program, tmp_path):
     example = pathlib.Path(__file__).parents[1] / "examples" / "own_controller.py"
     text = "import stickslip\n\n@stickslip.controller()\ndef law(p, state, sample, dt):\n    return 0.0\n"
     (tmp_path / "law.py").write_text(text)
     (tmp_path / "wrong.py").write_text(text.replace("0.0", "abs(sample.time) ** 2"))
 
     def load(file, python=sys.executable):
-        words = [program, "load", str(file), "--duration", "1", "--out", "there"]
-        return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, env=os.environ | {"PYTHON": python})
+        command = [program, "load", str(file), "--duration", "1", "--out", "there"]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=os.environ | {"PYTHON": python})
 
     ran = load(example)
     assert ran.returncode == 0, ran.stderr
-    assert "  compiled " in ran.stderr and "  in all " in ran.stderr, ran.stderr
+    assert "  compiled " in ran.stderr and "  total " in ran.stderr, ran.stderr
     assert "cascade, SHA-256 " in ran.stdout and "sine_0.5hz" in ran.stdout
-    # Without a torque the load stays behind: what supervision stops is told with what ran until then.
+    # Without a torque the load does not follow; the supervision stops the run, and the output until then remains.
     ran = load("law.py")
     assert ran.returncode != 0 and "law, SHA-256 " in ran.stdout and "from its set-point" in ran.stderr, ran.stderr
     ran = load("wrong.py")

@@ -1,19 +1,19 @@
-//! A study of a hundred thousand cases by a Dask cluster of two processes, against two threads of one.
+//! A study of a hundred thousand cases: a Dask cluster of two processes against two threads of one process.
 //!
-//! Takes a Python (`$PYTHON`, else `python3`) with the package and `distributed`.
+//! Requires Python (`$PYTHON`, default: `python3`) with the package and `distributed`.
 
 use std::error::Error;
 use std::process::Command;
 
-/// What the studies of the users have at most.
+/// Number of cases, typical of the largest studies.
 const CASES: usize = 100_000;
-/// Some minutes each.
+/// Number of rounds; each takes some minutes.
 const ROUNDS: usize = 1;
 
-/// Seconds by the cluster and by the threads.
+/// Seconds with the cluster and with the threads.
 ///
 /// # Errors
-/// Why it could not run.
+/// If the script cannot run.
 pub(crate) fn run() -> Result<[f64; 2], Box<dyn Error>> {
     let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/src/dask/study.py");
@@ -23,8 +23,8 @@ pub(crate) fn run() -> Result<[f64; 2], Box<dyn Error>> {
     match (numbers.next(), numbers.next()) {
         (Some(threads), Some(cluster)) => Ok([cluster?, threads?]),
         _ => {
-            let said = String::from_utf8_lossy(&output.stderr);
-            Err(said.lines().last().unwrap_or("it says nothing").into())
+            let errors = String::from_utf8_lossy(&output.stderr);
+            Err(errors.lines().last().unwrap_or("no error message").into())
         }
     }
 }

@@ -1,6 +1,6 @@
-"""One study by the threads of this machine and by the workers of a Dask cluster of as many processes, in turn.
+"""Time a study on the threads of this machine and on a Dask cluster with the same number of processes, in turn.
 
-study.py CASES ROUNDS: seconds of the fastest of each; the files are the same, byte for byte, or it fails."""
+study.py CASES ROUNDS: print the seconds of the fastest run of each. Fails if the files differ in any byte."""
 
 import pathlib
 import sys
@@ -16,9 +16,9 @@ WORKERS = 2
 def timed(cases, cluster=None):
     axis = {"path": "plant.drive.load_inertia", "range": [1.0e-3, 1.2e-3], "points": cases}
     with tempfile.TemporaryDirectory() as folder:
-        begin = time.perf_counter()
+        start = time.perf_counter()
         stickslip.study({"manoeuvres": ["sine_2hz"], "axis": [axis]}, folder, threads=WORKERS, cluster=cluster)
-        return time.perf_counter() - begin, pathlib.Path(folder, "study.parquet").read_bytes()
+        return time.perf_counter() - start, pathlib.Path(folder, "study.parquet").read_bytes()
 
 
 if __name__ == "__main__":
@@ -30,8 +30,8 @@ if __name__ == "__main__":
     ):
         timed(64, client)
         for _ in range(rounds):
-            (here, one), (spread, other) = timed(cases), timed(cases, client)
-            if one != other:
+            (local, local_bytes), (remote, remote_bytes) = timed(cases), timed(cases, client)
+            if local_bytes != remote_bytes:
                 sys.exit("the files differ")
-            best = [min(best[0], here), min(best[1], spread)]
+            best = [min(best[0], local), min(best[1], remote)]
     print(*best)

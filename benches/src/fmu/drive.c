@@ -1,5 +1,5 @@
-/* Runs the plant's FMU as an importer does, inputs set and outputs read at each step, and says how long one took:
- * drive TICKS. Prints nanoseconds a tick, and the sum of all outputs. */
+/* Runs the plant's FMU like an importer, which sets inputs and reads outputs at each step: drive TICKS.
+ * Prints nanoseconds per tick, and the sum of all outputs. */
 #define _POSIX_C_SOURCE 199309L
 #include "fmi3.c"
 
@@ -15,7 +15,7 @@ int main(int argc, char **argv) {
     const long ticks = (argc > 1) ? atol(argv[1]) : 0;
     fmi3Instance plant = fmi3InstantiateCoSimulation("plant", FMU_TOKEN, NULL, false, false, false, false, NULL, 0, NULL, NULL, NULL);
     fmi3ValueReference inputs[FMU_INPUTS], outputs[FMU_OUTPUTS];
-    double given[FMU_INPUTS] = {0.0}, found[FMU_OUTPUTS], sum = 0.0, reached;
+    double input[FMU_INPUTS] = {0.0}, output[FMU_OUTPUTS], sum = 0.0, reached;
     bool event, terminate, early;
     size_t k;
     for (k = 0; k < FMU_INPUTS; k++) {
@@ -28,21 +28,21 @@ int main(int argc, char **argv) {
         (fmi3ExitInitializationMode(plant) != fmi3OK)) {
         return 1;
     }
-    const double begin = now();
+    const double start = now();
     for (long tick = 0; tick < ticks; tick++) {
-        /* The first input, the voltage of the drive: to and fro. */
-        given[0] = ((tick / 1000) % 2 == 0) ? 2.0 : -2.0;
-        if ((fmi3SetFloat64(plant, inputs, FMU_INPUTS, given, FMU_INPUTS) != fmi3OK) ||
+        /* The first input, the voltage of the drive, alternates. */
+        input[0] = ((tick / 1000) % 2 == 0) ? 2.0 : -2.0;
+        if ((fmi3SetFloat64(plant, inputs, FMU_INPUTS, input, FMU_INPUTS) != fmi3OK) ||
             (fmi3DoStep(plant, (double)tick * FMU_STEP, FMU_STEP, true, &event, &terminate, &early, &reached) != fmi3OK) ||
-            (fmi3GetFloat64(plant, outputs, FMU_OUTPUTS, found, FMU_OUTPUTS) != fmi3OK)) {
+            (fmi3GetFloat64(plant, outputs, FMU_OUTPUTS, output, FMU_OUTPUTS) != fmi3OK)) {
             return 1;
         }
         for (k = 0; k < FMU_OUTPUTS; k++) {
-            sum += found[k];
+            sum += output[k];
         }
     }
     const double end = now();
     fmi3FreeInstance(plant);
-    printf("%.6f %.17g\n", (end - begin) / (double)ticks, sum);
+    printf("%.6f %.17g\n", (end - start) / (double)ticks, sum);
     return 0;
 }

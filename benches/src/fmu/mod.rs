@@ -1,4 +1,4 @@
-//! The plant as an FMU against the same plant in this program, tick by tick.
+//! The plant as an FMU against the same plant in this program, per tick.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -14,18 +14,18 @@ use stickslip_core::block::Block;
 use stickslip_core::fields::Fields;
 use stickslip_core::plant::{PlantInput, PlantState, VirtualMachine};
 
-/// Ticks of a round: some tens of milliseconds.
+/// Ticks per round, which takes some tens of milliseconds.
 const TICKS: usize = 20_000;
 
-/// Nanoseconds a tick, best round of each: the FMU with all that an importer does, and this program.
+/// Nanoseconds per tick in the best round: the FMU with all calls of an importer, and this program.
 ///
 /// # Errors
-/// Without a C compiler; if both do not compute the same.
+/// Without a C compiler; if the results differ.
 pub(crate) fn run(rounds: usize) -> Result<[f64; 2], Box<dyn Error>> {
     let preset: Preset<f64> = parameters::presets::find("clm-bench")?.read()?;
-    let made = generate("plant", &preset, Precision::Double, None)?;
-    let step = made.step;
-    let fmu = fmu(&Project { files: made.files, program: made.program }, "plant", step, Version::Three, None);
+    let generated = generate("plant", &preset, Precision::Double, None)?;
+    let step = generated.step;
+    let fmu = fmu(&Project { files: generated.files, program: generated.program }, "plant", step, Version::Three, None);
     let folder = std::env::temp_dir().join(format!("stickslip-fmu-{}", std::process::id()));
     std::fs::create_dir_all(folder.join("sources"))?;
     let sources = fmu.files.iter().filter(|(name, _)| name.starts_with("sources/"));
@@ -39,7 +39,7 @@ pub(crate) fn run(rounds: usize) -> Result<[f64; 2], Box<dyn Error>> {
 }
 
 fn contest(preset: &Preset<f64>, step: f64, folder: &Path, rounds: usize) -> Result<[f64; 2], Box<dyn Error>> {
-    // As the program compiles an FMU.
+    // The flags with which the program compiles an FMU.
     let compile = ["-std=c99", "-O2", "-fvisibility=hidden", "-fPIC", "-o", "drive", "drive.c", "-lm"];
     let out = Command::new("cc").args(compile).current_dir(folder).output()?;
     if !out.status.success() {
@@ -49,12 +49,12 @@ fn contest(preset: &Preset<f64>, step: f64, folder: &Path, rounds: usize) -> Res
     let machine = VirtualMachine { parts: integrator::prepare(&preset.plant, steps, plant_step)? };
     let mut best = [f64::INFINITY; 2];
     for _ in 0..rounds {
-        let (there, sum) = importer(folder)?;
-        let (here, own) = native(&machine, step);
-        if sum.to_bits() != own.to_bits() {
-            return Err(format!("the bits differ: {own} here, {sum} in the FMU").into());
+        let (imported, imported_sum) = importer(folder)?;
+        let (direct, sum) = native(&machine, step);
+        if imported_sum.to_bits() != sum.to_bits() {
+            return Err(format!("the bits differ: {sum} in this program, {imported_sum} in the FMU").into());
         }
-        best = [best[0].min(there), best[1].min(here)];
+        best = [best[0].min(imported), best[1].min(direct)];
     }
     Ok(best)
 }
@@ -71,7 +71,7 @@ fn importer(folder: &Path) -> Result<(f64, f64), Box<dyn Error>> {
 
 fn native(machine: &VirtualMachine<f64>, step: f64) -> (f64, f64) {
     let (mut state, mut input, mut sum) = (PlantState::default(), PlantInput::default(), 0.0);
-    let begin = Instant::now();
+    let start = Instant::now();
     for tick in 0..TICKS {
         input.servo_voltage = if (tick / 1000) % 2 == 0 { 2.0 } else { -2.0 };
         let output = black_box(machine).step(&mut state, input, step);
@@ -80,5 +80,5 @@ fn native(machine: &VirtualMachine<f64>, step: f64) -> (f64, f64) {
             number
         });
     }
-    (begin.elapsed().as_secs_f64() * 1e9 / TICKS as f64, sum)
+    (start.elapsed().as_secs_f64() * 1e9 / TICKS as f64, sum)
 }

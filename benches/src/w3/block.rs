@@ -22,7 +22,7 @@ pub(super) struct PaperTick<T> {
     pub(super) cascade: Cascade<T>,
 }
 
-/// What it remembers.
+/// State of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(super) struct PaperTickState<T> {
     /// Observer.
@@ -33,7 +33,7 @@ pub(super) struct PaperTickState<T> {
     pub(super) cascade: CascadeState<T>,
 }
 
-/// What it reads.
+/// Input of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(super) struct PaperTickInput<T> {
     /// Set-point and measurements of the position controller.
@@ -46,13 +46,13 @@ pub(super) struct PaperTickInput<T> {
     pub(super) current: T,
 }
 
-/// What it writes.
+/// Output of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(super) struct PaperTickOutput<T> {
-    /// For the load amplifier.
+    /// Command of the load amplifier.
     #[field(unit = "V")]
     pub(super) amplifier_voltage: T,
-    /// For the drive motor.
+    /// Command of the drive motor.
     #[field(unit = "N m")]
     pub(super) torque: T,
 }
@@ -64,8 +64,9 @@ impl<T: Scalar> Block<T> for PaperTick<T> {
 
     #[inline(always)]
     fn step(&self, state: &mut Self::State, input: Self::Input, dt: T) -> Self::Output {
-        let seen = VelocityObserverInput { angle: input.position.measured_angle, acceleration: input.acceleration };
-        let estimated_velocity = self.observer.run(&mut state.observer, seen, dt).velocity;
+        let measurement =
+            VelocityObserverInput { angle: input.position.measured_angle, acceleration: input.acceleration };
+        let estimated_velocity = self.observer.run(&mut state.observer, measurement, dt).velocity;
         let difference = self.law.run(&mut (), LawInput { estimated_velocity, ..LawInput::default() }, dt).torque;
         let demand = CurrentControlInput {
             reference_current: difference / self.current.torque_constant,

@@ -1,6 +1,6 @@
-/* Runs a tick over a table of inputs and says how long one took: drive TABLE PASSES.
- * The table holds the parameters, dt, and inputs, all as doubles. Prints nanoseconds a tick, the last outputs, their
- * sum, and the sum of what the steps returned. */
+/* Times a tick over a table of inputs: drive TABLE PASSES.
+ * The table contains the parameters, dt, and inputs, all as doubles. Prints nanoseconds per tick, the last outputs, the
+ * sum of the voltages, and the sum of the return values. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +27,7 @@ int main(int argc, char **argv) {
     }
     const size_t rows = fread(table, sizeof table[0], sizeof table / sizeof table[0], file);
     const long passes = atol(argv[2]);
-    const double begin = now();
+    const double start = now();
     for (long pass = 0; pass < passes; ++pass) {
         for (size_t k = 0; k < rows; ++k) {
             status += (unsigned)DRIVE(step)(&p, &s, &table[k], dt, &out);
@@ -35,7 +35,7 @@ int main(int argc, char **argv) {
         }
     }
     const double end = now();
-    printf("%.6f %.17g %.17g %.17g %u\n", (end - begin) / ((double)rows * (double)passes), out.amplifier_voltage,
+    printf("%.6f %.17g %.17g %.17g %u\n", (end - start) / ((double)rows * (double)passes), out.amplifier_voltage,
         out.torque, sum, status);
     return 0;
 }

@@ -1,6 +1,6 @@
-/* The tick of the paper's load-motor control as an engineer writes it by hand: three-state observer, difference of two
- * Stribeck curves, PI current control, P-PI cascade. Structs, libm, branches. Nothing is checked, unless CHECKED is
- * defined: then no NaN and no infinity comes out or stays, as in the generated code. */
+/* The tick of the paper's load-motor control in hand-written C: three-state observer, difference of two Stribeck curves,
+ * PI current control, P-PI cascade. Structs, libm, branches. Inputs are not checked, unless CHECKED is defined: then
+ * outputs and states are always finite, as in the generated code. */
 #include "hand.h"
 
 #include <math.h>
@@ -78,19 +78,19 @@ int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, dou
 
 #else
 
-/* What is no number is replaced: the observer coasts, the current counts as 0, the position controller rests. */
+/* Replaces non-finite inputs: the observer continues its prediction, the current counts as 0, the position torque is 0. */
 int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out) {
     const hand_state before = *s;
-    hand_input seen = *in;
+    hand_input checked = *in;
     const int position = isfinite(in->reference_position) && isfinite(in->reference_velocity)
         && isfinite(in->reference_acceleration) && isfinite(in->measured_angle) && isfinite(in->measured_velocity);
     const int others = isfinite(in->acceleration) && isfinite(in->current);
     if (!(position && others)) {
-        seen.measured_angle = isfinite(in->measured_angle) ? in->measured_angle : s->angle;
-        seen.acceleration = isfinite(in->acceleration) ? in->acceleration : s->offset;
-        seen.current = isfinite(in->current) ? in->current : 0.0;
+        checked.measured_angle = isfinite(in->measured_angle) ? in->measured_angle : s->angle;
+        checked.acceleration = isfinite(in->acceleration) ? in->acceleration : s->offset;
+        checked.current = isfinite(in->current) ? in->current : 0.0;
     }
-    step(p, s, &seen, dt, out);
+    step(p, s, &checked, dt, out);
     if (!position) {
         out->torque = 0.0;
         s->integral = before.integral;

@@ -1,4 +1,4 @@
-/* See hand.c. All in SI units; the order is that of the numbers in which the benchmark hands them over. */
+/* See hand.c. SI units; the order of the members is that of the numbers from the benchmark. */
 #ifndef HAND_H
 #define HAND_H
 
@@ -31,7 +31,7 @@ typedef struct {
     double amplifier_voltage, torque;
 } hand_output;
 
-/* 0, 1 if an input is no number, 2 if the step was not taken; always 0 unless CHECKED is defined. */
+/* Returns 0; 1 if an input is non-finite; 2 if the step was not taken. Always 0 unless CHECKED is defined. */
 int hand_step(const hand_parameters *p, hand_state *s, const hand_input *in, double dt, hand_output *out);
 
 #endif

@@ -1,4 +1,4 @@
-//! W3: one tick of the paper's load-motor control, by this program, by its generated C and by C written by hand.
+//! W3: one tick of the paper's load-motor control in this program, in generated C and in hand-written C.
 
 mod block;
 
@@ -16,29 +16,29 @@ use stickslip_core::fields::Fields;
 
 const DT: f64 = 250e-6;
 const ROWS: usize = 4096;
-/// Passes over the table in a round: some tens of milliseconds.
+/// Passes over the table per round, which takes some tens of milliseconds.
 const PASSES: usize = 400;
-/// What the peers are compiled with: as fast as this machine goes.
+/// Compiler flags of the peers, optimised for this machine.
 const FLAGS: [&str; 4] = ["-std=c99", "-O3", "-march=native", "-Wall"];
 
-/// Nanoseconds a tick, best round of each contestant.
+/// Nanoseconds per tick in the best round of each program.
 pub(crate) struct Times {
     /// This program.
     pub(crate) ours: f64,
     /// The same with the guard around the step, as in the generated C.
     pub(crate) ours_guarded: f64,
-    /// The C that it generates, guard included.
+    /// Generated C, including the guard.
     pub(crate) generated: f64,
-    /// C written by hand, with the exponential of the C library.
+    /// Hand-written C, with the exponential of the C library.
     pub(crate) hand: f64,
-    /// The same with all that makes the generated C safe to call.
+    /// Hand-written C with the checks of the generated C.
     pub(crate) hand_checked: f64,
 }
 
-/// Runs all in turn, `rounds` times.
+/// Runs all programs in turn, `rounds` times.
 ///
 /// # Errors
-/// Without gcc; if the contestants do not compute the same.
+/// Without gcc; if the results differ.
 pub(crate) fn run(rounds: usize) -> Result<Times, Box<dyn Error>> {
     let mut tick = PaperTick::<f64>::default();
     tick.law.desired.kinetic_torque = 0.12;
@@ -88,7 +88,7 @@ fn contest(
             .args(["drive.c", &format!("{name}.c"), "-lm"])
             .current_dir(folder)
             .output()
-            .map_err(|error| format!("cannot start gcc ({error}): apt-get install gcc libc6-dev"))?;
+            .map_err(|error| format!("cannot start gcc ({error}). Install it: apt-get install gcc libc6-dev"))?;
         if !out.status.success() {
             return Err(String::from_utf8_lossy(&out.stderr).into());
         }
@@ -103,12 +103,12 @@ fn contest(
         let (hand, last_hand) = there(folder, "hand")?;
         let (hand_checked, last_checked) = there(folder, "hand_checked")?;
         if last_guarded != last || last_generated != [last.amplifier_voltage, last.torque] {
-            return Err(format!("the bits differ: {last:?} here, {last_generated:?} in generated C").into());
+            return Err(format!("the bits differ: {last:?} in this program, {last_generated:?} in generated C").into());
         }
         let apart = |a: f64, b: f64| (a - b).abs() > 1e-9 * (1.0 + a.abs());
         if last_checked != last_hand || apart(last_hand[0], last.amplifier_voltage) || apart(last_hand[1], last.torque)
         {
-            return Err(format!("the C written by hand computes something else: {last_hand:?}, not {last:?}").into());
+            return Err(format!("hand-written C computes {last_hand:?} instead of {last:?}").into());
         }
         times.ours = times.ours.min(ours);
         times.ours_guarded = times.ours_guarded.min(ours_guarded);
@@ -122,27 +122,27 @@ fn contest(
 type State = PaperTickState<f64>;
 type Output = PaperTickOutput<f64>;
 
-/// Nanoseconds a tick and the last output, in this process.
+/// Nanoseconds per tick and the last output, in this process.
 fn here(
     tick: &PaperTick<f64>,
     table: &[PaperTickInput<f64>],
     step: impl Fn(&PaperTick<f64>, &mut State, &PaperTickInput<f64>) -> Output,
 ) -> (f64, Output) {
     let (mut state, mut last, mut sum) = (State::default(), Output::default(), 0.0);
-    let begin = Instant::now();
+    let start = Instant::now();
     for _ in 0..PASSES {
         for input in table {
-            // Parameters may change from tick to tick, as they may behind the pointer in C.
+            // As with the pointer in C, parameters may change at each tick.
             last = step(black_box(tick), &mut state, input);
             sum += last.amplifier_voltage;
         }
     }
-    let nanoseconds = begin.elapsed().as_secs_f64() * 1e9 / (PASSES * table.len()) as f64;
+    let nanoseconds = start.elapsed().as_secs_f64() * 1e9 / (PASSES * table.len()) as f64;
     black_box(sum);
     (nanoseconds, last)
 }
 
-/// The same by a compiled peer.
+/// Nanoseconds per tick and the last output of a compiled peer.
 fn there(folder: &Path, name: &str) -> Result<(f64, [f64; 2]), Box<dyn Error>> {
     let out = Command::new(folder.join(name)).args(["table", &PASSES.to_string()]).current_dir(folder).output()?;
     let text = String::from_utf8(out.stdout)?;
@@ -151,12 +151,12 @@ fn there(folder: &Path, name: &str) -> Result<(f64, [f64; 2]), Box<dyn Error>> {
         return Err(format!("{name} failed: {:?}", out.status).into());
     };
     if status != 0.0 {
-        return Err(format!("{name} complains of its inputs").into());
+        return Err(format!("{name} rejects its inputs").into());
     }
     Ok((time, [voltage, torque]))
 }
 
-/// A motion to and fro of ±12 rad/s, whose end meets its begin; measured as an encoder counts.
+/// A periodic motion with ±12 rad/s, with the angle in encoder counts.
 fn inputs() -> Vec<PaperTickInput<f64>> {
     let rate = std::f64::consts::TAU / (ROWS as f64 * DT);
     (0..ROWS)

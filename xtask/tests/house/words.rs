@@ -167,7 +167,10 @@ fn a_phrase_is_found_as_words_and_not_within_words_or_paths() {
     let phrases = |text: &str| findings(text).iter().map(|it| it.phrase).collect::<Vec<_>>();
     assert_eq!(phrases("Nobody waits for it.\nfn nobody_waits() {}"), ["nobody", "nobody"]);
     assert_eq!(phrases("The value in force, and by the clock."), ["by the clock", "in force"]);
-    assert_eq!(phrases("plain amendment in forced; `belief.toml`; compensation.belief = 1; belief: AssumedFriction<T>,"), [""; 0]);
+    assert_eq!(
+        phrases("plain amendment in forced; `belief.toml`; compensation.belief = 1; belief: AssumedFriction<T>,"),
+        [""; 0]
+    );
     assert_eq!(phrases("/// X is no parameter"), ["is no"]);
     assert_eq!(phrases("there is no brake; it is no longer there; are no more"), [""; 0]);
 }
