@@ -52,16 +52,24 @@ def test_functions_have_examples_or_are_in_the_guide():
             assert ">>>" in inspect.getdoc(item) or f"stickslip.{name}(" in guide, name
 
 
-def test_the_code_of_the_guide_runs(tmp_path, monkeypatch):
-    text = (ROOT / "docs/src/python.md").read_text()
+@pytest.mark.parametrize("page, least", [("python.md", 10), ("tutorial-python.md", 4)])
+def test_the_code_of_the_guide_runs(page, least, tmp_path, monkeypatch):
+    text = (ROOT / "docs/src" / page).read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert len(blocks) >= 5
+    assert len(blocks) >= least
     monkeypatch.chdir(tmp_path)
     os.symlink(ROOT / "data", "data")
     names: dict = {}
     for block in blocks:
-        exec(compile(block, "python.md", "exec"), names)
+        exec(compile(block, page, "exec"), names)
     plt.close("all")
+
+
+def test_the_tutorial_states_the_fit():
+    text = (ROOT / "docs/src/tutorial-python.md").read_text()
+    stated = re.search(r"^```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    found = str(stickslip.fit(stickslip.measure(stickslip.preset("clm-bench"))))
+    assert stated and stated[1] in found
 
 
 @pytest.mark.parametrize("example", sorted((ROOT / "python/examples").glob("*.py")), ids=lambda path: path.stem)

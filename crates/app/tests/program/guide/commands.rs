@@ -1,4 +1,4 @@
-//! The commands of a page, run in the order in which they stand there.
+//! Runs the commands of a page, from top to bottom.
 
 use std::fs;
 use std::path::Path;
@@ -7,10 +7,10 @@ use std::process::Command;
 use super::expected::{compare, updated};
 use super::markdown::{Page, source};
 
-/// Runs all `sh` blocks of a page in one folder, `data` and `examples` of the repository beside, and compares what they print with the
-/// `text` block that follows at once. The folder, for those who look at the files.
+/// Runs all `sh` blocks of a page in one folder, which also has `data` and `examples` of the repository, and compares
+/// their output with the `text` block that follows directly. Returns the folder, so that its files can be compared.
 ///
-/// With `UPDATE_EXPECT` set new numbers are written into the page.
+/// With `UPDATE_EXPECT` set, new numbers are written into the page.
 pub(crate) fn run(name: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for beside in ["data", "examples"] {
@@ -30,10 +30,13 @@ pub(crate) fn run(name: &str) -> tempfile::TempDir {
             let lines = updated(&expected.lines, &printed).unwrap_or_else(|why| panic!("{place}: {why}"));
             changes.push((expected.first, lines));
         } else if let Err(why) = compare(&expected.lines, &printed) {
-            panic!("{place}: {why}\n`cargo xtask bless` takes over new numbers. All of it:\n{}", printed.join("\n"));
+            panic!(
+                "{place}: {why}\n`cargo xtask bless` copies new numbers into the page. All output:\n{}",
+                printed.join("\n")
+            );
         }
     }
-    // As many lines as before: only numbers change.
+    // The number of lines is unchanged: only numbers change.
     for (first, lines) in changes {
         let count = lines.len();
         text.splice(first..first + count, lines);
@@ -45,9 +48,9 @@ pub(crate) fn run(name: &str) -> tempfile::TempDir {
     folder
 }
 
-/// What a script prints, on both channels together, without the lines of progress; all spaces are alike.
+/// The output of a script, stdout and stderr together, without progress lines and with ordinary spaces.
 fn printed(script: &str, folder: &Path, place: &str) -> Vec<String> {
-    let program = Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().expect("a program lies in a folder");
+    let program = Path::new(env!("CARGO_BIN_EXE_stickslip")).parent().expect("a program is in a folder");
     let mut path = vec![program.to_path_buf()];
     path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
     let output = Command::new("sh")
@@ -74,19 +77,19 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Compares the figures that the guide shows of a result, `figures/RESULT/*.svg`, with those that lie in its folder.
+/// Compares the figures of a result in the guide, `figures/RESULT/*.svg`, with those that a command has drawn.
 pub(crate) fn compare_figures(result: &str, folder: &Path) {
     let shown = source().join("figures").join(result);
     for name in stale(&shown, folder) {
         if std::env::var_os("UPDATE_EXPECT").is_some() {
             fs::copy(folder.join(&name), shown.join(&name)).expect("a figure of that name was drawn");
         } else {
-            panic!("figures/{result}/{name} is not what the program draws. `cargo xtask bless` takes it over.");
+            panic!("figures/{result}/{name} differs from the figure of the program. `cargo xtask bless` copies it.");
         }
     }
 }
 
-/// The files of one folder that are not the same in the other, or not there.
+/// The files of one folder that differ in the other or are missing there.
 fn stale(shown: &Path, drawn: &Path) -> Vec<String> {
     let entries = fs::read_dir(shown).unwrap_or_else(|error| panic!("{}: {error}", shown.display()));
     let names = entries.map(|entry| entry.expect("it can be listed").file_name().to_string_lossy().into_owned());
@@ -95,7 +98,7 @@ fn stale(shown: &Path, drawn: &Path) -> Vec<String> {
 }
 
 #[test]
-fn a_figure_that_is_not_drawn_so_is_found() {
+fn an_outdated_figure_is_found() {
     let (shown, drawn) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
     for (folder, name, text) in
         [(&shown, "a", "1"), (&shown, "b", "2"), (&shown, "c", "3"), (&drawn, "a", "1"), (&drawn, "b", "other")]
@@ -109,6 +112,6 @@ fn a_figure_that_is_not_drawn_so_is_found() {
 
 #[test]
 #[should_panic(expected = "a.md:1: it failed:\nso far")]
-fn a_command_that_fails_is_no_part_of_a_guide() {
+fn a_failing_command_fails_the_test() {
     printed("echo so far; false; echo and on", &std::env::temp_dir(), "a.md:1");
 }

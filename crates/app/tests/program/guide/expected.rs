@@ -1,22 +1,22 @@
-//! What a block of commands prints, compared with what the page says that it prints.
+//! Compares the output of commands with the page.
 //!
-//! A line `…` stands for any number of lines, `…` within a line for any text. All else is the same, letter by letter:
-//! the same seed gives the same numbers on every machine.
+//! A line `…` replaces any number of lines, `…` within a line any text. Everything else is compared exactly: the same
+//! seed gives the same numbers on every machine.
 
-/// Whether the lines of a page say what was printed; otherwise the first line that does not fit.
+/// Compares the lines of a page with the output. The error names the first difference.
 pub(crate) fn compare(expected: &[String], printed: &[String]) -> Result<(), String> {
     align(expected, printed, &[fits]).map(|_| ())
 }
 
-/// The lines of the page with the numbers that are printed now. `Err` where more than numbers has changed.
+/// The lines of the page with the numbers of the output. `Err` if more than numbers has changed.
 pub(crate) fn updated(expected: &[String], printed: &[String]) -> Result<Vec<String>, String> {
-    // A line that still fits is the one that is meant, whichever others have its shape.
+    // A line that still fits is preferred to others of the same shape.
     let pairs = align(expected, printed, &[fits, |pattern, line| fits(&shape(pattern), &shape(line))])?;
     let mut lines = Vec::new();
     for (pattern, line) in expected.iter().zip(pairs) {
         lines.push(match line {
             Some(line) if !fits(pattern, line) && pattern.contains('…') => {
-                return Err(format!("\"{pattern}\" has numbers beside `…`: mend it by hand"));
+                return Err(format!("\"{pattern}\" has numbers and `…`: edit it by hand"));
             }
             Some(line) if !fits(pattern, line) => line.clone(),
             _ => pattern.clone(),
@@ -25,7 +25,7 @@ pub(crate) fn updated(expected: &[String], printed: &[String]) -> Result<Vec<Str
     Ok(lines)
 }
 
-/// The printed line of each expected one, by the first criterion that one meets; none of a line `…`.
+/// The output line for each expected line, by the first criterion that a line meets; none for a line `…`.
 fn align<'a>(
     expected: &[String],
     printed: &'a [String],
@@ -42,18 +42,18 @@ fn align<'a>(
         let first = |fits: &fn(&str, &str) -> bool| (next..reach).find(|&i| fits(pattern, &printed[i]));
         let Some(found) = criteria.iter().find_map(first) else {
             let there = printed.get(next).map_or("nothing", String::as_str);
-            return Err(format!("the page says\n  {pattern}\nbut printed is\n  {there}"));
+            return Err(format!("the page has\n  {pattern}\nbut the output is\n  {there}"));
         };
         pairs.push(Some(&printed[found]));
         (next, skips) = (found + 1, false);
     }
     match printed.get(next) {
-        Some(line) if !skips => Err(format!("printed is one line more than the page says:\n  {line}")),
+        Some(line) if !skips => Err(format!("the output has a line that the page lacks:\n  {line}")),
         _ => Ok(pairs),
     }
 }
 
-/// Whether a line is the pattern, with anything for each `…` in it.
+/// Whether a line matches the pattern, with any text for each `…` in it.
 fn fits(pattern: &str, line: &str) -> bool {
     let Some((start, rest)) = pattern.split_once('…') else { return pattern == line };
     let Some(mut line) = line.strip_prefix(start) else { return false };
@@ -66,7 +66,7 @@ fn fits(pattern: &str, line: &str) -> bool {
     line.ends_with(end)
 }
 
-/// A line with `#` for each number, whatever its length, and one space for several.
+/// A line with `#` for each number of any length, and one space for several.
 fn shape(line: &str) -> String {
     let mut shape = String::new();
     for c in line.chars() {
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_may_leave_out_what_it_marks_and_nothing_else() {
+    fn only_marked_text_may_be_left_out() {
         let printed = lines("M_S 0.2996 N·m\nM_K 0.18 N·m\ntook 11.2 s: fast");
         for good in ["M_S 0.2996 N·m\nM_K 0.18 N·m\ntook … s: fast", "…\ntook … s:…", "M_S 0.2996 N·m\n…"]
         {
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn new_numbers_are_taken_over_and_new_words_are_not() {
+    fn new_numbers_are_copied_and_new_words_are_refused() {
         let page = lines("M_S  0.30 N·m\n…\ntook … s");
         let printed = lines("M_S  0.2996 N·m\nM_K 0.18\ntook 3 s");
         assert_eq!(updated(&page, &printed), Ok(lines("M_S  0.2996 N·m\n…\ntook … s")));

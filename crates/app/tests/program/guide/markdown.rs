@@ -1,4 +1,4 @@
-//! As much of Markdown as the guide uses: fenced blocks, headings, tables, links.
+//! The parts of Markdown that the guide uses: fenced blocks, headings, tables, links.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub(crate) struct Page {
     pub(crate) text: String,
 }
 
-/// A fenced block: what stands behind its fence, and its lines.
+/// A fenced block: the word after its fence, and its lines.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Block {
     pub(crate) kind: String,
@@ -64,7 +64,7 @@ impl Page {
                 }
             };
         }
-        assert!(open.is_none(), "{}: a fence stays open", self.name);
+        assert!(open.is_none(), "{}: a fence is not closed", self.name);
         blocks
     }
 
@@ -100,7 +100,7 @@ impl Page {
         tables
     }
 
-    /// Where its links and pictures lead, other sites left out.
+    /// The targets of its links and pictures, without other sites.
     pub(crate) fn links(&self) -> Vec<String> {
         let mut found = Vec::new();
         for line in self.prose() {
@@ -114,12 +114,6 @@ impl Page {
         found
     }
 
-    /// The files that are included in it, by their path from the book's sources.
-    pub(crate) fn includes(&self) -> Vec<String> {
-        let parts = self.text.split("{{#include ").skip(1);
-        parts.map(|part| part.split("}}").next().unwrap_or_default().to_owned()).collect()
-    }
-
     /// The anchors of its headings, as mdBook makes them.
     pub(crate) fn anchors(&self) -> Vec<String> {
         let headings = self.prose().into_iter().filter_map(|line| line.strip_prefix('#'));
@@ -128,13 +122,13 @@ impl Page {
 }
 
 impl Table {
-    /// The cells of a column; `None` where the table has no such column.
+    /// The cells of a column; `None` if the table has no such column.
     pub(crate) fn column(&self, name: &str) -> Option<Vec<&str>> {
         let index = self.head.iter().position(|head| head == name)?;
         Some(self.rows.iter().map(|row| row.get(index).map_or("", String::as_str)).collect())
     }
 
-    /// Rows reduced to these columns; `None` where one is lacking.
+    /// Rows reduced to these columns; `None` if one is missing.
     pub(crate) fn columns<const N: usize>(&self, names: [&str; N]) -> Option<Vec<[&str; N]>> {
         let columns: Vec<_> = names.iter().map(|name| self.column(name)).collect::<Option<_>>()?;
         Some((0..self.rows.len()).map(|row| std::array::from_fn(|k| columns[k][row])).collect())
@@ -164,12 +158,11 @@ fn anchor(heading: &str) -> String {
 #[test]
 fn blocks_tables_links_and_anchors_are_found() {
     let text = "# A `title`, here\n[b](b.md#c) ![f](figures/f.svg) [w](https://w.org)\n\n| symbol | *unit* |\n|-|-|\n\
-                | J<sub>M</sub> | N·m |\n| [x](y) | 1 |\n\n```sh\n# no heading [n](o)\n```\n{{#include ../a.rs}}\n";
+                | J<sub>M</sub> | N·m |\n| [x](y) | 1 |\n\n```sh\n# no heading [n](o)\n```\n";
     let page = Page { name: "a.md".into(), text: text.into() };
     let block = Block { kind: "sh".into(), first: 9, lines: vec!["# no heading [n](o)".into()] };
     assert_eq!(page.blocks(), [block]);
     assert_eq!(page.links(), ["b.md#c", "figures/f.svg", "y"]);
-    assert_eq!(page.includes(), ["../a.rs"]);
     assert_eq!(page.anchors(), ["a-title-here"]);
     let tables = page.tables();
     assert_eq!((tables.len(), tables[0].heading.as_str()), (1, "A title, here"));

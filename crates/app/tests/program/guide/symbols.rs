@@ -1,11 +1,11 @@
-//! Symbols and units of the guide are those of the code.
+//! Compares symbols and units of the guide with the code.
 
 use stickslip::Preset;
 use stickslip::parameters::describe;
 
 use super::markdown::Page;
 
-/// Rows `symbol`, `unit`, `parameter` that the code knows otherwise.
+/// The number of rows `symbol`, `unit`, `parameter`, and those that differ from the code.
 fn wrong(page: &Page) -> (usize, Vec<String>) {
     let (mut checked, mut wrong) = (0, Vec::new());
     for table in page.tables() {
@@ -14,14 +14,14 @@ fn wrong(page: &Page) -> (usize, Vec<String>) {
                 continue;
             }
             checked += 1;
-            let told = (plain(symbol), plain(unit));
+            let on_the_page = (plain(symbol), plain(unit));
             match describe::<Preset<f64>>(path) {
                 Err(error) => wrong.push(error.to_string()),
                 Ok(found) => {
                     for field in found.iter().filter_map(|description| description.field) {
-                        let known = (plain(field.symbol), plain(field.unit));
-                        if told != known {
-                            wrong.push(format!("{path}: the page says {told:?}, the code {known:?}"));
+                        let in_the_code = (plain(field.symbol), plain(field.unit));
+                        if on_the_page != in_the_code {
+                            wrong.push(format!("{path}: {on_the_page:?} on the page, {in_the_code:?} in the code"));
                         }
                     }
                 }
@@ -31,7 +31,7 @@ fn wrong(page: &Page) -> (usize, Vec<String>) {
     (checked, wrong)
 }
 
-/// Letter by letter, however multiplication, indices and powers are set.
+/// Text without the typography of multiplication, indices and powers.
 fn plain(text: &str) -> String {
     let flat = |c: char| match c {
         '·' => Some(' '),
@@ -53,7 +53,7 @@ fn symbols_and_units_of_parameters_are_those_of_the_code() {
         assert_eq!(wrong, [] as [String; 0], "{}", page.name);
         checked += count;
     }
-    // The glossary has them, and four chapters of theory.
+    // They are in the glossary and in four chapters of theory.
     assert!(checked > 40, "{checked}");
 }
 
