@@ -52,9 +52,9 @@ def test_functions_have_examples_or_are_in_the_guide():
             assert ">>>" in inspect.getdoc(item) or f"stickslip.{name}(" in guide, name
 
 
-@pytest.mark.parametrize("page, least", [("python.md", 10), ("tutorial-python.md", 4)])
+@pytest.mark.parametrize("page, least", [("docs/src/python.md", 10), ("docs/src/tutorial-python.md", 4), ("README.md", 1)])
 def test_the_code_of_the_guide_runs(page, least, tmp_path, monkeypatch):
-    text = (ROOT / "docs/src" / page).read_text()
+    text = (ROOT / page).read_text()
     blocks = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) >= least
     monkeypatch.chdir(tmp_path)

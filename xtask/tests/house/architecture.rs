@@ -46,6 +46,20 @@ fn a_path_that_does_not_exist_is_found() {
     );
 }
 
+/// Links and pictures of a page at the root that lead to no file.
+fn dead_links(text: &str) -> Vec<&str> {
+    let targets = text.split("](").skip(1).filter_map(|part| part.split_once(')')).map(|(target, _)| target);
+    targets.filter(|target| !target.contains("://") && !root().join(target).exists()).collect()
+}
+
+#[test]
+fn every_link_of_the_pages_at_the_root_leads_to_a_file() {
+    for page in ["README.md", "SECURITY.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "CHANGELOG.md"] {
+        assert_eq!(dead_links(&text(page)), [] as [&str; 0], "{page}");
+    }
+    assert_eq!(dead_links("[a](README.md) [b](https://b.org) ![c](nowhere.png)"), ["nowhere.png"]);
+}
+
 #[test]
 fn every_crate_of_the_workspace_is_in_the_architecture() {
     let text = text("ARCHITECTURE.md");
