@@ -4,7 +4,7 @@ import type { Reference } from '../protocol'
 import { curve } from '../runs'
 import { OWN } from './design.svelte'
 
-/** Points of a run that are taken, at most. */
+/** Maximum number of points from a run. */
 const MOST = 24
 
 export async function fromRun(run: number): Promise<{ points: Reference[]; desired: [number, number, number, number] | null } | null> {
