@@ -60,13 +60,13 @@ class Bench {
   homed = $derived(['ready', 'running'].includes(this.state))
   measuring = $derived(this.fresh && (this.status?.doing?.what.startsWith('measure') ?? false))
   /** The reason why commands to the bench are disabled; null if they are enabled. */
-  barred = $derived.by(() => {
+  blocked = $derived.by(() => {
     if (!this.fresh) return this.received ? `Not connected, values are ${age(this.now - this.received)} old` : 'Not connected'
     const other = this.status?.operator
     return other && other !== this.name ? `${other} has control` : null
   })
-  /** As `barred`, or the name of the running job. */
-  busy = $derived(this.barred ?? (this.status?.doing ? `${this.status.doing.what} is running` : null))
+  /** As `blocked`, or the name of the running job. */
+  busy = $derived(this.blocked ?? (this.status?.doing ? `${this.status.doing.what} is running` : null))
   speedUnit = $derived(this.machine?.speeds[this.speed] ?? { unit: 'rad/s', factor: 1 })
   dark = $derived.by(() => this.theme === 'dark' || (this.theme === 'system' && this.#systemDark))
   #systemDark = $state(matchMedia('(prefers-color-scheme: dark)').matches)
@@ -122,16 +122,16 @@ class Bench {
   }
 
   /** Sends a command; a refusal becomes a message. */
-  async order(call: Call): Promise<boolean> {
+  async command(call: Call): Promise<boolean> {
     return this.attempt(this.connection.call(call, 'done'))
   }
 
   /** Applies values to the target, with undo and an optional next step. */
-  async enter(values: Record<string, string>, what: string, next?: Action): Promise<boolean> {
-    const entered = this.connection.call({ call: 'set', values }, 'entered')
-    if (!(await this.attempt(entered))) return false
+  async apply(values: Record<string, string>, what: string, next?: Action): Promise<boolean> {
+    const answer = this.connection.call({ call: 'set', values }, 'entered')
+    if (!(await this.attempt(answer))) return false
     void this.refresh()
-    const cycle = (await entered).cycle
+    const cycle = (await answer).cycle
     this.notify(`${what} active on the target since cycle ${cycle}`, { name: 'Undo', run: () => void this.undo() }, next)
     return true
   }

@@ -24,17 +24,17 @@ export const WINDOWS = [
 
 const common: Command[] = [
   ...WINDOWS.map(({ path, name, key }) => ({ name, key, run: () => go(path) })),
-  { name: 'Home axis', key: '', run: () => void bench.order({ call: 'home' }), off: () => bench.busy },
-  { name: 'Arm', key: '', run: () => void bench.order({ call: 'arm' }), off: () => bench.busy },
-  { name: 'Torque on', key: '', run: () => void bench.order({ call: 'start' }), off: () => bench.busy },
-  { name: 'Switch off', key: '', run: () => void bench.order({ call: 'off' }), off: () => bench.barred },
-  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.barred },
+  { name: 'Home axis', key: '', run: () => void bench.command({ call: 'home' }), off: () => bench.busy },
+  { name: 'Arm', key: '', run: () => void bench.command({ call: 'arm' }), off: () => bench.busy },
+  { name: 'Torque on', key: '', run: () => void bench.command({ call: 'start' }), off: () => bench.busy },
+  { name: 'Switch off', key: '', run: () => void bench.command({ call: 'off' }), off: () => bench.blocked },
+  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.blocked },
   { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
   { name: 'Keys', key: '?', run: () => (view.keys = true) },
   { name: 'Messages', key: 'Shift M', run: () => (view.log = true) },
   { name: 'Speed unit', key: 'U', run: () => bench.nextSpeed() },
   { name: 'Theme', key: 'Shift D', run: () => bench.nextTheme() },
-  { name: 'Take control', key: '', run: () => void bench.order({ call: 'operate' }) },
+  { name: 'Take control', key: '', run: () => void bench.command({ call: 'operate' }) },
 ]
 
 export function commands(): Command[] {

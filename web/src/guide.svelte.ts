@@ -12,7 +12,7 @@ export function steps(): Step[] {
   const measured = (measurement.curve?.points.length ?? 0) > 0 && !measurement.curve?.measuring
   const rendered = measurement.rendered?.run != null && measurement.rendered.run > (measurement.curve?.run ?? 0)
   return [
-    { name: 'Home axis', done: bench.homed, off: bench.busy, run: () => void bench.order({ call: 'home' }) },
+    { name: 'Home axis', done: bench.homed, off: bench.busy, run: () => void bench.command({ call: 'home' }) },
     { name: 'Measure', done: measured, off: null, run: () => view.go('/friction') },
     { name: 'Fit', done: fitted, off: null, run: () => view.go('/friction') },
     { name: 'Download', done: fitted && measurement.downloaded, off: fitted ? null : 'Fit first', run: () => (view.go('/friction'), measurement.offer()) },

@@ -119,7 +119,7 @@ class Measurement {
     const values = Object.fromEntries(
       (this.#plans[what]?.items ?? []).filter((item) => item.value !== null && item.value !== item.default).map((item) => [item.path, plain(item.value!)]),
     )
-    const ordered = await bench.order({ call: 'measure', what, plan: values, render })
+    const ordered = await bench.command({ call: 'measure', what, plan: values, render })
     if (ordered) this.rendering = render
     return ordered
   }
@@ -170,7 +170,7 @@ class Measurement {
   async download() {
     const offer = this.offered
     this.offered = null
-    if (offer) await bench.enter(offer.values, `Own friction of run ${offer.run}`, { name: 'Next: Friction Design', run: () => view.go('/design') })
+    if (offer) await bench.apply(offer.values, `Own friction of run ${offer.run}`, { name: 'Next: Friction Design', run: () => view.go('/design') })
   }
 
   async compare(run: number) {

@@ -25,7 +25,7 @@ class Preload {
 
   /** Sets the preload: by the bench, or confirmed after manual adjustment. */
   async set(preload: number) {
-    if (await bench.order({ call: 'preload', preload })) bench.notify(`Friction wheel preload set to ${preload}`)
+    if (await bench.command({ call: 'preload', preload })) bench.notify(`Friction wheel preload set to ${preload}`)
   }
 }
 

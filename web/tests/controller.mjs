@@ -27,7 +27,7 @@ await play(async (scene) => {
   const download = async () => {
     await ann.getByRole('button', { name: /^Download \d+ change/ }).click()
     const dialog = ann.getByRole('dialog', { name: /Download controller/ })
-    await dialog.getByText(/more unchanged/).waitFor()
+    await dialog.getByText(/\d unchanged/).waitFor()
     return dialog
   }
 

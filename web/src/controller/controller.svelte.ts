@@ -52,7 +52,7 @@ class ControllerState {
   tuning = $derived(this.tune !== null && !this.tune.ended)
   /** The reason why the draft cannot be changed; null if it can. */
   locked = $derived.by((): string | null => {
-    if (!bench.fresh) return bench.barred
+    if (!bench.fresh) return bench.blocked
     return this.tuning ? 'Tuning…' : null
   })
   /** The reason why the draft cannot be downloaded; null if it can. */
@@ -166,7 +166,7 @@ class ControllerState {
   }
 
   async cancel() {
-    await bench.order({ call: 'end_tuning' })
+    await bench.command({ call: 'end_tuning' })
   }
 
   /** Shows the changes of a download. */
@@ -186,7 +186,7 @@ class ControllerState {
   async download() {
     const values = this.offered?.values
     this.offered = null
-    if (values && (await bench.enter(values, 'Controller'))) this.set({})
+    if (values && (await bench.apply(values, 'Controller'))) this.set({})
   }
 
   #send(request: Request) {

@@ -196,7 +196,7 @@ class DesignState {
   async download() {
     const values = this.offered?.values
     this.offered = null
-    if (values && (await bench.enter(values, 'Desired friction', { name: 'Measure again (axis moves)', run: () => void measurement.measureRendered() }))) this.downloaded = true
+    if (values && (await bench.apply(values, 'Desired friction', { name: 'Measure again (axis moves)', run: () => void measurement.measureRendered() }))) this.downloaded = true
   }
 
   #send(request: Request) {

@@ -48,7 +48,7 @@ class Implementation {
   }
 
   async build() {
-    if (await bench.order({ call: 'build' })) await this.watch()
+    if (await bench.command({ call: 'build' })) await this.watch()
   }
 
   /** Opens a page inside the open pages. */

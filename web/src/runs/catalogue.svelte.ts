@@ -88,7 +88,7 @@ class Catalogue {
 
   /** Changes name, tags or note of a run; returns whether it succeeded. */
   async edit(call: Extract<Call, { call: 'rename_run' | 'tag_run' | 'note_run' }>): Promise<boolean> {
-    if (!(await bench.order(call))) return false
+    if (!(await bench.command(call))) return false
     const found = await details(call.number)
     if (found && this.selected?.run.number === call.number) this.selected = found
     void this.search()
@@ -96,14 +96,14 @@ class Catalogue {
   }
 
   async remove(run: Run) {
-    if (!(await bench.order({ call: 'delete_run', number: run.number }))) return
+    if (!(await bench.command({ call: 'delete_run', number: run.number }))) return
     this.deleted = [...this.deleted, { ...run, state: 'deleted' }]
     bench.notify(`${run.name} stays in the bin for 30 days`, { name: 'Undo', run: () => void this.restore(run.number) })
     void this.search()
   }
 
   async restore(number: number) {
-    if (!(await bench.order({ call: 'restore_run', number }))) return
+    if (!(await bench.command({ call: 'restore_run', number }))) return
     this.deleted = this.deleted.filter((run) => run.number !== number)
     await this.search()
   }

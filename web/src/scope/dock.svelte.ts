@@ -71,7 +71,7 @@ class Dock {
 
   record() {
     if (bench.status?.recording) void bench.attempt(bench.connection.call({ call: 'end_record' }, 'done')).then((ended) => ended && bench.notify('Recording saved in the catalogue'))
-    else void bench.order({ call: 'record', name: 'scope' })
+    else void bench.command({ call: 'record', name: 'scope' })
   }
 
   async leave(kind: 'svg' | 'png' | 'visible' | 'cursors' | 'all') {
@@ -123,11 +123,11 @@ class Dock {
   }
 
   async #frames() {
-    const [frames, drawing, begun] = [scope.frames, scope.drawing, performance.now()]
+    const [frames, drawing, start] = [scope.frames, scope.drawing, performance.now()]
     await new Promise((resolve) => setTimeout(resolve, 2000))
     const count = scope.frames - frames
     if (!count) return bench.notify('The scope is closed')
-    const rate = (1000 * count) / (performance.now() - begun)
+    const rate = (1000 * count) / (performance.now() - start)
     bench.notify(`Scope: ${rate.toFixed(0)} frames per second, ${((scope.drawing - drawing) / count).toFixed(1)} ms each`)
   }
 }
