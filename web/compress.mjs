@@ -1,4 +1,4 @@
-// Compresses what Vite has built, beside it: the program embeds the compressed files.
+// Compresses the output of Vite: the program embeds the compressed files.
 import { readdirSync, readFileSync, writeFileSync } from 'node:fs'
 import { join } from 'node:path'
 import { gzipSync } from 'node:zlib'

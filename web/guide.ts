@@ -1,4 +1,4 @@
-// The guide as the page shows it: laid out when the page is built, from the same text as the book.
+// The guide for the page: converted to HTML when the page is built, from the text of the book.
 
 import { createHash } from 'node:crypto'
 import { existsSync, readdirSync, readFileSync } from 'node:fs'
@@ -11,31 +11,31 @@ export type Page = { name: string; title: string; chapter: string; html: string 
 const BOOK = resolve(import.meta.dirname, '../docs/src')
 const NAME = 'virtual:guide'
 
-/** Included files in their place. */
-function whole(file: string, seen: Set<string>): string {
-  seen.add(file)
-  return readFileSync(file, 'utf8').replace(/\{\{#include ([^}]+)\}\}/g, (_, path: string) => whole(resolve(dirname(file), path.trim()), seen))
+/** The text of a file with its includes. */
+function expand(file: string, files: Set<string>): string {
+  files.add(file)
+  return readFileSync(file, 'utf8').replace(/\{\{#include ([^}]+)\}\}/g, (_, path: string) => expand(resolve(dirname(file), path.trim()), files))
 }
 
-/** As a book names a heading. */
+/** The anchor of a heading, as mdBook writes it. */
 export function slug(text: string): string {
   return text.toLowerCase().replace(/<[^>]*>/g, '').replace(/[^\p{L}\p{N}\s_-]/gu, '').trim().replace(/\s+/g, '-')
 }
 
-/** What a reader sees of a heading. */
+/** The plain text of a heading. */
 function plain(token: Token): string {
   return 'tokens' in token && token.tokens ? token.tokens.map(plain).join('') : 'text' in token ? String(token.text) : ''
 }
 
 const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;').replaceAll('"', '&quot;')
 
-/** Symbols and equations; other HTML is text. */
+/** HTML of symbols and equations is kept; other HTML is escaped. */
 function symbols(text: string): string {
   return text.replaceAll('<', '&lt;').replaceAll('"', '&quot;').replace(/&lt;(\/?(?:su[bp]|i|p|span))( class=&quot;(?:equation|number)&quot;)?>/g, (_, tag: string, kind = '') => `<${tag}${kind.replaceAll('&quot;', '"')}>`)
 }
 
-/** A page; `figure` gives the address of a figure. */
-export function layOut(name: string, chapter: string, text: string, known: Set<string>, figure: (path: string) => string | null): Page {
+/** One page of the guide; `figure` returns the address of a figure. */
+export function renderPage(name: string, chapter: string, text: string, names: Set<string>, figure: (path: string) => string | null): Page {
   const anchors = new Map<string, number>()
   let title = ''
   const marked = new Marked({ gfm: true })
@@ -62,7 +62,7 @@ export function layOut(name: string, chapter: string, text: string, known: Set<s
         const [path = '', anchor = ''] = token.href.split('#')
         if (/^https?:/.test(token.href)) return `<a href="${escaped(token.href)}" target="_blank" rel="noreferrer">${words}</a>`
         const page = path ? path.replace(/\.md$/, '') : name
-        return known.has(page) ? `<a href="/help?page=${page}${anchor ? `&amp;at=${encodeURIComponent(anchor)}` : ''}">${words}</a>` : words
+        return names.has(page) ? `<a href="/help?page=${page}${anchor ? `&amp;at=${encodeURIComponent(anchor)}` : ''}">${words}</a>` : words
       },
       image(token) {
         const address = figure(token.href)
@@ -81,18 +81,18 @@ export function layOut(name: string, chapter: string, text: string, known: Set<s
 
 /** Name and chapter of each page, in the order of the book. */
 export function contents(summary: string): { name: string; chapter: string }[] {
-  const found: { name: string; chapter: string }[] = []
+  const pages: { name: string; chapter: string }[] = []
   let chapter = ''
   for (const line of summary.split('\n')) {
     const heading = /^# (.*)$/.exec(line)
     const page = /\]\(([\w-]+)\.md\)/.exec(line)
     if (heading) chapter = heading[1] === 'Summary' ? '' : heading[1]!
-    if (page) found.push({ name: page[1]!, chapter })
+    if (page) pages.push({ name: page[1]!, chapter })
   }
-  return found
+  return pages
 }
 
-/** The guide as a module, and its figures as files. */
+/** The guide as a virtual module, and its figures as files. */
 export function guide(): Plugin {
   let dev = false
   return {
@@ -103,12 +103,12 @@ export function guide(): Plugin {
     resolveId: (id) => (id === NAME ? `\0${NAME}` : null),
     load(id) {
       if (id !== `\0${NAME}`) return null
-      const seen = new Set<string>()
+      const files = new Set<string>()
       const listed = contents(readFileSync(join(BOOK, 'SUMMARY.md'), 'utf8'))
-      const known = new Set(listed.map((page) => page.name))
+      const names = new Set(listed.map((page) => page.name))
       const figure = (path: string) => {
         const file = join(BOOK, path)
-        // Pictures of the page itself are in front of whoever reads this.
+        // Pictures of the page are left out: the reader has the page itself.
         if (!existsSync(file) || dev || path.includes('figures/page/')) return null
         const source = readFileSync(file)
         const { name, ext } = parse(file)
@@ -116,8 +116,8 @@ export function guide(): Plugin {
         this.emitFile({ type: 'asset', fileName, source })
         return `/${fileName}`
       }
-      const pages = listed.map(({ name, chapter }) => layOut(name, chapter, whole(join(BOOK, `${name}.md`), seen), known, figure))
-      for (const file of [...seen, join(BOOK, 'SUMMARY.md'), ...readdirSync(BOOK).map((name) => join(BOOK, name))]) this.addWatchFile(file)
+      const pages = listed.map(({ name, chapter }) => renderPage(name, chapter, expand(join(BOOK, `${name}.md`), files), names, figure))
+      for (const file of [...files, join(BOOK, 'SUMMARY.md'), ...readdirSync(BOOK).map((name) => join(BOOK, name))]) this.addWatchFile(file)
       return `export const pages = ${JSON.stringify(pages)}`
     },
   }

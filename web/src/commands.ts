@@ -1,14 +1,14 @@
-// All commands and their keys, once: palette, tooltips, the table of keys and the keyboard read this.
+// All commands and their keys. Palette, tooltips, the table of keys and the keyboard use this list.
 
 import { bench } from './bench.svelte'
 import { go, view } from './view.svelte'
 
 export type Command = { name: string; key: string; run: () => void; off?: () => string | null }
 
-/** What the window that is shown can do besides. */
+/** Additional commands of the current window. */
 export const local: { commands: Command[] } = { commands: [] }
 
-/** What the scope below it can do, and whether its keys come first now. */
+/** Commands of the scope, and whether its keys have priority. */
 export const dock: { commands: () => Command[]; first: () => boolean } = { commands: () => [], first: () => false }
 
 export const WINDOWS = [
@@ -24,17 +24,17 @@ export const WINDOWS = [
 
 const common: Command[] = [
   ...WINDOWS.map(({ path, name, key }) => ({ name, key, run: () => go(path) })),
-  { name: 'Home axis', key: '', run: () => void bench.order({ call: 'home' }), off: () => bench.busy },
-  { name: 'Arm', key: '', run: () => void bench.order({ call: 'arm' }), off: () => bench.busy },
-  { name: 'Torque on', key: '', run: () => void bench.order({ call: 'start' }), off: () => bench.busy },
-  { name: 'Switch off', key: '', run: () => void bench.order({ call: 'off' }), off: () => bench.barred },
-  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.barred },
+  { name: 'Home axis', key: '', run: () => void bench.command({ call: 'home' }), off: () => bench.busy },
+  { name: 'Arm', key: '', run: () => void bench.command({ call: 'arm' }), off: () => bench.busy },
+  { name: 'Torque on', key: '', run: () => void bench.command({ call: 'start' }), off: () => bench.busy },
+  { name: 'Switch off', key: '', run: () => void bench.command({ call: 'off' }), off: () => bench.blocked },
+  { name: 'Undo', key: 'Ctrl Z', run: () => void bench.undo(), off: () => bench.blocked },
   { name: 'Find or run', key: 'Ctrl K', run: () => (view.palette = true) },
   { name: 'Keys', key: '?', run: () => (view.keys = true) },
-  { name: 'Messages', key: 'Shift M', run: () => (view.told = true) },
-  { name: 'Unit of speed', key: 'U', run: () => bench.nextSpeed() },
+  { name: 'Messages', key: 'Shift M', run: () => (view.log = true) },
+  { name: 'Speed unit', key: 'U', run: () => bench.nextSpeed() },
   { name: 'Theme', key: 'Shift D', run: () => bench.nextTheme() },
-  { name: 'Operate', key: '', run: () => void bench.order({ call: 'operate' }) },
+  { name: 'Take control', key: '', run: () => void bench.command({ call: 'operate' }) },
 ]
 
 export function commands(): Command[] {
@@ -44,8 +44,8 @@ export function commands(): Command[] {
 
 const NAMES: Record<string, string> = { ' ': 'Space' }
 
-/** How a key that was pressed is called in the table. */
-export function named(event: KeyboardEvent): string {
+/** The name of a pressed key in the table. */
+export function keyName(event: KeyboardEvent): string {
   const key = NAMES[event.key] ?? (event.key.length === 1 ? event.key.toUpperCase() : event.key)
   const shifted = event.shiftKey && /^[A-Z]$/.test(key)
   return `${event.ctrlKey || event.metaKey ? 'Ctrl ' : ''}${shifted ? 'Shift ' : ''}${key}`

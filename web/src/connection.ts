@@ -1,19 +1,19 @@
-// One conversation with the bench: calls with numbers, answers in any order, reconnection by itself.
+// The connection to the bench: numbered calls, answers in any order, automatic reconnection.
 
 import type { Answer, Call, Point } from './protocol'
 
 type Waiting = { resolve: (answer: Answer) => void; reject: (error: Error) => void }
 type Kind = Answer['answer']
 
-/** What the bench refused, in its own words, or that it cannot be reached. */
+/** A call that the bench refused, with the reason, or a missing connection. */
 export class Refused extends Error {}
 
 export class Connection {
-  /** Hears whether there is a connection. */
+  /** Called when the connection opens or closes. */
   onchange: (online: boolean) => void = () => {}
-  /** Hears the points of the streams that were begun here. */
+  /** Called with the points of the streams started on this connection. */
   onpoints: (stream: number, points: Point[]) => void = () => {}
-  /** Hears every cycle of the streams that want it, as bytes. */
+  /** Called with the binary messages of sample streams. */
   onsamples: (buffer: ArrayBuffer) => void = () => {}
   #name: () => string
   #socket: WebSocket | null = null
@@ -38,7 +38,7 @@ export class Connection {
       this.#pause = 250
       this.onchange(true)
     }
-    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => (typeof event.data === 'string' ? this.#hear(event.data) : this.onsamples(event.data))
+    socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => (typeof event.data === 'string' ? this.#receive(event.data) : this.onsamples(event.data))
     socket.onclose = () => {
       for (const one of this.#waiting.values()) one.reject(new Refused('The bench is not connected.'))
       this.#waiting.clear()
@@ -49,28 +49,28 @@ export class Connection {
     }
   }
 
-  /** Begins anew, under another name. */
-  again() {
+  /** Opens a new connection, for example under another name. */
+  reconnect() {
     const old = this.#socket
     this.connect()
     old?.close()
   }
 
-  /** Asks or orders something. */
+  /** Sends a request or a command. */
   call<K extends Kind>(call: Call, kind: K): Promise<Extract<Answer, { answer: K }>> {
     if (!this.open) return Promise.reject(new Refused('The bench is not connected.'))
     const id = ++this.#number
     return new Promise((resolve, reject) => {
       const take = (answer: Answer) => {
         if (answer.answer === kind) resolve(answer as Extract<Answer, { answer: K }>)
-        else reject(new Refused(`An answer of another version of stickslip: ${answer.answer}. Reload the page.`))
+        else reject(new Refused(`The answer ${answer.answer} belongs to another version of stickslip. Reload the page.`))
       }
       this.#waiting.set(id, { resolve: take, reject })
       this.#socket!.send(JSON.stringify({ id, ...call }))
     })
   }
 
-  #hear(text: string) {
+  #receive(text: string) {
     const message = JSON.parse(text) as { id?: number; error?: string; stream?: number; points?: Point[] } & Partial<Answer>
     if (message.stream !== undefined && message.points) return this.onpoints(message.stream, message.points)
     const one = this.#waiting.get(message.id ?? -1)

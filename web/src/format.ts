@@ -1,9 +1,9 @@
-// Numbers as people read them: a true minus, thin spaces from five digits on, a fixed width, "unknown" for what is not known.
+// Number formats: a true minus sign, thin spaces from five digits, fixed width, "unknown" for missing values.
 
 const THIN = '\u202f'
 export const UNKNOWN = 'unknown'
 
-/** A number with so many decimals. */
+/** A number with a fixed count of decimals. */
 export function fixed(value: number | null | undefined, decimals: number): string {
   if (value == null || !Number.isFinite(value)) return UNKNOWN
   const text = Math.abs(value).toFixed(decimals)
@@ -13,7 +13,7 @@ export function fixed(value: number | null | undefined, decimals: number): strin
   return `${value < 0 && !zero ? '\u2212' : ''}${grouped}${rest ? `.${rest}` : ''}`
 }
 
-/** A number with so many significant digits, for a field. */
+/** A number with a given count of significant digits, for a field. */
 export function significant(value: number | null | undefined, digits = 4): string {
   if (value == null || !Number.isFinite(value)) return UNKNOWN
   if (value === 0) return '0'
@@ -22,12 +22,12 @@ export function significant(value: number | null | undefined, digits = 4): strin
   return fixed(Number(value.toPrecision(digits)), Math.max(0, digits - 1 - exponent)).replace(/(\.\d*?)0+$/, '$1').replace(/\.$/, '')
 }
 
-/** A number as it is typed and copied: plain ASCII. */
+/** A number for input and clipboard: plain ASCII. */
 export function plain(value: number): string {
   return String(Number(value.toPrecision(12)))
 }
 
-/** A unit as printed; nothing for a pure number. */
+/** A unit as displayed; empty for a dimensionless number. */
 export const printed = (unit: string) => (unit === '1' ? '' : unit.replaceAll(' ', '·'))
 
 /** mm:ss. */
@@ -42,8 +42,8 @@ export function age(milliseconds: number): string {
   return seconds < 120 ? `${seconds}${THIN}s` : `${Math.round(seconds / 60)}${THIN}min`
 }
 
-/** What was typed: a decimal number, with a prefix of the SI and its unit behind, if at all. Of a number in another unit than `unit` nobody knows what is meant. */
-export function typed(text: string, unit?: string): number | null {
+/** Parses input: a decimal number with an optional SI prefix and unit. Returns null for a unit other than `unit`. */
+export function parseQuantity(text: string, unit?: string): number | null {
   const match = /^([+\-\u2212]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\d.,])(.*)$/.exec(bare(text))
   if (!match) return null
   const [number, behind] = [Number(match[1]!.replace('\u2212', '-')), match[2]!]
@@ -56,7 +56,7 @@ export function typed(text: string, unit?: string): number | null {
 const PREFIXES: Record<string, number> = { m: 1e-3, k: 1e3, µ: 1e-6, u: 1e-6 }
 const bare = (text: string) => text.replace(/[\s\u202f·]/g, '')
 
-/** A symbol with its index apart: `M_S` is M with the index S. */
+/** Splits a symbol: `M_S` is M with the index S. */
 export function symbolParts(symbol: string): [string, string] {
   const [body = '', index = ''] = symbol.split('_')
   return [body, index]

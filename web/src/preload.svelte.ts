@@ -1,4 +1,4 @@
-// Which preload of the friction wheel the desired friction needs: the program's word, and the way to set it.
+// The friction wheel preload recommended for the desired friction, and how to set it.
 
 import { bench } from './bench.svelte'
 import { Refused } from './connection'
@@ -6,26 +6,26 @@ import type { AdvisedPreload } from './protocol'
 
 class Preload {
   advised = $state.raw<AdvisedPreload | null>(null)
-  #asked = ''
+  #key = ''
 
-  /** Asks where something became another: `values` are those of a draft, by path. */
-  async ask(values: Record<string, string>, force: string) {
+  /** Requests the recommendation after a change; `values` are those of a draft, by path. */
+  async request(values: Record<string, string>, force: string) {
     const key = JSON.stringify([values, force])
-    if (key === this.#asked || !bench.online) return
-    this.#asked = key
+    if (key === this.#key || !bench.online) return
+    this.#key = key
     try {
       const advised = await bench.connection.call({ call: 'advise_preload', values }, 'advised_preload')
-      if (key === this.#asked) this.advised = advised
+      if (key === this.#key) this.advised = advised
     } catch (error) {
       if (!(error instanceof Refused)) throw error
-      // A draft that the bench would refuse has no advice.
+      // No recommendation for a draft that the bench refuses.
       this.advised = null
     }
   }
 
-  /** The linings are pressed on so far: by the bench, or by whoever says so. */
+  /** Sets the preload: by the bench, or confirmed after manual adjustment. */
   async set(preload: number) {
-    if (await bench.order({ call: 'preload', preload })) bench.say(`Linings pressed on to ${preload}`)
+    if (await bench.command({ call: 'preload', preload })) bench.notify(`Friction wheel preload set to ${preload}`)
   }
 }
 

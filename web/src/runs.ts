@@ -1,4 +1,4 @@
-// Earlier runs. The one place that asks for them.
+// Requests for earlier runs.
 
 import { bench } from './bench.svelte'
 import { Refused } from './connection'
@@ -22,7 +22,7 @@ export async function curve(run: number | null): Promise<MeasuredCurve | null> {
   }
 }
 
-/** The friction under the law that is being measured, or was last. */
+/** The newest curve with rendered friction, complete or growing. */
 export async function rendered(): Promise<RenderedFriction | null> {
   try {
     return await bench.connection.call({ call: 'rendered' }, 'rendered')
@@ -32,7 +32,7 @@ export async function rendered(): Promise<RenderedFriction | null> {
   }
 }
 
-/** What a measurement at rest found in a run, is finding, or did in the newest. */
+/** Result at rest of a run or of the running measurement, by default the newest. */
 export async function atRest(what: Quantity, run: number | null): Promise<BreakawayMeasurement | null> {
   try {
     return await bench.connection.call({ call: 'at_rest', what, run }, 'at_rest')

@@ -1,25 +1,25 @@
-// Stop has a connection of its own: nothing that the page does can be in its way.
+// Stop has a separate connection, so that other requests cannot delay it.
 
 import { bench } from './bench.svelte'
 import { Connection } from './connection'
 
-/** Without an answer for so long it is not confirmed [ms]. */
-const PATIENCE = 200
+/** Timeout of the confirmation [ms]. */
+const TIMEOUT = 200
 
 class Stop {
-  said = $state<'' | 'Stopping' | 'Confirmed' | 'Not confirmed, use the hardware stop' | 'Not connected'>('')
+  state = $state<'' | 'Stopping' | 'Confirmed' | 'Not confirmed, use the hardware stop' | 'Not connected'>('')
   #connection = new Connection(() => bench.name)
-  #forget = 0
+  #timer = 0
 
-  begin() {
+  start() {
     this.#connection.connect()
   }
 
   press() {
-    clearTimeout(this.#forget)
-    this.said = 'Stopping'
-    const late = setTimeout(() => (this.said = 'Not confirmed, use the hardware stop'), PATIENCE)
-    const asked = this.#connection.open
+    clearTimeout(this.#timer)
+    this.state = 'Stopping'
+    const late = setTimeout(() => (this.state = 'Not confirmed, use the hardware stop'), TIMEOUT)
+    const request = this.#connection.open
       ? this.#connection.call({ call: 'stop' }, 'done')
       : fetch('/api', {
           method: 'POST',
@@ -28,10 +28,10 @@ class Stop {
         }).then((response) => {
           if (!response.ok) throw new Error(response.statusText)
         })
-    asked.then(
+    request.then(
       () => this.#done(late, 'Confirmed'),
       (error: Error) => {
-        // Without torque there is nothing to stop, and the bench says so.
+        // With torque off, the bench refuses Stop; this counts as confirmed.
         const refused = this.#connection.open && bench.fresh && !bench.torque
         this.#done(late, refused ? 'Confirmed' : 'Not confirmed, use the hardware stop')
         if (refused) bench.warn(error.message)
@@ -39,10 +39,10 @@ class Stop {
     )
   }
 
-  #done(late: ReturnType<typeof setTimeout>, said: Stop['said']) {
+  #done(late: ReturnType<typeof setTimeout>, state: Stop['state']) {
     clearTimeout(late)
-    this.said = said
-    this.#forget = window.setTimeout(() => (this.said = ''), 4000)
+    this.state = state
+    this.#timer = window.setTimeout(() => (this.state = ''), 4000)
   }
 }
 

@@ -1,12 +1,12 @@
-// Which window is shown, and what lies over it. A window is an address.
+// The current window and the open overlays. Each window has an address.
 
 class View {
   path = $state(location.pathname)
   query = $state(location.search)
   palette = $state(false)
   keys = $state(false)
-  told = $state(false)
-  /** The group of parameters that is open beside the window. */
+  log = $state(false)
+  /** The parameter group open next to the window. */
   group = $state<{ name: string; path: string } | null>(null)
 
   constructor() {
@@ -24,11 +24,11 @@ class View {
     this.group = null
   }
 
-  /** Closes the topmost; whether there was one. */
+  /** Closes the topmost overlay; returns whether one was open. */
   close(): boolean {
     if (this.palette) this.palette = false
     else if (this.keys) this.keys = false
-    else if (this.told) this.told = false
+    else if (this.log) this.log = false
     else if (this.group) this.group = null
     else return false
     return true

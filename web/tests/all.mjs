@@ -1,5 +1,5 @@
-// All stories. Each has a program and a browser of its own, and waits for the clock of its axis most of the time: three at
-// a time keep two cores busy, and their virtual machines wait where there is none left.
+// Runs all browser tests. Each test has its own program and browser and mostly waits for its axis in real time: three at a
+// time keep two processors busy. Virtual machines wait if no processor is free.
 
 import { spawn } from 'node:child_process'
 import { join } from 'node:path'
@@ -19,41 +19,41 @@ const waiting = [
   'narrow',
   'simulation',
   'controllers',
-  'loaded',
+  'external-controller',
 ]
 
-/** Runs a story; what it says is told in one piece, once it has ended. Told is whether it passed. */
-function played(story) {
-  const begun = Date.now()
-  const child = spawn(process.execPath, [join(import.meta.dirname, `${story}.mjs`)], { stdio: ['ignore', 'pipe', 'pipe'] })
-  const said = []
-  child.stdout.on('data', (piece) => said.push(piece))
-  child.stderr.on('data', (piece) => said.push(piece))
+/** Runs a test and prints its output when it has ended. Returns whether it passed. */
+function runTest(test) {
+  const start = Date.now()
+  const child = spawn(process.execPath, [join(import.meta.dirname, `${test}.mjs`)], { stdio: ['ignore', 'pipe', 'pipe'] })
+  const output = []
+  child.stdout.on('data', (piece) => output.push(piece))
+  child.stderr.on('data', (piece) => output.push(piece))
   return new Promise((ended) =>
     child.once('close', (code) => {
-      process.stdout.write(`${Buffer.concat(said)}${story}: ${((Date.now() - begun) / 1000).toFixed(0)} s\n`)
+      process.stdout.write(`${Buffer.concat(output)}${test}: ${((Date.now() - start) / 1000).toFixed(0)} s\n`)
       ended(code === 0)
     }),
   )
 }
 
-/** Plays what is waiting, so many at a time; told are those that failed. */
-async function playedAll(waiting, atOnce) {
+/** Runs the waiting tests, a few at a time. Returns the failed ones. */
+async function runAll(waiting, atOnce) {
   const failed = []
   const work = async () => {
-    for (let story = waiting.shift(); story; story = waiting.shift()) {
-      if (!(await played(story))) failed.push(story)
+    for (let test = waiting.shift(); test; test = waiting.shift()) {
+      if (!(await runTest(test))) failed.push(test)
     }
   }
   await Promise.all(Array.from({ length: atOnce }, work))
   return failed
 }
 
-// Browsers want both cores: what fails beside others is played once more, alone.
-const beside = await playedAll(waiting, AT_ONCE)
-const failed = await playedAll([...beside], 1)
-if (beside.length) console.error(`failed beside others: ${beside.join(', ')}`)
+// Browsers need both processors: tests that failed in parallel run once more, alone.
+const retried = await runAll(waiting, AT_ONCE)
+const failed = await runAll([...retried], 1)
+if (retried.length) console.error(`failed in parallel: ${retried.join(', ')}`)
 if (failed.length) {
-  console.error(`failed alone as well: ${failed.join(', ')}`)
+  console.error(`failed alone, too: ${failed.join(', ')}`)
   process.exitCode = 1
 }

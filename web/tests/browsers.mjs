@@ -1,5 +1,5 @@
-// Whether browsers disturb the loop, as numbers: `node tests/browsers.mjs [browsers] [seconds] [turns]`. A fresh bench at the
-// rate of its preset each turn, in turns without and with browsers that show the moving axis; told is how late cycles begin.
+// Effect of browsers on the loop, as numbers: `node tests/browsers.mjs [browsers] [seconds] [turns]`. Each turn starts a bench at
+// the rate of its preset, alternately without and with browsers that show the moving axis, and prints the lateness of cycles.
 
 import { play } from './harness.mjs'
 
@@ -7,7 +7,7 @@ const [browsers, seconds, turns] = [4, 40, 3].map((usual, i) => Number(process.a
 const us = (time) => (1e6 * time).toFixed(1).padStart(9)
 const cpu = process.env.CPU ? ['--cpu', process.env.CPU] : []
 
-console.log('browsers   p50 us    p99 us  p99.9 us  held of  cycles, lost')
+console.log('browsers   p50 us    p99 us  p99.9 us  missed of cycles, lost')
 for (let turn = 0; turn < turns; turn += 1)
   for (const pages of turn % 2 ? [browsers, 0] : [0, browsers])
     await play(async (scene) => {
@@ -19,8 +19,8 @@ for (let turn = 0; turn < turns; turn += 1)
         })
         return response.json()
       }
-      const begun = await call({ call: 'home' })
-      if (begun.answer !== 'done') throw new Error(JSON.stringify(begun))
+      const answer = await call({ call: 'home' })
+      if (answer.answer !== 'done') throw new Error(JSON.stringify(answer))
       while ((await call({ call: 'status' })).doing) await new Promise((later) => setTimeout(later, 100))
       await call({ call: 'move', reference: 'sine', values: { amplitude: 5, frequency: 0.5 } })
       for (let i = 0; i < pages; i += 1) {

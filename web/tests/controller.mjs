@@ -1,4 +1,4 @@
-// Controller Design: a gain, poles by hand, the numbers of the command line, Automatic, the download.
+// Controller Design: a gain, poles by hand, the same numbers as the command line, automatic tuning, the download.
 
 import assert from 'node:assert/strict'
 import { execFileSync } from 'node:child_process'
@@ -22,26 +22,26 @@ await play(async (scene) => {
       return response.json()
     }, JSON.stringify(body))
   const value = async (path) => (await call({ call: 'items' })).items.find((item) => item.path === path)
-  const settled = () => main.getByText('on the machine as believed', { exact: true }).waitFor()
-  const fair = () => region('Verdict').locator('.notice').waitFor()
+  const settled = () => main.getByText('on the identified model', { exact: true }).waitFor()
+  const checked = () => region('Robustness').locator('.notice').waitFor()
   const download = async () => {
     await ann.getByRole('button', { name: /^Download \d+ change/ }).click()
     const dialog = ann.getByRole('dialog', { name: /Download controller/ })
-    await dialog.getByText(/more unchanged/).waitFor()
+    await dialog.getByText(/\d unchanged/).waitFor()
     return dialog
   }
 
-  await scene.step('the window opens with the controller on the target, both loads, poles, loop, steps and hunting', async () => {
+  await scene.step('the window shows the controller on the target: both loads, poles, open loop, step responses and hunting', async () => {
     await ann.goto(scene.bench.address.href)
     await ann.keyboard.press('4')
     await settled()
-    await fair()
-    await region('Hunting').getByText(/It hunts|It comes to rest/).waitFor()
-    for (const name of ['Poles', 'Open loop', 'Answers']) await region(name).getByRole('img').first().waitFor()
-    await main.getByText('This controller is on the target').waitFor()
-    await scene.seen(ann, 'controller')
+    await checked()
+    await region('Hunting').getByText(/hunting predicted|It comes to rest/i).waitFor()
+    for (const name of ['Poles', 'Open loop', 'Step responses']) await region(name).getByRole('img').first().waitFor()
+    await main.getByText('The target has these values').waitFor()
+    await scene.snapshot(ann, 'controller')
   })
-  await scene.step('a gain is changed: the page has the numbers of the command line for the same values', async () => {
+  await scene.step('after a change of a gain, the page shows the same numbers as the command line', async () => {
     await field(/velocity gain/).fill('0.05')
     await field(/velocity gain/).press('Enter')
     await ann.getByRole('button', { name: /^Download 1 change/ }).waitFor()
@@ -50,56 +50,56 @@ await play(async (scene) => {
     execFileSync(program, ['loop', '--out', out, ...[...SLOW, `${GAIN}=0.05`].flatMap((one) => ['--set', one])])
     const { results } = JSON.parse(readFileSync(join(out, 'summary.json'), 'utf8'))
     for (const key of ['sensitivity_peak', 'gain_margin', 'phase_margin', 'crossover', 'bandwidth', 'noise_torque']) {
-      const cells = await region('Numbers').locator(`tr[data-key=${key}] td`).allInnerTexts()
+      const cells = await region('Key figures').locator(`tr[data-key=${key}] td`).allInnerTexts()
       for (const [index, load] of ['sliding', 'stuck'].entries()) {
-        const wanted = results[`loop.${load}.${key}`].value ?? Infinity
+        const expected = results[`loop.${load}.${key}`].value ?? Infinity
         const shown = cells[index].split('\n')[0]
-        if (Number.isFinite(wanted)) assert.ok(Math.abs(Number(shown) - wanted) <= 6e-3 * Math.abs(wanted), `${load} ${key}: ${shown} and ${wanted}`)
-        else assert.equal(shown, 'no limit')
+        if (Number.isFinite(expected)) assert.ok(Math.abs(Number(shown) - expected) <= 6e-3 * Math.abs(expected), `${load} ${key}: ${shown} and ${expected}`)
+        else assert.equal(shown, 'infinite')
       }
     }
     const before = (await value(GAIN)).value
     assert.notEqual(before, 0.05, 'a draft is not on the target')
-    await scene.seen(ann, 'controller-draft')
+    await scene.snapshot(ann, 'controller-draft')
     await field(/velocity gain/).fill('-1')
     await field(/velocity gain/).press('Enter')
     await region('Gains').getByText(/Outside/).waitFor()
   })
-  await scene.step('Nyquist and the load torque by keyboard; figures leave with units', async () => {
+  await scene.step('Nyquist and load torque by keyboard; exported figures have units', async () => {
     await region('Open loop').getByRole('tab', { name: 'Bode' }).focus()
     await ann.keyboard.press('ArrowRight')
     await region('Open loop').getByRole('img', { name: /complex plane/ }).waitFor()
-    await region('Answers').getByRole('tab', { name: 'Load torque' }).click()
-    await region('Answers').getByText(/peak sliding −[\d.]+ mrad/).waitFor()
-    await region('Answers').getByRole('button', { name: /^Export/ }).click()
+    await region('Step responses').getByRole('tab', { name: 'Load torque' }).click()
+    await region('Step responses').getByText(/peak sliding −[\d.]+ mrad/).waitFor()
+    await region('Step responses').getByRole('button', { name: /^Export/ }).click()
     const [file] = await Promise.all([ann.waitForEvent('download'), ann.getByRole('button', { name: 'CSV', exact: true }).click()])
     assert.match(readFileSync(await file.path(), 'utf8'), /mrad/)
   })
-  await scene.step('Automatic tunes beside the bench, and its result is a draft that can be undone', async () => {
+  await scene.step('automatic tuning runs next to the bench; its result is a draft with undo', async () => {
     await ann.getByRole('button', { name: /^Automatic/ }).click()
-    await region('Verdict').getByText(/Automatic: Tuned within the fair limits/).waitFor({ timeout: 60_000 })
-    await region('Verdict').getByText('The loop keeps what a fair tuning asks for, sliding, stuck and in all corners.').waitFor()
+    await region('Robustness').getByText(/Automatic tuning: Tuned within/).waitFor({ timeout: 60_000 })
+    await region('Robustness').getByText(/keeps what a fair tuning asks for|Meets all robustness limits/i).waitFor()
     await ann.getByRole('button', { name: 'Undo', exact: true }).click()
     await settled()
     assert.equal(await field(/velocity gain/).inputValue(), '0.05')
     await ann.getByRole('button', { name: 'Redo', exact: true }).click()
     await settled()
   })
-  await scene.step('the download shows the difference, and then these values are on the target', async () => {
+  await scene.step('the download lists the changes and applies them to the target', async () => {
     const gain = await field(/velocity gain/).inputValue()
     const dialog = await download()
     assert.ok((await dialog.locator('tbody tr').count()) >= 2)
-    await scene.seen(ann, 'controller-download')
+    await scene.snapshot(ann, 'controller-download')
     await dialog.getByRole('button', { name: /^Download \d/ }).click()
-    await ann.getByText(/Controller in force since cycle/).waitFor()
-    await main.getByText('This controller is on the target').waitFor()
+    await ann.getByText(/Controller active on the target since cycle/).waitFor()
+    await main.getByText('The target has these values').waitFor()
     assert.ok(Math.abs((await value(GAIN)).value - Number(gain)) < 1e-3 * Number(gain))
   })
   await scene.step('the poles of a state feedback are dragged by mouse and by keyboard', async () => {
     await region('Gains').getByLabel('kind', { exact: true }).first().selectOption('state-feedback')
     await field(/integral time/).waitFor()
     await region('Gains').getByLabel('kind', { exact: true }).nth(1).selectOption('poles')
-    const grip = ann.getByRole('slider', { name: 'Wanted poles' })
+    const grip = ann.getByRole('slider', { name: 'Desired poles' })
     await grip.waitFor()
     const before = Number(await grip.getAttribute('aria-valuenow'))
     const { x, y, width, height } = await grip.boundingBox()
@@ -113,29 +113,29 @@ await play(async (scene) => {
     assert.ok(Math.abs(Number(await field(/bandwidth/).inputValue()) - after) < 1e-3 * after)
     await grip.focus()
     await ann.keyboard.press('ArrowUp')
-    await ann.waitForFunction((after) => Number(document.querySelector('[aria-label="Wanted poles"]').getAttribute('aria-valuenow')) > after, after)
+    await ann.waitForFunction((after) => Number(document.querySelector('[aria-label="Desired poles"]').getAttribute('aria-valuenow')) > after, after)
     await settled()
-    await scene.seen(ann, 'controller-poles')
+    await scene.snapshot(ann, 'controller-poles')
     assert.equal((await value('bench.controller.kind')).choice, 'cascade')
   })
-  await scene.step('who looks has drafts of his own, and cannot download', async () => {
+  await scene.step('a viewer has separate drafts and cannot download', async () => {
     const tom = await scene.page('Tom')
     await tom.goto(scene.bench.address.href)
     await tom.goto(new URL('/controller', scene.bench.address).href)
     const gain = tom.getByRole('textbox', { name: /velocity gain/ })
     await gain.fill('0.03')
     await gain.press('Enter')
-    const off = tom.getByRole('button', { name: 'Ann operates' }).last()
+    const off = tom.getByRole('button', { name: 'Ann has control' }).last()
     await off.waitFor()
     assert.ok(await off.isDisabled())
     await tom.context().close()
   })
-  await scene.step('without the program the picture stays, and nothing can be changed', async () => {
+  await scene.step('without the program the plots stay and editing is disabled', async () => {
     await scene.unreachable(async () => {
       await scene.bench.stop()
       await main.getByText(/Not connected/).first().waitFor()
       assert.ok(await field(/bandwidth/).isDisabled())
-      await scene.seen(ann, 'controller-offline')
+      await scene.snapshot(ann, 'controller-offline')
       await scene.serve(scene.bench.address.host)
       await settled()
       await ann.getByRole('button', { name: /^Download \d+ change/ }).waitFor()

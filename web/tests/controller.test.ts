@@ -9,15 +9,15 @@ const at = (load: string): LoopAt => ({
   load, stable: true, numbers: [], poles: [pole(-3, 4), pole(-3, -4)], plant: [pole(-1, 0)], frequency: [1, 10, 100], decibels: [40, 0, -40], phase: [-90, -120, -200],
   real: [0, -0.5, -0.01], imaginary: [-100, -0.8, 0], marks: [mark], time: [0, 1], setpoint: [0, 1], disturbed: [0, 0],
 })
-const seen = { loads: [at('sliding'), at('stuck')] } as LoopView
+const loop = { loads: [at('sliding'), at('stuck')] } as LoopView
 
-test('another choice takes with it what was changed below the one before', () => {
+test('a new choice discards the changes below the previous one', () => {
   const values = { 'a.regulator.angle': '1', 'a.regulator.velocity': '2', 'a.torque': '3' }
   expect(without(values, 'a.torque', '4')).toEqual({ ...values, 'a.torque': '4' })
   expect(without(values, 'a.regulator.kind', 'poles')).toEqual({ 'a.torque': '3', 'a.regulator.kind': 'poles' })
 })
 
-test('keys of one field are one step of undo, for a while', () => {
+test('edits of one field within a short time are one undo step', () => {
   const step = { key: 'gain' }
   const first = nearestStep([], step, 0, 5000)
   expect(nearestStep(first.past, step, first.last, 5500).past).toHaveLength(1)
@@ -26,21 +26,21 @@ test('keys of one field are one step of undo, for a while', () => {
   expect(nearestStep(Array.from({ length: 100 }, () => step), step, 0, 9000).past).toHaveLength(100)
 })
 
-test('the cursor finds the nearest frequency, and the nearest point of the plane', () => {
+test('the cursor selects the nearest frequency or the nearest point of the plane', () => {
   expect(nearest([1, 10, 100], 20)).toBe(1)
   expect(nearestPoint([0, -0.5, -0.01], [-100, -0.8, 0], { x: -0.6, y: -0.7 })).toBe(1)
 })
 
-test('a draft lies over the target in grey, of the loads that are chosen', () => {
-  expect(lines(seen, null, 'both', magnitude).map((one) => one.role)).toEqual(['trace-1', 'trace-2'])
-  expect(lines(seen, seen, 'stuck', magnitude).map((one) => [one.role, one.name])).toEqual([['measured', 'Target'], ['trace-2', 'Stuck']])
+test('a draft is drawn over the target in grey, for the selected loads', () => {
+  expect(lines(loop, null, 'both', magnitude).map((one) => one.role)).toEqual(['trace-1', 'trace-2'])
+  expect(lines(loop, loop, 'stuck', magnitude).map((one) => [one.role, one.name])).toEqual([['measured', 'Target'], ['trace-2', 'Stuck']])
   expect(lines(null, null, 'both', magnitude)).toEqual([])
 })
 
-test('poles are those of the upper half plane; margins have words and a way to go', () => {
-  const [plant, loop] = poles(seen, 'sliding')
-  expect([plant!.x, loop!.x, loop!.y]).toEqual([[-1], [-3], [4]])
-  expect(stops(seen, 'sliding', (one) => [one.frequency, one.decibels])).toEqual([{ x: 60, y: -12, text: 'load sliding: gain margin 4.00 at 60.0 Hz' }])
-  expect(reach(seen, 'both', 'gain margin', 0, (one) => one.decibels)[0]).toMatchObject({ x: [60, 60], y: [0, -12] })
-  expect(reach(seen, 'both', 'delay margin', 0, (one) => one.decibels)).toEqual([])
+test('only poles of the upper half plane are drawn; margins have labels and lines', () => {
+  const [plant, closed] = poles(loop, 'sliding')
+  expect([plant!.x, closed!.x, closed!.y]).toEqual([[-1], [-3], [4]])
+  expect(stops(loop, 'sliding', (one) => [one.frequency, one.decibels])).toEqual([{ x: 60, y: -12, text: 'load sliding: gain margin 4.00 at 60.0 Hz' }])
+  expect(reach(loop, 'both', 'gain margin', 0, (one) => one.decibels)[0]).toMatchObject({ x: [60, 60], y: [0, -12] })
+  expect(reach(loop, 'both', 'delay margin', 0, (one) => one.decibels)).toEqual([])
 })

@@ -1,11 +1,11 @@
-// Another controller, chosen on Home while the axis is homed: it takes over, and its values are there to be changed.
+// Another controller, selected on Home while the axis is homed: it becomes active, and its parameters can be changed.
 
 import assert from 'node:assert/strict'
 import { play } from './harness.mjs'
 
 await play(async (scene) => {
   const ann = await scene.page('Ann')
-  await scene.step('state feedback takes over, and its own choices unfold', async () => {
+  await scene.step('state feedback becomes active and shows its own choices', async () => {
     await ann.goto(scene.bench.address.href)
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()
@@ -15,6 +15,6 @@ await play(async (scene) => {
     await ann.getByLabel('kind', { exact: true }).nth(1).selectOption('poles')
     await ann.getByLabel(/vibration damping/).waitFor()
     assert.equal(await ann.getByLabel(/integral time/).count(), 0)
-    await scene.seen(ann, 'state-feedback')
+    await scene.snapshot(ann, 'state-feedback')
   })
 })

@@ -1,4 +1,4 @@
-// Friction Design: the curve by mouse, finger and keyboard, through points, to what can be rendered, onto the target.
+// Friction Design: the curve by mouse, touch and keyboard, through points, to the nearest renderable curve, and to the target.
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
@@ -12,7 +12,7 @@ await play(async (scene) => {
   const slider = (name, page = ann) => page.getByRole('slider', { name, exact: true })
   const value = async (name, page = ann) => Number(await slider(name, page).getAttribute('aria-valuenow'))
   const values = (page = ann) => Promise.all(NAMES.map((name) => value(name, page)))
-  const verdict = ann.getByRole('region', { name: 'Verdict' })
+  const verdict = ann.getByRole('region', { name: 'Renderability' })
   const margin = ann.getByRole('region', { name: 'Stability margin' })
   const points = ann.getByRole('slider', { name: /^Reference point/ })
   const call = (body) =>
@@ -25,9 +25,9 @@ await play(async (scene) => {
     return [x + width / 2, y + height / 2]
   }
   const until = async (what, good) => {
-    const begun = Date.now()
+    const start = Date.now()
     while (!(await good())) {
-      assert.ok(Date.now() - begun < 10_000, what)
+      assert.ok(Date.now() - start < 10_000, what)
       await ann.waitForTimeout(30)
     }
   }
@@ -46,7 +46,7 @@ await play(async (scene) => {
     }
   }
 
-  await scene.step('a curve that cannot be rendered says where and why, and moves to the nearest that can', async () => {
+  await scene.step('a non-renderable curve shows where and why, and moves to the nearest renderable one', async () => {
     await ann.goto(scene.bench.address.href)
     await ann.keyboard.press('3')
     await slider('Breakaway torque').waitFor()
@@ -56,17 +56,17 @@ await play(async (scene) => {
     await verdict.getByText('Not renderable').waitFor()
     assert.equal(await ann.getByRole('button', { name: /^Download/ }).count(), 0)
     await ann.getByRole('button', { name: /^limit: / }).first().waitFor()
-    await scene.seen(ann, 'design-not-renderable')
+    await scene.snapshot(ann, 'design-not-renderable')
     const outside = await values()
     await ann.getByRole('button', { name: /Nearest renderable/ }).click()
-    await verdict.getByText('Renderable at every speed').waitFor()
+    await verdict.getByText('Renderable at all speeds').waitFor()
     assert.notDeepEqual(await values(), outside)
     await ann.keyboard.press('Control+z')
     await becomes('Viscous friction', outside[3])
     await ann.keyboard.press('n')
-    await verdict.getByText('Renderable at every speed').waitFor()
+    await verdict.getByText('Renderable at all speeds').waitFor()
   })
-  await scene.step('a handle follows the mouse, finer with Shift, and Esc brings it back', async () => {
+  await scene.step('a handle follows the mouse, finer with Shift; Esc cancels', async () => {
     const before = await value('Breakaway torque')
     const release = await drag(slider('Breakaway torque'), 0, -30, ['Alt'])
     await ann.getByText(/was \d/).first().waitFor()
@@ -111,12 +111,12 @@ await play(async (scene) => {
     await becomes('Breakaway torque', 1.01 * breakaway, 1e-4)
     await becomes('Kinetic torque', 0.123 + 0.01 * breakaway, 1e-3)
   })
-  await scene.step('a finger moves a handle and sets a point', async () => {
+  await scene.step('touch moves a handle and sets a point', async () => {
     const tom = await scene.page('Tom', { hasTouch: true, isMobile: false })
     await tom.goto(scene.bench.address.href)
     await tom.goto(new URL('/design', scene.bench.address).href)
     await slider('Breakaway torque', tom).waitFor()
-    // Who comes for the first time sets points.
+    // On the first visit the tool for points is active.
     assert.equal(await tom.getByRole('button', { name: /^Point/ }).getAttribute('aria-pressed'), 'true')
     const sheet = await tom.locator('.sheet').boundingBox()
     for (const [across, down] of [[0.02, 0.3], [0.3, 0.6]]) await tom.touchscreen.tap(sheet.x + across * sheet.width, sheet.y + down * sheet.height)
@@ -133,20 +133,20 @@ await play(async (scene) => {
     assert.ok((await value('Kinetic torque', tom)) > before)
     await tom.context().close()
   })
-  await scene.step('four clicks set four points, and the curve is laid through them', async () => {
+  await scene.step('four clicks set four points, and the curve is fitted to them', async () => {
     await ann.keyboard.press('p')
     const sheet = await ann.locator('.sheet').boundingBox()
     for (const [across, down] of [[0.01, 0.35], [0.2, 0.55], [0.45, 0.6], [0.85, 0.5]])
       await ann.mouse.click(sheet.x + across * sheet.width, sheet.y + down * sheet.height)
     await until('there are four points', async () => (await points.count()) === 4)
     const list = ann.getByRole('region', { name: 'Reference points' })
-    await list.getByText(/mN·m rms off/).waitFor()
-    // The program says the same of the same points.
-    const typed = await Promise.all([1, 2, 3, 4].map(async (one) => ({
+    await list.getByText(/mN·m rms deviation/).waitFor()
+    // The program computes the same fit for the same points.
+    const positions = await Promise.all([1, 2, 3, 4].map(async (one) => ({
       speed: Number(await list.getByLabel(`Speed of point ${one}`).inputValue()),
       torque: Number(await list.getByLabel(`Torque of point ${one}`).inputValue()),
     })))
-    const { desired } = await call({ call: 'sketch', desired: await values(), points: typed, fit: true, speeds: [0, 1] })
+    const { desired } = await call({ call: 'sketch', desired: await values(), points: positions, fit: true, speeds: [0, 1] })
     for (const [index, name] of NAMES.slice(0, 2).entries()) assert.ok(near(await value(name), desired[index], 0.02), `${name} ${await value(name)} ${desired[index]}`)
     await ann.keyboard.press('v')
     await points.first().focus()
@@ -169,9 +169,9 @@ await play(async (scene) => {
     assert.equal(await points.count(), 3)
     await ann.getByLabel('Torque of point 2').fill('-1')
     await ann.getByLabel('Torque of point 2').press('Tab')
-    await ann.getByText('A torque is a number above 0.').waitFor()
+    await ann.getByText('A torque must be above 0.').waitFor()
   })
-  await scene.step('views: wheel, pan, back and forth, everything; stretched or linear; another unit', async () => {
+  await scene.step('views: wheel, pan, previous, next, all; stretched or linear; another unit', async () => {
     await ann.getByRole('heading', { name: 'Friction Design' }).click()
     const linear = ann.getByRole('button', { name: 'Linear' })
     await ann.keyboard.press('l')
@@ -209,7 +209,7 @@ await play(async (scene) => {
     await ann.keyboard.press('u')
     await until('the first unit', async () => near(await speed(), 10))
   })
-  await scene.step('presliding: other bristles, another loop; and how far it is from chatter', async () => {
+  await scene.step('presliding: other bristles give another loop; the stability margin follows', async () => {
     const stiffness = ann.getByRole('textbox', { name: /stiffness/ })
     const before = Number(await stiffness.inputValue())
     await stiffness.fill(String(before / 2))
@@ -217,40 +217,40 @@ await play(async (scene) => {
     await until('it is taken', async () => near(Number(await stiffness.inputValue()), before / 2))
     await margin.getByText(/^\d+\s%$|^refused$/).waitFor()
     await until('the sentence is there', async () => /chatter|stable/i.test(await margin.innerText()))
-    await scene.seen(ann, 'design')
+    await scene.snapshot(ann, 'design')
   })
-  await scene.step('the figure leaves as SVG and CSV', async () => {
+  await scene.step('the figure is exported as SVG and CSV', async () => {
     for (const [kind, has] of [['SVG', /#d95d0e/i], ['CSV', /"Desired",/]]) {
       await ann.getByRole('button', { name: 'Export figure' }).click()
       const [download] = await Promise.all([ann.waitForEvent('download'), ann.getByRole('button', { name: kind, exact: true }).click()])
       assert.match(readFileSync(await download.path(), 'utf8'), has)
     }
   })
-  await scene.step('the draft outlives a reload', async () => {
+  await scene.step('the draft survives a reload', async () => {
     const before = await values()
-    // It is kept when the hand rests.
+    // The draft is stored after a pause of the input.
     await margin.getByText('checking').waitFor({ state: 'hidden' })
     await ann.reload()
     await slider('Kinetic torque').waitFor()
     for (const [index, name] of NAMES.entries()) await becomes(name, before[index], 1e-4)
     assert.equal(await points.count(), 3)
   })
-  await scene.step('the download shows the difference, and then these values are on the target', async () => {
+  await scene.step('the download lists the changes and applies them to the target', async () => {
     if (await verdict.getByText('Not renderable').count()) await ann.keyboard.press('n')
-    await verdict.getByText('Renderable at every speed').waitFor()
+    await verdict.getByText('Renderable at all speeds').waitFor()
     await ann.getByRole('button', { name: /^Download \d+ changes/ }).click()
     const dialog = ann.getByRole('dialog', { name: /Download desired friction/ })
-    await dialog.getByText(/more unchanged/).waitFor()
+    await dialog.getByText(/\d unchanged/).waitFor()
     assert.ok((await dialog.locator('tbody tr').count()) >= 2)
-    await scene.seen(ann, 'design-download')
+    await scene.snapshot(ann, 'design-download')
     await dialog.getByRole('button', { name: /^Download \d/ }).click()
-    await ann.getByText(/in force since cycle/).waitFor()
+    await ann.getByText(/active on the target since cycle/).waitFor()
     await ann.getByRole('complementary').getByRole('button', { name: /^Measure again/ }).waitFor()
     const { items } = await call({ call: 'items' })
     const kinetic = items.find((item) => item.path === 'bench.desired.kinetic_torque')
     assert.ok(near(await value('Kinetic torque'), kinetic.value, 1e-5))
   })
-  await scene.step('without the program the curve stays, and nothing can be downloaded', async () => {
+  await scene.step('without the program the curve stays and the download is disabled', async () => {
     await slider('Kinetic torque').focus()
     await ann.keyboard.press('ArrowDown')
     await ann.getByRole('button', { name: /^Download 1 change/ }).waitFor()
@@ -258,7 +258,7 @@ await play(async (scene) => {
       await scene.bench.stop()
       await ann.getByRole('button', { name: /Not connected/ }).first().waitFor()
       assert.ok(await slider('Kinetic torque').isVisible())
-      await scene.seen(ann, 'design-offline')
+      await scene.snapshot(ann, 'design-offline')
       await scene.serve(scene.bench.address.host)
       await ann.getByRole('button', { name: /^Download \d+ change/ }).waitFor()
     })

@@ -1,4 +1,4 @@
-// The experiment from start to download, and what goes wrong on the way.
+// The experiment from start to download, and errors on the way.
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
@@ -10,7 +10,7 @@ await play(async (scene) => {
   const stranger = await scene.page('Stranger')
   const measure = () => ann.getByRole('button', { name: 'Measure R' })
 
-  await scene.step('without the token a text says which address to open', async () => {
+  await scene.step('without the token, a text names the address to open', async () => {
     await scene.unreachable(async () => {
       const answer = await stranger.goto(scene.bench.address.origin)
       assert.equal(answer.status(), 401)
@@ -18,7 +18,7 @@ await play(async (scene) => {
       await stranger.context().close()
     })
   })
-  await scene.step('the printed address opens the page; no script sees the token; its headers are strict', async () => {
+  await scene.step('the printed address opens the page; scripts cannot read the token; the headers are strict', async () => {
     await ann.goto(scene.bench.address.href)
     await state(ann).getByText('Off').waitFor()
     assert.equal(new URL(ann.url()).search, '')
@@ -30,7 +30,7 @@ await play(async (scene) => {
     assert.equal(headers['x-content-type-options'], 'nosniff')
     assert.equal(headers['referrer-policy'], 'no-referrer')
     await state(ann).getByText('Off').waitFor()
-    await scene.seen(ann, 'home-empty')
+    await scene.snapshot(ann, 'home-empty')
   })
   await scene.step('a click on a part opens its parameters, and a value outside its range is refused with the range', async () => {
     await ann.getByRole('button', { name: /^Encoder/ }).press('Enter')
@@ -42,7 +42,7 @@ await play(async (scene) => {
     await scene.accessible(ann, 'parameters')
     await ann.getByRole('button', { name: 'Close' }).click()
   })
-  await scene.step('the palette finds a parameter and a command, the keys are told', async () => {
+  await scene.step('the palette finds a parameter and a command; the keys are listed', async () => {
     await ann.keyboard.press('Control+k')
     await ann.keyboard.type('stribeck velocity')
     await ann.getByRole('option', { name: /stribeck_velocity/ }).first().waitFor()
@@ -54,34 +54,34 @@ await play(async (scene) => {
     await ann.keyboard.press('Escape')
     assert.equal(await ann.getByRole('dialog').count(), 0)
   })
-  await scene.step('homing, and the same person in a second tab; another one looks', async () => {
+  await scene.step('homing; the same operator in a second tab; a viewer requests control', async () => {
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
     await ann.getByText('Homed', { exact: true }).waitFor()
-    const again = await ann.context().newPage()
-    await again.goto(scene.bench.address.origin)
-    await again.getByText('You operate').waitFor()
-    await again.close()
+    const second = await ann.context().newPage()
+    await second.goto(scene.bench.address.origin)
+    await second.getByText('You have control').waitFor()
+    await second.close()
     const bob = await scene.page('Bob')
     await bob.goto(scene.bench.address.href)
-    await bob.getByText('Ann operates').first().waitFor()
+    await bob.getByText('Ann has control').first().waitFor()
     assert.ok(await bob.getByRole('main').getByRole('button', { name: /Home axis again/ }).isDisabled())
-    await scene.seen(bob, 'home-viewer')
-    await bob.getByRole('button', { name: 'Ask for control' }).click()
-    await ann.getByText('Bob asks for control').waitFor()
+    await scene.snapshot(bob, 'home-viewer')
+    await bob.getByRole('button', { name: 'Request control' }).click()
+    await ann.getByText('Bob requests control').waitFor()
     await ann.getByRole('button', { name: 'Hand over' }).click()
-    await bob.getByText('You operate').waitFor()
-    // Whoever looks may stop.
+    await bob.getByText('You have control').waitFor()
+    // A viewer can stop the axis.
     await ann.keyboard.press('Escape')
     await ann.getByText('Confirmed').waitFor()
     await state(ann).getByText('Ready').waitFor()
     await bob.context().close()
-    // Who has gone operates no more.
-    await ann.getByText('Nobody operates').waitFor()
+    // After the operator has left, control is free.
+    await ann.getByText('No operator').waitFor()
   })
   await scene.step('a measurement is drawn while it runs, also after a reload', async () => {
     await ann.keyboard.press('2')
     await ann.getByText(/No measurement yet/).waitFor()
-    await scene.seen(ann, 'friction-empty')
+    await scene.snapshot(ann, 'friction-empty')
     await ann.getByRole('button', { name: /Quick/ }).click()
     const field = (name) => ann.getByRole('textbox', { name })
     for (const [name, value] of [[/slowest/, '2'], [/fastest/, '40'], [/speeds/, '5']]) {
@@ -90,14 +90,14 @@ await play(async (scene) => {
     }
     await ann.getByText(/Friction at 5 speeds from 2 to 40/).waitFor()
     assert.equal(await field(/speeds/).inputValue(), '5')
-    await scene.seen(ann, 'friction-recipe')
+    await scene.snapshot(ann, 'friction-recipe')
     await ann.keyboard.press('Escape')
     await measure().click()
     await state(ann).getByText('Measuring').waitFor()
     await ann.getByRole('img', { name: /[1-9]\d* points/ }).first().waitFor()
     await ann.reload()
     await ann.getByRole('img', { name: /[1-9]\d* points/ }).first().waitFor()
-    await scene.seen(ann, 'friction-running')
+    await scene.snapshot(ann, 'friction-running')
   })
   await scene.step('the numbers on the page are those of the fit', async () => {
     await ann.getByRole('button', { name: /Download to target/ }).waitFor()
@@ -111,7 +111,7 @@ await play(async (scene) => {
     const folder = join(scene.project, 'runs', `${String(answer.run).padStart(4, '0')}-measure-friction`)
     const summary = JSON.parse(readFileSync(join(folder, 'summary.json'), 'utf8'))
     assert.equal(answer.points.length, summary.results['measure.plateaus'].value)
-    await scene.seen(ann, 'friction-done')
+    await scene.snapshot(ann, 'friction-done')
     await ann.getByRole('button', { name: 'Show as table' }).click()
     assert.equal(await ann.getByRole('dialog').locator('tbody tr').count(), answer.points.length)
     await ann.getByRole('dialog').getByRole('button', { name: 'Close' }).click()
@@ -119,7 +119,7 @@ await play(async (scene) => {
     await ann.getByRole('img', { name: /Drive torque over time/ }).waitFor()
     await ann.getByRole('tab', { name: 'Over speed' }).click()
   })
-  await scene.step('a figure leaves as SVG, PNG and CSV', async () => {
+  await scene.step('a figure is exported as SVG, PNG and CSV', async () => {
     for (const kind of ['SVG', 'PNG', 'CSV']) {
       await ann.getByRole('button', { name: 'Export figure' }).click()
       const [download] = await Promise.all([ann.waitForEvent('download'), ann.getByRole('button', { name: kind, exact: true }).click()])
@@ -128,30 +128,30 @@ await play(async (scene) => {
       if (kind === 'SVG') assert.match(bytes.toString(), /#195ad7/i)
     }
   })
-  await scene.step('the download shows the difference, comes into force and can be undone', async () => {
+  await scene.step('the download lists the changes, applies them and can be undone', async () => {
     await ann.getByRole('button', { name: /Download to target/ }).click()
     const dialog = ann.getByRole('dialog', { name: /Download own friction/ })
-    await dialog.getByText(/more unchanged/).waitFor()
+    await dialog.getByText(/\d unchanged/).waitFor()
     assert.ok((await dialog.locator('tbody tr').count()) >= 1)
-    await scene.seen(ann, 'friction-download')
+    await scene.snapshot(ann, 'friction-download')
     await dialog.getByRole('button', { name: /^Download \d/ }).click()
-    await ann.getByText(/in force since cycle/).waitFor()
-    await ann.getByText(/Own friction is that of run/).waitFor()
-    await scene.seen(ann, 'friction-downloaded')
+    await ann.getByText(/active on the target since cycle/).waitFor()
+    await ann.getByText(/Own friction from run/).waitFor()
+    await scene.snapshot(ann, 'friction-downloaded')
     await ann.getByRole('button', { name: 'Undo' }).click()
     await ann.getByRole('button', { name: /Download to target/ }).waitFor()
-    // A message goes by itself; what was said can be read again.
-    await ann.getByText(/in force since cycle/).waitFor({ state: 'hidden' })
+    // A message closes after a while and stays in the log.
+    await ann.getByText(/active on the target since cycle/).waitFor({ state: 'hidden' })
     await ann.keyboard.press('Shift+M')
     const messages = ann.getByRole('dialog', { name: 'Messages' })
-    await messages.getByRole('row', { name: /in force since cycle/ }).waitFor()
+    await messages.getByRole('row', { name: /active on the target since cycle/ }).waitFor()
     await scene.accessible(ann, 'messages')
-    await scene.seen(ann, 'messages')
-    // Not by Esc, which stops first.
+    await scene.snapshot(ann, 'messages')
+    // Not by Esc: Esc stops the axis first.
     await messages.getByRole('button', { name: 'Close' }).click()
     await messages.waitFor({ state: 'hidden' })
   })
-  await scene.step('a fault says what it was and what to do', async () => {
+  await scene.step('a fault shows its cause and the action required', async () => {
     await ann.evaluate(async () => {
       const call = (body) => fetch('/api', { method: 'POST', headers: { 'Content-Type': 'application/json', 'Stickslip-Client': 'Ann' }, body: JSON.stringify(body) })
       await call({ call: 'move', reference: 'sine', values: { amplitude: 1, frequency: 1 } })
@@ -160,14 +160,14 @@ await play(async (scene) => {
     await ann.getByRole('alert', { name: 'Fault' }).waitFor()
     await ann.keyboard.press('1')
     await ann.getByText('unknown').first().waitFor()
-    await scene.seen(ann, 'home-fault')
+    await scene.snapshot(ann, 'home-fault')
   })
-  await scene.step('without the program values grow old; it comes back and is found again', async () => {
+  await scene.step('without the program values are marked as old; the page reconnects', async () => {
     await scene.unreachable(async () => {
       await scene.bench.stop()
       await state(ann).getByText('Offline').waitFor()
       await ann.getByText(/values are \d+\s*s old/).waitFor()
-      await scene.seen(ann, 'home-offline')
+      await scene.snapshot(ann, 'home-offline')
       await scene.serve(scene.bench.address.host)
       await state(ann).getByText('Off', { exact: true }).waitFor()
     })

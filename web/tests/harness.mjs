@@ -1,4 +1,4 @@
-// The real program, a real browser, and what each test of the page wants: STICKSLIP is the program (target/debug/stickslip),
+// The program, a browser and common functions for the tests of the page. STICKSLIP is the program (target/debug/stickslip),
 // CHROMIUM the browser, SHOTS a folder for pictures.
 
 import assert from 'node:assert/strict'
@@ -13,10 +13,10 @@ import { chromium } from 'playwright-core'
 const program = process.env.STICKSLIP ?? join(import.meta.dirname, '../../target/debug/stickslip')
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8')
 const shots = process.env.SHOTS
-// A slow clock: what is tested is the page, on two cores that a browser needs as well.
+// A low tick rate: the tests check the page, on two processors that a browser also needs.
 const SLOW = ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500']
 
-/** The word for what the bench does. */
+/** The state of the bench in the top bar. */
 export const state = (page) => page.locator('header [role=status] b')
 
 class Scene {
@@ -32,10 +32,10 @@ class Scene {
     this.options = options
   }
 
-  /** Serves the project; told are its address and how to end it. */
+  /** Serves the project; sets the address and how to stop the program. */
   async serve(listen = '127.0.0.1:0') {
-    const told = ['serve', '--listen', listen, '--project', this.project, ...this.options, ...this.values.flatMap((value) => ['--set', value])]
-    const child = spawn(program, told, { stdio: ['ignore', 'pipe', 'inherit'] })
+    const args = ['serve', '--listen', listen, '--project', this.project, ...this.options, ...this.values.flatMap((value) => ['--set', value])]
+    const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'inherit'] })
     const lines = createInterface({ input: child.stdout })
     const address = await new Promise((resolve, reject) => {
       lines.once('line', resolve)
@@ -47,7 +47,7 @@ class Scene {
 
   async page(name, { width = 1440, height = 900, ...more } = {}) {
     const context = await this.browser.newContext({ viewport: { width, height }, colorScheme: 'light', reducedMotion: 'reduce', ...more })
-    // What the page told, also when it is gone from the picture.
+    // Logs the messages of the page, including closed ones.
     await context.addInitScript(() =>
       new MutationObserver((changes) => {
         for (const { addedNodes } of changes) for (const node of addedNodes) if (node.closest?.('ol[aria-label=Messages] li')) console.debug(node.innerText)
@@ -62,7 +62,7 @@ class Scene {
     return page
   }
 
-  /** What the browser complains of meanwhile is no fault. */
+  /** Console errors during `work` are expected. */
   async unreachable(work) {
     this.#expected += 1
     await work()
@@ -70,17 +70,17 @@ class Scene {
   }
 
   async accessible(page, where) {
-    // Injected past the policy that keeps foreign scripts out of the page.
+    // Injected past the policy that blocks external scripts on the page.
     const session = await page.context().newCDPSession(page)
     await session.send('Runtime.evaluate', { expression: axe })
     const answer = await session.send('Runtime.evaluate', { expression: 'axe.run(document).then((r) => JSON.stringify(r.violations))', awaitPromise: true, returnByValue: true })
     const violations = JSON.parse(answer.result.value)
-    const told = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target} ${node.any[0]?.message ?? ''}`).join('; ')}`)
-    this.barriers.push(...told.map((one) => `${where}: ${one}`))
+    const barriers = violations.map((one) => `${one.id}: ${one.nodes.slice(0, 3).map((node) => `${node.target} ${node.any[0]?.message ?? ''}`).join('; ')}`)
+    this.barriers.push(...barriers.map((one) => `${where}: ${one}`))
   }
 
-  /** Both themes, looked at by axe and, where asked, kept as pictures. */
-  async seen(page, what) {
+  /** Checks both themes with axe and takes pictures on request. */
+  async snapshot(page, what) {
     for (const scheme of ['light', 'dark']) {
       await page.emulateMedia({ colorScheme: scheme })
       await page.waitForTimeout(150)
@@ -96,7 +96,7 @@ class Scene {
   }
 
   async step(what, work) {
-    const begun = Date.now()
+    const start = Date.now()
     try {
       await work()
     } catch (error) {
@@ -104,11 +104,11 @@ class Scene {
       throw error
     }
     this.done += 1
-    console.log(`ok ${what} (${((Date.now() - begun) / 1000).toFixed(1)} s)`)
+    console.log(`ok ${what} (${((Date.now() - start) / 1000).toFixed(1)} s)`)
   }
 
-  /** What is to be seen where something failed. */
-  async tell() {
+  /** Prints the state of all pages after a failure. */
+  async report() {
     for (const context of this.browser.contexts())
       for (const page of context.pages()) {
         console.error((await page.locator('header, [role=alert], ol[aria-label=Messages], main').allInnerTexts()).join(' | ').replace(/\s+/g, ' '))
@@ -120,7 +120,7 @@ class Scene {
   }
 }
 
-/** A project of its own, served, and a browser. */
+/** Serves a new project and opens a browser. */
 export async function play(work, values = SLOW, options = []) {
   if (shots) mkdirSync(shots, { recursive: true })
   const scene = new Scene(values, options)
@@ -131,11 +131,11 @@ export async function play(work, values = SLOW, options = []) {
   })
   try {
     await work(scene)
-    assert.deepEqual(scene.complaints, [], 'the console says nothing')
-    assert.deepEqual(scene.barriers, [], 'axe finds nothing')
+    assert.deepEqual(scene.complaints, [], 'no console errors')
+    assert.deepEqual(scene.barriers, [], 'no accessibility violations')
     console.log(`${scene.done} passed`)
   } catch (error) {
-    await scene.tell()
+    await scene.report()
     throw error
   } finally {
     await scene.browser.close()

@@ -1,9 +1,9 @@
-// Help: the guide in the page, its search, and the tour that leads through the experiment on the real bench.
+// Help: the guide in the page, its search, and the tour through the experiment on the running bench.
 
 import assert from 'node:assert/strict'
 import { play, state } from './harness.mjs'
 
-/** What a browser may have to fetch for all windows, compressed [bytes]. */
+/** Limit of the transfer for all windows, compressed [bytes]. */
 const LIMIT = 400_000
 
 await play(async (scene) => {
@@ -16,22 +16,22 @@ await play(async (scene) => {
   const tour = ann.getByRole('region', { name: 'Guided tour' })
   const heading = (name) => ann.getByRole('article').getByRole('heading', { name, exact: true })
 
-  await scene.step('the guide is there, page by page', async () => {
+  await scene.step('the guide opens page by page', async () => {
     await ann.goto(scene.bench.address.href)
     await state(ann).getByText('Off').waitFor()
     const paint = await ann.evaluate(() => Math.round(performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN))
     console.log(`   first paint after ${paint} ms`)
     await ann.keyboard.press('8')
-    await heading('What this guide is').waitFor()
-    await ann.getByRole('link', { name: 'Work on a running bench' }).first().click()
+    await heading('Introduction').waitFor()
+    await ann.getByRole('link', { name: 'The running bench', exact: true }).first().click()
     await heading('Record and replay').waitFor()
     await ann.getByRole('article').getByRole('link', { name: 'the catalogue', exact: true }).click()
     await heading('The catalogue of runs').waitFor()
     assert.match(ann.url(), /page=runs/)
-    await scene.seen(ann, 'help')
+    await scene.snapshot(ann, 'help')
     await ann.goBack()
     await heading('Record and replay').waitFor()
-    await ann.goto(`${scene.bench.address.origin}/help?page=teacher`)
+    await ann.goto(`${scene.bench.address.origin}/help?page=tutorial-lesson`)
     const figure = ann.getByRole('article').getByRole('img').first()
     await figure.scrollIntoViewIfNeeded()
     await ann.waitForFunction((image) => image.complete && image.naturalWidth > 100, await figure.elementHandle())
@@ -39,31 +39,31 @@ await play(async (scene) => {
   await scene.step('a search finds sections, parameters and commands', async () => {
     await ann.keyboard.press('/')
     await ann.keyboard.type('stribeck velocity')
-    const found = ann.getByRole('region', { name: 'Found' })
-    const parameter = found.getByRole('button', { name: /bench\.desired\.stribeck_velocity.*opens it/ })
+    const results = ann.getByRole('region', { name: 'Results' })
+    const parameter = results.getByRole('button', { name: /bench\.desired\.stribeck_velocity.*click to open/ })
     await parameter.waitFor()
-    await scene.seen(ann, 'help-found')
+    await scene.snapshot(ann, 'help-found')
     await parameter.click()
     await ann.getByRole('complementary', { name: /Parameters of bench.desired/ }).waitFor()
     await ann.getByRole('button', { name: 'Close' }).click()
     const search = ann.getByRole('searchbox', { name: 'Search the help' })
     await search.fill('brake tacho')
-    await found.getByRole('button', { name: /brake/i }).first().click()
+    await results.getByRole('button', { name: /brake/i }).first().click()
     await ann.getByRole('article').waitFor()
     await search.fill('zebra')
-    await ann.getByText('Nothing is found by these words.').waitFor()
+    await ann.getByText('No results.').waitFor()
     await search.fill('')
   })
-  await scene.step('the tour waits for each step to be done by hand, and can be left', async () => {
+  await scene.step('the tour waits for the user at each step and can be ended', async () => {
     await ann.evaluate(() => localStorage.setItem('stickslip.friction', JSON.stringify({ thorough: false, values: { slowest: '2', fastest: '40', speeds: '5' } })))
     await ann.reload()
-    await ann.getByRole('button', { name: 'Take the tour' }).click()
+    await ann.getByRole('button', { name: 'Start the tour' }).click()
     await tour.getByRole('heading', { name: 'Home the axis' }).waitFor()
-    await tour.getByRole('button', { name: 'Leave the tour' }).click()
+    await tour.getByRole('button', { name: 'End the tour' }).click()
     assert.equal(await tour.count(), 0)
     await ann.keyboard.press('8')
-    await ann.getByRole('button', { name: 'Take the tour' }).click()
-    await scene.seen(ann, 'tour')
+    await ann.getByRole('button', { name: 'Start the tour' }).click()
+    await scene.snapshot(ann, 'tour')
     await ann.getByRole('main').getByRole('button', { name: 'Home axis', exact: true }).click()
     await tour.getByRole('heading', { name: 'Go to the measurement' }).waitFor()
     await ann.getByRole('link', { name: /Friction Measurement/ }).click()
@@ -78,14 +78,14 @@ await play(async (scene) => {
     await ann.getByRole('slider', { name: /breakaway/i }).first().press('ArrowUp')
     await tour.getByRole('heading', { name: 'Download the desired friction' }).waitFor()
     await scene.accessible(ann, 'tour-design')
-    for (const next of ['Measure again', 'Save the report', 'That was the experiment']) {
+    for (const next of ['Measure again', 'Save the report', 'Experiment complete']) {
       await tour.getByRole('button', { name: 'Skip' }).click()
       await tour.getByRole('heading', { name: next }).waitFor()
     }
     await tour.getByRole('button', { name: 'Done' }).click()
     assert.equal(await tour.count(), 0)
   })
-  await scene.step('all windows take little to fetch', async () => {
+  await scene.step('all windows transfer less than the limit', async () => {
     await ann.keyboard.press('7')
     await ann.getByRole('heading', { name: 'Runs' }).waitFor()
     console.log(`   ${(fetched / 1000).toFixed(0)} kB fetched, reloads included`)

@@ -1,4 +1,4 @@
-// What runs on the target: its blocks with live values, its time in each cycle, its code.
+// The implementation on the target: blocks with live values, cycle times, code.
 
 import assert from 'node:assert/strict'
 import { play, state } from './harness.mjs'
@@ -14,7 +14,7 @@ await play(async (scene) => {
   const block = (name) => main.getByRole('button', { name })
   const value = (name) => main.getByRole('button', { name })
 
-  await scene.step('the window shows what runs, with a value on every wire', async () => {
+  await scene.step('the window shows the active blocks, with a value on each wire', async () => {
     await ann.goto(scene.bench.address.href)
     await state(ann).getByText('Off').waitFor()
     await ann.keyboard.press('6')
@@ -24,16 +24,16 @@ await play(async (scene) => {
     assert.equal(await main.locator('.stage .value').count(), labels.length)
     await ann.waitForFunction(() => [...document.querySelectorAll('.stage .value .number')].every((one) => one.textContent !== '–'))
     await main.getByText('No deadline missed').or(main.getByText(/deadlines? missed/)).first().waitFor()
-    await scene.seen(ann, 'implementation')
+    await scene.snapshot(ann, 'implementation')
     for (const [width, height] of [[1280, 720], [1920, 1080]]) {
       await ann.setViewportSize({ width, height })
       const wide = await ann.evaluate(() => document.documentElement.scrollWidth - innerWidth)
-      assert.ok(wide <= 0, `nothing beside the window at ${width}`)
+      assert.ok(wide <= 0, `no horizontal overflow at ${width}`)
       if (process.env.SHOTS) await ann.screenshot({ path: `${process.env.SHOTS}/implementation-${width}x${height}.png` })
     }
     await ann.setViewportSize({ width: 1440, height: 900 })
   })
-  await scene.step('the values live, and none moves its neighbours', async () => {
+  await scene.step('the values are live and keep their widths', async () => {
     await main.getByRole('button', { name: 'Home axis' }).click()
     await state(ann).getByText('Running').waitFor()
     await ann.waitForFunction(async () => {
@@ -42,18 +42,18 @@ await play(async (scene) => {
     })
     await call({ call: 'move', reference: 'sine', values: { amplitude: 0.5, frequency: 1 } })
     const angle = value(/^measured angle/)
-    const seen = new Set()
+    const texts = new Set()
     const widths = new Set()
     for (let k = 0; k < 20; k++) {
-      seen.add(await angle.innerText())
+      texts.add(await angle.innerText())
       widths.add(Math.round((await angle.boundingBox()).width))
       await ann.waitForTimeout(60)
     }
-    assert.ok(seen.size > 3, `${[...seen]}`)
+    assert.ok(texts.size > 3, `${[...texts]}`)
     assert.equal(widths.size, 1, `${[...widths]}`)
     await call({ call: 'halt' })
   })
-  await scene.step('a block tells its parameters; another value is in force at once and the block is marked', async () => {
+  await scene.step('a block lists its parameters; a new value is active at once and the block is marked', async () => {
     await block(/^Position control/).click()
     const gain = main.getByRole('textbox', { name: /position gain/ })
     await gain.fill('12')
@@ -63,13 +63,13 @@ await play(async (scene) => {
     assert.equal(items.find((item) => item.path === 'bench.controller.position_gain').value, 12)
     await main.getByText('Lines of C').waitFor()
     await main.locator('summary', { hasText: /^Code$/ }).click()
-    await scene.seen(ann, 'implementation-block')
+    await scene.snapshot(ann, 'implementation-block')
   })
   await scene.step('a block opens into the generated diagram and back, by mouse and by keyboard', async () => {
     await block(/^Velocity observer/).dblclick()
     await main.getByRole('navigation').getByText('Velocity observer').waitFor()
     await main.locator('.picture svg').waitFor()
-    await scene.seen(ann, 'implementation-page')
+    await scene.snapshot(ann, 'implementation-page')
     await ann.keyboard.press('Backspace')
     await block(/^Rendering law/).waitFor()
     await block(/^Drive output/).focus()
@@ -88,7 +88,7 @@ await play(async (scene) => {
     assert.equal(answer, 'entered')
     await block(/^Rendering law smooth/).waitFor()
   })
-  await scene.step('a wire comes into the scope', async () => {
+  await scene.step('a signal of a wire is added to the scope', async () => {
     await value(/^servo voltage/).focus()
     await ann.keyboard.press('Enter')
     const panes = ann.getByRole('region', { name: 'Scope' })
@@ -97,14 +97,14 @@ await play(async (scene) => {
     await panes.getByRole('button', { name: /measurement tacho voltage/ }).first().waitFor()
     await ann.keyboard.press('s')
   })
-  await scene.step('the code is compiled with the numbers in force and gives the bits of the model', async () => {
+  await scene.step('the code is compiled with the active parameters and reproduces the model bit for bit', async () => {
     await main.getByRole('button', { name: /^Build/ }).click()
-    await main.getByText('Compiled; the self-test gives every bit of the model.').waitFor()
+    await main.getByText(/^Compiled/).waitFor()
     await main.getByText('Build log').click()
     await main.getByText(/tick_selftest\.c/).first().waitFor()
-    await scene.seen(ann, 'implementation-built')
+    await scene.snapshot(ann, 'implementation-built')
   })
-  await scene.step('files leave with the numbers in force, and only with the token', async () => {
+  await scene.step('downloaded files contain the active parameters and require the token', async () => {
     const { files } = await call({ call: 'target' })
     for (const { file } of files) {
       const coming = ann.waitForEvent('download')

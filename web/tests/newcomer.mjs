@@ -1,5 +1,5 @@
-// Somebody who sees the page for the first time does the paper's experiment, from a bench that is off to a report and
-// a comparison; clicks are counted. With REAL=1 the quick plan at the rate of the preset, otherwise a short plan.
+// The experiment of the paper on a first visit, from a bench that is off to a report and a comparison; the test counts clicks.
+// With REAL=1 the quick plan at the rate of the preset, otherwise a short plan.
 
 import assert from 'node:assert/strict'
 import { readFileSync, readdirSync } from 'node:fs'
@@ -7,7 +7,7 @@ import { join } from 'node:path'
 import { play, state } from './harness.mjs'
 
 const real = Boolean(process.env.REAL)
-/** What ui promises. */
+/** Maximum number of clicks. */
 const BUDGET = 25
 const PATIENCE = 90_000
 
@@ -28,9 +28,9 @@ await play(
     }
     if (!real)
       await ann.addInitScript(() => localStorage.setItem('stickslip.friction', '{"thorough":false,"values":{"slowest":"2","fastest":"40","speeds":"5"}}'))
-    const begun = Date.now()
+    const start = Date.now()
 
-    await scene.step('homed, measured, and the own friction is on the target', async () => {
+    await scene.step('homing, measurement, download of the own friction', async () => {
       await ann.goto(scene.bench.address.href)
       await click(ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first())
       await ann.getByText('Homed', { exact: true }).waitFor()
@@ -39,7 +39,7 @@ await play(
       await click(button(/Download to target/))
       await click(dialog.getByRole('button', { name: /^Download \d/ }))
     })
-    await scene.step('four points and a handle make the desired friction, which comes onto the target', async () => {
+    await scene.step('four points and a handle define the desired friction, which is downloaded', async () => {
       await click(button('Next: Friction Design').last())
       const sheet = ann.locator('.sheet')
       await sheet.waitFor()
@@ -56,13 +56,13 @@ await play(
       await ann.mouse.up()
       clicks += 1
       await ann.getByRole('status').getByText('checking').waitFor({ state: 'hidden' })
-      if (await ann.getByRole('region', { name: 'Verdict' }).getByText('Not renderable').count()) await click(button(/Nearest renderable/))
-      await scene.seen(ann, 'newcomer-design')
+      if (await ann.getByRole('region', { name: 'Renderability' }).getByText('Not renderable').count()) await click(button(/Nearest renderable/))
+      await scene.snapshot(ann, 'newcomer-design')
       await click(button(/^Download \d+ changes/))
       await click(dialog.getByRole('button', { name: /^Download \d/ }))
     })
-    await scene.step('measured again while the load motor renders: figures 12 to 14', async () => {
-      await click(button('Measure again, the axis moves').last())
+    await scene.step('a measurement with the load motor rendering gives figures 12 to 14', async () => {
+      await click(button('Measure again (axis moves)').last())
       await state(ann).getByText('Measuring').waitFor()
       await ann.getByRole('img', { name: /Desired characteristic, and friction measured under it/ }).waitFor()
       await scene.accessible(ann, 'rendering')
@@ -72,14 +72,14 @@ await play(
       const error = summary('render')['render.rms_error'].value
       const [, value, unit] = shown.match(/^([\d.]+)(?: ± [\d.]+)? ([mµ]?)N·m/)
       assert.ok(Math.abs(Number(value) * { '': 1, m: 1e-3, µ: 1e-6 }[unit] - error) <= 0.5 * error, `${shown} is ${error}`)
-      await scene.seen(ann, 'newcomer-rendered')
+      await scene.snapshot(ann, 'newcomer-rendered')
       for (const [tab, title] of [['Load torque', /Difference torque/], ['Own and desired', /Own friction and desired/]]) {
         await ann.getByRole('tab', { name: tab }).click()
         await ann.getByRole('img', { name: title }).waitFor()
-        await scene.seen(ann, `newcomer-${tab.toLowerCase().replaceAll(' ', '-')}`)
+        await scene.snapshot(ann, `newcomer-${tab.toLowerCase().replaceAll(' ', '-')}`)
       }
     })
-    await scene.step('the report is a page of its own, and nobody without the token sees it', async () => {
+    await scene.step('the report is a separate page and requires the token', async () => {
       const [report] = await Promise.all([ann.context().waitForEvent('page'), click(button('Save report'))])
       await report.getByText('figure 14 of the paper').first().waitFor()
       assert.match(report.url(), /\/report\/\d+$/)
@@ -93,11 +93,11 @@ await play(
       })
       assert.equal(await ann.locator('main ol li.done').count(), 8)
     })
-    await scene.step('another controller, measured again and compared', async () => {
+    await scene.step('a measurement with another controller is compared', async () => {
       await click(ann.getByRole('link', { name: /Home/ }))
       await ann.getByLabel('Control', { exact: true }).selectOption('pid')
       clicks += 2
-      await ann.getByText(/Controller pid in force/).waitFor()
+      await ann.getByText(/Controller pid active on the target/).waitFor()
       await click(ann.getByRole('button', { name: /Friction Measurement/ }))
       await click(button(/Measure again R/))
       await state(ann).getByText('Measuring').waitFor()
@@ -105,9 +105,9 @@ await play(
       const all = ann.getByRole('button', { name: /^Run \d+ in the plot/ })
       await click(all.first())
       await all.and(ann.locator('[aria-pressed=true]')).waitFor()
-      await scene.seen(ann, 'newcomer-compared')
+      await scene.snapshot(ann, 'newcomer-compared')
     })
-    console.log(`${clicks} clicks, ${((Date.now() - begun) / 1000).toFixed(0)} s`)
+    console.log(`${clicks} clicks, ${((Date.now() - start) / 1000).toFixed(0)} s`)
     assert.ok(clicks <= BUDGET, `${clicks} clicks`)
   },
   ...(real ? [process.env.REAL.split(',').filter((value) => value.includes('='))] : []),

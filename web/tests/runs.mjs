@@ -1,4 +1,4 @@
-// The runs of a project: found, told, replayed, named, compared, deleted and brought back.
+// The runs of a project: search, details, replay, name, comparison, deletion and restoration.
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
@@ -12,9 +12,9 @@ await play(async (scene) => {
       return response.json()
     }, body)
   const until = async (what, holds) => {
-    const begun = Date.now()
+    const start = Date.now()
     while (!holds(await call({ call: 'status' }))) {
-      assert.ok(Date.now() - begun < 60_000, what)
+      assert.ok(Date.now() - start < 60_000, what)
       await ann.waitForTimeout(50)
     }
   }
@@ -27,26 +27,26 @@ await play(async (scene) => {
   const row = (name) => ann.getByRole('row').filter({ hasText: name })
   const run = ann.getByRole('complementary', { name: 'Run', exact: true })
 
-  await scene.step('a project without runs says so', async () => {
+  await scene.step('a project without runs shows an empty list', async () => {
     await ann.goto(scene.bench.address.href)
     await ann.keyboard.press('7')
-    await ann.getByText('No run yet.').waitFor()
-    await scene.seen(ann, 'runs-empty')
+    await ann.getByText('No runs.').waitFor()
+    await scene.snapshot(ann, 'runs-empty')
   })
-  await scene.step('what is recorded stands in the list by itself', async () => {
+  await scene.step('new recordings appear in the list automatically', async () => {
     await call({ call: 'home' })
     await until('homed', (status) => !status.doing && status.state === 'running')
     await record('grease', '14')
     await row('run 1, grease').waitFor()
     await record('oil', '11')
     await row('run 2, oil').waitFor()
-    const begun = await call({ call: 'measure', what: 'friction', plan: { slowest: '5', fastest: '20', speeds: '4' } })
-    assert.equal(begun.answer, 'done', begun.error)
+    const answer = await call({ call: 'measure', what: 'friction', plan: { slowest: '5', fastest: '20', speeds: '4' } })
+    assert.equal(answer.answer, 'done', answer.error)
     await until('measured', (status) => !status.doing)
     assert.equal((await call({ call: 'status' })).last.error, null)
     await row('sweep with wheel').waitFor()
   })
-  await scene.step('words, keys and comparisons find runs; what is half typed is told', async () => {
+  await scene.step('words, keys and comparisons find runs; incomplete terms are ignored with a notice', async () => {
     const search = ann.getByRole('searchbox', { name: 'Search runs' })
     await ann.keyboard.press('/')
     await ann.keyboard.type('oil')
@@ -58,28 +58,28 @@ await play(async (scene) => {
     await ann.getByText(/M_S>/).first().waitFor()
     await row('run 1, grease').waitFor()
     await search.fill('brass')
-    await ann.getByText('Nothing is found by these words.').waitFor()
+    await ann.getByText('No results.').waitFor()
     await ann.getByRole('button', { name: 'Show all runs' }).click()
     await row('run 2, oil').waitFor()
   })
-  await scene.step('a recorded run tells what happened and replays to the bit', async () => {
+  await scene.step('a recorded run lists its events and replays bit for bit', async () => {
     await row('run 1, grease').click()
     await run.getByText(/position_gain.*→/).first().waitFor()
     await run.getByRole('button', { name: 'Replay' }).click()
     await run.getByText('Identical.').waitFor()
-    const [taken] = await Promise.all([ann.waitForEvent('download'), run.getByRole('link', { name: 'run.mf4' }).click()])
-    assert.equal(readFileSync(await taken.path()).subarray(0, 3).toString(), 'MDF')
+    const [file] = await Promise.all([ann.waitForEvent('download'), run.getByRole('link', { name: 'run.mf4' }).click()])
+    assert.equal(readFileSync(await file.path()).subarray(0, 3).toString(), 'MDF')
     const [table] = await Promise.all([ann.waitForEvent('download'), run.getByRole('link', { name: 'parquet' }).click()])
     assert.match(table.suggestedFilename(), /run.parquet$/)
     assert.equal(readFileSync(await table.path()).subarray(0, 4).toString(), 'PAR1')
     await run.getByText(/software and machine: every bit is the same/).waitFor()
     await ann.getByLabel('Filter results and parameters').fill('position_gain')
     await run.getByText('controller.position_gain').first().waitFor()
-    await scene.seen(ann, 'runs-selected')
+    await scene.snapshot(ann, 'runs-selected')
     await ann.reload()
     await run.getByText(/position_gain.*→/).first().waitFor()
   })
-  await scene.step('name, tags and note are those of the run from then on', async () => {
+  await scene.step('name, tags and note are stored', async () => {
     const name = ann.getByLabel('Name of the run')
     await name.fill('old grease')
     await name.press('Enter')
@@ -87,15 +87,15 @@ await play(async (scene) => {
     const tag = ann.getByLabel('Add a tag')
     await tag.fill('good')
     await tag.press('Enter')
-    await run.getByRole('button', { name: 'Take the tag good away' }).waitFor()
+    await run.getByRole('button', { name: 'Remove the tag good' }).waitFor()
     const note = ann.getByLabel('Note')
     await note.fill('before cleaning')
     await note.blur()
     await row('before cleaning').waitFor()
-    const told = await call({ call: 'run', number: 1 })
-    assert.deepEqual([told.run.name, told.run.tags, told.run.note], ['old grease', ['good'], 'before cleaning'])
+    const stored = await call({ call: 'run', number: 1 })
+    assert.deepEqual([stored.run.name, stored.run.tags, stored.run.note], ['old grease', ['good'], 'before cleaning'])
   })
-  await scene.step('runs lie side by side, with what of them is not the same', async () => {
+  await scene.step('runs are compared, with their differences', async () => {
     await row('old grease').getByRole('button', { name: /^Compare/ }).click()
     await row('run 2, oil').getByRole('link').click()
     await ann.keyboard.press('c')
@@ -105,38 +105,38 @@ await play(async (scene) => {
     await table.getByText('bench.controller.position_gain').waitFor()
     await table.getByText(/^Δ /).first().waitFor()
     await ann.getByRole('img', { name: /Friction torque over speed/ }).waitFor()
-    assert.equal(await table.getByText('bench.tick_rate').count(), 0, 'what is the same is left out')
-    await scene.seen(ann, 'runs-compared')
+    assert.equal(await table.getByText('bench.tick_rate').count(), 0, 'equal values are omitted')
+    await scene.snapshot(ann, 'runs-compared')
     await table.getByRole('button', { name: 'Over time' }).click()
     await ann.getByRole('img', { name: /^angle over time/ }).waitFor()
     await table.getByRole('combobox', { name: /^Signal/ }).selectOption('software.estimated_velocity')
     const shift = table.getByLabel('Shift of run 2, oil')
-    const byBegin = await shift.inputValue()
-    await table.getByRole('combobox', { name: /^laid by/ }).selectOption('correlation')
-    while ((await shift.inputValue()) === byBegin) await ann.waitForTimeout(50)
+    const atStart = await shift.inputValue()
+    await table.getByRole('combobox', { name: /^aligned by/ }).selectOption('correlation')
+    while ((await shift.inputValue()) === atStart) await ann.waitForTimeout(50)
     await shift.fill('0.25')
     await shift.press('Enter')
-    assert.equal(await table.getByRole('combobox', { name: /^laid by/ }).inputValue(), 'hand')
-    // It is told again as it was taken, once the courses are there.
+    assert.equal(await table.getByRole('combobox', { name: /^aligned by/ }).inputValue(), 'hand')
+    // The shift is displayed as set, after the new data have arrived.
     await ann.waitForFunction((field) => field.value === '0.250', await shift.elementHandle())
     const numbers = (await call({ call: 'runs', query: '' })).runs.filter((one) => one.record).map((one) => one.number).slice(0, 2)
     const { courses } = await call({ call: 'courses', numbers, signal: 'angle', align: { by: 'begin' }, parts: 50 })
     assert.deepEqual(courses.map((one) => [one.trouble, Math.abs(one.course.begin + one.shift) < 1e-9]), numbers.map(() => [null, true]))
-    await scene.seen(ann, 'runs-over-time')
+    await scene.snapshot(ann, 'runs-over-time')
     await ann.getByRole('button', { name: 'Back to the list' }).click()
   })
-  await scene.step('a deleted run stays in sight with its undo, and lies in the bin', async () => {
+  await scene.step('a deleted run stays visible with Undo, and is in the bin', async () => {
     await row('old grease').getByRole('link').click()
     await ann.keyboard.press('Delete')
     await row('in the bin').getByRole('button', { name: 'Undo' }).waitFor()
     await ann.getByRole('button', { name: 'Bin' }).click()
     await ann.getByText('1 run', { exact: true }).waitFor()
-    await scene.seen(ann, 'runs-bin')
+    await scene.snapshot(ann, 'runs-bin')
     await row('old grease').getByRole('button', { name: 'Undo' }).click()
     await ann.getByRole('button', { name: 'Bin' }).click()
     await row('before cleaning').waitFor()
   })
-  await scene.step('the arrow keys go through the list; a recording begins and ends by its button', async () => {
+  await scene.step('the arrow keys move through the list; a button starts and stops a recording', async () => {
     await row('run 2, oil').getByRole('link').focus()
     await ann.keyboard.press('ArrowDown')
     assert.equal(new URL(ann.url()).searchParams.get('run'), '1')
@@ -145,19 +145,19 @@ await play(async (scene) => {
     assert.equal(new URL(ann.url()).searchParams.get('run'), '3')
     await run.getByText('measure friction').waitFor()
     await ann.getByRole('button', { name: 'Record', exact: true }).click()
-    await ann.getByRole('button', { name: /End recording/ }).click()
+    await ann.getByRole('button', { name: /Stop recording/ }).click()
     await row('recording-').waitFor()
   })
-  await scene.step('who looks may search and replay, not change', async () => {
+  await scene.step('a viewer can search and replay, but not edit', async () => {
     const bob = await scene.page('Bob')
     await call({ call: 'set', values: { 'bench.controller.position_gain': '13' } })
     await bob.goto(scene.bench.address.href)
-    await bob.getByText('Ann operates').first().waitFor()
+    await bob.getByText('Ann has control').first().waitFor()
     await bob.goto(`${scene.bench.address.origin}/runs?run=2`)
     await bob.getByRole('button', { name: 'Replay' }).click()
     await bob.getByText('Identical.').waitFor()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '12' } })
-    await bob.getByText('Ann operates').first().waitFor()
+    await bob.getByText('Ann has control').first().waitFor()
     assert.ok(await bob.getByRole('button', { name: 'Delete', exact: true }).isDisabled())
     await bob.context().close()
   })

@@ -1,4 +1,4 @@
-// The scope: every cycle is there, is the program's, and can be held, measured, triggered and taken along.
+// The scope: every cycle is available as sent by the program; hold, cursors, trigger, export.
 
 import assert from 'node:assert/strict'
 import { readFileSync } from 'node:fs'
@@ -21,12 +21,12 @@ await play(async (scene) => {
       await ann.waitForTimeout(50)
     }
   }
-  /** A busy machine may have ended the motion. */
+  /** Restarts the motion if a busy computer has ended it. */
   const moving = async () => {
     if ((await call({ call: 'status' })).doing) return
     await call({ call: 'move', reference: 'sine', values: { amplitude: 2, frequency: 1 } })
   }
-  /** The middle of a pane's plot, where the pointer is left. */
+  /** Moves the pointer to a position in the plot of a pane. */
   const point = async (name, x = 0.5, y = 0.5) => {
     const { left, top, width, height } = await pane(name).locator('.area').evaluate((area) => area.getBoundingClientRect().toJSON())
     await ann.mouse.move(left + x * width, top + y * height)
@@ -37,7 +37,7 @@ await play(async (scene) => {
     return readFileSync(await download.path())
   }
 
-  await scene.step('something is seen at once: panes with their signals, below the window', async () => {
+  await scene.step('panes with signals appear below the window at once', async () => {
     await ann.goto(scene.bench.address.href)
     await pane('Pane: angle, setpoint position over time').waitFor()
     await ann.getByRole('main').getByRole('button', { name: 'Home axis' }).first().click()
@@ -45,17 +45,17 @@ await play(async (scene) => {
     await moving()
     await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await ann.waitForTimeout(1500)
-    await scene.seen(ann, 'scope-dock')
+    await scene.snapshot(ann, 'scope-dock')
   })
-  await scene.step('each sample is that of the program, cycle by cycle', async () => {
+  await scene.step('each sample equals that of the program, cycle by cycle', async () => {
     const signals = ['setpoint.position', 'software.estimated_velocity']
     const { capture } = await call({ call: 'capture', signals, trigger: 'immediate', before: 0, after: 0.5 })
-    const known = await until(async () => {
+    const captured = await until(async () => {
       const answer = await call({ call: 'fetch', capture })
       return answer.answer === 'captured' ? answer : null
     })
     await ann.waitForTimeout(200)
-    const [head, ...lines] = (await leave('CSV of everything')).toString().trim().split('\n')
+    const [head, ...lines] = (await leave('CSV of all data')).toString().trim().split('\n')
     const columns = head.split(',')
     assert.deepEqual(columns.slice(0, 4), ['cycle [1]', 'time [s]', 'angle [rad]', 'setpoint.position [rad]'])
     const rows = new Map(lines.map((line) => line.split(',').map(Number)).map((row) => [row[0], row]))
@@ -63,18 +63,18 @@ await play(async (scene) => {
     const shown = /, ([\d\u202f]+) missing/.exec(await dock.locator('header').first().innerText())
     const missing = shown ? Number(shown[1].replace(/\D/g, '')) : 0
     assert.ok(cycles.every((cycle, i) => i === 0 || cycle > cycles[i - 1]))
-    // Missing ones before the first row are told as well, and some may have come since.
+    // Missing cycles before the first row are counted, too; more may have been lost since.
     assert.ok(cycles.at(-1) - cycles[0] + 1 - cycles.length <= missing, `${cycles.length} rows, ${missing} missing`)
-    known.cycles.forEach((cycle, i) => {
+    captured.cycles.forEach((cycle, i) => {
       const row = rows.get(cycle)
       assert.ok(row, `cycle ${cycle}`)
-      signals.forEach((signal, k) => assert.equal(row[columns.indexOf(`${signal} [${k ? 'rad/s' : 'rad'}]`)], known.columns[k][i]))
+      signals.forEach((signal, k) => assert.equal(row[columns.indexOf(`${signal} [${k ? 'rad/s' : 'rad'}]`)], captured.columns[k][i]))
     })
   })
-  await scene.step('cursors by key and by hand, and what is between them', async () => {
+  await scene.step('cursors by keyboard and mouse, and statistics between them', async () => {
     await point(/estimated velocity/, 0.4)
     await ann.keyboard.press(' ')
-    await button('Go on Space').waitFor()
+    await button('Resume Space').waitFor()
     await ann.keyboard.press('a')
     await point(/estimated velocity/, 0.7)
     await ann.keyboard.press('b')
@@ -90,7 +90,7 @@ await play(async (scene) => {
     const numbers = (await row.getByRole('cell').allInnerTexts()).map((text) => Number(text.replace('\u2212', '-').replace(/\s/g, '')))
     const [mean, rms, least, largest] = numbers
     assert.ok(least <= mean && mean <= largest && rms <= Math.max(-least, largest) && rms > 0, String(numbers))
-    await scene.seen(ann, 'scope-cursors')
+    await scene.snapshot(ann, 'scope-cursors')
     const lines = (await leave('CSV between the cursors')).toString().trim().split('\n')
     const apart = (await dock.locator('dl').innerText()).match(/Δ\s+([\d.]+)\s(m?s)/)
     const seconds = Number(apart[1]) * (apart[2] === 'ms' ? 1e-3 : 1)
@@ -98,7 +98,7 @@ await play(async (scene) => {
     await a.press('Delete')
     assert.equal(await a.count(), 0)
   })
-  await scene.step('a box zooms, earlier and later views come back, 0 shows everything', async () => {
+  await scene.step('a box zooms; previous and next views; 0 shows all data', async () => {
     const text = async () => (await dock.locator('header').first().innerText()).match(/([\d.]+ m?s) of/)[1]
     const before = await text()
     await point(/estimated velocity/, 0.5, 0.5)
@@ -113,12 +113,12 @@ await play(async (scene) => {
     await until(async () => (await text()) === zoomed)
     await ann.keyboard.press('0')
     await until(async () => (await text()) !== zoomed)
-    const part = dock.getByRole('slider', { name: 'Part that is shown' })
+    const part = dock.getByRole('slider', { name: 'Visible range' })
     await part.press('ArrowUp')
     await part.press('PageDown')
     assert.match(await part.getAttribute('aria-valuetext'), /up to/)
   })
-  await scene.step('a single event holds the picture; its level is held by hand', async () => {
+  await scene.step('a single event holds the display; the level can be moved', async () => {
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await dock.getByRole('combobox', { name: 'Signal' }).selectOption('setpoint.velocity')
     await dock.getByLabel('Level').fill('3')
@@ -128,28 +128,28 @@ await play(async (scene) => {
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await point(/estimated velocity/, 0.5, 0.5)
     for (let i = 0; i < 6; i++) await ann.mouse.wheel(0, -200)
-    await until(async () => (await moving(), await button('Go on Space').isVisible()))
+    await until(async () => (await moving(), await button('Resume Space').isVisible()))
     const level = dock.getByRole('slider', { name: 'Trigger level' })
     await level.press('ArrowUp')
     assert.ok(Number(await level.getAttribute('aria-valuenow')) > 3)
-    // The sample at the event has passed the level, the one before it has not.
+    // The sample at the event has passed the level, the previous one has not.
     await ann.keyboard.press('0')
-    await scene.seen(ann, 'scope-trigger')
+    await scene.snapshot(ann, 'scope-trigger')
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await button('Off').click()
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
   })
   await scene.step('a channel is computed from signals, and the sine has its frequency in the spectrum', async () => {
-    // The tab beside the panes; the button of the same name shuts them.
+    // The tab next to the panes; the button with the same name closes them.
     await dock.getByRole('button', { name: 'Signals', exact: true }).last().click()
     await button('Computed channel').click()
     const formula = dock.getByLabel('Formula')
     await formula.fill('speed + 1')
     await formula.press('Enter')
-    await dock.getByRole('alert').getByText('speed is no signal').waitFor()
+    await dock.getByRole('alert').getByText('unknown signal speed').waitFor()
     await formula.fill('slope = d()')
     await formula.press('ArrowLeft')
-    await button('Write setpoint position').click()
+    await button('Insert setpoint position').click()
     assert.equal(await formula.inputValue(), 'slope = d(setpoint.position)')
     await scene.accessible(ann, 'formula')
     await button('New spectrum pane').click()
@@ -158,40 +158,40 @@ await play(async (scene) => {
     await pane('Pane: slope over frequency').waitFor()
     await button('Computed channel').click()
     await ann.keyboard.press('0')
-    // A sine of 2 rad at 1 Hz moves at 4 pi rad/s; a motion that a busy machine has ended is begun again.
+    // A sine of 2 rad at 1 Hz has a speed of 4 pi rad/s; a motion that a busy computer has ended is restarted.
     const area = pane('Pane: slope over frequency').locator('.area')
     await until(async () => {
       await moving()
       await area.hover()
-      const found = / ([\d.]+) rad\/s at ([\d.]+) Hz/.exec(await area.locator('.tip').innerText().catch(() => ''))
-      return found && Math.abs(Number(found[2]) - 1) < 0.05 && Number(found[1]) > 5
+      const match = / ([\d.]+) rad\/s at ([\d.]+) Hz/.exec(await area.locator('.tip').innerText().catch(() => ''))
+      return match && Math.abs(Number(match[2]) - 1) < 0.05 && Number(match[1]) > 5
     })
-    const lines = (await leave('CSV of what is visible')).toString().trim().split('\n')
+    const lines = (await leave('CSV of the visible range')).toString().trim().split('\n')
     const columns = lines[0].split(',')
     const [position, slope] = ['setpoint.position [rad]', 'slope [rad/s]'].map((name) => columns.indexOf(name))
     const [one, two] = lines.slice(-2).map((line) => line.split(',').map(Number))
     if (two[0] === one[0] + 1) assert.ok(Math.abs(two[slope] - (two[position] - one[position]) * 1000) < 1e-9)
     await area.scrollIntoViewIfNeeded()
-    await scene.seen(ann, 'scope-spectrum')
+    await scene.snapshot(ann, 'scope-spectrum')
     assert.match((await leave('SVG of the scope')).toString(), /amplitude, rad\/s/)
     await pane(/over frequency/).getByRole('button', { name: 'Remove pane' }).click({ force: true })
-    await button('Forget slope').click()
-    assert.equal(await button('Forget slope').count(), 0)
+    await button('Delete slope').click()
+    assert.equal(await button('Delete slope').count(), 0)
   })
-  await scene.step('a change of a parameter is an event as well', async () => {
-    // A picture is shown once all of it is there: of a minute that takes most of one.
+  await scene.step('a parameter change triggers, too', async () => {
+    // A view is displayed when it is complete; a long view takes long.
     await point(/estimated velocity/, 0.5, 0.5)
     for (let i = 0; i < 10; i++) await ann.mouse.wheel(0, -200)
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
     await dock.getByRole('combobox', { name: 'Event' }).selectOption('change')
     await button('Single').click()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '12' } })
-    await button('Go on Space').waitFor()
+    await button('Resume Space').waitFor()
     await button('Off').click()
     await dock.getByRole('combobox', { name: 'Event' }).selectOption('rising')
     await dock.getByRole('button', { name: /^Trigger:/ }).click()
   })
-  await scene.step('a signal is found and added, a pane is added and goes', async () => {
+  await scene.step('a signal is found and added; a pane is added and removed', async () => {
     const find = dock.getByLabel('Find a signal')
     await button('New pane').click()
     await find.fill('tacho')
@@ -205,7 +205,7 @@ await play(async (scene) => {
     await pane(/tacho/).getByRole('button', { name: 'Remove pane' }).click({ force: true })
     assert.equal(await pane(/tacho/).count(), 0)
   })
-  await scene.step('figures leave in light style, a recording becomes a run, S opens and shuts', async () => {
+  await scene.step('figures are exported in light style, a recording becomes a run, S opens and closes', async () => {
     await ann.waitForTimeout(500)
     const svg = (await leave('SVG of the scope')).toString()
     assert.match(svg, /#0b7a9f/i)
@@ -222,18 +222,18 @@ await play(async (scene) => {
     await dock.getByText(/estimated velocity/).waitFor()
     assert.equal(await pane(/estimated velocity/).count(), 0)
   })
-  await scene.step('a window of its own marks what happens: a change, a fault', async () => {
+  await scene.step('a separate window marks a parameter change and a fault', async () => {
     await ann.goto(`${scene.bench.address.origin}/scope`)
     await dock.getByRole('button', { name: /^state/ }).getByText('running').waitFor()
     await call({ call: 'set', values: { 'bench.controller.position_gain': '11' } })
     await dock.locator('.mark.change').first().waitFor({ state: 'attached' })
-    // At rest a stuck encoder is not found out.
+    // At rest a stuck encoder is not detected.
     await moving()
     await call({ call: 'inject', fault: 'encoder-stuck' })
     await dock.locator('.mark.fault').waitFor({ state: 'attached' })
-    await scene.seen(ann, 'scope-window')
+    await scene.snapshot(ann, 'scope-window')
   })
-  await scene.step('a program that was started anew is found again, with the same panes', async () => {
+  await scene.step('after a restart of the program the scope reconnects with the same panes', async () => {
     await scene.unreachable(async () => {
       await scene.bench.stop()
       await dock.getByText('not connected').waitFor()

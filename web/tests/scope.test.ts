@@ -24,7 +24,7 @@ test('a binary message is read in place', () => {
   expect([read.stream, read.from, read.missing, read.rows, [...read.values]]).toEqual([7, 5_000_000_000, 3, 2, [1, 2, -1, -2]])
 })
 
-test('cycles are delivered or missing, and the extremes of any span are those of its samples', () => {
+test('each cycle is delivered or missing, and the extremes of a span are those of its samples', () => {
   // A ring of 128 cycles.
   const ring = new Ring(1, 1000, 128 * 9)
   expect(ring.room).toBe(128)
@@ -57,7 +57,7 @@ test('cycles are delivered or missing, and the extremes of any span are those of
   expect(ring.gaps.length).toBeGreaterThan(0)
 })
 
-test('a gap longer than the ring is one gap, and a bench started anew does not fit', () => {
+test('a gap longer than the ring is one gap, and frames after a restart do not fit', () => {
   const ring = new Ring(2, 64, 1e9)
   ring.write(batch(10, 0, [[1, 2], [3, 4]]))
   ring.write(batch(100_012, 100_000, [[5], [6]]))
@@ -66,22 +66,22 @@ test('a gap longer than the ring is one gap, and a bench started anew does not f
   expect(ring.fits(batch(100_013, 0, [[1]]))).toBe(false)
 })
 
-test('statistics between two cycles keep their digits beside a large mean', () => {
+test('statistics between two cycles stay precise with a large mean', () => {
   const ring = new Ring(1, 1000)
   ring.write(batch(0, 0, [[1e9 + 1, 1e9 - 1, 1e9 + 1, 1e9 - 1]]))
   expect(ring.statistics(0, 0, 3)).toMatchObject({ count: 4, mean: 1e9, least: 1e9 - 1, largest: 1e9 + 1 })
 })
 
-test('an event is the first sample that has passed the level, from the side that is asked for', () => {
+test('an event is the first sample beyond the level with the selected slope', () => {
   const ring = new Ring(1, 1000)
   ring.write(batch(100, 0, [[0, 1, 2, NaN, 2, 0, -1, 1]]))
   const found = (level: number, slope: 'rising' | 'falling' | 'either', from = 100) => crossing(ring, 0, from, ring.next, level, slope)
   expect([found(2, 'rising'), found(0.5, 'falling'), found(0.5, 'either'), found(0.5, 'either', 103)]).toEqual([102, 105, 101, 105])
-  // Neither across what is no number, nor before the first sample, nor where it only touches from the level itself.
+  // No event at a non-finite value, before the first sample, or at a mere touch from the level.
   expect([found(2, 'rising', 103), found(5, 'either'), found(0, 'rising', 107)]).toEqual([null, null, 107])
 })
 
-test('a range holds what is seen, and stays while it fits', () => {
+test('a range contains the data and is kept while it fits', () => {
   const first = steps([-1, 1], null)
   expect(first[0]).toBeLessThanOrEqual(-1)
   expect(first[1]).toBeGreaterThanOrEqual(1)
@@ -93,15 +93,15 @@ test('a range holds what is seen, and stays while it fits', () => {
   expect(steps(null, first)).toBe(first)
 })
 
-const known = { index: (name: string) => ['angle', 'setpoint.velocity'].indexOf(name), rate: 1000 }
+const context = { index: (name: string) => ['angle', 'setpoint.velocity'].indexOf(name), rate: 1000 }
 
-test('a computed channel is that of its formula in each cycle, whenever it was added', () => {
-  const formula = read('slip = (setpoint.velocity - 2 * angle^2) / max(abs(angle), pi)', known)
+test('a computed channel follows its formula in each cycle, also for older cycles', () => {
+  const formula = read('slip = (setpoint.velocity - 2 * angle^2) / max(abs(angle), pi)', context)
   expect(formula.name).toBe('slip')
   const value = (a: number, v: number) => (v - 2 * a ** 2) / Math.max(Math.abs(a), Math.PI)
   // A ring of 128 cycles, several times around.
   const [early, late] = [new Ring(2, 1000, 2 * 128 * 9), new Ring(2, 1000, 2 * 128 * 9)]
-  early.derive([formula.begin, read('d(angle)', known).begin])
+  early.derive([formula.start, read('d(angle)', context).start])
   for (const ring of [early, late]) {
     for (let i = 0, from = 5; i < 40; i++) {
       const missing = i % 7 === 6 ? 20 : 0
@@ -111,7 +111,7 @@ test('a computed channel is that of its formula in each cycle, whenever it was a
       from += 13
     }
   }
-  late.derive([formula.begin, read('d(angle)', known).begin])
+  late.derive([formula.start, read('d(angle)', context).start])
   const [low, high] = [new Float64Array(1), new Float64Array(1)]
   for (const ring of [early, late]) {
     const seen: number[] = []
@@ -121,7 +121,7 @@ test('a computed channel is that of its formula in each cycle, whenever it was a
       else {
         expect(slip).toBe(value(a, v))
         seen.push(slip)
-        // Never across what is missing; the first cycle of all knows none before it.
+        // No derivative across a gap or in the first cycle.
         const before = cycle > ring.first ? ring.value(0, cycle - 1) : NaN
         if (!Number.isNaN(before)) expect(slope).toBe((a - before) * 1000)
         else if (cycle > ring.first) expect(slope).toBe(NaN)
@@ -132,44 +132,44 @@ test('a computed channel is that of its formula in each cycle, whenever it was a
   }
 })
 
-test('a low pass passes what is slow and takes its part of what is fast', () => {
+test('a low pass passes slow signals and attenuates fast ones', () => {
   const ring = new Ring(2, 1000)
-  ring.derive([read('lowpass(angle, 10)', known).begin])
+  ring.derive([read('lowpass(angle, 10)', context).start])
   const wave = (hertz: number) => Array.from({ length: 4000 }, (_, k) => Math.sin((2 * Math.PI * hertz * k) / 1000))
   ring.write(batch(0, 0, [wave(100), wave(1)]))
   const { amplitudes, step } = spectrum(ring, 2, 0, 3999, 1000)!
-  // Of first order, as a step of 1 ms has it at a tenth of the rate: within a hundredth.
+  // First order: with a step of 1 ms at a tenth of the rate, within one percent.
   const pole = Math.exp(-2 * Math.PI * 0.01)
   const [re, im] = [1 - pole * Math.cos(0.2 * Math.PI), pole * Math.sin(0.2 * Math.PI)]
   expect(peak({ amplitudes, step })!.amplitude).toBeCloseTo((1 - pole) / Math.hypot(re, im), 2)
 })
 
-test('what is no formula is told in words', () => {
+test('an invalid formula gives a clear message', () => {
   const wrong = (text: string) => {
     try {
-      read(text, known)
+      read(text, context)
     } catch (error) {
       if (error instanceof Unreadable) return error.message
     }
     return 'read'
   }
-  expect(wrong('speed + 1')).toContain('speed is no signal')
-  expect(wrong('angle +')).toContain('cannot be read')
-  expect(wrong('median(angle)')).toContain('median() is not known')
-  expect(wrong('constructor(angle)')).toContain('constructor() is not known')
-  expect(wrong('max(angle)')).toContain('takes 2 values')
-  expect(wrong('angle; angle')).toContain('One formula only')
-  expect(wrong('angle % 2')).toContain('% is not known')
-  expect(wrong(' ')).toContain('Type a formula')
-  expect(wrong('"angle"')).toContain('is no number')
+  expect(wrong('speed + 1')).toContain('unknown signal speed')
+  expect(wrong('angle +')).toContain('Syntax error')
+  expect(wrong('median(angle)')).toContain('unknown function median()')
+  expect(wrong('constructor(angle)')).toContain('unknown function constructor()')
+  expect(wrong('max(angle)')).toContain('requires 2 values')
+  expect(wrong('angle; angle')).toContain('single formula')
+  expect(wrong('angle % 2')).toContain('unknown operator %')
+  expect(wrong(' ')).toContain('Enter a formula')
+  expect(wrong('"angle"')).toContain('is not a number')
 })
 
-test('a sine has its frequency and its amplitude in the spectrum, also between two values and beside a mean', () => {
+test('the spectrum of a sine shows its frequency and amplitude, also between two lines and with a mean', () => {
   const ring = new Ring(1, 1000)
   ring.write(batch(0, 0, [Array.from({ length: 5000 }, (_, k) => 7 + 0.3 * Math.sin((2 * Math.PI * 12.34 * k) / 1000))]))
   const found = peak(spectrum(ring, 0, 0, 4999, 1000)!)!
   expect(found.frequency).toBeCloseTo(12.34, 2)
-  // But for what leaks from its mirror image.
+  // Except for leakage from the mirror image.
   expect(Math.abs(found.amplitude / 0.3 - 1)).toBeLessThan(1e-4)
   ring.write(batch(5010, 10, [[0, 0]]))
   expect(spectrum(ring, 0, 0, 5011, 1000)).toBeNull()

@@ -1,5 +1,5 @@
-// The position controller that is being designed: what is not as on the target, what the program says to it, and the way
-// back. One request is in flight, the newest draft wins; what takes longer comes when the hand rests.
+// The draft of the position controller: changed values, the answers of the program, undo and redo.
+// One request is in flight and the newest draft is sent next; slow computations start after a pause of the input.
 
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
@@ -8,32 +8,32 @@ import type { DraftKind, HuntingView, Item, LoopDraft, LoopView, PoleDrag, TuneP
 import { nearestStep, without, type Values } from './draft'
 
 type Step = { values: Values; name: string; key: string }
-type Ask = { values: Values; kind?: DraftKind; drag?: PoleDrag }
-/** The load whose curves are shown. */
+type Request = { values: Values; kind?: DraftKind; drag?: PoleDrag }
+/** The load for which curves are shown. */
 export type Load = 'both' | 'sliding' | 'stuck'
 
 export const KIND = 'bench.controller.kind'
-/** The hand rests after this time [ms]. */
-const REST = 250
-/** From look to look at a tuning [ms]. */
-const LOOK = 200
+/** Pause of the input before the slow computations start [ms]. */
+const PAUSE = 250
+/** Interval between two requests during tuning [ms]. */
+const POLL_INTERVAL = 200
 
 class ControllerState {
-  /** The draft: value by path where it is not as on the target. */
+  /** The draft: values by path that differ from the target. */
   values = $state.raw<Values>({})
-  seen = $state.raw<LoopView | null>(null)
+  loop = $state.raw<LoopView | null>(null)
   /** The controller on the target. */
   target = $state.raw<LoopView | null>(null)
-  /** What is shown is older than the draft. */
+  /** True while the displayed results are older than the draft. */
   checking = $state(true)
   wrong = $state('')
   hunting = $state.raw<HuntingView | null>(null)
-  /** The prediction is that of the draft. */
+  /** True if the prediction belongs to the draft. */
   predicted = $state(false)
   huntingWrong = $state('')
-  /** Whether it is asked about the friction that the load motor renders. */
+  /** True: hunting is predicted with the rendered friction, false: with the own friction. */
   desired = $state(false)
-  /** Speed at which the load slides [rad/s]. */
+  /** Sliding speed of the load [rad/s]. */
   speed = $state(10)
   load = $state<Load>('both')
   /** The frequency under the pointer [Hz]. */
@@ -42,40 +42,40 @@ class ControllerState {
   past = $state.raw<Step[]>([])
   future = $state.raw<Step[]>([])
   offered = $state.raw<Omit<Offer, 'run'> | null>(null)
-  #flying = false
-  #next: Ask | null = null
-  #rest = 0
+  #busy = false
+  #next: Request | null = null
+  #timer = 0
   #last = 0
   #key = ''
 
   changes = $derived(Object.keys(this.values).length)
   tuning = $derived(this.tune !== null && !this.tune.ended)
-  /** Why the draft cannot be changed; null where it can. */
-  held = $derived.by((): string | null => {
-    if (!bench.fresh) return bench.barred
-    return this.tuning ? 'Automatic is at work' : null
+  /** The reason why the draft cannot be changed; null if it can. */
+  locked = $derived.by((): string | null => {
+    if (!bench.fresh) return bench.blocked
+    return this.tuning ? 'Tuning…' : null
   })
-  /** Why it cannot be downloaded; null where it can. */
+  /** The reason why the draft cannot be downloaded; null if it can. */
   off = $derived.by((): string | null => {
     if (bench.busy) return bench.busy
-    if (this.tuning) return 'Automatic is at work'
+    if (this.tuning) return 'Tuning…'
     if (this.wrong) return this.wrong
-    return this.changes ? null : 'This controller is on the target'
+    return this.changes ? null : 'The target has these values'
   })
 
   item(name: string): Item | undefined {
-    return this.seen?.items.find((item) => item.path === name)
+    return this.loop?.items.find((item) => item.path === name)
   }
 
-  /** Takes up the draft of this project, and looks at what is on the target. */
-  begin() {
+  /** Loads the draft of this project and the controller on the target. */
+  start() {
     const key = `stickslip.controller.${location.host}.${bench.status?.preset ?? ''}`
     if (bench.status && key !== this.#key) {
       this.#key = key
-      this.values = kept(key)
+      this.values = storedDraft(key)
     }
-    void this.#look()
-    this.#ask({ values: this.values })
+    void this.#readTarget()
+    this.#send({ values: this.values })
   }
 
   change(path: string, value: string, name: string) {
@@ -85,32 +85,32 @@ class ControllerState {
 
   set(values: Values) {
     this.values = values
-    this.#ask({ values })
+    this.#send({ values })
   }
 
   choose(kind: string) {
     this.note(`Controller ${kind}`)
     if (kind === bench.item(KIND)?.choice) this.set(withoutController(this.values))
-    else this.#ask({ values: this.values, kind: kind as DraftKind })
+    else this.#send({ values: this.values, kind: kind as DraftKind })
   }
 
-  /** A hand on the wanted poles; `from` is the draft when it began. */
+  /** Moves the desired poles; `from` is the draft at the start of the drag. */
   drag(from: Values, drag: PoleDrag) {
-    this.#ask({ values: from, drag })
+    this.#send({ values: from, drag })
   }
 
-  slides(speed: number) {
+  setSpeed(speed: number) {
     this.speed = speed
-    void this.#look()
-    this.#ask({ values: this.values })
+    void this.#readTarget()
+    this.#send({ values: this.values })
   }
 
-  ofDesired(desired: boolean) {
+  setDesired(desired: boolean) {
     this.desired = desired
     this.#later()
   }
 
-  /** A step that can be undone begins. */
+  /** Starts an undo step. */
   note(name: string, key = name) {
     const { past, last } = nearestStep(this.past, { values: this.values, name, key }, this.#last, Date.now())
     ;[this.past, this.#last, this.future] = [past, last, []]
@@ -127,7 +127,7 @@ class ControllerState {
 
   #step(from: 'past' | 'future', to: 'past' | 'future') {
     const step = this[from].at(-1)
-    if (!step || this.held) return
+    if (!step || this.locked) return
     this[from] = this[from].slice(0, -1)
     this[to] = [...this[to], { ...step, values: this.values }]
     this.#last = 0
@@ -140,23 +140,23 @@ class ControllerState {
     this.set({})
   }
 
-  /** Tunes the draft; the bench goes on. */
+  /** Tunes the draft while the bench keeps running. */
   async automatic() {
     const values = this.values
     try {
-      const begun = await bench.connection.call({ call: 'tune', values, speed: this.speed }, 'tuned')
-      this.tune = begun
+      const start = await bench.connection.call({ call: 'tune', values, speed: this.speed }, 'tuned')
+      this.tune = start
       while (this.tune && !this.tune.ended) {
-        await new Promise((resolve) => setTimeout(resolve, LOOK))
+        await new Promise((resolve) => setTimeout(resolve, POLL_INTERVAL))
         const now = await bench.connection.call({ call: 'tuned' }, 'tuned')
-        if (now.number !== begun.number) break
+        if (now.number !== start.number) break
         this.tune = now
       }
       if (this.tune?.ended && this.tune.values) {
-        const told = this.tune
-        this.note('Automatic')
-        this.tune = told
-        this.set(told.values as Values)
+        const result = this.tune
+        this.note('Automatic tuning')
+        this.tune = result
+        this.set(result.values as Values)
       }
     } catch (error) {
       if (!(error instanceof Refused)) throw error
@@ -166,16 +166,16 @@ class ControllerState {
   }
 
   async cancel() {
-    await bench.order({ call: 'end_tuning' })
+    await bench.command({ call: 'end_tuning' })
   }
 
-  /** What the download would change. */
+  /** Shows the changes of a download. */
   async offer() {
     const { values, off } = this
     if (off) return bench.warn(off)
     try {
       const { differences } = await bench.connection.call({ call: 'preview', values }, 'differences')
-      const verdict = this.checking ? null : this.seen?.verdict
+      const verdict = this.checking ? null : this.loop?.verdict
       this.offered = { values, changes: differences, margin: null, refused: verdict && !verdict.fair ? verdict.sentences.join(' ') : null }
     } catch (error) {
       if (!(error instanceof Refused)) throw error
@@ -186,69 +186,69 @@ class ControllerState {
   async download() {
     const values = this.offered?.values
     this.offered = null
-    if (values && (await bench.enter(values, 'Controller'))) this.set({})
+    if (values && (await bench.apply(values, 'Controller'))) this.set({})
   }
 
-  #ask(ask: Ask) {
-    this.#next = ask
+  #send(request: Request) {
+    this.#next = request
     this.checking = true
     this.predicted = false
-    if (!this.#flying) void this.#fly()
+    if (!this.#busy) void this.#request()
   }
 
-  #draft(ask: Ask, thorough: boolean): LoopDraft {
-    return { values: ask.values, kind: ask.kind ?? null, drag: ask.drag ?? null, speed: this.speed, thorough }
+  #draft(request: Request, thorough: boolean): LoopDraft {
+    return { values: request.values, kind: request.kind ?? null, drag: request.drag ?? null, speed: this.speed, thorough }
   }
 
-  async #fly() {
-    this.#flying = true
-    clearTimeout(this.#rest)
+  async #request() {
+    this.#busy = true
+    clearTimeout(this.#timer)
     while (this.#next && bench.connection.open) {
-      const ask = this.#next
+      const request = this.#next
       this.#next = null
       try {
-        const seen = await bench.connection.call({ call: 'loop', ...this.#draft(ask, false) }, 'loop')
+        const loop = await bench.connection.call({ call: 'loop', ...this.#draft(request, false) }, 'loop')
         this.wrong = ''
-        // What was changed meanwhile is newer than this answer.
-        const newer = this.#next as Ask | null
-        if (!newer || newer.drag) this.values = seen.values as Values
-        this.seen = { ...seen, verdict: this.seen?.verdict ?? null }
+        // Values changed meanwhile are newer than this answer.
+        const newer = this.#next as Request | null
+        if (!newer || newer.drag) this.values = loop.values as Values
+        this.loop = { ...loop, verdict: this.loop?.verdict ?? null }
       } catch (error) {
         if (!(error instanceof Refused)) throw error
         this.wrong = error.message
       }
     }
-    this.#flying = false
+    this.#busy = false
     this.#later()
   }
 
   #later() {
     this.predicted = false
-    clearTimeout(this.#rest)
-    this.#rest = window.setTimeout(() => void this.#rested(), REST)
+    clearTimeout(this.#timer)
+    this.#timer = window.setTimeout(() => void this.#check(), PAUSE)
   }
 
-  /** The hand rests: corners, verdict, hunting, the draft kept. */
-  async #rested() {
-    if (this.#flying || this.wrong || !bench.connection.open) return
+  /** After a pause of the input: corners, robustness, hunting, storage of the draft. */
+  async #check() {
+    if (this.#busy || this.wrong || !bench.connection.open) return
     const { values, desired } = this
-    keep(this.#key, values)
+    storeDraft(this.#key, values)
     const draft = this.#draft({ values }, true)
-    const [seen, hunting] = await Promise.allSettled([
+    const [loop, hunting] = await Promise.allSettled([
       bench.connection.call({ call: 'loop', ...draft }, 'loop'),
       bench.connection.call({ call: 'hunting', draft, desired }, 'hunting'),
     ])
-    if (this.values !== values || this.desired !== desired || this.#flying) return
-    if (seen.status === 'fulfilled') {
-      this.seen = seen.value
+    if (this.values !== values || this.desired !== desired || this.#busy) return
+    if (loop.status === 'fulfilled') {
+      this.loop = loop.value
       this.checking = false
-    } else if (seen.reason instanceof Refused) this.wrong = seen.reason.message
+    } else if (loop.reason instanceof Refused) this.wrong = loop.reason.message
     this.huntingWrong = hunting.status === 'rejected' && hunting.reason instanceof Refused ? hunting.reason.message : ''
     if (hunting.status === 'fulfilled') this.hunting = hunting.value
     this.predicted = true
   }
 
-  async #look() {
+  async #readTarget() {
     if (!bench.connection.open) return
     try {
       this.target = await bench.connection.call({ call: 'loop', speed: this.speed, values: {} }, 'loop')
@@ -261,7 +261,7 @@ class ControllerState {
 
 const withoutController = (values: Values): Values => Object.fromEntries(Object.entries(values).filter(([path]) => !path.startsWith('bench.controller.')))
 
-function kept(key: string): Values {
+function storedDraft(key: string): Values {
   try {
     return JSON.parse(stored(key, '{}')) as Values
   } catch {
@@ -269,6 +269,6 @@ function kept(key: string): Values {
   }
 }
 
-const keep = (key: string, values: Values) => store(key, JSON.stringify(values))
+const storeDraft = (key: string, values: Values) => store(key, JSON.stringify(values))
 
 export const controller = new ControllerState()

@@ -1,5 +1,5 @@
-// The desired friction that is being drawn: what the hand holds, what the program says to it, and the way back.
-// All mathematics is the program's: one request is in flight, the newest position of the hand wins.
+// The draft of the desired friction: curve, answers of the program, undo and redo.
+// The program computes everything: one request is in flight, the newest draft is sent next.
 
 import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
@@ -8,152 +8,152 @@ import type { Drag, Drawn, Reference, ChatterMargin } from '../protocol'
 
 type Four = [number, number, number, number]
 type Three = [number, number, number]
-/** What the hand holds. `follow`: the curve is laid through the points. */
-export type Hand = { desired: Four; bristles: Three; points: Reference[]; follow: boolean; law: string }
+/** The draft. `follow`: the curve is fitted to the points. */
+export type Draft = { desired: Four; bristles: Three; points: Reference[]; follow: boolean; law: string }
 export type Tool = 'shape' | 'point' | 'pan'
-type Step = { hand: Hand; name: string; key: string }
-type Ask = { drag?: Drag; nearest?: boolean; fit?: boolean; hand: Hand; done?: (drawn: Drawn) => void }
+type Step = { draft: Draft; name: string; key: string }
+type Request = { drag?: Drag; nearest?: boolean; fit?: boolean; draft: Draft; done?: (drawn: Drawn) => void }
 
-/** Where the numbers of a hand are in the parameters. */
+/** Paths of the numbers of a draft. */
 export const CURVE = ['breakaway_torque', 'kinetic_torque', 'stribeck_velocity', 'viscous_friction'].map((name) => `bench.desired.${name}`)
 export const BRISTLES = ['stiffness', 'damping', 'elastic_fraction'].map((name) => `bench.desired_bristles.${name}`)
 export const OWN = CURVE.map((path) => path.replace('bench.desired', 'model.own'))
 export const LAW = 'bench.law.kind'
-/** The hand rests after this time [ms]: then comes what takes longer. */
-const REST = 250
-/** Keys of the same handle within this time are one step of undo [ms]. */
+/** Pause of the input before the slow computations start [ms]. */
+const PAUSE = 250
+/** Edits of the same handle within this time are one undo step [ms]. */
 const TOGETHER = 1200
 const STEPS = 100
-/** Points from which on the curve follows them. */
+/** Number of points from which the curve is fitted to them. */
 export const ENOUGH = 2
 
-/** A number as it goes into a file: no more digits than a hand can mean. */
+/** A number for the parameter file, six significant digits. */
 export const written = (value: number) => String(Number(value.toPrecision(6)))
 
 class DesignState {
-  hand = $state.raw<Hand | null>(null)
+  draft = $state.raw<Draft | null>(null)
   drawn = $state.raw<Drawn | null>(null)
   /** Speeds of `drawn` [rad/s]. */
   speeds = $state.raw<number[]>([])
-  /** As it was when the drag began. */
+  /** The curve at the start of the drag. */
   ghost = $state.raw<{ drawn: Drawn; speeds: number[] } | null>(null)
   margin = $state.raw<ChatterMargin | null>(null)
-  /** The margin is not that of the curve that is shown. */
+  /** True while the margin does not belong to the displayed curve. */
   checking = $state(true)
   refused = $state('')
   wrong = $state('')
-  /** A design has been downloaded since the page is open. */
+  /** True after a download since the page was opened. */
   downloaded = $state(false)
   tool = $state<Tool>('shape')
   offered = $state.raw<Omit<Offer, 'run'> | null>(null)
   past = $state.raw<Step[]>([])
   future = $state.raw<Step[]>([])
   #grid: number[] = []
-  #flying = false
-  #next: Ask | null = null
+  #busy = false
+  #next: Request | null = null
   #last = 0
-  #rest = 0
+  #timer = 0
   #key = ''
-  #force = ''
+  #active = ''
 
-  /** What is in force. */
-  force = $derived.by((): Hand | null => {
+  /** The desired friction on the target. */
+  active = $derived.by((): Draft | null => {
     const numbers = (paths: string[]) => paths.map((path) => bench.item(path)?.value ?? NaN)
     const law = bench.item(LAW)?.choice
     if (!law) return null
     return { desired: numbers(CURVE) as Four, bristles: numbers(BRISTLES) as Three, points: [], follow: false, law }
   })
-  /** What is to be downloaded: value by path. */
+  /** Values to download, by path. */
   values = $derived.by((): Record<string, string> => {
-    const { hand, force } = this
-    if (!hand || !force) return {}
+    const { draft, active } = this
+    if (!draft || !active) return {}
     const all: Record<string, string> = {}
-    CURVE.forEach((path, i) => written(hand.desired[i]!) !== written(force.desired[i]!) && (all[path] = written(hand.desired[i]!)))
-    BRISTLES.forEach((path, i) => written(hand.bristles[i]!) !== written(force.bristles[i]!) && (all[path] = written(hand.bristles[i]!)))
-    if (hand.law !== force.law) all[LAW] = hand.law
+    CURVE.forEach((path, i) => written(draft.desired[i]!) !== written(active.desired[i]!) && (all[path] = written(draft.desired[i]!)))
+    BRISTLES.forEach((path, i) => written(draft.bristles[i]!) !== written(active.bristles[i]!) && (all[path] = written(draft.bristles[i]!)))
+    if (draft.law !== active.law) all[LAW] = draft.law
     return all
   })
   changes = $derived(Object.keys(this.values).length)
-  /** Why it cannot be downloaded; null where it can. */
+  /** The reason why the draft cannot be downloaded; null if it can. */
   off = $derived.by((): string | null => {
     if (bench.busy) return bench.busy
-    if (!this.changes) return 'The desired friction is in force'
+    if (!this.changes) return 'The target has this friction'
     if (this.wrong) return this.wrong
     if (this.drawn && !this.drawn.renderable) return 'Not renderable'
     if (!this.checking && this.refused) return this.refused
-    return !this.checking && this.margin?.stable === false ? 'Refused: it would chatter' : null
+    return !this.checking && this.margin?.stable === false ? 'Refused: chatter predicted' : null
   })
 
-  /** Takes up the draft of this project, or what is in force. */
-  begin() {
-    const { force } = this
-    if (!force || Number.isNaN(force.desired[0])) return
+  /** Loads the draft of this project, or the desired friction on the target. */
+  start() {
+    const { active } = this
+    if (!active || Number.isNaN(active.desired[0])) return
     const key = `stickslip.design.${location.host}.${bench.status?.preset ?? ''}`
-    const now = JSON.stringify(force)
-    if (!bench.status || (key === this.#key && now === this.#force)) return
-    const untouched = this.hand !== null && this.#force === JSON.stringify(this.hand)
-    if (key !== this.#key) this.hand = draft(key) ?? force
-    else if (untouched) this.hand = force
-    ;[this.#key, this.#force] = [key, now]
+    const now = JSON.stringify(active)
+    if (!bench.status || (key === this.#key && now === this.#active)) return
+    const untouched = this.draft !== null && this.#active === JSON.stringify(this.draft)
+    if (key !== this.#key) this.draft = storedDraft(key) ?? active
+    else if (untouched) this.draft = active
+    ;[this.#key, this.#active] = [key, now]
     this.draw()
   }
 
-  /** The grid of the plot [rad/s]. */
+  /** The speed grid of the plot [rad/s]. */
   sample(speeds: number[]) {
     if (speeds.length === this.#grid.length && speeds.every((speed, i) => speed === this.#grid[i])) return
     this.#grid = speeds
     this.draw()
   }
 
-  /** Draws the hand as it is. */
+  /** Requests the curve of the draft. */
   draw() {
-    if (this.hand) this.#send({ hand: this.hand })
+    if (this.draft) this.#send({ draft: this.draft })
   }
 
-  /** A hand on the curve: `from` is what it was when the drag began. */
-  drag(from: Hand, drag: Drag, done?: (drawn: Drawn) => void) {
-    this.#send({ hand: { ...from, follow: from.follow && (drag.refit ?? false) }, drag, done })
+  /** Drags the curve; `from` is the draft at the start of the drag. */
+  drag(from: Draft, drag: Drag, done?: (drawn: Drawn) => void) {
+    this.#send({ draft: { ...from, follow: from.follow && (drag.refit ?? false) }, drag, done })
   }
 
-  /** Other numbers, at once. */
-  change(change: Partial<Hand>, name: string, key = name) {
-    if (!this.hand) return
-    this.note(this.hand, name, key)
+  /** Changes numbers, as an undo step. */
+  change(change: Partial<Draft>, name: string, key = name) {
+    if (!this.draft) return
+    this.note(this.draft, name, key)
     this.set(change)
   }
 
-  /** As `change`, within a step of undo. */
-  set(change: Partial<Hand>) {
-    if (!this.hand) return
-    this.hand = { ...this.hand, ...change }
-    this.#send({ hand: this.hand, fit: this.hand.follow && this.hand.points.length >= ENOUGH })
+  /** As `change`, within the current undo step. */
+  set(change: Partial<Draft>) {
+    if (!this.draft) return
+    this.draft = { ...this.draft, ...change }
+    this.#send({ draft: this.draft, fit: this.draft.follow && this.draft.points.length >= ENOUGH })
   }
 
-  setPoints(points: Reference[], name: string, key = name, follow = this.hand?.follow || !this.hand?.points.length) {
+  setPoints(points: Reference[], name: string, key = name, follow = this.draft?.follow || !this.draft?.points.length) {
     this.change({ points, follow: follow && points.length > 0 }, name, key)
   }
 
   fit() {
-    if (this.hand?.points.length) this.change({ follow: true }, 'Fit to points')
+    if (this.draft?.points.length) this.change({ follow: true }, 'Fit to points')
   }
 
   nearest() {
-    const { hand } = this
-    if (!hand) return
-    this.note(hand, 'Nearest renderable')
-    this.#send({ hand: { ...hand, follow: false }, nearest: true })
+    const { draft } = this
+    if (!draft) return
+    this.note(draft, 'Nearest renderable')
+    this.#send({ draft: { ...draft, follow: false }, nearest: true })
   }
 
-  /** A step that can be undone begins: the hand before it. */
-  note(hand: Hand, name: string, key = name) {
+  /** Starts an undo step with the previous draft. */
+  note(draft: Draft, name: string, key = name) {
     const last = this.past.at(-1)
     const same = last?.key === key && Date.now() - this.#last < TOGETHER
     this.#last = Date.now()
     this.future = []
-    if (!same) this.past = [...this.past.slice(1 - STEPS), { hand, name, key }]
+    if (!same) this.past = [...this.past.slice(1 - STEPS), { draft, name, key }]
   }
 
-  /** Names the newest step. */
+  /** Names the current undo step. */
   name(name: string) {
     const last = this.past.at(-1)
     if (last) this.past = [...this.past.slice(0, -1), { ...last, name, key: name }]
@@ -169,15 +169,15 @@ class DesignState {
 
   #step(from: 'past' | 'future', to: 'past' | 'future') {
     const step = this[from].at(-1)
-    if (!step || !this.hand) return
+    if (!step || !this.draft) return
     this[from] = this[from].slice(0, -1)
-    this[to] = [...this[to], { ...step, hand: this.hand }]
-    this.hand = step.hand
+    this[to] = [...this[to], { ...step, draft: this.draft }]
+    this.draft = step.draft
     this.#last = 0
     this.draw()
   }
 
-  /** What the download would change. */
+  /** Shows the changes of a download. */
   async offer() {
     const { values, off } = this
     if (off) return bench.warn(off)
@@ -196,56 +196,56 @@ class DesignState {
   async download() {
     const values = this.offered?.values
     this.offered = null
-    if (values && (await bench.enter(values, 'Desired friction', { name: 'Measure again, the axis moves', run: () => void measurement.again() }))) this.downloaded = true
+    if (values && (await bench.apply(values, 'Desired friction', { name: 'Measure again (axis moves)', run: () => void measurement.measureRendered() }))) this.downloaded = true
   }
 
-  #send(ask: Ask) {
-    // What was done last stays, although a newer position of the hand overtakes it.
-    this.#next = { ...ask, done: ask.done ?? this.#next?.done }
+  #send(request: Request) {
+    // The last command is kept if a newer drag position replaces the request.
+    this.#next = { ...request, done: request.done ?? this.#next?.done }
     this.checking = true
-    if (!this.#flying) void this.#fly()
+    if (!this.#busy) void this.#fly()
   }
 
   async #fly() {
-    this.#flying = true
-    clearTimeout(this.#rest)
+    this.#busy = true
+    clearTimeout(this.#timer)
     while (this.#next && this.#grid.length && bench.connection.open) {
-      const ask = this.#next
+      const request = this.#next
       const speeds = this.#grid
       this.#next = null
       try {
-        const drawn = await bench.connection.call(this.#sketch(ask, speeds, false), 'drawn')
+        const drawn = await bench.connection.call(this.#sketch(request, speeds, false), 'drawn')
         this.wrong = ''
-        // What was changed meanwhile is newer than this answer.
-        const newer = this.#next as Ask | null
-        if (!newer || newer.drag) this.hand = { ...ask.hand, desired: drawn.desired }
+        // Values changed meanwhile are newer than this answer.
+        const newer = this.#next as Request | null
+        if (!newer || newer.drag) this.draft = { ...request.draft, desired: drawn.desired }
         ;[this.drawn, this.speeds] = [{ ...drawn, answer: undefined } as Drawn, speeds]
-        ask.done?.(drawn)
+        request.done?.(drawn)
       } catch (error) {
         if (!(error instanceof Refused)) throw error
         this.wrong = error.message
       }
     }
-    this.#flying = false
-    this.#rest = window.setTimeout(() => void this.#rested(), REST)
+    this.#busy = false
+    this.#timer = window.setTimeout(() => void this.#check(), PAUSE)
   }
 
-  #sketch({ hand, drag, nearest, fit }: Ask, speeds: number[], thorough: boolean) {
-    const { desired, bristles, points } = hand
+  #sketch({ draft, drag, nearest, fit }: Request, speeds: number[], thorough: boolean) {
+    const { desired, bristles, points } = draft
     return { call: 'sketch', desired, bristles, points, fit: fit ?? false, drag: drag ?? null, nearest: nearest ?? false, thorough, speeds } as const
   }
 
-  /** The hand rests: reasons, margin, draft. */
-  async #rested() {
-    const { hand } = this
-    if (!hand || this.#flying) return
-    keep(this.#key, hand)
+  /** After a pause of the input: reasons, margin, storage of the draft. */
+  async #check() {
+    const { draft } = this
+    if (!draft || this.#busy) return
+    storeDraft(this.#key, draft)
     const values = this.values
     const [drawn, margin] = await Promise.allSettled([
-      bench.connection.call(this.#sketch({ hand }, this.#grid, true), 'drawn'),
+      bench.connection.call(this.#sketch({ draft }, this.#grid, true), 'drawn'),
       bench.connection.call({ call: 'margin', values }, 'margin'),
     ])
-    if (this.hand !== hand || this.#flying) return
+    if (this.draft !== draft || this.#busy) return
     if (drawn.status === 'fulfilled') this.drawn = drawn.value
     this.margin = margin.status === 'fulfilled' ? margin.value : null
     this.refused = margin.status === 'rejected' && margin.reason instanceof Refused ? margin.reason.message : ''
@@ -253,20 +253,20 @@ class DesignState {
   }
 }
 
-function draft(key: string): Hand | null {
+function storedDraft(key: string): Draft | null {
   try {
-    const found = JSON.parse(localStorage.getItem(key) ?? 'null') as Hand | null
-    return found && found.desired.length === CURVE.length && found.bristles.length === BRISTLES.length ? found : null
+    const stored = JSON.parse(localStorage.getItem(key) ?? 'null') as Draft | null
+    return stored && stored.desired.length === CURVE.length && stored.bristles.length === BRISTLES.length ? stored : null
   } catch {
     return null
   }
 }
 
-function keep(key: string, hand: Hand) {
+function storeDraft(key: string, draft: Draft) {
   try {
-    localStorage.setItem(key, JSON.stringify(hand))
+    localStorage.setItem(key, JSON.stringify(draft))
   } catch {
-    // A browser that stores nothing forgets the draft.
+    // Without storage in the browser, the draft is lost on reload.
   }
 }
 

@@ -1,9 +1,9 @@
-// Values at handles: with unit, in a fixed number of digits, with a prefix where it is small.
+// Values at handles: with unit and a fixed number of digits; small values with a prefix.
 
-import { fixed, plain, printed, typed } from '../format'
+import { fixed, plain, printed, parseQuantity } from '../format'
 import type { Reference } from '../protocol'
 
-/** A value and its unit apart. */
+/** Value and unit. */
 export function quantity(value: number, unit: string): [string, string] {
   const small = /^N/.test(unit) && Math.abs(value) < 0.05
   const shown = small ? value * 1e3 : value
@@ -11,22 +11,22 @@ export function quantity(value: number, unit: string): [string, string] {
   return [fixed(shown, decimals), small ? `m${printed(unit)}` : printed(unit)]
 }
 
-/** In words, for ears. */
+/** A unit in words, for screen readers. */
 export function spoken(unit: string): string {
   return unit.replace('mN', 'millinewton').replace('N', 'newton').replaceAll('·', ' ').replace(/\bm\b/, 'metre').replace(/\bs\b/, 'second').replace('rad', 'radian').replace('/', ' per ')
 }
 
-/** Points from columns of a spreadsheet: speed, torque, perhaps weight; rows that are no numbers are left out. */
+/** Points from spreadsheet columns: speed, torque, optional weight; rows without numbers are ignored. */
 export function columns(text: string, factor: number): Reference[] {
   return text.split(/\r?\n/).flatMap((row) => {
     const cells = row.trim().split(/\t|;|\s+|,(?=\s)/).filter(Boolean)
-    const [speed, torque, weight] = cells.map((cell) => typed(cell.replace(',', '.')))
+    const [speed, torque, weight] = cells.map((cell) => parseQuantity(cell.replace(',', '.')))
     if (speed == null || torque == null) return []
     return [{ speed: Math.abs(speed) / factor, torque: Math.abs(torque), weight: weight ?? 1 }]
   })
 }
 
-/** The same as a text that can be pasted. */
+/** Points as tab-separated text. */
 export function tabbed(points: Reference[], factor: number): string {
   return points.map((point) => [point.speed * factor, point.torque, point.weight ?? 1].map(plain).join('\t')).join('\n')
 }

@@ -1,13 +1,13 @@
-// A friction curve as series of a plot.
+// A friction curve as plot series.
 
 import { measurement } from '../measurement.svelte'
 import type { MeasuredCurve } from '../protocol'
 import type { Series } from '../plot/series'
 
-/** Of the runs that lie over it. */
+/** Dashes of the compared runs. */
 const DASHES = [[4, 4], [8, 3], [2, 3], [10, 3, 2, 3], [1, 4]]
 
-/** Points, fit and band, and the runs that lie over them; speeds are multiplied by `factor`. */
+/** Points, fit and band, and the compared runs; speeds are multiplied by `factor`. */
 export function friction(shown: MeasuredCurve, factor: number, { measuring, own }: { measuring: boolean; own: boolean }): Series[] {
   const by = (values: readonly (number | null)[]) => values.map((value) => (value === null ? null : value * factor))
   const { fit } = shown
@@ -22,11 +22,11 @@ export function friction(shown: MeasuredCurve, factor: number, { measuring, own 
   return all
 }
 
-/** What the fit leaves [mN m]. */
+/** Residuals of the fit [mN m]. */
 export function residuals(shown: MeasuredCurve | null, factor: number): Series & { mark: 'points' } {
   const points = shown?.points.filter((point) => point.residual !== null) ?? []
   return { role: 'measured', name: 'residual', mark: 'points', size: 2.3, x: points.map((p) => p.velocity * factor), y: points.map((p) => 1e3 * p.residual!), half: points.map((p) => 1e3 * p.half_width) }
 }
 
-/** A range about zero, so that both directions are compared at a glance. */
+/** A range symmetric about zero, for both directions. */
 export const even = (most: number): [number, number] => [-most, most]

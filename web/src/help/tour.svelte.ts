@@ -1,4 +1,4 @@
-// The paper's experiment on the real bench, step by step: each waits for the hand of whoever takes it.
+// The experiment of the paper on the running bench, step by step; each step waits for the action of the user.
 
 import { bench } from '../bench.svelte'
 import { design } from '../design/design.svelte'
@@ -9,14 +9,14 @@ import { view } from '../view.svelte'
 export type Stop = {
   title: string
   text: string
-  /** The window where it happens. */
+  /** The window of the step. */
   at: string
-  /** What to touch. */
+  /** The control to use. */
   target: () => Element | null
   done: () => boolean
 }
 
-/** The first control of the window with such a name. */
+/** The first control with a matching name. */
 export function control(name: RegExp, within = 'main'): Element | null {
   const all = document.querySelectorAll<HTMLElement>(`${within} :is(button, a, [role=tab], summary)`)
   for (const one of all) if (name.test((one.getAttribute('aria-label') ?? one.textContent ?? '').trim())) return one
@@ -30,63 +30,63 @@ const fitted = () => measurement.curve?.fit != null && !measurement.curve.measur
 export const STOPS: Stop[] = [
   {
     title: 'Home the axis',
-    text: 'The encoder counts from wherever it was switched on. Homing switches the drive on and searches its index, so that each angle has a meaning. Stop, above on the right, or Esc brakes at any time.',
+    text: 'The encoder counts from its position at power-on. Homing switches the drive on and searches the index, which sets the zero of the angle. Stop (top right) or Esc brakes at any time.',
     at: '/',
     target: () => control(/^Home axis/),
     done: () => bench.homed,
   },
   {
     title: 'Go to the measurement',
-    text: 'What is to be rendered later is the difference to the friction that is there already. So that comes first.',
+    text: 'The load motor renders the difference between desired and own friction. Therefore the own friction is measured first.',
     at: '/',
     target: link('/friction'),
     done: () => view.path === '/friction',
   },
   {
     title: 'Measure the friction',
-    text: 'The axis runs at one speed after another, both ways. Each gives a point; the Stribeck curve is fitted along, with what the data do not tell yet. The recipe beside the button says how many speeds, and how long.',
+    text: 'The axis runs at a sequence of speeds in both directions. Each speed gives a point. The Stribeck curve is fitted during the measurement; parameters that the data do not yet determine are marked. The recipe next to the button shows the speeds and the duration.',
     at: '/friction',
     target: () => control(/^(Measure|Cancel)/),
     done: fitted,
   },
   {
     title: 'Download the own friction',
-    text: 'The fit becomes what the bench believes of itself. The dialog shows what changes on the target before it does; Undo brings the values before back.',
+    text: 'The fit becomes the own friction in the model of the bench. The dialog lists the changes before they apply; Undo restores the previous values.',
     at: '/friction',
     target: () => document.querySelector('[role=dialog] .primary') ?? control(/^Download/),
     done: () => fitted() && measurement.downloaded,
   },
   {
     title: 'Go to the design',
-    text: 'Now the friction that you want.',
+    text: 'Define the desired friction.',
     at: '/friction',
     target: link('/design'),
     done: () => view.path === '/design',
   },
   {
     title: 'Draw the desired friction',
-    text: 'Take the curve by its handles, or lay it through points: breakaway, kinetic torque, Stribeck velocity, viscous friction. What the load motor cannot render is hatched; the margin says how far it is from chatter.',
+    text: 'Drag the handles of the curve (breakaway torque, kinetic torque, Stribeck velocity, viscous friction), or set points. The hatched range cannot be rendered; the stability margin shows the distance to chatter.',
     at: '/design',
     target: () => document.querySelector('main [role=slider]') ?? document.querySelector('main .canvas'),
     done: () => design.changes > 0 || design.downloaded,
   },
   {
     title: 'Download the desired friction',
-    text: 'From the next cycle on the load motor renders the difference between the curve that you drew and the friction that is there.',
+    text: 'From the next cycle, the load motor renders the difference between desired and own friction.',
     at: '/design',
     target: () => document.querySelector('[role=dialog] .primary') ?? control(/^Download/),
     done: () => design.downloaded && design.changes === 0,
   },
   {
     title: 'Measure again',
-    text: 'The same recipe, while the load motor renders: the axis moves. Figures 12 to 14 of the paper fill with your own data, and the error stands beside them.',
+    text: 'The same recipe with the load motor rendering; the axis moves. Figures 12 to 14 of the paper show your data and the error.',
     at: '/design',
     target: () => control(/^(Measure again|Cancel)/),
     done: () => step('Measure again'),
   },
   {
     title: 'Save the report',
-    text: 'Own, desired and rendered friction with all figures, parameters and the version of the program, as one page that stands alone.',
+    text: 'A single HTML page with own, desired and rendered friction, all figures, parameters and the program version.',
     at: '/friction',
     target: () => control(/^Save report/),
     done: () => step('Report'),
@@ -94,15 +94,15 @@ export const STOPS: Stop[] = [
 ]
 
 class Tour {
-  /** Which stop; none where nobody takes it. */
+  /** Index of the current step; null without a tour. */
   at = $state<number | null>(null)
-  /** A control that is shown by itself, for a while. */
+  /** A control highlighted for a while. */
   shown = $state.raw<{ title: string; target: () => Element | null } | null>(null)
   stop = $derived(this.at === null ? null : (STOPS[this.at] ?? null))
   ended = $derived(this.at !== null && this.at >= STOPS.length)
 
-  begin() {
-    // What is done already is not asked for again.
+  start() {
+    // Completed steps are skipped.
     const next = STOPS.findIndex((stop) => !stop.done())
     this.at = next < 0 ? 0 : next
     view.go(STOPS[this.at]!.at)

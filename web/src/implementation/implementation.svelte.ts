@@ -1,4 +1,4 @@
-// What runs on the target: its blocks, its time in each cycle, what the system granted, and the build of its code.
+// The implementation on the target: blocks, cycle times, granted real-time options, build of the code.
 
 import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
@@ -12,7 +12,7 @@ class Implementation {
   timing = $state.raw<Timing | null>(null)
   target = $state.raw<Target | null>(null)
   built = $state.raw<BuildProgress | null>(null)
-  /** Pages of the diagram as they came, of what is in force now. */
+  /** Loaded pages of the diagram for the active values. */
   pages = $state.raw<Record<string, DiagramPage>>({})
   refused = $state('')
   selected = $state('')
@@ -20,9 +20,9 @@ class Implementation {
   block = $derived<FlowBlock | null>(this.flow?.blocks.find((block) => block.id === this.selected) ?? null)
   building = $derived(RUNS.includes(this.built?.stage ?? ''))
 
-  /** Blocks and pages anew: another choice may be in force. */
-  async look() {
-    await this.#asked(async () => {
+  /** Reads blocks and pages again: another choice may be active. */
+  async refresh() {
+    await this.#attempt(async () => {
       this.flow = await bench.connection.call({ call: 'flow' }, 'flow')
       this.target ??= await bench.connection.call({ call: 'target' }, 'target')
       this.pages = {}
@@ -30,9 +30,9 @@ class Implementation {
     })
   }
 
-  /** What changes by itself. */
+  /** Reads the values that change continuously. */
   async watch() {
-    await this.#asked(async () => {
+    await this.#attempt(async () => {
       const [timing, built] = await Promise.all([bench.connection.call({ call: 'timing' }, 'timing'), bench.connection.call({ call: 'built' }, 'built')])
       this.timing = timing
       this.built = built
@@ -41,22 +41,22 @@ class Implementation {
 
   async page(page: string) {
     if (this.pages[page]) return
-    await this.#asked(async () => {
-      const found = await bench.connection.call({ call: 'diagram_page', page }, 'diagram_page')
-      this.pages = { ...this.pages, [page]: found }
+    await this.#attempt(async () => {
+      const answer = await bench.connection.call({ call: 'diagram_page', page }, 'diagram_page')
+      this.pages = { ...this.pages, [page]: answer }
     })
   }
 
   async build() {
-    if (await bench.order({ call: 'build' })) await this.watch()
+    if (await bench.command({ call: 'build' })) await this.watch()
   }
 
-  /** A page inside those that are open. */
+  /** Opens a page inside the open pages. */
   open(page: string | null, within: string[] = []) {
     if (page) view.go(`/implementation?page=${[...within, page].join()}`)
   }
 
-  async #asked(work: () => Promise<void>) {
+  async #attempt(work: () => Promise<void>) {
     try {
       await work()
     } catch (error) {

@@ -1,4 +1,4 @@
-// A figure as SVG, PNG or CSV, in light style with its legend, whatever the theme is.
+// A figure as SVG, PNG or CSV, in light style with a legend, independent of the theme.
 
 import { draw, type Pen, type Role, type Series } from './series'
 
@@ -26,7 +26,7 @@ function light(): (name: string) => string {
 
 const escaped = (text: string) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;')
 
-/** Figures one below the other, over the same axis. */
+/** Stacked figures with a common axis. */
 export function stacked(figures: Figure[]): string {
   const height = figures.length > 1 ? 320 : HEIGHT
   const part = (figure: Figure, i: number) => svg(figure, height).replace('<svg ', `<svg y="${i * height}" `)
@@ -115,7 +115,7 @@ export function png(figure: Figure): Promise<Blob> {
   return raster(svg(figure), WIDTH, HEIGHT)
 }
 
-/** A picture of an SVG, twice as fine. */
+/** The image of an SVG at twice the resolution. */
 export async function raster(text: string, width: number, height: number): Promise<Blob> {
   const url = URL.createObjectURL(new Blob([text], { type: 'image/svg+xml' }))
   const image = new Image()
@@ -125,5 +125,5 @@ export async function raster(text: string, width: number, height: number): Promi
   const canvas = document.createElement('canvas')
   ;[canvas.width, canvas.height] = [2 * width, 2 * height]
   canvas.getContext('2d')?.drawImage(image, 0, 0, 2 * width, 2 * height)
-  return new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('no picture'))), 'image/png'))
+  return new Promise((resolve, reject) => canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('no image'))), 'image/png'))
 }

@@ -1,34 +1,34 @@
-// What a plot shows, in the words of roles, not of colours; and how it is drawn on a canvas or written as SVG.
+// Plot series with roles instead of colours, and drawing on a canvas or as SVG.
 
 export type Role = 'measured' | 'fitted' | 'desired' | 'own' | 'rendered' | 'reference' | 'trace-1' | 'trace-2' | 'trace-3'
 type Numbers = readonly (number | null)[]
 
-/** `aside`: told by its own text, not by the values under the pointer. */
+/** `aside`: has its own label and is excluded from the values under the pointer. */
 export type Series = { role: Role; name: string; x: Numbers; y: Numbers; aside?: boolean } & (
-  /** `dash`: instead of the role's. `end`: its name stands at its end. */
+  /** `dash`: replaces the dashes of the role. `end`: the name is drawn at the end of the line. */
   | { mark: 'line'; provisional?: boolean; dash?: number[]; end?: boolean }
-  /** `cross`: as poles are drawn. */
+  /** `cross`: drawn as poles. */
   | { mark: 'points'; size: number; half?: Numbers; hollow?: boolean; cross?: boolean }
   | { mark: 'band'; half: Numbers }
 )
 
-/** Where a value lies [px]. */
+/** Position of a value [px]. */
 export type Place = { x: (value: number) => number; y: (value: number) => number }
 
-/** Where a plot's values lie on the screen, and the way back [px]. */
+/** Screen positions of values, and the inverse [px]. */
 export type Frame = { key: string; left: number; top: number; width: number; height: number } & Place & { xAt: (place: number) => number; yAt: (place: number) => number }
 
-/** A point that the arrow keys reach, and what it says. */
+/** A point for the arrow keys, with its text. */
 export type Stop = { x: number; y: number; text: string }
 
-/** What draws: a canvas or the text of an SVG. */
+/** A drawing backend: a canvas or SVG text. */
 export type Pen = {
-  /** Its pixels in one of the page. */
+  /** Device pixels per page pixel. */
   scale: number
   line: (path: [number, number][][], colour: string, width: number, dash: number[]) => void
   area: (path: [number, number][], colour: string, opacity: number) => void
   dot: (x: number, y: number, radius: number, colour: string, opacity: number) => void
-  /** Words that end there. */
+  /** Text that ends at a position. */
   text: (x: number, y: number, words: string, colour: string) => void
 }
 
@@ -89,7 +89,7 @@ export function draw(pen: Pen, series: Series, place: Place, colour: (role: Role
   if (series.end && last) pen.text(...last, series.name, ink)
 }
 
-/** Draws on a canvas, `scale` of whose pixels make one. */
+/** Draws on a canvas with `scale` device pixels per page pixel. */
 export function canvasPen(context: CanvasRenderingContext2D, scale: number): Pen {
   return {
     scale,
@@ -128,7 +128,7 @@ export function canvasPen(context: CanvasRenderingContext2D, scale: number): Pen
   }
 }
 
-/** The range of all values, with air; `null` where there is none. */
+/** The range of all values with a margin; `null` without values. */
 export function extent(all: Series[], axis: 'x' | 'y'): [number, number] | null {
   let [low, high] = [Infinity, -Infinity]
   for (const series of all) {

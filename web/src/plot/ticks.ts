@@ -1,8 +1,8 @@
-// Where the lines of an axis are.
+// Positions of axis ticks.
 
 const STRETCHED = [0, 1, 2, 5, 10, 20, 50, 100, 150, 200, 500, 1000, 2000, 5000, 10_000]
 
-/** Steps of 1, 2, 5: 4 to 9 of them; fewer where there is less room. */
+/** Steps of 1, 2 or 5 with 4 to 9 ticks; fewer if the space is small. */
 export function linear(low: number, high: number, most = 8): number[] {
   const rough = (high - low) / most
   if (!(rough > 0)) return [low]
@@ -13,13 +13,13 @@ export function linear(low: number, high: number, most = 8): number[] {
   return ticks
 }
 
-/** Around standstill, where things happen, linear; logarithmic beyond. */
+/** Linear around standstill, logarithmic beyond. */
 export function stretched(low: number, high: number): number[] {
   const both = [...STRETCHED.slice(1).map((tick) => -tick).reverse(), ...STRETCHED]
   return both.filter((tick) => tick >= low && tick <= high)
 }
 
-/** Decimals that tell the ticks apart. */
+/** Decimals required to distinguish the ticks. */
 export function decimals(ticks: number[]): number {
   const step = ticks.length > 1 ? Math.min(...ticks.slice(1).map((tick, i) => tick - ticks[i]!)) : 1
   return Math.max(0, -Math.floor(Math.log10(step) + 1e-9))

@@ -1,15 +1,15 @@
-// The runs of the project: what was searched for, what is selected, what lies side by side.
+// The runs of the project: search, selection, comparison.
 
 import { bench, store, stored } from '../bench.svelte'
 import { Refused } from '../connection'
 import type { Call, RunEvent, ReplayProgress, Run, Value } from '../protocol'
 
-/** Runs that can lie side by side. */
+/** Maximum number of compared runs. */
 export const MOST = 6
-/** Rows at once. */
+/** Maximum number of rows. */
 const PAGE = 200
-/** From look to look at a replay [ms]. */
-const LOOK = 200
+/** Interval between two requests during a replay [ms]. */
+const POLL_INTERVAL = 200
 
 export type Details = { run: Run; values: Value[]; leaves_as: string[] }
 
@@ -18,15 +18,15 @@ class Catalogue {
   runs = $state.raw<Run[]>([])
   of = $state(0)
   hints = $state.raw<string[]>([])
-  asked = $state(false)
-  /** What was deleted since the window was opened stays in sight, with its Undo. */
+  loaded = $state(false)
+  /** Runs deleted since the window was opened stay in the list, with Undo. */
   deleted = $state.raw<Run[]>([])
   selected = $state.raw<Details | null>(null)
   story = $state.raw<RunEvent[] | null>(null)
-  /** Why there is none. */
-  untold = $state('')
+  /** The reason if the events cannot be read. */
+  storyError = $state('')
   replay = $state.raw<ReplayProgress | null>(null)
-  /** Numbers of what lies side by side; the first is the base. */
+  /** Numbers of the runs to compare; the first one is the reference. */
   tray = $state.raw<number[]>(JSON.parse(stored('stickslip.tray', '[]')))
   compared = $state.raw<Details[]>([])
 
@@ -35,38 +35,38 @@ class Catalogue {
     return [...this.runs, ...gone].sort((one, other) => other.number - one.number)
   })
 
-  /** What the query finds. */
+  /** Runs the query. */
   async search() {
     const query = this.query
-    const found = await quietly(bench.connection.call({ call: 'runs', query, limit: PAGE }, 'runs'))
-    // A newer question is under way.
+    const found = await orNull(bench.connection.call({ call: 'runs', query, limit: PAGE }, 'runs'))
+    // A newer request is running.
     if (!found || query !== this.query) return
     this.runs = found.runs
     this.of = found.of
     this.hints = found.hints
-    this.asked = true
+    this.loaded = true
     this.deleted = this.deleted.filter((run) => !found.runs.some((one) => one.number === run.number && one.state !== 'deleted'))
   }
 
   async select(number: number | null) {
     if (number === this.selected?.run.number) return
     this.story = this.replay = null
-    this.untold = ''
+    this.storyError = ''
     if (number === null) return void (this.selected = null)
-    const found = await details(number)
-    this.selected = found
-    if (!found?.run.record || found.run.state !== 'here') return
+    const opened = await details(number)
+    this.selected = opened
+    if (!opened?.run.record || opened.run.state !== 'here') return
     try {
       const { happened } = await bench.connection.call({ call: 'story', number }, 'story')
       if (this.selected?.run.number === number) this.story = happened
     } catch (error) {
       if (!(error instanceof Refused)) throw error
-      this.untold = error.message
+      this.storyError = error.message
     }
   }
 
-  /** Replays what is selected, and looks until it has ended. */
-  async again() {
+  /** Replays the selected run and follows its progress. */
+  async replaySelected() {
     const number = this.selected?.run.number
     if (number === undefined) return
     for (;;) {
@@ -78,17 +78,17 @@ class Catalogue {
         return bench.warn(error.message)
       }
       if (this.replay.ended || this.selected?.run.number !== number) return
-      await new Promise((later) => setTimeout(later, LOOK))
+      await new Promise((later) => setTimeout(later, POLL_INTERVAL))
     }
   }
 
   cancel() {
-    void quietly(bench.connection.call({ call: 'end_replay' }, 'done'))
+    void orNull(bench.connection.call({ call: 'end_replay' }, 'done'))
   }
 
-  /** Changes what a person may change of a run; whether it was taken. */
+  /** Changes name, tags or note of a run; returns whether it succeeded. */
   async edit(call: Extract<Call, { call: 'rename_run' | 'tag_run' | 'note_run' }>): Promise<boolean> {
-    if (!(await bench.order(call))) return false
+    if (!(await bench.command(call))) return false
     const found = await details(call.number)
     if (found && this.selected?.run.number === call.number) this.selected = found
     void this.search()
@@ -96,14 +96,14 @@ class Catalogue {
   }
 
   async remove(run: Run) {
-    if (!(await bench.order({ call: 'delete_run', number: run.number }))) return
+    if (!(await bench.command({ call: 'delete_run', number: run.number }))) return
     this.deleted = [...this.deleted, { ...run, state: 'deleted' }]
-    bench.say(`${run.name} lies in the bin for 30 days`, { name: 'Undo', run: () => void this.restore(run.number) })
+    bench.notify(`${run.name} stays in the bin for 30 days`, { name: 'Undo', run: () => void this.restore(run.number) })
     void this.search()
   }
 
   async restore(number: number) {
-    if (!(await bench.order({ call: 'restore_run', number }))) return
+    if (!(await bench.command({ call: 'restore_run', number }))) return
     this.deleted = this.deleted.filter((run) => run.number !== number)
     await this.search()
   }
@@ -115,7 +115,7 @@ class Catalogue {
   compare(number: number) {
     if (this.inTray(number)) this.tray = this.tray.filter((one) => one !== number)
     else if (this.tray.length < MOST) this.tray = [...this.tray, number]
-    else return bench.warn(`At most ${MOST} runs lie side by side: take one away first.`)
+    else return bench.warn(`At most ${MOST} runs can be compared. Remove one first.`)
     store('stickslip.tray', JSON.stringify(this.tray))
   }
 
@@ -124,23 +124,23 @@ class Catalogue {
     store('stickslip.tray', '[]')
   }
 
-  /** What lies side by side, with parameters and results. */
-  async lay() {
-    const wanted = this.tray
-    const found = await Promise.all(wanted.map(details))
-    if (wanted !== this.tray) return
+  /** Loads the runs to compare, with parameters and results. */
+  async loadTray() {
+    const { tray } = this
+    const found = await Promise.all(tray.map(details))
+    if (tray !== this.tray) return
     this.compared = found.filter((one) => one !== null)
   }
 }
 
 async function details(number: number): Promise<Details | null> {
-  return quietly(bench.connection.call({ call: 'run', number }, 'run'))
+  return orNull(bench.connection.call({ call: 'run', number }, 'run'))
 }
 
-/** What a bench that cannot be asked says by its silence. */
-async function quietly<T>(asked: Promise<T>): Promise<T | null> {
+/** Returns null if the bench refuses or is not connected. */
+async function orNull<T>(answer: Promise<T>): Promise<T | null> {
   try {
-    return await asked
+    return await answer
   } catch (error) {
     if (error instanceof Refused) return null
     throw error

@@ -1,4 +1,4 @@
-// Whether the scope is open below each window, how high it is, and what it can do.
+// State and commands of the scope at the bottom of each window.
 
 import { bench, store, stored } from '../bench.svelte'
 import { type Command, dock as table } from '../commands'
@@ -6,32 +6,32 @@ import { save } from '../plot/export'
 import { view } from '../view.svelte'
 import { scope } from './scope.svelte'
 
-const KEPT = 'stickslip.dock'
-/** The bar, and the least height of what is open [px]. */
+const STORAGE = 'stickslip.dock'
+/** Height of the bar and minimum height of the open scope [px]. */
 export const BAR = 36
 export const LEAST = 120
 const MOST = 0.6
-/** Below this height of the page it is closed at first [px]. */
+/** Below this height of the page, the scope is closed by default [px]. */
 const ROOM = 860
 
 class Dock {
   height = $state(280)
-  /** Whether there was room for it at first. */
+  /** True if the page was high enough at the start. */
   #roomy = innerHeight >= ROOM
   #open = $state<Record<string, boolean>>({})
   side = $state<'signals' | 'readout' | ''>('signals')
   panel = $state<'' | 'trigger' | 'export'>('')
-  /** Whether its keys come before those of the window: the pointer or the focus is in it. */
+  /** True if its keys have priority: the pointer or the focus is inside. */
   within = false
 
   constructor() {
     try {
-      const kept = JSON.parse(stored(KEPT, '{}')) as { height?: number; open?: Record<string, boolean>; side?: Dock['side'] }
-      this.height = kept.height ?? this.height
-      this.#open = kept.open ?? {}
-      this.side = kept.side ?? (innerHeight < ROOM ? '' : this.side)
+      const settings = JSON.parse(stored(STORAGE, '{}')) as { height?: number; open?: Record<string, boolean>; side?: Dock['side'] }
+      this.height = settings.height ?? this.height
+      this.#open = settings.open ?? {}
+      this.side = settings.side ?? (innerHeight < ROOM ? '' : this.side)
     } catch {
-      // What cannot be read is forgotten.
+      // Unreadable settings are ignored.
     }
     table.commands = () => [...(this.full || this.open ? this.#commands() : []), { name: 'Scope', key: 'S', run: () => this.toggle() }]
     table.first = () => this.within || this.full
@@ -57,7 +57,7 @@ class Dock {
   }
 
   keep() {
-    store(KEPT, JSON.stringify({ height: this.height, open: this.#open, side: this.side }))
+    store(STORAGE, JSON.stringify({ height: this.height, open: this.#open, side: this.side }))
   }
 
   show(side: Dock['side']) {
@@ -70,8 +70,8 @@ class Dock {
   }
 
   record() {
-    if (bench.status?.recording) void bench.tried(bench.connection.call({ call: 'end_record' }, 'done')).then((ended) => ended && bench.say('The recording is in the catalogue'))
-    else void bench.order({ call: 'record', name: 'scope' })
+    if (bench.status?.recording) void bench.attempt(bench.connection.call({ call: 'end_record' }, 'done')).then((ended) => ended && bench.notify('Recording saved in the catalogue'))
+    else void bench.command({ call: 'record', name: 'scope' })
   }
 
   async leave(kind: 'svg' | 'png' | 'visible' | 'cursors' | 'all') {
@@ -79,35 +79,35 @@ class Dock {
     const [{ figures, span, table }, { raster, stacked }] = await Promise.all([import('./files'), import('../plot/export')])
     if (kind === 'svg' || kind === 'png') {
       const all = figures()
-      if (!all.length) return bench.warn('No pane shows anything')
+      if (!all.length) return bench.warn('No signals in the panes')
       const text = stacked(all)
       if (kind === 'svg') return save('scope.svg', 'image/svg+xml', text)
       const [, width, height] = /width="(\d+)" height="(\d+)"/.exec(text)!
       return save('scope.png', 'image/png', await raster(text, Number(width), Number(height)))
     }
     const part = span(kind)
-    if (!part || part[1] < part[0]) return bench.warn(kind === 'cursors' ? 'Set both cursors first: A and B' : 'There is nothing yet')
+    if (!part || part[1] < part[0]) return bench.warn(kind === 'cursors' ? 'Set both cursors first: A and B' : 'No data')
     save('scope.csv', 'text/csv', table(part))
   }
 
-  /** At the pointer; else in the middle of what is seen. */
+  /** At the pointer; otherwise in the middle of the view. */
   #at(): number {
     return scope.pointer?.cycle ?? (scope.view.from + scope.view.to) / 2
   }
 
   #commands(): Command[] {
     return [
-      { name: 'Scope: hold or go on', key: 'Space', run: () => scope.hold() },
+      { name: 'Scope: hold or resume', key: 'Space', run: () => scope.hold() },
       { name: 'Scope: cursor A at the pointer', key: 'A', run: () => scope.put('a', this.#at()) },
       { name: 'Scope: cursor B at the pointer', key: 'B', run: () => scope.put('b', this.#at()) },
-      { name: 'Scope: no cursors', key: '', run: () => (scope.cursors = { a: null, b: null }) },
-      { name: 'Scope: trigger level at the pointer', key: 'T', run: () => this.#level(), off: () => (scope.pointer ? null : 'The pointer is over no pane') },
-      { name: 'Scope: everything in view', key: '0', run: () => scope.all() },
+      { name: 'Scope: remove cursors', key: '', run: () => (scope.cursors = { a: null, b: null }) },
+      { name: 'Scope: trigger level at the pointer', key: 'T', run: () => this.#level(), off: () => (scope.pointer ? null : 'Move the pointer over a pane') },
+      { name: 'Scope: show all', key: '0', run: () => scope.all() },
       { name: 'Scope: previous view', key: '[', run: () => scope.back() },
       { name: 'Scope: next view', key: ']', run: () => scope.forth() },
       { name: 'Scope: export', key: 'E', run: () => (this.panel = this.panel === 'export' ? '' : 'export') },
-      { name: 'Scope: pane over time', key: '', run: () => scope.addPane('time') },
-      { name: 'Scope: pane of one signal over another', key: '', run: () => scope.addPane('xy') },
+      { name: 'Scope: new time pane', key: '', run: () => scope.addPane('time') },
+      { name: 'Scope: new XY pane', key: '', run: () => scope.addPane('xy') },
       { name: 'Scope: default panes', key: '', run: () => void scope.reset() },
       { name: 'Frame times', key: '', run: () => void this.#frames() },
     ]
@@ -123,12 +123,12 @@ class Dock {
   }
 
   async #frames() {
-    const [frames, drawing, begun] = [scope.frames, scope.drawing, performance.now()]
+    const [frames, drawing, start] = [scope.frames, scope.drawing, performance.now()]
     await new Promise((resolve) => setTimeout(resolve, 2000))
     const count = scope.frames - frames
-    if (!count) return bench.say('The scope is not drawn')
-    const rate = (1000 * count) / (performance.now() - begun)
-    bench.say(`Scope: ${rate.toFixed(0)} pictures a second, ${((scope.drawing - drawing) / count).toFixed(1)} ms each`)
+    if (!count) return bench.notify('The scope is closed')
+    const rate = (1000 * count) / (performance.now() - start)
+    bench.notify(`Scope: ${rate.toFixed(0)} frames per second, ${((scope.drawing - drawing) / count).toFixed(1)} ms each`)
   }
 }
 

@@ -1,5 +1,5 @@
-// A pane on its canvas: many samples a pixel, each of which is seen. Axes are drawn here as well: a picture of what
-// moves is drawn anew thirty times a second and more, and the same few lines of text are all that stands still.
+// A pane on its canvas: many samples per pixel, with all extremes visible. Axes are drawn here, too: a moving picture
+// is redrawn thirty times per second or more, and only a few lines of text are constant.
 
 import { fixed } from '../format'
 import type { Mark, Signal } from '../protocol'
@@ -14,12 +14,12 @@ export const BOTTOM = 34
 
 export type Ink = { index: number; colour: string; dash: number[] }
 export type Colours = Record<'text' | 'grid' | 'axis' | 'fault' | 'quiet' | 'surface', string>
-/** Where values lie on the canvas [px]. */
+/** Positions of values on the canvas [px]. */
 export type Box = { left: number; right: number; top: number; bottom: number; from: number; to: number; low: number; high: number }
 
 const [LOW, HIGH] = [new Float64Array(1), new Float64Array(1)]
 
-/** The range of what is seen of some signals; `null` where nothing is. */
+/** The range of the visible samples of some signals; `null` without samples. */
 export function range(ring: Ring, signals: number[], box: Pick<Box, 'from' | 'to'>): [number, number] | null {
   let [low, high] = [Infinity, -Infinity]
   for (const signal of signals) {
@@ -30,14 +30,14 @@ export function range(ring: Ring, signals: number[], box: Pick<Box, 'from' | 'to
   return low <= high ? [low, high] : null
 }
 
-/** A range that what is seen fits in, in steps, with air; the one before while it fits well. */
-export function steps(found: [number, number] | null, before: [number, number] | null): [number, number] {
-  if (!found) return before ?? [-1, 1]
-  const [low, high] = found
+/** An axis range in steps, with a margin; the previous range is kept while it fits well. */
+export function steps(range: [number, number] | null, before: [number, number] | null): [number, number] {
+  if (!range) return before ?? [-1, 1]
+  const [low, high] = range
   const size = high - low
   const whole = before ? before[1] - before[0] : 0
   if (before && low >= before[0] && high <= before[1] && size > 0.4 * whole) return before
-  // What rests has a range of its own size.
+  // A constant signal has a minimum range.
   const span = size > 1e-9 * Math.max(Math.abs(low), Math.abs(high)) ? size : Math.max(Math.abs(low) * 0.1, 1e-3)
   if (before && low >= before[0] && high <= before[1] && span > 0.4 * whole) return before
   const middle = (low + high) / 2
@@ -94,7 +94,7 @@ export function axes(context: CanvasRenderingContext2D, box: Box, colours: Colou
   }
 }
 
-/** Ticks that an axis has room for. */
+/** Ticks for the available space. */
 const room = (box: Box) => Math.min(8, Math.max(1.2, (box.right - box.left) / 90))
 
 /** Vertical lines of the time axis, behind the traces. */
@@ -111,7 +111,7 @@ export function grid(context: CanvasRenderingContext2D, box: Box, colours: Colou
   context.stroke()
 }
 
-/** Whether there are so few samples that each has a place of its own. */
+/** True if the samples are so far apart that each can be marked. */
 export function sparse(box: Box): boolean {
   return box.to - box.from <= 2 * (box.right - box.left)
 }
@@ -142,18 +142,18 @@ export function trace(context: CanvasRenderingContext2D, ring: Ring, box: Box, i
   context.setLineDash([])
 }
 
-/** One signal over another: at most so many points, each a sample. */
+/** One signal over another, at most `most` points, each a sample. */
 export function across(context: CanvasRenderingContext2D, ring: Ring, view: { from: number; to: number }, x: number, place: (a: number, b: number) => [number, number], ink: Ink, most = 20_000) {
   const [a, b] = [ring.columns[x]!, ring.columns[ink.index]!]
-  const [begin, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
-  const step = Math.max(1, Math.ceil((end - begin) / most))
+  const [start, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
+  const step = Math.max(1, Math.ceil((end - start) / most))
   context.strokeStyle = ink.colour
   context.lineWidth = 1.2
   context.setLineDash(ink.dash)
   context.beginPath()
   let on = false
-  for (let cycle = begin - (begin % step); cycle < end; cycle += step) {
-    if (cycle < begin) continue
+  for (let cycle = start - (start % step); cycle < end; cycle += step) {
+    if (cycle < start) continue
     const slot = cycle % ring.room
     const [px, py] = place(a[slot]!, b[slot]!)
     if (Number.isNaN(px) || Number.isNaN(py)) on = false
@@ -167,7 +167,7 @@ export function across(context: CanvasRenderingContext2D, ring: Ring, view: { fr
   context.setLineDash([])
 }
 
-/** What happened, and what is missing, over a pane. */
+/** Marks and gaps over a pane. */
 export function events(context: CanvasRenderingContext2D, ring: Ring, box: Box, marks: Mark[], colours: Colours) {
   const x = (cycle: number) => box.left + ((cycle - box.from) / (box.to - box.from)) * (box.right - box.left)
   context.fillStyle = colours.surface
@@ -188,7 +188,7 @@ export function events(context: CanvasRenderingContext2D, ring: Ring, box: Box, 
   context.setLineDash([])
 }
 
-/** The canvas of an element, as fine as the screen; the size that it has [px]. */
+/** The canvas of an element at screen resolution, with its size [px]. */
 export function canvas(element: HTMLCanvasElement): { context: CanvasRenderingContext2D; width: number; height: number } | null {
   const [width, height] = [element.clientWidth, element.clientHeight]
   const context = element.getContext('2d')
@@ -201,7 +201,7 @@ export function canvas(element: HTMLCanvasElement): { context: CanvasRenderingCo
   return { context, width, height }
 }
 
-/** Colours of the theme, asked for once. */
+/** Colours of the theme, cached. */
 export function colours(): Colours & { traces: string[] } {
   const style = getComputedStyle(document.documentElement)
   const token = (name: string) => style.getPropertyValue(`--${name}`).trim()
@@ -211,7 +211,7 @@ export function colours(): Colours & { traces: string[] } {
   }
 }
 
-/** How the n-th trace of a pane is drawn: three colours, then dashes. */
+/** Style of the n-th trace of a pane: three colours, then dashes. */
 export function style(n: number): { colour: number; dash: number[] } {
   return { colour: n % 3, dash: n < 3 ? [] : n < 6 ? [6, 3] : n < 9 ? [2, 3] : [8, 3, 2, 3] }
 }
@@ -220,7 +220,7 @@ export function box(width: number, height: number, last: boolean, view: { from: 
   return { left: LEFT, right: width - RIGHT, top: TOP, bottom: height - (last ? BOTTOM : 4), ...view, low, high }
 }
 
-/** The unit of an axis: what all its signals have. */
+/** The units of all signals of an axis. */
 export function unitOf(signals: Signal[]): string {
   return [...new Set(signals.map((signal) => signal.printed_unit).filter(Boolean))].join(', ')
 }

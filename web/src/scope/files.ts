@@ -1,4 +1,4 @@
-// What leaves the scope: samples as a table, panes as a figure.
+// Exports of the scope: samples as a table, panes as a figure.
 
 import { fixed } from '../format'
 import type { Figure } from '../plot/export'
@@ -9,14 +9,14 @@ import type { Ring } from './ring'
 import { type Pane, scope } from './scope.svelte'
 import * as frequencies from './spectrum'
 
-/** Rows of a table at most. */
+/** Maximum rows of a table. */
 const LONGEST = 1_000_000
-/** Columns of a figure's trace. */
+/** Columns of a trace in a figure. */
 const COLUMNS = 800
-/** Points of one signal over another. */
+/** Points of an XY trace. */
 const POINTS = 5000
 
-/** From the first to the last cycle of what is to leave. */
+/** First and last cycle of an export. */
 export function span(what: 'visible' | 'cursors' | 'all'): [number, number] | null {
   const { ring, view, cursors } = scope
   if (!ring || ring.next < 0) return null
@@ -25,7 +25,7 @@ export function span(what: 'visible' | 'cursors' | 'all'): [number, number] | nu
   return cursors.a === null || cursors.b === null ? null : [Math.min(cursors.a, cursors.b), Math.max(cursors.a, cursors.b)]
 }
 
-/** Every cycle of the signals in the panes, with units; a cycle that is missing has no row. */
+/** Every cycle of the signals in the panes, with units; missing cycles have no row. */
 export function table([from, to]: [number, number]): Blob {
   const ring = scope.ring!
   const names = [...new Set(scope.panes.flatMap((pane) => pane.traces.map((trace) => trace.name)))]
@@ -51,15 +51,15 @@ const missing = (ring: Ring, cycle: number) => ring.gaps.some((gap) => cycle >= 
 
 type Traced = { index: number; colour: number; dash: number[] }
 
-/** Each pane, as it is shown. */
+/** Each pane as displayed. */
 export function figures(): Figure[] {
   const { ring } = scope
   if (!ring) return []
   return scope.panes.flatMap((pane): Figure[] => {
     const traces = pane.traces.map((trace, n) => ({ trace, index: scope.index(trace.name), ...style(n) })).filter(({ trace, index }) => !trace.hidden && index >= 0)
     if (!traces.length || (pane.kind === 'xy' && traces.length < 2)) return []
-    if (pane.kind === 'xy') return [crossed(ring, pane, traces)]
-    return pane.kind === 'time' ? [timed(ring, pane, traces)] : transformed(ring, traces)
+    if (pane.kind === 'xy') return [xyFigure(ring, pane, traces)]
+    return pane.kind === 'time' ? [timeFigure(ring, pane, traces)] : spectrumFigures(ring, traces)
   })
 }
 
@@ -72,7 +72,7 @@ function axis(low: number, high: number) {
   return { range: [low, high] as [number, number], ticks, text: (value: number) => fixed(value, decimals(ticks)) }
 }
 
-function timed(ring: Ring, pane: Pane, traces: Traced[]): Figure {
+function timeFigure(ring: Ring, pane: Pane, traces: Traced[]): Figure {
   const { view } = scope
   const step = Math.max(1, (view.to - view.from) / COLUMNS)
   const count = Math.ceil((view.to - view.from) / step)
@@ -88,17 +88,17 @@ function timed(ring: Ring, pane: Pane, traces: Traced[]): Figure {
     }
     return { role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y, dash }
   })
-  const words = scope.triggered === null ? 'time since the bench runs, s' : 'time since the trigger, s'
+  const words = scope.triggered === null ? 'time since the start of the bench, s' : 'time since the trigger, s'
   const range_y = pane.range ?? steps(range(ring, traces.map((one) => one.index), view), null)
   return { title: '', x: { label: words, warp: straight, ...axis(scope.time(view.from), scope.time(view.to)) }, y: { label: unitOf(traces.map((one) => scope.signals[one.index]!)), ...axis(...range_y) }, series }
 }
 
 /** One signal over another, each point a sample. */
-function crossed(ring: Ring, pane: Pane, [across, ...up]: Traced[]): Figure {
+function xyFigure(ring: Ring, pane: Pane, [across, ...up]: Traced[]): Figure {
   const { view } = scope
-  const [begin, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
-  const step = Math.max(1, Math.ceil((end - begin) / POINTS))
-  const cycles = Array.from({ length: Math.max(0, Math.ceil((end - begin) / step)) }, (_, i) => begin + i * step)
+  const [start, end] = [Math.max(ring.first, Math.ceil(view.from)), Math.min(ring.next, Math.ceil(view.to))]
+  const step = Math.max(1, Math.ceil((end - start) / POINTS))
+  const cycles = Array.from({ length: Math.max(0, Math.ceil((end - start) / step)) }, (_, i) => start + i * step)
   const values = (index: number) => cycles.map((cycle) => ring.value(index, cycle)).map((value) => (Number.isNaN(value) ? null : value))
   const x = values(across!.index)
   const series = up.map(({ index, colour, dash }) => ({ role: role(colour), name: scope.signals[index]!.label, mark: 'line' as const, x, y: values(index), dash }))
@@ -111,8 +111,8 @@ function crossed(ring: Ring, pane: Pane, [across, ...up]: Traced[]): Figure {
   }
 }
 
-/** Amplitudes over frequency, both logarithmic. */
-function transformed(ring: Ring, traces: Traced[]): Figure[] {
+/** Amplitude over frequency, both logarithmic. */
+function spectrumFigures(ring: Ring, traces: Traced[]): Figure[] {
   const [from, to] = span('cursors') ?? [scope.view.from, scope.view.to]
   const found = traces.flatMap((one) => {
     const spectrum = frequencies.spectrum(ring, one.index, from, to, scope.rate)

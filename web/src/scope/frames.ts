@@ -1,16 +1,16 @@
-// Every cycle of signals as they come: binary messages, read in place.
+// Every cycle of the signals: binary messages, read in place.
 
-/** Bytes before the columns. */
+/** Size of the header [bytes]. */
 const HEAD = 32
 
 export type Frame = {
   stream: number
   /** First cycle. */
   from: number
-  /** Cycles that are missing before it. */
+  /** Missing cycles before it. */
   missing: number
   rows: number
-  /** Signal after signal its values. */
+  /** Values, one column per signal. */
   values: Float64Array
 }
 
@@ -19,7 +19,7 @@ export function frame(buffer: ArrayBuffer): Frame {
   // Exact for three million years at 100 kHz.
   const word = (at: number) => Number(head.getBigUint64(at, true))
   const [rows, signals] = [head.getUint32(24, true), head.getUint32(28, true)]
-  // Little-endian, as every machine with a browser is.
+  // Little-endian, as on every machine with a browser.
   const values = new Float64Array(buffer, HEAD, rows * signals)
   return { stream: word(0), from: word(8), missing: word(16), rows, values }
 }

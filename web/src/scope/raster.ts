@@ -1,10 +1,10 @@
-// Many samples a pixel, as pixels: each column of a trace is a run from its least to its largest value, with soft ends.
-// Strokes of paths take ten times as long where nothing but the processor draws.
+// Many samples per pixel, as pixels: each column of a trace is a vertical run from its minimum to its maximum, with soft ends.
+// Canvas paths take ten times as long without a graphics processor.
 
 import type { Box } from './draw'
 import type { Ring } from './ring'
 
-/** Half the width of a line [px]. */
+/** Half of the line width [px]. */
 const HALF = 0.7
 
 export class Raster {
@@ -19,8 +19,8 @@ export class Raster {
     this.#canvas = canvas
   }
 
-  /** An empty picture of a size [px of the screen]. */
-  begin(width: number, height: number) {
+  /** Clears the picture and sets its size [device pixels]. */
+  start(width: number, height: number) {
     if (this.#image?.width !== width || this.#image.height !== height) {
       ;[this.#canvas.width, this.#canvas.height] = [width, height]
       this.#image = new ImageData(width, height)
@@ -29,14 +29,14 @@ export class Raster {
     } else this.#pixels.fill(0)
   }
 
-  /** A trace; `ink` is its colour as a pixel without its alpha. */
+  /** A trace; `ink` is its colour as a pixel without alpha. */
   trace(ring: Ring, index: number, box: Box, ink: number, dash: number[]) {
     const image = this.#image
     if (!image) return
     const { width, height } = image
     const [pixels, lows, highs] = [this.#pixels, this.#low, this.#high]
     const step = (box.to - box.from) / width
-    // Columns stay with their samples while it scrolls.
+    // Columns stay aligned with their samples while scrolling.
     const column = Math.floor(box.from / step)
     ring.extremes(index, column * step, step, width, lows, highs)
     const up = height / (box.high - box.low)
@@ -51,7 +51,7 @@ export class Raster {
         topBefore = NaN
         continue
       }
-      // On from where it was.
+      // Connects to the previous column.
       if (topBefore > bottom) bottom = topBefore
       if (bottomBefore < top) top = bottomBefore
       ;[topBefore, bottomBefore] = [topHere, bottomHere]
@@ -68,14 +68,14 @@ export class Raster {
     }
   }
 
-  /** Shows what was drawn since `begin`. */
+  /** Displays the drawing since `start`. */
   show() {
     if (!this.#image) return
     this.#canvas.getContext('2d')?.putImageData(this.#image, 0, 0)
     this.#clean = false
   }
 
-  /** Shows nothing. */
+  /** Displays nothing. */
   clear() {
     if (this.#clean) return
     this.#canvas.getContext('2d')?.clearRect(0, 0, this.#canvas.width, this.#canvas.height)
@@ -91,7 +91,7 @@ function off(dash: number[], at: number): boolean {
   return false
 }
 
-/** A colour `#rrggbb` as a pixel without its alpha. */
+/** A colour `#rrggbb` as a pixel without alpha. */
 export function ink(colour: string): number {
   const value = parseInt(colour.slice(1), 16)
   return ((value & 0xff) << 16) | (value & 0xff00) | (value >> 16)

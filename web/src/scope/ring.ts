@@ -1,32 +1,32 @@
-// The newest cycles of all signals in memory that never grows, and their extremes in any span without a spike lost.
+// The newest cycles of all signals in constant memory, and their extremes in any span.
 
 import type { Step } from './formula'
 import type { Frame } from './frames'
 
-/** Cycles of a block whose extremes are kept. */
+/** Cycles per block with stored extremes. */
 const BLOCK = 16
-/** Memory of all signals together [bytes]. */
+/** Memory for all signals [bytes]. */
 const BUDGET = 200e6
-/** As long as that, if it fits [s]. */
+/** Length of the buffer if it fits into the memory [s]. */
 const LONGEST = 60
 
-/** Cycles that are not there. */
+/** Missing cycles. */
 export type Gap = { from: number; cycles: number }
 export type Statistics = { count: number; mean: number; rms: number; least: number; largest: number }
 
 export class Ring {
-  /** Cycles that fit, whole blocks of them. */
+  /** Capacity in cycles, a multiple of the block. */
   readonly room: number
-  /** The first cycle that ever came, and the one after the newest. */
-  begin = -1
+  /** The first received cycle, and the cycle after the newest. */
+  origin = -1
   next = -1
   delivered = 0
   missing = 0
   gaps: Gap[] = []
   readonly columns: Float64Array[]
   readonly signals: number
-  /** How each further column comes from the others. */
-  #formulas: { begin: () => Step; step: Step }[] = []
+  /** Formulas of the computed columns. */
+  #formulas: { start: () => Step; step: Step }[] = []
   #least: Float64Array[]
   #largest: Float64Array[]
 
@@ -40,20 +40,20 @@ export class Ring {
     this.#largest = arrays(this.room / BLOCK)
   }
 
-  /** The oldest cycle that is still there. */
+  /** The oldest stored cycle. */
   get first(): number {
-    return Math.max(this.begin, this.next - this.room)
+    return Math.max(this.origin, this.next - this.room)
   }
 
-  /** Whether a frame goes on with what is here; one of a bench that was started anew does not. */
+  /** True if a frame continues the buffer; false after a restart of the bench. */
   fits(frame: Frame): boolean {
     return frame.values.length === frame.rows * this.signals && (this.next < 0 || frame.from >= this.next)
   }
 
-  /** Columns behind those of the signals, in this order, each from signals alone. */
+  /** Sets the computed columns after those of the signals, in this order; each depends on signals only. */
   derive(all: (() => Step)[]) {
     for (const arrays of [this.columns, this.#least, this.#largest]) arrays.length = this.signals
-    this.#formulas = all.map((begin) => ({ begin, step: begin() }))
+    this.#formulas = all.map((start) => ({ start, step: start() }))
     all.forEach(() => {
       this.columns.push(new Float64Array(this.room))
       this.#least.push(new Float64Array(this.room / BLOCK))
@@ -70,26 +70,26 @@ export class Ring {
     }
   }
 
-  /** Computes what is computed of some cycles of one block. */
+  /** Computes the columns for cycles of one block. */
   #compute(cycle: number, count: number, missing = false) {
     const slot = cycle % this.room
     this.#formulas.forEach((formula, n) => {
       const column = this.columns[this.signals + n]!
-      // What comes after a gap knows nothing of what was before.
-      if (missing) formula.step = formula.begin()
+      // Computation restarts after a gap.
+      if (missing) formula.step = formula.start()
       for (let i = slot; i < slot + count; i++) column[i] = missing ? NaN : formula.step(this.columns, i)
       this.#extend(this.signals + n, cycle, column, slot, slot + count)
     })
   }
 
-  /** Takes a frame that fits. */
+  /** Stores a frame that fits. */
   write(frame: Frame) {
-    if (this.next < 0) this.begin = this.next = frame.from - frame.missing
+    if (this.next < 0) this.origin = this.next = frame.from - frame.missing
     this.#leave(frame.from - this.next)
     const { rows, values } = frame
     for (let done = 0; done < rows; ) {
       const [cycle, slot] = [this.next, this.next % this.room]
-      // Up to the end of a block, which the end of the ring is as well.
+      // Up to the end of a block, which is also the end of the ring.
       const count = Math.min(rows - done, BLOCK - (cycle % BLOCK))
       for (let signal = 0; signal < this.signals; signal++) {
         const column = this.columns[signal]!
@@ -108,7 +108,7 @@ export class Ring {
 
   #extend(signal: number, cycle: number, values: Float64Array, from: number, to: number) {
     const block = Math.floor((cycle % this.room) / BLOCK)
-    const fresh = cycle % BLOCK === 0 || cycle === this.begin
+    const fresh = cycle % BLOCK === 0 || cycle === this.origin
     let low = fresh ? Infinity : this.#least[signal]![block]!
     let high = fresh ? -Infinity : this.#largest[signal]![block]!
     for (let i = from; i < to; i++) {
@@ -120,11 +120,11 @@ export class Ring {
     this.#largest[signal]![block] = high
   }
 
-  /** Cycles that do not come. */
+  /** Stores a gap. */
   #leave(count: number) {
     if (count <= 0) return
     this.missing += count
-    for (const formula of this.#formulas) formula.step = formula.begin()
+    for (const formula of this.#formulas) formula.step = formula.start()
     this.gaps.push({ from: this.next, cycles: count })
     const from = Math.max(this.next, this.next + count - this.room)
     for (let cycle = from; cycle < this.next + count; cycle++) {
@@ -132,7 +132,7 @@ export class Ring {
       const [slot, block] = [cycle % this.room, Math.floor((cycle % this.room) / BLOCK)]
       for (let signal = 0; signal < this.columns.length; signal++) {
         this.columns[signal]![slot] = NaN
-        if (fresh && (cycle % BLOCK === 0 || this.next === this.begin)) {
+        if (fresh && (cycle % BLOCK === 0 || this.next === this.origin)) {
           this.#least[signal]![block] = Infinity
           this.#largest[signal]![block] = -Infinity
         }
@@ -141,12 +141,12 @@ export class Ring {
     this.next += count
   }
 
-  /** A value; NaN where it is not there. */
+  /** A value; NaN if missing. */
   value(signal: number, cycle: number): number {
     return cycle >= this.first && cycle < this.next ? this.columns[signal]![cycle % this.room]! : NaN
   }
 
-  /** Extremes of `count` spans of `step` cycles each; NaN where nothing is. */
+  /** Extremes of `count` spans of `step` cycles each; NaN for empty spans. */
   extremes(signal: number, from: number, step: number, count: number, low: Float64Array, high: Float64Array) {
     const [column, least, largest] = [this.columns[signal]!, this.#least[signal]!, this.#largest[signal]!]
     const [first, next, room] = [this.first, this.next, this.room]
@@ -156,7 +156,7 @@ export class Ring {
       let [a, b] = [Infinity, -Infinity]
       while (cycle < end) {
         const slot = cycle % room
-        // A block that begins before the oldest cycle has newer ones in its place.
+        // A block that starts before the oldest cycle is partly overwritten with newer cycles.
         if (slot % BLOCK === 0 && cycle + BLOCK <= end) {
           const block = slot / BLOCK
           if (least[block]! < a) a = least[block]!
@@ -174,11 +174,11 @@ export class Ring {
     }
   }
 
-  /** Of the cycles from `from` to `to`, both included. */
+  /** Statistics of the cycles from `from` to `to`, both included. */
   statistics(signal: number, from: number, to: number): Statistics {
     const column = this.columns[signal]!
     let [count, sum, squares, least, largest] = [0, 0, 0, Infinity, -Infinity]
-    // About the first value, so that a large mean costs no digits.
+    // Relative to the first value, so that a large mean costs no precision.
     let origin = NaN
     for (let cycle = Math.max(this.first, from); cycle <= Math.min(this.next - 1, to); cycle++) {
       const value = column[cycle % this.room]!

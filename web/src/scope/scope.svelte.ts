@@ -1,4 +1,4 @@
-// What the scope shows: signals in panes over one time axis. Samples go past the framework, into the ring.
+// State of the scope: signals in panes with a common time axis. Samples go directly into the ring, not through reactive state.
 
 import { bench, store, stored } from '../bench.svelte'
 import { Connection, Refused } from '../connection'
@@ -8,10 +8,10 @@ import { frame } from './frames'
 import { Ring } from './ring'
 import { crossing, type Slope } from './trigger'
 
-/** Signals that are streamed at most: the program's limit. */
+/** Maximum number of streamed signals: the limit of the program. */
 const WIDEST = 64
-const KEPT = 'stickslip.scope'
-/** From read-out to read-out [ms]. */
+const STORAGE = 'stickslip.scope'
+/** Interval between two updates of the displayed values [ms]. */
 const READ = 100
 /** Shortest span of a view [cycles]. */
 const SHORTEST = 4
@@ -21,39 +21,39 @@ export type Pane = { id: number; kind: 'time' | 'xy' | 'spectrum'; traces: Trace
 export type View = { from: number; to: number }
 export type Mode = 'off' | 'auto' | 'normal' | 'single'
 export type CursorName = 'a' | 'b'
-/** What a trigger waits for: a signal that passes its level, or something that happens. */
+/** Trigger event: a level crossing of a signal, or an event on the bench. */
 export type Event = Slope | MarkKind
-/** A channel that is computed: what it is called, its formula, and the unit that it is said to have. */
+/** A computed channel: name, formula and unit. */
 export type Channel = { name: string; text: string; unit: string }
 type Past = { view: View; follow: boolean; ranges: [number, [number, number] | null][] }
 
 class Scope {
-  /** Those of the program, then those that are computed. */
+  /** Signals of the program, then computed channels. */
   signals = $state.raw<Signal[]>([])
   channels = $state.raw<Channel[]>([])
   panes = $state<Pane[]>([])
   active = $state(0)
-  /** Whether the newest is shown. */
+  /** True if the view follows the newest cycle. */
   follow = $state(true)
-  /** What is shown [s]. */
+  /** Length of the view [s]. */
   span = $state(10)
   cursors = $state<{ a: number | null; b: number | null }>({ a: null, b: null })
   trigger = $state<{ mode: Mode; signal: string; level: number; slope: Event; before: number }>({ mode: 'off', signal: '', level: 0, slope: 'rising', before: 0.2 })
-  /** The cycle of the event that is shown. */
+  /** The cycle of the displayed event. */
   triggered = $state<number | null>(null)
   marks = $state.raw<Mark[]>([])
-  /** Goes up ten times a second while something is shown. */
+  /** Increases ten times per second while the scope is drawn. */
   read = $state(0)
   rate = $state(0)
-  /** How much fits [s]. */
+  /** Length of the buffer [s]. */
   length = $state(0)
   online = $state(false)
   ring: Ring | null = null
-  /** What is shown [cycles]. */
+  /** The view [cycles]. */
   view: View = { from: 0, to: 1 }
-  /** Where the pointer is, if it is over a pane. */
+  /** Pointer position over a pane. */
   pointer: { pane: number; cycle: number; value: number } | null = null
-  /** Pictures drawn, and the time that they took [ms]. */
+  /** Drawn frames and the time spent on them [ms]. */
   frames = 0
   drawing = 0
   #streamed: Signal[] = []
@@ -61,15 +61,15 @@ class Scope {
   #stream = -1
   #drawers = new Set<() => void>()
   #next = 0
-  #seen = 0
+  #lastRead = 0
   #scanned = 0
   #past: Past[] = []
   #future: Past[] = []
   #pushed = 0
   #pane = 0
 
-  /** Begins to listen, once. */
-  begin() {
+  /** Connects to the bench, once. */
+  start() {
     if (this.#connection) return
     const connection = new Connection(() => bench.name)
     this.#connection = connection
@@ -77,20 +77,20 @@ class Scope {
       this.online = online
       if (online) void this.#open(connection)
     }
-    connection.onsamples = (buffer) => this.#hear(buffer)
+    connection.onsamples = (buffer) => this.#receive(buffer)
     connection.connect()
   }
 
   async #open(connection: Connection) {
     try {
-      const [status, known] = await Promise.all([connection.call({ call: 'status' }, 'status'), connection.call({ call: 'signals' }, 'signals')])
-      const signals = known.signals.slice(0, WIDEST)
+      const [status, offer] = await Promise.all([connection.call({ call: 'status' }, 'status'), connection.call({ call: 'signals' }, 'signals')])
+      const signals = offer.signals.slice(0, WIDEST)
       const names = (all: Signal[]) => all.map((signal) => signal.name).join()
       if (!this.ring || names(signals) !== names(this.#streamed) || status.rate !== this.rate) {
         this.#streamed = this.signals = signals
         this.rate = status.rate
-        this.#anew()
-        if (!this.panes.length) this.#restore(known.panes)
+        this.#restart()
+        if (!this.panes.length) this.#restore(offer.panes)
       }
       this.#stream = (await connection.call({ call: 'samples', signals: signals.map((signal) => signal.name) }, 'samples')).capture
       await this.askMarks()
@@ -100,7 +100,7 @@ class Scope {
     }
   }
 
-  #anew() {
+  #restart() {
     this.ring = new Ring(this.#streamed.length, this.rate)
     this.#derive()
     this.length = this.ring.room / this.rate
@@ -110,12 +110,12 @@ class Scope {
     this.follow = true
   }
 
-  #hear(buffer: ArrayBuffer) {
-    const heard = frame(buffer)
-    if (!this.ring || heard.stream !== this.#stream) return
-    // A bench that was started anew counts its cycles anew.
-    if (!this.ring.fits(heard)) this.#anew()
-    this.ring.write(heard)
+  #receive(buffer: ArrayBuffer) {
+    const message = frame(buffer)
+    if (!this.ring || message.stream !== this.#stream) return
+    // A restarted bench counts its cycles from zero.
+    if (!this.ring.fits(message)) this.#restart()
+    this.ring.write(message)
   }
 
   async askMarks() {
@@ -127,23 +127,23 @@ class Scope {
     }
   }
 
-  // Channels that are computed.
+  // Computed channels.
 
-  /** Reads what was typed. @throws {Unreadable} */
+  /** Parses a formula. @throws {Unreadable} */
   formula(text: string): Formula {
     return read(text, { index: (name) => this.#streamed.findIndex((signal) => signal.name === name), rate: this.rate })
   }
 
-  /** Adds a channel, or one in the place of that with its name. @throws {Unreadable} */
+  /** Adds a channel or replaces the one with its name. @throws {Unreadable} */
   compute(typed: string, unit: string) {
     const { name, text } = this.formula(typed)
-    if (this.#streamed.some((signal) => signal.name === name)) throw new Unreadable(`${name} is a signal already; write another name before =`)
+    if (this.#streamed.some((signal) => signal.name === name)) throw new Unreadable(`the name ${name} is already a signal; choose another name before =`)
     this.channels = [...this.channels.filter((channel) => channel.name !== name), { name, text, unit }]
     this.#derive()
     this.add(name)
   }
 
-  forget(name: string) {
+  removeChannel(name: string) {
     this.channels = this.channels.filter((channel) => channel.name !== name)
     for (const pane of [...this.panes]) this.remove(pane.id, name)
     this.#derive()
@@ -155,16 +155,16 @@ class Scope {
   }
 
   #derive() {
-    const known: { channel: Channel; formula: Formula }[] = []
+    const usable: { channel: Channel; formula: Formula }[] = []
     for (const channel of this.channels) {
       try {
-        known.push({ channel, formula: this.formula(channel.text) })
+        usable.push({ channel, formula: this.formula(channel.text) })
       } catch {
-        // This bench does not have its signals; another one may.
+        // This bench does not have the signals; another one may.
       }
     }
-    this.ring?.derive(known.map(({ formula }) => formula.begin))
-    const computed = known.map(({ channel: { name, text, unit } }) => ({ name, label: name, symbol: '', unit, printed_unit: unit, help: `Computed: ${text}.`, values: [] }))
+    this.ring?.derive(usable.map(({ formula }) => formula.start))
+    const computed = usable.map(({ channel: { name, text, unit } }) => ({ name, label: name, symbol: '', unit, printed_unit: unit, help: `Computed: ${text}.`, values: [] }))
     this.signals = [...this.#streamed, ...computed]
   }
 
@@ -176,14 +176,14 @@ class Scope {
     return cycles / (this.rate || 1)
   }
 
-  /** Time of a cycle as it is shown: since the event, or since the bench runs [s]. */
+  /** Displayed time of a cycle: since the trigger, or since the start of the bench [s]. */
   time(cycle: number): number {
     return this.seconds(cycle - (this.triggered ?? 0))
   }
 
   // Drawing.
 
-  /** Draws what is shown, as long as it is shown. */
+  /** Calls `drawer` for each frame until the returned function is called. */
   draws(drawer: () => void): () => void {
     this.#drawers.add(drawer)
     if (this.#drawers.size === 1) this.#next = requestAnimationFrame(this.#tick)
@@ -195,13 +195,13 @@ class Scope {
 
   #tick = (now: number) => {
     this.#next = requestAnimationFrame(this.#tick)
-    const begun = performance.now()
+    const start = performance.now()
     this.#advance()
     for (const drawer of this.#drawers) drawer()
     this.frames += 1
-    this.drawing += performance.now() - begun
-    if (now - this.#seen > READ) {
-      this.#seen = now
+    this.drawing += performance.now() - start
+    if (now - this.#lastRead > READ) {
+      this.#lastRead = now
       this.read += 1
     }
   }
@@ -214,41 +214,41 @@ class Scope {
     const passes = slope === 'rising' || slope === 'falling' || slope === 'either'
     if (trigger.mode === 'off' || (passes && this.index(trigger.signal) < 0)) {
       this.triggered = null
-      return this.#show(ring.next - span, ring.next)
+      return this.#setView(ring.next - span, ring.next)
     }
     const behind = (1 - trigger.before) * span
     const from = Math.max(this.#scanned, ring.first + Math.floor(trigger.before * span))
-    const found = passes ? crossing(ring, this.index(trigger.signal), from, ring.next, trigger.level, slope) : this.#happened(slope, from)
-    if (found === null) {
-      // What happens is told later than its cycle comes.
+    const event = passes ? crossing(ring, this.index(trigger.signal), from, ring.next, trigger.level, slope) : this.#firstMark(slope, from)
+    if (event === null) {
+      // Marks arrive later than the samples of their cycle.
       if (passes) this.#scanned = Math.max(from, ring.next - 1)
       const silent = ring.next - (this.triggered ?? 0) > Math.max(2 * span, this.rate / 2)
       if (trigger.mode === 'auto' && silent) {
         this.triggered = null
-        this.#show(ring.next - span, ring.next)
+        this.#setView(ring.next - span, ring.next)
       }
       return
     }
-    this.#scanned = found
-    // Until all of it is there.
-    if (ring.next < found + behind) return
-    this.triggered = found
-    this.#scanned = Math.ceil(found + behind)
-    this.#show(found - trigger.before * span, found + behind)
+    this.#scanned = event
+    // Waits for the samples after the event.
+    if (ring.next < event + behind) return
+    this.triggered = event
+    this.#scanned = Math.ceil(event + behind)
+    this.#setView(event - trigger.before * span, event + behind)
     if (trigger.mode === 'single') this.follow = false
   }
 
-  /** The first cycle from one on in which something of a kind happened. */
-  #happened(kind: MarkKind, from: number): number | null {
+  /** The first cycle from `from` with a mark of a kind. */
+  #firstMark(kind: MarkKind, from: number): number | null {
     const cycles = this.marks.filter((mark) => mark.kind === kind && mark.cycle >= from).map((mark) => mark.cycle)
     return cycles.length ? Math.min(...cycles) : null
   }
 
-  #show(from: number, to: number) {
+  #setView(from: number, to: number) {
     this.view = { from, to }
   }
 
-  /** From now on; what has been is not searched. */
+  /** Searches for events from now on. */
   arm(mode: Mode) {
     this.trigger.mode = mode
     this.#scanned = this.ring?.next ?? 0
@@ -263,7 +263,7 @@ class Scope {
     return { view: { ...this.view }, follow: this.follow, ranges: this.panes.map((pane) => [pane.id, pane.range]) }
   }
 
-  /** Before the view changes; many small steps are one. */
+  /** Stores the view before a change; many small steps count as one. */
   remember(apart = 0) {
     if (performance.now() - this.#pushed < apart) return
     this.#pushed = performance.now()
@@ -287,15 +287,15 @@ class Scope {
 
   #restoreView({ view, follow, ranges }: Past) {
     this.follow = follow
-    this.look(view.from, view.to)
+    this.show(view.from, view.to)
     for (const [id, range] of ranges) {
       const pane = this.panes.find((pane) => pane.id === id)
       if (pane) pane.range = range
     }
   }
 
-  /** Shows a part; where the newest is followed, so much of it. */
-  look(from: number, to: number) {
+  /** Shows a range; in live display, only its length applies. */
+  show(from: number, to: number) {
     const room = this.ring?.room ?? to - from
     const span = Math.min(Math.max(to - from, SHORTEST), room)
     const middle = (from + to) / 2
@@ -307,20 +307,20 @@ class Scope {
   zoom(cycle: number, factor: number) {
     this.remember(600)
     const { from, to } = this.view
-    this.look(cycle - (cycle - from) * factor, cycle + (to - cycle) * factor)
+    this.show(cycle - (cycle - from) * factor, cycle + (to - cycle) * factor)
   }
 
   pan(cycles: number) {
     this.follow = false
-    this.look(this.view.from + cycles, this.view.to + cycles)
+    this.show(this.view.from + cycles, this.view.to + cycles)
   }
 
-  /** Everything that is there. */
+  /** Shows all data. */
   all() {
     this.remember()
     for (const pane of this.panes) pane.range = null
     const { ring } = this
-    if (ring && ring.next >= 0) this.look(Math.min(ring.first, ring.next - SHORTEST), ring.next)
+    if (ring && ring.next >= 0) this.show(Math.min(ring.first, ring.next - SHORTEST), ring.next)
   }
 
   hold() {
@@ -360,7 +360,7 @@ class Scope {
     this.keep()
   }
 
-  /** Only this one, or all of its pane again. */
+  /** Shows only this trace, or all traces of its pane again. */
   isolate(id: number, name: string) {
     const pane = this.panes.find((pane) => pane.id === id)
     if (!pane) return
@@ -376,37 +376,37 @@ class Scope {
     this.cursors[which] = Math.round(Math.min(Math.max(cycle, ring.first), ring.next - 1))
   }
 
-  // What a reload keeps.
+  // Settings kept across reloads.
 
   keep() {
     const { panes, span, trigger, channels } = this
-    const kept = { span, channels, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
-    store(KEPT, JSON.stringify(kept))
+    const settings = { span, channels, trigger: { ...trigger, mode: trigger.mode === 'single' ? 'normal' : trigger.mode }, panes: panes.map(({ kind, traces }) => ({ kind, names: traces.map((trace) => trace.name) })) }
+    store(STORAGE, JSON.stringify(settings))
   }
 
-  /** The panes as they were; else those that the program proposes. */
+  /** Restores the stored panes, or the default panes of the program. */
   #restore(otherwise: string[][]) {
-    let kept: { span?: number; channels?: Channel[]; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
+    let settings: { span?: number; channels?: Channel[]; trigger?: Partial<Scope['trigger']>; panes?: { kind: Pane['kind']; names: string[] }[] } = {}
     try {
-      kept = JSON.parse(stored(KEPT, '{}')) as typeof kept
+      settings = JSON.parse(stored(STORAGE, '{}')) as typeof settings
     } catch {
-      // What cannot be read is forgotten.
+      // Unreadable settings are ignored.
     }
-    this.channels = kept.channels ?? []
+    this.channels = settings.channels ?? []
     this.#derive()
-    for (const { kind, names } of kept.panes ?? otherwise.map((names) => ({ kind: 'time' as const, names }))) this.addPane(kind, names)
-    if (kept.span! > 0) this.span = kept.span!
-    this.trigger = { ...this.trigger, signal: otherwise[1]?.[0] ?? this.signals[0]?.name ?? '', ...kept.trigger }
+    for (const { kind, names } of settings.panes ?? otherwise.map((names) => ({ kind: 'time' as const, names }))) this.addPane(kind, names)
+    if (settings.span! > 0) this.span = settings.span!
+    this.trigger = { ...this.trigger, signal: otherwise[1]?.[0] ?? this.signals[0]?.name ?? '', ...settings.trigger }
     this.active = this.panes[0]?.id ?? 0
   }
 
-  /** The default panes again. */
+  /** Restores the default panes. */
   async reset() {
-    store(KEPT, '{}')
+    store(STORAGE, '{}')
     if (!this.#connection?.open) return
-    const known = await this.#connection.call({ call: 'signals' }, 'signals')
+    const offer = await this.#connection.call({ call: 'signals' }, 'signals')
     this.panes = []
-    this.#restore(known.panes)
+    this.#restore(offer.panes)
     this.keep()
   }
 }

@@ -1,27 +1,27 @@
-// How much of each frequency is in what is shown.
+// Amplitude spectrum of a signal.
 
 import FFT from 'fft.js'
 import { significant } from '../format'
 import type { Box, Colours } from './draw'
 import type { Ring } from './ring'
 
-/** Samples at most: the newest of what is shown. */
+/** Maximum number of samples: the newest of the range. */
 const MOST = 1 << 16
-/** Fewer say nothing. */
+/** Minimum number of samples. */
 const LEAST = 16
-/** Decades of the amplitude that are shown. */
+/** Displayed decades of the amplitude. */
 const DECADES = 5
 
 export type Spectrum = {
-  /** From value to value [Hz]. */
+  /** Frequency step [Hz]. */
   step: number
-  /** Of a sine at that frequency; the mean is left out. */
+  /** Amplitude of a sine at each frequency; without the mean. */
   amplitudes: Float64Array
 }
 
 const transforms = new Map<number, FFT>()
 
-/** The amplitudes of a signal in the newest power of two of cycles of a span, through a Hann window; `null` where cycles are missing or too few. */
+/** The amplitudes of a signal in the newest power of two of cycles of a range, with a Hann window; `null` if cycles are missing or too few. */
 export function spectrum(ring: Ring, signal: number, from: number, to: number, rate: number): Spectrum | null {
   const end = Math.min(ring.next, Math.floor(to) + 1)
   const there = end - Math.max(ring.first, Math.ceil(from))
@@ -37,13 +37,13 @@ export function spectrum(ring: Ring, signal: number, from: number, to: number, r
   if (!transform) transforms.set(count, (transform = new FFT(count)))
   const out = transform.createComplexArray()
   transform.realTransform(out, values)
-  // A window of mean one half, a sine in two halves.
+  // A Hann window has the mean one half, and a sine has two lines.
   const amplitudes = Float64Array.from({ length: count / 2 }, (_, k) => (4 / count) * Math.hypot(out[2 * k]!, out[2 * k + 1]!))
   amplitudes[0] = 0
   return { step: rate / count, amplitudes }
 }
 
-/** The largest amplitude and its frequency, between the values as a sine's two largest tell through a Hann window (T. Grandke, Interpolation algorithms for discrete Fourier transforms of weighted signals, 1983). */
+/** The largest amplitude and its frequency, interpolated from the two largest lines of a Hann window (T. Grandke, Interpolation algorithms for discrete Fourier transforms of weighted signals, 1983). */
 export function peak({ step, amplitudes }: Spectrum): { frequency: number; amplitude: number } | null {
   let at = 0
   amplitudes.forEach((amplitude, k) => (at = amplitude > amplitudes[at]! ? k : at))
@@ -55,13 +55,13 @@ export function peak({ step, amplitudes }: Spectrum): { frequency: number; ampli
   return { frequency: (at + (behind > before ? off : -off)) * step, amplitude: amplitudes[at]! * lobe }
 }
 
-/** Axes of both logarithms; everything else of the box as in a pane over time. */
+/** Logarithmic axes; the rest of the box as in a pane over time. */
 export type Decades = Pick<Box, 'left' | 'right' | 'top' | 'bottom'> & { from: number; to: number; low: number; high: number }
 
 export function decades(spectra: Spectrum[], rate: number, before: Decades | null): Pick<Decades, 'from' | 'to' | 'low' | 'high'> {
   const most = Math.max(...spectra.flatMap((one) => peak(one)?.amplitude ?? 0), 1e-12)
   const top = Math.ceil(Math.log10(most) + 0.1)
-  // It stays while the largest is within its upper two decades.
+  // The range is kept while the maximum is in its upper two decades.
   const high = before && Math.log10(most) < before.high && Math.log10(most) > before.high - 2 ? before.high : top
   const step = Math.min(...spectra.map((one) => one.step), rate / 2 / 10)
   return { from: Math.log10(step), to: Math.log10(rate / 2), low: high - DECADES, high }
@@ -71,7 +71,7 @@ export const placeX = (box: Decades, hertz: number) => box.left + ((Math.log10(h
 export const placeY = (box: Decades, amplitude: number) => box.bottom - ((Math.log10(Math.max(amplitude, 1e-300)) - box.low) / (box.high - box.low)) * (box.bottom - box.top)
 export const hertzAt = (box: Decades, left: number) => 10 ** (box.from + ((left - box.left) / (box.right - box.left)) * (box.to - box.from))
 
-/** Powers of ten within, and a label for each. */
+/** Powers of ten within a range, and their labels. */
 export function powers(low: number, high: number): number[] {
   const ticks = []
   for (let k = Math.ceil(low - 1e-9); k <= high + 1e-9; k++) ticks.push(k)
@@ -124,7 +124,7 @@ export function axes(context: CanvasRenderingContext2D, box: Decades, colours: C
   }
 }
 
-/** One line; several values of a pixel are their largest. */
+/** One line; several values per pixel are drawn as their maximum. */
 export function line(context: CanvasRenderingContext2D, box: Decades, { step, amplitudes }: Spectrum, colour: string, dash: number[]) {
   context.strokeStyle = colour
   context.lineWidth = 1.4

@@ -1,15 +1,15 @@
-// One signal over another: the first of a pane across, the others up.
+// One signal over another: the first signal of a pane is the horizontal axis.
 
 import * as drawing from './draw'
 import type { Ring } from './ring'
 import type { Shown } from './Pane.svelte'
 
 type Range = [number, number]
-/** The ranges that were shown last: they stay while what is seen fits well. */
+/** The previous ranges, kept while the data fit well. */
 export type Before = { wide: Range | null; high: Range | null }
 
-export function draw(context: CanvasRenderingContext2D, width: number, height: number, ring: Ring, view: { from: number; to: number }, seen: Shown[], before: Before, chosen: Range | null, cursors: (number | null)[], colours: ReturnType<typeof drawing.colours>) {
-  const [across, ...up] = seen
+export function draw(context: CanvasRenderingContext2D, width: number, height: number, ring: Ring, view: { from: number; to: number }, visible: Shown[], before: Before, chosen: Range | null, cursors: (number | null)[], colours: ReturnType<typeof drawing.colours>) {
+  const [across, ...up] = visible
   if (!across || !up.length) return
   before.wide = drawing.steps(drawing.range(ring, [across.index], view), before.wide)
   before.high = drawing.steps(drawing.range(ring, up.map((one) => one.index), view), before.high)

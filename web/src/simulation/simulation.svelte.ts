@@ -1,4 +1,4 @@
-// A recorded run again on the virtual bench, with other parameters: what would have happened?
+// Repeats a recorded run on the virtual bench with other parameters.
 
 import { bench } from '../bench.svelte'
 import { Refused } from '../connection'
@@ -12,31 +12,31 @@ export const PANES = [
   { title: 'Load', label: 'load torque M, N·m', setpoint: null, signals: ['software.measured_load_torque'] },
 ] as const
 export const SIGNALS = PANES.flatMap(({ setpoint, signals }) => [...(setpoint ? [setpoint] : []), ...signals])
-/** Parts of the time: as many as a plot has pixels. */
+/** Number of time intervals, about one per pixel. */
 const PARTS = 900
-/** What most people ask first of the controller that is in force. */
-const FIRST = ['position_gain', 'velocity_gain', 'proportional_gain', 'regulator.angle', 'regulator.bandwidth'].map(
+/** Parameters of the active controller that are offered first. */
+const DEFAULT_FIELDS = ['position_gain', 'velocity_gain', 'proportional_gain', 'regulator.angle', 'regulator.bandwidth'].map(
   (name) => `bench.controller.${name}`,
 )
 
 class Simulation {
   runs = $state.raw<Run[]>([])
   run = $state.raw<Run | null>(null)
-  /** The run's own values by path. */
+  /** Values of the run by path. */
   values = $state.raw<Map<string, Value>>(new Map())
-  /** Paths that are offered, and values that are others. */
-  paths = $state.raw<string[]>(FIRST)
+  /** Offered paths, and changed values. */
+  paths = $state.raw<string[]>(DEFAULT_FIELDS)
   changed = $state.raw<Record<string, string>>({})
   length = $state(60)
   result = $state.raw<Simulated | null>(null)
   differences = $state.raw<Changed[]>([])
   refused = $state('')
   working = $state(false)
-  /** From question to answer, the last time [ms]. */
-  took = $state(0)
+  /** Duration of the last request [ms]. */
+  duration = $state(0)
   #newer = false
 
-  /** The values as fields, as they are in the simulation. */
+  /** The values of the simulation as fields. */
   items = $derived.by((): Item[] =>
     this.paths.flatMap((path) => {
       const item = bench.item(path)
@@ -88,14 +88,14 @@ class Simulation {
     void this.simulate()
   }
 
-  /** One question under way; what has changed meanwhile is asked behind it. */
+  /** One request at a time; a change in the meantime is sent after it. */
   async simulate() {
     if (!this.run) return
     if (this.working) return void (this.#newer = true)
     this.working = true
     do {
       this.#newer = false
-      const begun = performance.now()
+      const start = performance.now()
       const number = this.run.number
       try {
         const call = { call: 'simulate', number, values: this.changed, signals: SIGNALS, length: this.length, parts: PARTS } as const
@@ -104,7 +104,7 @@ class Simulation {
           this.result = simulated
           this.differences = differences
           this.refused = ''
-          this.took = performance.now() - begun
+          this.duration = performance.now() - start
         }
       } catch (error) {
         if (!(error instanceof Refused)) throw error

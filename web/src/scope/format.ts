@@ -1,9 +1,9 @@
-// Values of signals in words.
+// Values of signals as text.
 
 import { fixed, significant } from '../format'
 import type { Signal } from '../protocol'
 
-/** A value that is seen while it changes: of a fixed width. */
+/** A live value with a fixed width. */
 export function live(signal: Signal, value: number): string {
   if (Number.isNaN(value)) return '–'
   if (signal.values.length) return signal.values[Math.round(value)] ?? fixed(value, 0)
@@ -13,12 +13,12 @@ export function live(signal: Signal, value: number): string {
   return fixed(value, size >= 1000 ? 1 : size >= 10 ? 2 : size >= 0.0995 || size === 0 ? 3 : 4)
 }
 
-/** A value between cursors: as many digits as there are. */
+/** A value at a cursor, with all digits. */
 export function exact(value: number): string {
   return Number.isNaN(value) ? '–' : significant(value, 4)
 }
 
-/** A time, with the unit that it is read well in. */
+/** A time with a suitable unit. */
 export function time(seconds: number): string {
   const size = Math.abs(seconds)
   if (size >= 1 || size === 0) return `${fixed(seconds, 4)} s`

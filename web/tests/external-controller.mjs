@@ -1,4 +1,4 @@
-// A controller of one's own on a served bench: its numbers, who controls, opened again.
+// An external controller on a running bench: its parameters, its selection, its reload.
 
 import assert from 'node:assert/strict'
 import { execFileSync } from 'node:child_process'
@@ -20,7 +20,7 @@ function compile(text) {
 }
 
 compile(source)
-// Trusted, and soft enough for a slow clock: a busy machine would make another process late.
+// In the process of the bench, and with low gains for the low tick rate: a separate process would be late on a busy computer.
 const soft = ['position_gain=6', 'velocity_gain=0.03', 'integral_time=0.2']
 const options = ['--controller', library, '--trust', ...soft.flatMap((value) => ['--loaded-set', value])]
 
@@ -31,44 +31,44 @@ await play(
     const tile = page.getByRole('button', { name: 'P-PI cascade' })
     const panel = page.getByRole('complementary', { name: /^Parameters of P-PI/ })
 
-    await scene.step('it controls while the axis is homed', async () => {
+    await scene.step('the external controller is active while the axis is homed', async () => {
       await tile.waitFor()
-      assert.match(await tile.innerText(), /the controller in the loop/)
+      assert.match(await tile.innerText(), /controller, active/)
       await page.getByRole('button', { name: 'Home axis' }).first().click()
       await page.getByText('Homed', { exact: true }).waitFor()
-      await page.waitForFunction(() => /a call takes/.test(document.body.innerText))
+      await page.waitForFunction(() => /µs per call/.test(document.body.innerText))
     })
 
-    await scene.step('its numbers are parameters with unit and range', async () => {
+    await scene.step('its parameters have unit and range', async () => {
       await tile.click()
-      await panel.getByRole('heading', { name: 'P-PI cascade, a controller' }).waitFor()
+      await panel.getByRole('heading', { name: 'P-PI cascade (controller)' }).waitFor()
       const gain = panel.getByLabel('position gain')
       assert.equal(await gain.inputValue(), '6')
       await gain.fill('7.5')
       await gain.press('Enter')
-      await page.getByText(/position gain in force since cycle/).waitFor()
+      await page.getByText(/position gain active on the target since cycle/).waitFor()
       await gain.fill('1000')
       await gain.press('Enter')
       await panel.getByText('Outside 0 … 500 1/s').waitFor()
-      await scene.seen(page, 'loaded')
+      await scene.snapshot(page, 'loaded')
     })
 
-    await scene.step('the controller of the preset takes over, and back', async () => {
-      const who = panel.getByLabel('Position is controlled by')
-      await who.selectOption('preset')
-      await page.waitForFunction(() => /a controller, not in the loop/.test(document.body.innerText))
-      await who.selectOption('loaded')
-      await page.waitForFunction(() => !/not in the loop/.test(document.body.innerText))
+    await scene.step('switching to the controller of the preset and back', async () => {
+      const selector = panel.getByLabel('Position controller')
+      await selector.selectOption('preset')
+      await page.waitForFunction(() => /controller, not active/.test(document.body.innerText))
+      await selector.selectOption('loaded')
+      await page.waitForFunction(() => !/controller, not active/.test(document.body.innerText))
       assert.equal(await state(page).innerText(), 'Running')
     })
 
-    await scene.step('compiled anew it is opened again', async () => {
+    await scene.step('after compilation the controller is reloaded', async () => {
       unlinkSync(library)
       compile(source.replace('"P-PI cascade"', '"P-PI, second"'))
-      await panel.getByRole('button', { name: 'Open again' }).click()
-      await page.getByText('The controller was opened again; it begins at rest').waitFor()
+      await panel.getByRole('button', { name: 'Reload' }).click()
+      await page.getByText('The controller was reloaded and starts at rest').waitFor()
       await page.getByRole('button', { name: 'P-PI, second' }).waitFor()
-      assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the values of before')
+      assert.equal(await page.getByLabel('position gain').inputValue(), '7.5', 'with the previous values')
     })
   },
   ['bench.tick_rate=1000', 'bench.safety.missed_ticks=500', 'bench.safety.following_error=50'],
