@@ -180,7 +180,7 @@ fn a_changed_file_is_opened_again() {
     compile(&path, &["-DMORE"]);
     live.call(ANN, sine(0.2)).unwrap();
     assert!(
-        matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err().of(), Some(LiveError::Busy { what }) if what == "sine")
+        matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err().of(), Some(LiveError::Busy { what, .. }) if what == "sine")
     );
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
