@@ -10,7 +10,7 @@ use stickslip_recording::capture::{Batch, Sink, Tap};
 impl Live {
     /// Notes activity of a client, for the timeout of the operator.
     pub fn seen(&self, client: &str) {
-        self.shared.operation.seen(client);
+        self.shared.operation.note_activity(client);
     }
 
     /// Notes that a client has disconnected: it is no longer the operator.
@@ -61,7 +61,7 @@ impl Live {
     }
 
     /// Replaces the status of one of the XCP addresses.
-    pub fn tell(&self, status: XcpStatus) {
-        self.shared.links.tell(status);
+    pub fn set_xcp_status(&self, status: XcpStatus) {
+        self.shared.links.set_xcp_status(status);
     }
 }

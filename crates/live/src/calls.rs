@@ -23,7 +23,9 @@ impl Live {
     fn answer(&self, shared: &Shared, client: &str, call: Call) -> Result<Answer, Error> {
         match call {
             Call::Status {} => Ok(Answer::Status(Box::new(self.status()))),
-            Call::Operate {} | Call::Ask {} => Ok(shared.operation.ask(client, matches!(call, Call::Operate {}))),
+            Call::Operate {} | Call::Ask {} => {
+                Ok(shared.operation.request_role(client, matches!(call, Call::Operate {})))
+            }
             Call::HandOver { grant } => Ok(shared.operation.hand_over(grant)),
             Call::Start {} => shared.motion.request(Request::Start),
             Call::Arm {} => shared.motion.request(Request::Arm),

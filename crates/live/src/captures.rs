@@ -29,7 +29,7 @@ pub(super) struct Captures {
     pub(super) stream: Stream,
     names: Vec<String>,
     running: BTreeMap<u64, Running>,
-    begun: u64,
+    last_number: u64,
     /// Tick rate, fixed while the bench runs [Hz].
     rate: f64,
 }
@@ -50,7 +50,7 @@ impl Captures {
     /// For a tick rate [Hz].
     pub(super) fn new(rate: f64) -> Self {
         let names: Vec<_> = channels().into_iter().map(|entry| entry.path).collect();
-        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), begun: 0, rate }
+        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), last_number: 0, rate }
     }
 
     /// Starts a capture around a trigger, from `span[0]` before to `span[1]` after it [s].
@@ -102,9 +102,9 @@ impl Captures {
     }
 
     fn number(&mut self, kind: Kind) -> u64 {
-        self.begun += 1;
-        self.running.insert(self.begun, Running { kind, last_read: Instant::now() });
-        self.begun
+        self.last_number += 1;
+        self.running.insert(self.last_number, Running { kind, last_read: Instant::now() });
+        self.last_number
     }
 
     fn indices(&self, signals: &[String]) -> Result<Vec<usize>, Error> {

@@ -37,7 +37,7 @@ impl Links {
     }
 
     /// Replaces the status of one of these addresses.
-    pub(super) fn tell(&self, status: XcpStatus) {
+    pub(super) fn set_xcp_status(&self, status: XcpStatus) {
         let mut all = lock(&self.xcp);
         match all.iter_mut().find(|other| other.transport == status.transport) {
             Some(other) => *other = status,

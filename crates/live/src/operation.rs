@@ -43,7 +43,7 @@ impl Operation {
     /// [`LiveError::Operated`] if another client operates.
     pub(super) fn admit(&self, client: &str, changes: bool) -> Result<(), Error> {
         let (mut operator, now) = (lock(&self.operator), Instant::now());
-        operator.seen(client, now);
+        operator.note_activity(client, now);
         if changes {
             operator.claim(client, now).map_err(|by| LiveError::Operated { by })?;
         }
@@ -51,8 +51,8 @@ impl Operation {
     }
 
     /// Notes activity of a client.
-    pub(super) fn seen(&self, client: &str) {
-        lock(&self.operator).seen(client, Instant::now());
+    pub(super) fn note_activity(&self, client: &str) {
+        lock(&self.operator).note_activity(client, Instant::now());
     }
 
     /// Notes that a client has disconnected.
@@ -61,12 +61,12 @@ impl Operation {
     }
 
     /// Handles a client's request to become the operator; granted if it insists or if there is no other operator.
-    pub(super) fn ask(&self, client: &str, insists: bool) -> Answer {
+    pub(super) fn request_role(&self, client: &str, insists: bool) -> Answer {
         let (mut operator, now) = (lock(&self.operator), Instant::now());
         if insists {
             operator.take(client, now);
         } else {
-            operator.ask(client, now);
+            operator.request_role(client, now);
         }
         Answer::Done {}
     }
@@ -79,7 +79,7 @@ impl Operation {
     /// The operator, and the client that requests to become the operator.
     pub(super) fn names(&self) -> (Option<String>, Option<String>) {
         let (operator, now) = (lock(&self.operator), Instant::now());
-        (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
+        (operator.name(now).map(str::to_owned), operator.requester(now).map(str::to_owned))
     }
 
     /// Whether the timeout of the operator has passed.
@@ -103,7 +103,7 @@ impl Operation {
 struct Operator {
     now: Option<(String, Instant)>,
     /// The requesting client, and the time of its request.
-    asks: Option<(String, Instant)>,
+    request: Option<(String, Instant)>,
     /// Last activity of an operator that has disconnected.
     before: Option<Instant>,
 }
@@ -111,12 +111,12 @@ struct Operator {
 impl Operator {
     /// Name of the present operator.
     fn name(&self, now: Instant) -> Option<&str> {
-        let (name, seen) = self.now.as_ref()?;
-        (now.saturating_duration_since(*seen) < LEASE).then_some(name)
+        let (name, last_activity) = self.now.as_ref()?;
+        (now.saturating_duration_since(*last_activity) < LEASE).then_some(name)
     }
 
     /// Notes activity of a client.
-    fn seen(&mut self, client: &str, now: Instant) {
+    fn note_activity(&mut self, client: &str, now: Instant) {
         if self.name(now) == Some(client) {
             self.now = Some((client.into(), now));
         }
@@ -138,43 +138,43 @@ impl Operator {
 
     /// Notes that a client has disconnected; it is no longer the operator.
     fn left(&mut self, client: &str) {
-        if let Some((_, seen)) = self.now.take_if(|(name, _)| name == client) {
-            self.before = Some(seen);
+        if let Some((_, last_activity)) = self.now.take_if(|(name, _)| name == client) {
+            self.before = Some(last_activity);
         }
     }
 
     /// Time since the last activity of the present or last operator; `None` before the first one.
     fn silent(&self, now: Instant) -> Option<Duration> {
-        let seen = self.now.as_ref().map(|(_, seen)| *seen).or(self.before)?;
-        Some(now.saturating_duration_since(seen))
+        let last_activity = self.now.as_ref().map(|(_, last_activity)| *last_activity).or(self.before)?;
+        Some(now.saturating_duration_since(last_activity))
     }
 
     /// Makes a client the operator; if another client is, notes the request.
-    fn ask(&mut self, client: &str, now: Instant) {
+    fn request_role(&mut self, client: &str, now: Instant) {
         match self.name(now) {
-            Some(other) if other != client => self.asks = Some((client.into(), now)),
+            Some(other) if other != client => self.request = Some((client.into(), now)),
             _ => self.take(client, now),
         }
     }
 
     /// The requesting client, unless the request has expired.
-    fn asks(&self, now: Instant) -> Option<&str> {
-        let (name, since) = self.asks.as_ref()?;
+    fn requester(&self, now: Instant) -> Option<&str> {
+        let (name, since) = self.request.as_ref()?;
         (now.saturating_duration_since(*since) < REQUEST_LIMIT).then_some(name)
     }
 
     /// Grants or refuses the request.
     fn hand_over(&mut self, grant: bool, now: Instant) {
-        let asks = self.asks(now).map(str::to_owned);
-        self.asks = None;
-        if let Some(name) = asks.filter(|_| grant) {
+        let requester = self.requester(now).map(str::to_owned);
+        self.request = None;
+        if let Some(name) = requester.filter(|_| grant) {
             self.take(&name, now);
         }
     }
 
     /// Makes a client the operator.
     fn take(&mut self, client: &str, now: Instant) {
-        self.asks.take_if(|(name, _)| name == client);
+        self.request.take_if(|(name, _)| name == client);
         self.now = Some((client.into(), now));
     }
 }
@@ -191,8 +191,8 @@ mod tests {
         assert_eq!(operator.name(at(0)), None);
         assert_eq!(operator.claim("ann", at(0)), Ok(()));
         assert_eq!(operator.claim("bob", at(5)), Err("ann".into()));
-        operator.seen("ann", at(8));
-        operator.seen("bob", at(9));
+        operator.note_activity("ann", at(8));
+        operator.note_activity("bob", at(9));
         assert_eq!(operator.claim("bob", at(17)), Err("ann".into()));
         assert_eq!(operator.claim("bob", at(18)), Ok(()), "silent for ten seconds");
         operator.take("ann", at(19));
@@ -208,16 +208,16 @@ mod tests {
         let mut operator = Operator::default();
         let begin = Instant::now();
         let at = |seconds: u64| begin + Duration::from_secs(seconds);
-        operator.ask("ann", at(0));
-        assert_eq!((operator.name(at(0)), operator.asks(at(0))), (Some("ann"), None), "there was no operator");
-        operator.ask("bob", at(1));
-        assert_eq!((operator.name(at(1)), operator.asks(at(1))), (Some("ann"), Some("bob")));
+        operator.request_role("ann", at(0));
+        assert_eq!((operator.name(at(0)), operator.requester(at(0))), (Some("ann"), None), "there was no operator");
+        operator.request_role("bob", at(1));
+        assert_eq!((operator.name(at(1)), operator.requester(at(1))), (Some("ann"), Some("bob")));
         operator.hand_over(false, at(2));
-        assert_eq!((operator.name(at(2)), operator.asks(at(2))), (Some("ann"), None));
-        operator.ask("bob", at(3));
-        assert_eq!(operator.asks(at(63)), None);
-        operator.seen("ann", at(4));
+        assert_eq!((operator.name(at(2)), operator.requester(at(2))), (Some("ann"), None));
+        operator.request_role("bob", at(3));
+        assert_eq!(operator.requester(at(63)), None);
+        operator.note_activity("ann", at(4));
         operator.hand_over(true, at(5));
-        assert_eq!((operator.name(at(5)), operator.asks(at(5))), (Some("bob"), None));
+        assert_eq!((operator.name(at(5)), operator.requester(at(5))), (Some("bob"), None));
     }
 }

@@ -118,7 +118,7 @@ impl Door {
     /// Reports its status.
     fn report(&self, session: Option<(SocketAddr, &Session)>) {
         let session = session.filter(|(_, session)| session.is_connected());
-        self.live.tell(XcpStatus {
+        self.live.set_xcp_status(XcpStatus {
             transport: self.transport.into(),
             address: self.address.to_string(),
             master: session.map(|(master, _)| master.to_string()),
