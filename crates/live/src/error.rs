@@ -37,7 +37,7 @@ pub enum LiveError {
         path: PathBuf,
         /// The fault.
         fault: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// The catalogue has no run of this number.
@@ -53,7 +53,7 @@ pub enum LiveError {
         number: i64,
         /// Why.
         how: &'static str,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// An invalid name or tag of a run.
@@ -61,7 +61,7 @@ pub enum LiveError {
     RunText {
         /// The rejected text.
         text: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
     /// No external file is loaded.

@@ -59,13 +59,14 @@ pub struct LoopDraft {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DraftKind {
-    /// P control of the position around PI control of the velocity; other kinds are replaced by its defaults.
+    /// P control of the position around PI control of the velocity; any other kind is replaced by the default cascade.
     Cascade,
-    /// PID control of the position; a cascade is converted.
+    /// PID control of the position, converted from the cascade.
     Pid,
-    /// Feedback of all states of the drive; other kinds are replaced by its defaults.
+    /// Feedback of all states of the drive; the feedback of a predictive controller is kept, any other kind is replaced by
+    /// the default.
     StateFeedback,
-    /// Predictive control: a state feedback within limits; a state feedback is converted.
+    /// Predictive control: the state feedback within limits.
     Predictive,
 }
 
