@@ -36,7 +36,7 @@ await play(async (scene) => {
     await ann.keyboard.press('4')
     await settled()
     await fair()
-    await region('Hunting').getByText(/It hunts|[Hh]unting predicted/).waitFor()
+    await region('Hunting').getByText(/It hunts|It comes to rest/).waitFor()
     for (const name of ['Poles', 'Open loop', 'Answers']) await region(name).getByRole('img').first().waitFor()
     await main.getByText('This controller is on the target').waitFor()
     await scene.seen(ann, 'controller')
@@ -77,7 +77,7 @@ await play(async (scene) => {
   })
   await scene.step('Automatic tunes beside the bench, and its result is a draft that can be undone', async () => {
     await ann.getByRole('button', { name: /^Automatic/ }).click()
-    await region('Verdict').getByText(/Automatic: Tuned within the robustness limits/).waitFor({ timeout: 60_000 })
+    await region('Verdict').getByText(/Automatic: Tuned within the fair limits/).waitFor({ timeout: 60_000 })
     await region('Verdict').getByText('The loop keeps what a fair tuning asks for, sliding, stuck and in all corners.').waitFor()
     await ann.getByRole('button', { name: 'Undo', exact: true }).click()
     await settled()

@@ -99,7 +99,7 @@ await play(async (scene) => {
   })
   await scene.step('the code is compiled with the numbers in force and gives the bits of the model', async () => {
     await main.getByRole('button', { name: /^Build/ }).click()
-    await main.getByText('Compiled; the self-test agrees with the model bit for bit.').waitFor()
+    await main.getByText('Compiled; the self-test gives every bit of the model.').waitFor()
     await main.getByText('Build log').click()
     await main.getByText(/tick_selftest\.c/).first().waitFor()
     await scene.seen(ann, 'implementation-built')
