@@ -1,4 +1,4 @@
-//! Builds `web/` with npm and lists what came out; without Node there is no page, and the reason is embedded instead.
+//! Builds `web/` with npm and lists the files; without Node there is no page, and the reason is embedded instead.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What the page is made of, below `web/`.
+/// Sources of the page, below `web/`.
 const SOURCES: [&str; 11] = [
     "src",
     "public",
@@ -16,13 +16,13 @@ const SOURCES: [&str; 11] = [
     "package-lock.json",
     "vite.config.ts",
     "guide.ts",
-    // Its help is the guide.
+    // The help window shows the guide.
     "../docs",
     "svelte.config.js",
     "tsconfig.json",
     "compress.mjs",
 ];
-/// The oldest Node that it builds with.
+/// The oldest suitable version of Node.
 const NODE: u32 = 20;
 
 fn main() {
@@ -33,7 +33,7 @@ fn main() {
         println!("cargo:rerun-if-changed={}", web.join(source).display());
     }
     let list = match build(&web, &out.join("page")) {
-        Ok(built) => listed(&built),
+        Ok(built) => table(&built),
         Err(Missing(why)) => {
             if std::env::var("STICKSLIP_PAGE").is_err() {
                 println!("cargo:warning=the program is built without its page: {why}");
@@ -44,17 +44,17 @@ fn main() {
     fs::write(out.join("files.rs"), list).expect("Cargo's own folder can be written");
 }
 
-/// Why there is no page, and what to do.
+/// Why there is no page, with a remedy.
 struct Missing(String);
 
 fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
     let missing = |why: String| Missing(why);
-    if std::env::var("STICKSLIP_PAGE").is_ok_and(|wish| wish == "none") {
-        return Err(missing("it was built with STICKSLIP_PAGE=none; build it without that".into()));
+    if std::env::var("STICKSLIP_PAGE").is_ok_and(|value| value == "none") {
+        return Err(missing("it was built with STICKSLIP_PAGE=none; unset STICKSLIP_PAGE and build again".into()));
     }
     let node = format!("install Node {NODE} or later (https://nodejs.org) and build again");
     let version = output("node", web, &["--version"])
-        .map_err(|error| missing(format!("Node was not found when it was built ({error}): {node}")))?;
+        .map_err(|error| missing(format!("Node was not found during the build ({error}): {node}")))?;
     let major = version.trim().trim_start_matches('v').split('.').next().and_then(|number| number.parse::<u32>().ok());
     if major.is_none_or(|major| major < NODE) {
         return Err(missing(format!("Node {} is too old: {node}", version.trim())));
@@ -62,23 +62,23 @@ fn build(web: &Path, built: &Path) -> Result<PathBuf, Missing> {
     if !web.join("package-lock.json").exists() {
         return Err(missing("the folder web/ is missing beside crates/".into()));
     }
-    // Two builds at once, of cargo and of an editor, take turns.
+    // Simultaneous builds, by cargo and by an editor, run one after the other.
     let _lock = lock(web).map_err(|error| missing(format!("its lock cannot be taken ({error})")))?;
-    install(web).map_err(|error| missing(format!("its libraries could not be fetched: {error}")))?;
+    install(web).map_err(|error| missing(format!("its libraries could not be downloaded: {error}")))?;
     let _ = fs::remove_dir_all(built);
-    // What is wrong with the page itself is an error of the build.
+    // An error in the page itself is an error of the build.
     let ran = npm().args(["run", "build"]).current_dir(web).env("STICKSLIP_PAGE_OUT", built).output();
     match ran {
         Ok(ran) if ran.status.success() => Ok(built.to_owned()),
         Ok(ran) => {
-            let told = [ran.stdout, ran.stderr].concat();
-            panic!("`npm run build` failed in {}:\n{}", web.display(), String::from_utf8_lossy(&told))
+            let output = [ran.stdout, ran.stderr].concat();
+            panic!("`npm run build` failed in {}:\n{}", web.display(), String::from_utf8_lossy(&output))
         }
         Err(error) => Err(missing(format!("npm does not start ({error}): {node}"))),
     }
 }
 
-/// One build of a folder at a time. The lock lies elsewhere, so that nothing is left beside the sources.
+/// Locks a folder for one build at a time. The lock is elsewhere, so that no file remains next to the sources.
 fn lock(web: &Path) -> io::Result<File> {
     let mut hasher = DefaultHasher::new();
     web.canonicalize()?.hash(&mut hasher);
@@ -87,18 +87,18 @@ fn lock(web: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Fetches the libraries, unless those of this lock file are there.
+/// Downloads the libraries, unless those of this lock file are installed.
 fn install(web: &Path) -> Result<(), String> {
     let lock = fs::read(web.join("package-lock.json")).map_err(|error| error.to_string())?;
     let stamp = web.join("node_modules/.of-lock");
-    if fs::read(&stamp).is_ok_and(|known| known == lock) {
+    if fs::read(&stamp).is_ok_and(|installed| installed == lock) {
         return Ok(());
     }
     let mut command = npm();
     command.args(["ci", "--no-audit", "--no-fund"]).current_dir(web);
     let ran = command.output().map_err(|error| format!("npm does not start ({error})"))?;
     if !ran.status.success() {
-        return Err(format!("`npm ci` says {}", String::from_utf8_lossy(&ran.stderr).trim()));
+        return Err(format!("`npm ci` failed: {}", String::from_utf8_lossy(&ran.stderr).trim()));
     }
     fs::write(stamp, lock).map_err(|error| error.to_string())
 }
@@ -112,10 +112,10 @@ fn output(program: &str, folder: &Path, arguments: &[&str]) -> io::Result<String
     Ok(String::from_utf8_lossy(&ran.stdout).into_owned())
 }
 
-/// The files as a table.
-fn listed(built: &Path) -> String {
+/// The files as a table in Rust.
+fn table(built: &Path) -> String {
     let mut names = Vec::new();
-    collect(built, built, &mut names).expect("what was built can be listed");
+    collect(built, built, &mut names).expect("the built files can be listed");
     names.sort();
     let mut text = String::from("pub(super) const FILES: &[File] = &[\n");
     for name in names.iter().filter(|name| !name.ends_with(".gz")) {

@@ -1,5 +1,5 @@
 // Generated from the schema of the protocol; do not edit. See crates/app/tests/protocol.rs.
-/** A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind": "bristle"}}`. */
+/** A call. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind": "bristle"}}`. */
 export type Call = {
   call: "status"
 }
@@ -26,30 +26,30 @@ export type Call = {
 }
   | {
   call: "move"
-  /** What to follow: `sine`, `steps`, `point-to-point`, … */
+  /** Kind of reference: `sine`, `steps`, `point-to-point`, … */
   reference: string
-  /** Whether the load motor renders the desired friction meanwhile. */
+  /** Whether the load motor renders the desired friction during the motion. */
   render?: boolean
-  /** Its values by name, SI units; those that are not given have their defaults. */
+  /** Its values by name, SI units; default: those of the reference. */
   values?: Record<string, number>
 }
   | {
   call: "inject"
-  /** What, and how much: `encoder-stuck`, `counts-lost=0.02`. */
+  /** Name and value of the fault: `encoder-stuck`, `counts-lost=0.02`. */
   fault: string
 }
   | {
   call: "preload"
-  /** How far. */
+  /** Preload, 0 (released) … 1. */
   preload: number
 }
   | {
   call: "measure"
   /** Values of its plan, as in a file. */
   plan?: Record<string, string>
-  /** Of the friction: while the load motor renders the desired one. */
+  /** Measure the friction while the load motor renders the desired one. */
   render?: boolean
-  /** What to measure. */
+  /** The measured quantity. */
   what: Quantity
 }
   | {
@@ -76,7 +76,7 @@ export type Call = {
 }
   | {
   call: "load"
-  /** As it was saved. */
+  /** Its name. */
   name: string
 }
   | {
@@ -104,7 +104,7 @@ export type Call = {
 }
   | {
   call: "diagram_page"
-  /** Its file, as `flow` names it. */
+  /** Its file, as listed by `flow`. */
   page: string
 }
   | {
@@ -124,16 +124,16 @@ export type Call = {
 }
   | {
   call: "plan"
-  /** Values that are not as there. */
+  /** Values that differ from this plan. */
   plan?: Record<string, string>
   /** The thorough plan instead of the default. */
   thorough?: boolean
-  /** What would be measured. */
+  /** The measured quantity. */
   what: Quantity
 }
   | {
   call: "curve"
-  /** Number of its run; `null`: the one that is being measured, or was last. */
+  /** Number of its run; default: the running or last measurement. */
   run?: number | null
 }
   | {
@@ -141,14 +141,14 @@ export type Call = {
 }
   | {
   call: "rendered"
-  /** Number of its run; `null`: the one that is being measured, or was last. */
+  /** Number of its run; default: the running or last measurement. */
   run?: number | null
 }
   | {
   call: "at_rest"
-  /** Number of its run; `null`: the one that is being measured, or was last. */
+  /** Number of its run; default: the running or last measurement. */
   run?: number | null
-  /** Which. */
+  /** The measured quantity. */
   what: Quantity
 }
   | {
@@ -189,39 +189,39 @@ export type Call = {
 }
   | {
   call: "loop"
-  /** A hand on the wanted pair of poles. */
+  /** Dragged position of the specified pair of poles. */
   drag?: PoleDrag
     | null
-  /** The controller as the other kind that it is, or that kind's defaults. */
+  /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
-  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
-  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
   thorough?: boolean
-  /** What is not as in force: value by path, as in `set`. */
+  /** Values that differ from the active ones, by path, as in `set`. */
   values?: Record<string, string>
 }
   | {
   call: "hunting"
-  /** On the desired friction, which the load motor renders, instead of the machine's own. */
+  /** Use the desired friction, which the load motor renders, instead of the machine's own. */
   desired?: boolean
   /** The draft. */
   draft?: LoopDraft
 }
   | {
   call: "tune"
-  /** A hand on the wanted pair of poles. */
+  /** Dragged position of the specified pair of poles. */
   drag?: PoleDrag
     | null
-  /** The controller as the other kind that it is, or that kind's defaults. */
+  /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
-  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
-  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
   thorough?: boolean
-  /** What is not as in force: value by path, as in `set`. */
+  /** Values that differ from the active ones, by path, as in `set`. */
   values?: Record<string, string>
 }
   | {
@@ -234,16 +234,16 @@ export type Call = {
   call: "signals"
 }
   | {
-  /** Time after it [s]. */
+  /** Time after the trigger [s]. */
   after: number
   /** Time before the trigger [s]. */
   before: number
   call: "capture"
-  /** Of so many ticks one is kept, at least 1. */
+  /** Decimation: every n-th tick is kept, at least 1. */
   decimation?: number
   /** Names of the signals. */
   signals: string[]
-  /** When: `immediate`, `setpoint.velocity rises through 0.1`, … */
+  /** Trigger condition: `immediate`, `setpoint.velocity rises through 0.1`, … */
   trigger: string
 }
   | {
@@ -253,7 +253,7 @@ export type Call = {
 }
   | {
   call: "stream"
-  /** From point to point [s], a tick at least. */
+  /** Time from point to point [s], at least one tick. */
   every: number
   /** Names of the signals. */
   signals: string[]
@@ -289,7 +289,7 @@ export type Call = {
 }
   | {
   call: "runs"
-  /** At most so many. */
+  /** Maximum number of listed runs. */
   limit?: number
   /** Words, `law:bristle`, `M_S>0.2`, `-tag:bad`; empty for all. */
   query?: string
@@ -309,30 +309,30 @@ export type Call = {
 }
   | {
   call: "simulate"
-  /** So much of the run, from its begin on [s]; at most 120. */
+  /** Simulated time from the start of the run [s]; at most 120. */
   length: number
   /** Its number. */
   number: number
-  /** Parts of the time in a trace; at most 4000. */
+  /** Number of points in a trace; at most 4000. */
   parts: number
-  /** Names of the signals that are told. */
+  /** Names of the signals to return. */
   signals: string[]
-  /** Value by path, as in `set`; what of the machine is another as well. */
+  /** Value by path, as in `set`; also parameters of the machine. */
   values?: Record<string, string>
 }
   | {
-  /** How they are laid. */
+  /** Alignment of their times. */
   align: Alignment
   call: "courses"
-  /** Only what then lies from here [s] … */
+  /** Start of the shown range, in aligned time [s]. */
   from?: number | null
   /** Their numbers; at most six. */
   numbers: number[]
-  /** Parts of the time in a course; at most 4000. */
+  /** Number of points in a course; at most 4000. */
   parts: number
   /** Name of the signal. */
   signal: string
-  /** … to here [s]. */
+  /** End of the shown range [s]. */
   to?: number | null
 }
   | {
@@ -342,23 +342,23 @@ export type Call = {
 }
   | {
   call: "rename_run"
-  /** In words. */
+  /** The new name. */
   name: string
   /** Its number. */
   number: number
 }
   | {
-  /** Words. */
+  /** Tags to add. */
   add?: string[]
   call: "tag_run"
   /** Its number. */
   number: number
-  /** Words. */
+  /** Tags to remove. */
   remove?: string[]
 }
   | {
   call: "note_run"
-  /** Empty to take it away. */
+  /** The note; empty: removed. */
   note: string
   /** Its number. */
   number: number
@@ -378,7 +378,7 @@ export type Call = {
 }
   | {
   call: "hand_over"
-  /** Whether it is given. */
+  /** Whether the request is granted. */
   grant: boolean
 }
 /** An answer. In JSON an object with the key `answer`. */
@@ -390,16 +390,16 @@ export type Answer = {
 }
   | {
   answer: "entered"
-  /** With this cycle. */
+  /** First cycle with the new values. */
   cycle: number
-  /** What became another. */
+  /** The changed values. */
   differences: Changed[]
-  /** How far the rendering law is from chatter, in words, where it became another. */
+  /** Margin of the rendering law against chatter, in words; `null` if the law did not change. */
   margin: string | null
 }
   | {
   answer: "differences"
-  /** Each value. */
+  /** The differing values. */
   differences: Changed[]
 }
   | {
@@ -447,9 +447,9 @@ export type Answer = {
 }
   | {
   answer: "losses"
-  /** Cycles that were held: a deadline was missed, or a virtual machine waited for a command; the newest last. */
+  /** Missed cycles: a deadline was missed, or the virtual machine waited for a command; the newest last. */
   held: Loss[]
-  /** Cycles that recorders and viewers did not get, the newest last. */
+  /** Cycles that recorders and viewers did not receive, the newest last. */
   lost: Loss[]
 }
   | {
@@ -476,7 +476,7 @@ export type Answer = {
 }
   | {
   answer: "text"
-  /** As it is. */
+  /** The text. */
   text: string
 }
   | {
@@ -486,7 +486,7 @@ export type Answer = {
 }
   | {
   answer: "signals"
-  /** Names of those that are looked at first, together with which. */
+  /** Signals that the scope shows first, one list for each pane. */
   panes: string[][]
   /** In the order of a row. */
   signals: Signal[]
@@ -503,7 +503,7 @@ export type Answer = {
 }
   | {
   answer: "points"
-  /** Each. */
+  /** The points. */
   points: Point[]
 }
   | {
@@ -518,16 +518,16 @@ export type Answer = {
 }
   | {
   answer: "runs"
-  /** What of the query was not understood and left out. */
+  /** Terms of the query that were ignored, and damaged entries. */
   hints: string[]
-  /** How many the query finds, these among them. */
+  /** Number of all runs that match the query. */
   of: number
   /** The newest first. */
   runs: Run[]
 }
   | {
   answer: "run"
-  /** The ends of the names as which its record leaves for other tools: `/run/NUMBER/run.mf4?as=parquet`. */
+  /** File formats to which its record can be exported: `/run/NUMBER/run.mf4?as=parquet`. */
   leaves_as: string[]
   /** As in a list. */
   run: Run
@@ -539,30 +539,30 @@ export type Answer = {
 }
   | {
   answer: "simulated"
-  /** The parameters that are others. */
+  /** The changed parameters. */
   differences: Changed[]
-  /** Its traces. */
+  /** The traces. */
   simulated: Simulated
 }
   | {
   answer: "courses"
-  /** In the order in which they were asked for. */
+  /** In the order of the request. */
   courses: OverlaidRun[]
 }
   | {
   answer: "story"
-  /** In its order. */
+  /** In order of time. */
   happened: RunEvent[]
 }
-/** A preload that is advised. */
+/** Advice on the preload of the friction wheel. */
 export type AdvisedPreload = {
-  /** Whether somebody has to press the linings on by hand. */
+  /** Whether the preload must be set by hand. */
   by_hand: boolean
-  /** Whether the desired friction needs another preload than the one that is set. */
+  /** Whether the desired friction requires another preload than the present one. */
   needed: boolean
-  /** The one that it needs, 0 … 1; `null` where that is not known, or any will do. */
+  /** The required preload, 0 … 1; `null` if unknown, or if any is suitable. */
   preload: number | null
-  /** Why, and what to do. */
+  /** Reason and action. */
   sentence: string
 }
 /** How courses are laid over each other. */
@@ -595,46 +595,46 @@ export type Axis = {
   /** As in a field. */
   unit: string
 }
-/** How large a block is, with all that it calls. */
+/** Size of a block, with all called blocks. */
 export type BlockSize = {
-  /** Lines of C. */
+  /** Number of lines of C. */
   lines: number
-  /** Operations of a step. */
+  /** Number of operations in a step. */
   operations: number
-  /** Numbers among its parameters. */
+  /** Number of parameters. */
   parameters: number
-  /** Numbers that it remembers. */
+  /** Number of state variables. */
   states: number
 }
 /** An error of the compiler. */
 export type BuildError = {
-  /** The block. */
+  /** Name of the block. */
   block: string
-  /** The page of the block's diagram, where the line is one of a block's. */
+  /** Diagram page of the block; `null` if the line belongs to no block. */
   page: string | null
   /** File and line. */
   place: string
-  /** What the compiler says. */
+  /** Message of the compiler. */
   text: string
 }
-/** How far a build is, or what came of it. */
+/** Progress or result of a build. */
 export type BuildProgress = {
   /** Errors of the compiler. */
   errors: BuildError[]
-  /** Where the files are. */
+  /** Folder of the files. */
   folder: string
-  /** Commands and what they wrote. */
+  /** Commands and their output. */
   log: string
-  /** What the compiler took, and the test [s]. */
+  /** Duration of compilation and test [s]. */
   seconds: [number, number] | null
-  /** What came of it, in a sentence. */
+  /** The result in a sentence. */
   sentence: string
-  /** Size of the object: code and constants, data, zeroed data [bytes]; `null` where nobody tells. */
+  /** Size of the object: code and constants, data, zeroed data [bytes]; `null` if unknown. */
   sizes: [number, number, number] | null
-  /** How far. */
+  /** The current stage. */
   stage: BuildStage
 }
-/** How far a build is. */
+/** Stage of a build. */
 export type BuildStage = "never"
   | "compiling"
   | "testing"
@@ -642,53 +642,53 @@ export type BuildStage = "never"
   | "failed"
   | "no_compiler"
   | "cancelled"
-/** What was captured. */
+/** A complete capture. */
 export type Captured = {
-  /** Of each signal its value in each row; `null` where it is no number. */
+  /** Values of each signal in each row; `null` if not finite. */
   columns: ((number | null)[])[]
   /** Number of the cycle of each row. */
   cycles: number[]
-  /** Cycles that are lost. */
+  /** Lost cycles. */
   lost: number
-  /** Ticks of history that were asked for but not there yet. */
+  /** Requested ticks before the trigger that were not yet available. */
   missing: number
   /** Names of the columns. */
   signals: string[]
-  /** Its time, 0 at the trigger [s]. */
+  /** Time of each row, 0 at the trigger [s]. */
   times: number[]
   /** Index of the trigger's row. */
   trigger: number
 }
-/** A value that is not the same. */
+/** A changed value. */
 export type Changed = {
-  /** After, with its unit. */
+  /** Value after, with its unit. */
   after: string | null
-  /** Before, with its unit. */
+  /** Value before, with its unit. */
   before: string | null
   /** Its dotted path. */
   path: string
 }
-/** Something to choose. */
+/** An option of a choice. */
 export type Choice = {
-  /** What it is. */
+  /** Description. */
   help: string
-  /** As in files. */
+  /** Name in files. */
   name: string
 }
-/** How the clock is kept. Times in seconds. */
+/** Timing of the real-time loop. Times in seconds. */
 export type ClockStatus = {
-  /** A whole cycle, likewise. */
+  /** Duration of a cycle, likewise. */
   cycle: [number, number, number, number]
-  /** Cycles that were held: a deadline was missed, or a virtual machine waited for a command. */
+  /** Missed cycles: a deadline was missed, or the virtual machine waited for a command. */
   held: number
-  /** From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest. */
+  /** From the deadline to the start of a cycle: median, 99th and 99.9th percentile, longest. */
   lateness: [number, number, number, number]
-  /** Share of a tick that a cycle takes: median. */
+  /** Median duration of a cycle as a share of the tick. */
   load: number
-  /** Cycles that found no room on their way to recorders and viewers. */
+  /** Cycles lost on the way to recorders and viewers: their buffer was full. */
   lost: number
 }
-/** A machine that is off by a factor each. */
+/** A corner: a machine that deviates from the model by these factors. */
 export type CornerView = {
   /** Factor of the coupling stiffness. */
   coupling_stiffness: number
@@ -696,7 +696,7 @@ export type CornerView = {
   load: string
   /** Factor of the load inertia. */
   load_inertia: number
-  /** Peak of the sensitivity; `null` where the loop is not stable. */
+  /** Peak of the sensitivity; `null` if the loop is not stable. */
   sensitivity: number | null
 }
 /** What they say. */
@@ -727,22 +727,22 @@ export type Course = {
   /** Least and largest value in each; `null` where rows are lost. */
   values: [(number | null)[], (number | null)[]]
 }
-/** A run that has a friction curve. */
+/** A run with a friction curve. */
 export type CurveName = {
   /** Name of its folder. */
   name: string
-  /** Whether the load motor rendered meanwhile. */
+  /** Whether the load motor rendered the desired friction. */
   rendered: boolean
   /** Its number. */
   run: number
 }
-/** The direction in which poles of a damping ratio lie. */
+/** Direction of the poles of a damping ratio. */
 export type DampingRay = {
   /** The damping ratio. */
   damping: number
-  /** Of a unit vector; the other ray has the opposite sign. */
+  /** Imaginary part of the unit vector; the other ray has the opposite sign. */
   imaginary: number
-  /** Of a unit vector. */
+  /** Real part of the unit vector. */
   real: number
 }
 /** Pairs x, y; x, y and half width; or x with the lower and the upper edge, in the units of the axes. */
@@ -764,27 +764,27 @@ export type Data = {
 }
 /** A page of the generated signal-flow diagram. */
 export type DiagramPage = {
-  /** The functions in C, those that are called first. */
+  /** The functions in C; called functions come first. */
   code: string
-  /** What it shows. */
+  /** Name of the shown block. */
   name: string
-  /** Its file, as links between pages name it. */
+  /** Its file, as in links between pages. */
   page: string
-  /** How much that is. */
+  /** Size of the block. */
   size: BlockSize
   /** The picture; its boxes link to pages. */
   svg: string
 }
-/** What runs. */
+/** A running motion or measurement. */
 export type CurrentTask = {
-  /** The part of the stage that is done, 0 … 1. */
+  /** Completed share of the stage, 0 … 1. */
   fraction: number
-  /** How far it is, in words. */
+  /** The current stage. */
   stage: string
-  /** What it is: `sine`, `measure friction`. */
+  /** Its name: `sine`, `measure friction`. */
   what: string
 }
-/** What a draft can be made of. */
+/** Kind of controller of a draft. */
 export type DraftKind = "cascade"
   | "pid"
   | "state-feedback"
@@ -842,20 +842,20 @@ export type Edge = {
   /** To [rad/s]. */
   to: number
 }
-/** How something ended. */
+/** End of a motion or measurement. */
 export type Ended = {
-  /** Why, where it failed or was cancelled. */
+  /** Reason, if it failed or was cancelled. */
   error: string | null
-  /** Where its results are. */
+  /** Folder of its results. */
   folder: string | null
-  /** What it was. */
+  /** Its name: `sine`, `measure friction`. */
   what: string
 }
-/** A unit that a quantity may be shown in. */
+/** A unit of display. */
 export type Factor = {
-  /** What a value in SI units is multiplied by. */
+  /** Factor from the SI unit. */
   factor: number
-  /** As printed. */
+  /** Unit as printed. */
   unit: string
 }
 /** A plot. Points are drawn first, then bands, then lines, so that no cloud hides a curve. */
@@ -875,89 +875,89 @@ export type Figure = {
 export type FittedCurve = {
   /** Half the width of its 95 % band [N m]. */
   band: (number | null)[]
-  /** What the data leave open, and which measurement would tell. */
+  /** Parameters that the data do not determine, and the measurements that would. */
   findings: string[]
-  /** The same as a share of the breakaway torque; `null` where that is 0. */
+  /** RMS of the residuals as a share of the breakaway torque; `null` if that is 0. */
   misfit: number | null
-  /** The values that make it the own friction, by path, as for `set`; empty where a parameter is not known. */
+  /** Values to adopt it as own friction, by path, as for `set`; empty if a parameter is unknown. */
   own: Record<string, string>
   /** Its parameters. */
   parameters: FittedParameter[]
-  /** RMS of what it leaves [N m]. */
+  /** RMS of the residuals [N m]. */
   rms: number
-  /** Its torques [N m]. */
+  /** Torques of the line [N m]. */
   torque: (number | null)[]
   /** Velocities of the line, rising; `null` is the gap at standstill [rad/s]. */
   velocity: (number | null)[]
 }
 /** A parameter of a fit. */
 export type FittedParameter = {
-  /** Half of its 95 % interval as printed, without the sign. */
+  /** Half the width of its 95 % interval as printed, without the sign. */
   half_width: string
-  /** As in files. */
+  /** Key in files. */
   key: string
-  /** Whether the data tell it. */
+  /** Whether the data determine it. */
   known: boolean
-  /** What it is. */
+  /** Name. */
   name: string
-  /** As in an equation. */
+  /** Symbol in equations. */
   symbol: string
   /** The unit of both, with its prefix. */
   unit: string
-  /** The value as printed; `unknown` where the data do not tell. */
+  /** Value as printed; `unknown` if the data do not determine it. */
   value: string
 }
-/** What runs, at a glance. Places in units of the picture, from its left upper corner. */
+/** Signal-flow diagram of the running software. Positions in units of the picture, from its upper left corner. */
 export type Flow = {
-  /** The blocks, in the order of the signal. */
+  /** The blocks, in the order of the signal flow. */
   blocks: FlowBlock[]
-  /** All pages of the generated diagram, the whole first. */
+  /** All pages of the generated diagram, the overview first. */
   pages: FlowPage[]
   /** Width and height. */
   size: [number, number]
-  /** What connects them. */
+  /** The wires between the blocks. */
   wires: FlowWire[]
 }
 /** A block. */
 export type FlowBlock = {
-  /** What it does. */
+  /** Function of the block. */
   about: string
   /** Left, upper edge, width, height. */
   at: [number, number, number, number]
-  /** Paths of those that are not as they were when the run began. */
+  /** Paths of parameters that differ from those at the start of the run. */
   changed: string[]
-  /** Which of its kind is chosen; empty where there is no choice. */
+  /** The chosen kind; empty if there is no choice. */
   choice: string
-  /** Where its parameters are. */
+  /** Groups of its parameters. */
   groups: FlowGroup[]
-  /** Where the guide tells of it. */
+  /** Page of the guide. */
   guide: string | null
-  /** Which. */
+  /** Identifier. */
   id: string
-  /** Its name. */
+  /** Name. */
   name: string
-  /** The page of the diagram that shows it from inside. */
+  /** Diagram page of its interior. */
   page: string | null
 }
-/** Parameters that belong together. */
+/** A group of parameters. */
 export type FlowGroup = {
-  /** Why they cannot be changed while the bench runs, and what to do instead. */
+  /** Why they cannot be changed on a running bench, with a remedy. */
   fixed: string | null
-  /** What their paths begin with. */
+  /** Common prefix of their paths. */
   path: string
 }
 /** A page of the generated diagram. */
 export type FlowPage = {
-  /** What it shows. */
+  /** Name of the shown block. */
   name: string
-  /** Its file, as links between pages name it. */
+  /** Its file, as in links between pages. */
   page: string
 }
 /** A wire. */
 export type FlowWire = {
   /** The block that it leaves. */
   from: string
-  /** Where the value stands; `null` on a branch of a wire that says it already. */
+  /** Position of the value; `null` on a branch of a wire that shows it already. */
   label: [number, number] | null
   /** Its corners; the arrow is at the last. */
   points: [number, number][]
@@ -1002,23 +1002,23 @@ export type RunEvent = {
   /** In a few words. */
   what: string
 }
-/** Whether a controller hunts at a set-point that rests: the numbers of `stickslip hunting`. */
+/** Prediction of hunting at a constant set-point: the numbers of `stickslip hunting`. */
 export type HuntingView = {
-  /** Half the distance between the extremes [rad]; `null` where it comes to rest. */
+  /** Half the distance between the extremes [rad]; `null` without hunting. */
   amplitude: number | null
-  /** The same in counts of the encoder. */
+  /** The amplitude in encoder counts. */
   counts: number | null
-  /** Of the desired friction, which the load motor renders, instead of the machine's own. */
+  /** Whether it uses the desired friction, which the load motor renders, instead of the machine's own. */
   desired: boolean
   /** Deviations from the set-point [mrad]. */
   deviation: number[]
-  /** Whether it hunts. */
+  /** Whether hunting is predicted. */
   hunts: boolean
-  /** From one slip to the next [s]. */
+  /** Time from one slip to the next [s]. */
   interval: number | null
-  /** It in words. */
+  /** The prediction in a sentence. */
   sentence: string
-  /** Instants of the course [s]. */
+  /** Instants [s]. */
   time: number[]
 }
 /** A part of the horizontal axis with a name. */
@@ -1030,104 +1030,104 @@ export type Interval = {
   /** Its end. */
   to: number
 }
-/** One value of a parameter set, with what is known of it. */
+/** A parameter with its description. */
 export type Item = {
-  /** What was chosen; `null` for a number. */
+  /** The chosen option; `null` for a number. */
   choice: string | null
-  /** Value unless given. */
+  /** Default value. */
   default: number | null
-  /** What it is. */
+  /** Description. */
   help: string
-  /** What kind of value it is. */
+  /** Kind of value. */
   kind: ItemKind
-  /** Largest value; `null`: any. */
+  /** Largest value; `null`: unlimited. */
   maximum: number | null
-  /** Smallest value; `null`: any. */
+  /** Smallest value; `null`: unlimited. */
   minimum: number | null
-  /** What there is to choose from. */
+  /** The options of a choice. */
   options: Choice[]
   /** Its dotted path. */
   path: string
-  /** As in an equation; may be empty. */
+  /** Symbol in equations; may be empty. */
   symbol: string
   /** SI unit as printed; empty for a pure number and for a choice. */
   unit: string
   /** The number; `null` for a choice. A flag is 0 or 1. */
   value: number | null
 }
-/** Which values make sense besides the range. */
+/** Kind of value. */
 export type ItemKind = "real"
   | "whole"
   | "flag"
   | "choice"
 /** A number with its uncertainty, as printed. */
 export type KeyEstimate = {
-  /** Half of its 95 % interval, without the sign; empty where there is none. */
+  /** Half the width of its 95 % interval, without the sign; empty if there is none. */
   half_width: string
-  /** What it is. */
+  /** Name. */
   name: string
   /** The unit of both, with its prefix. */
   unit: string
-  /** The value; `unknown` where it is not known. */
+  /** The value, or `unknown`. */
   value: string
 }
 /** A number with its name. */
 export type KeyNumber = {
-  /** As in the summary. */
+  /** Name in the summary. */
   name: string
   /** Its unit; `1` for a pure number. */
   unit: string
-  /** SI. */
+  /** Value in SI units. */
   value: number
 }
-/** A run among others over time. */
+/** A signal of one of several overlaid runs. */
 export type OverlaidRun = {
-  /** Its course, in its own time. */
+  /** The signal over the time of its own run. */
   course: Course
     | null
-  /** Its number. */
+  /** Number of the run. */
   number: number
-  /** What is added to its time [s]; `null` where it does not fit. */
+  /** Offset to add to its time [s]; `null` if it cannot be aligned. */
   shift: number | null
-  /** Why there is none. */
+  /** Why there is no signal. */
   trouble: string | null
 }
 /** A cycle that missed its deadline. */
 export type LateCycle = {
-  /** By how much [s]. */
+  /** Time after the deadline [s]. */
   by: number
-  /** Its number. */
+  /** Number of the cycle. */
   cycle: number
-  /** Why, in a sentence. */
+  /** Cause, in a sentence. */
   sentence: string
 }
-/** A controller, a friction or a law that was loaded from a file. Times in seconds. */
+/** A controller, friction or law loaded from a file. Times in seconds. */
 export type LoadedStatus = {
-  /** How long a call may take. */
+  /** Allowed duration of a call. */
   budget: number
-  /** How long a call took: median, 99th and 99.9th percentile, longest. */
+  /** Duration of a call: median, 99th and 99.9th percentile, longest. */
   call: [number, number, number, number]
-  /** How often it was called. */
+  /** Number of calls. */
   calls: number
-  /** Whether it has failed: it gives no torque until it is opened again. */
+  /** Whether it has failed: no torque until it is opened again. */
   failed: boolean
   /** Its file. */
   file: string
-  /** SHA-256 of what was opened, in hexadecimal digits. */
+  /** SHA-256 of the opened file, in hexadecimal digits. */
   hash: string
-  /** What it is: `C library`, `FMU 2.0`. */
+  /** Its kind: `C library`, `FMU 2.0`. */
   kind: string
-  /** How many torques were not there when they were due: the last one was held meanwhile. */
+  /** Number of late torques; the previous torque was held. */
   late: number
-  /** What it calls itself. */
+  /** Its name, from its description. */
   name: string
-  /** How many took longer. */
+  /** Number of calls that took longer. */
   over_budget: number
-  /** From its question until its answer was there, likewise, where it runs in a process of its own. */
+  /** Time from request to response, likewise; `null` if it runs inside the bench's process. */
   response: [number, number, number, number] | null
-  /** What it is in the loop: `controller`, `friction`, `law`. */
+  /** Its role in the loop: `controller`, `friction`, `law`. */
   role: string
-  /** The parameter that says whether it is in the loop. */
+  /** The parameter that selects it. */
   selector: string
 }
 /** What slow motion back and forth feels, from rest on: the bristles alone, without their damping. */
@@ -1137,237 +1137,237 @@ export type Loop = {
   /** Friction torque there [N m]. */
   torque: number[]
 }
-/** A loop about one operating point. */
+/** A loop at one operating point. */
 export type LoopAt = {
-  /** Its magnitude [dB]. */
+  /** Magnitude of the loop gain [dB]. */
   decibels: number[]
-  /** The angle after a load torque of 0.1 N m [mrad]; empty where the loop is not stable. */
+  /** Angle after a load torque step of 0.1 N m [mrad]; empty for an unstable loop. */
   disturbed: number[]
   /** Frequencies of the loop gain, rising [Hz]. */
   frequency: number[]
-  /** Its imaginary part. */
+  /** Imaginary part of the loop gain. */
   imaginary: number[]
   /** `sliding` or `stuck`. */
   load: string
-  /** Its margins. */
+  /** Margins. */
   marks: LoopMark[]
-  /** What it is worth: the numbers of `stickslip loop`. */
+  /** The numbers of `stickslip loop`. */
   numbers: LoopNumber[]
-  /** Its phase, without jumps [°]. */
+  /** Phase of the loop gain, without jumps [°]. */
   phase: number[]
-  /** Poles of the axis alone. */
+  /** Poles of the plant. */
   plant: LoopPole[]
   /** Poles of the closed loop, the slowest first. */
   poles: LoopPole[]
-  /** Its real part. */
+  /** Real part of the loop gain. */
   real: number[]
-  /** The angle after a set-point of 1 rad [rad]; empty where the loop is not stable. */
+  /** Angle after a set-point step of 1 rad [rad]; empty for an unstable loop. */
   setpoint: number[]
   /** Whether it is stable. */
   stable: boolean
-  /** Instants of the steps [s]. */
+  /** Instants of the step responses [s]. */
   time: number[]
 }
-/** A position controller that is being designed. */
+/** A draft of a position controller. */
 export type LoopDraft = {
-  /** A hand on the wanted pair of poles. */
+  /** Dragged position of the specified pair of poles. */
   drag?: PoleDrag
     | null
-  /** The controller as the other kind that it is, or that kind's defaults. */
+  /** Converts the controller to this kind, or uses the defaults of this kind. */
   kind?: DraftKind
     | null
-  /** Speed at which the load slides [rad/s]; 10 where it is not given. */
+  /** Speed at which the load slides [rad/s]; default: 10. */
   speed?: number | null
-  /** Whether the corners of what may be wrong with the machine are judged as well: several times the time. */
+  /** Whether the corners of the machine's uncertainty are checked as well; takes several times as long. */
   thorough?: boolean
-  /** What is not as in force: value by path, as in `set`. */
+  /** Values that differ from the active ones, by path, as in `set`. */
   values?: Record<string, string>
 }
-/** What a fair tuning keeps to. */
+/** Robustness limits of a tuning. */
 export type LoopLimits = {
-  /** The circle that a loop gain within the first of them stays out of. */
+  /** Circle in the Nyquist plot that the loop gain must not enter, from the limit of the sensitivity peak. */
   circle: [number, number][]
-  /** The same in each corner. */
+  /** Limit of the sensitivity peak in each corner. */
   corner: number
-  /** Noise of the commanded torque [N m RMS]. */
+  /** Limit of the noise of the commanded torque [N m RMS]. */
   noise_torque: number
-  /** Peak of the sensitivity, sliding and stuck. */
+  /** Limit of the sensitivity peak, sliding and stuck. */
   sensitivity: number
 }
-/** A margin, where it is on the loop gain. */
+/** A margin at its point of the loop gain. */
 export type LoopMark = {
-  /** [dB]. */
+  /** Magnitude of the loop gain [dB]. */
   decibels: number
-  /** [Hz]. */
+  /** Frequency [Hz]. */
   frequency: number
-  /** Imaginary part. */
+  /** Imaginary part of the loop gain. */
   imaginary: number
-  /** Which: `gain margin`, `phase margin`, `M_s`. */
+  /** Kind: `gain margin`, `phase margin`, `M_s`. */
   name: string
-  /** [°]. */
+  /** Phase of the loop gain [°]. */
   phase: number
   /** Real part of the loop gain. */
   real: number
-  /** The same beside a point of a picture: `GM 3.9`. */
+  /** Short label for a point in a picture: `GM 3.9`. */
   short: string
-  /** It in words. */
+  /** Kind, value and frequency in words. */
   text: string
 }
 /** A number of a loop. */
 export type LoopNumber = {
-  /** As in `summary.json`, behind `loop.sliding.`. */
+  /** Key in `summary.json`, after `loop.sliding.`. */
   key: string
-  /** In words. */
+  /** Name. */
   name: string
   /** SI unit. */
   unit: string
-  /** `null` where nothing limits it, and where the loop is not stable. */
+  /** Value; `null` if unlimited or if the loop is not stable. */
   value: number | null
 }
 /** A pole in continuous time, ln z/T. */
 export type LoopPole = {
-  /** Damping ratio; 1 on the real axis, negative where it grows. */
+  /** Damping ratio; 1 on the negative real axis, negative if unstable. */
   damping: number
   /** Natural frequency [rad/s]. */
   frequency: number
-  /** [rad/s]. */
+  /** Imaginary part [rad/s]. */
   imaginary: number
-  /** [1/s]; below 0 it dies out. */
+  /** Real part [1/s]; negative if stable. */
   real: number
 }
-/** A position controller on the machine as believed. */
+/** A position controller on the identified model. */
 export type LoopView = {
-  /** The pair of poles that can be dragged; `null` where the poles follow from gains. */
+  /** The pair of poles that can be dragged; `null` if the poles follow from gains. */
   grip: PoleGrip
     | null
   /** The fields of the controller. */
   items: Item[]
-  /** Its kind, as in a file. */
+  /** Kind of controller, as in a file. */
   kind: string
-  /** What a fair tuning keeps to. */
+  /** Robustness limits. */
   limits: LoopLimits
-  /** The load sliding, then stuck. */
+  /** The loop with the load sliding, then stuck. */
   loads: LoopAt[]
-  /** Directions in which poles of one damping lie. */
+  /** Directions of constant damping ratio. */
   rays: DampingRay[]
-  /** So far the plane of the poles is worth looking at [1/s]. */
+  /** Shown range of the pole plane [1/s]. */
   reach: number
-  /** What is not as in force: value by path, as for `set`. */
+  /** Values that differ from the active ones, by path, as for `set`. */
   values: Record<string, string>
-  /** Whether it keeps what a fair tuning asks for; `null` unless it was asked thoroughly. */
+  /** Robustness check; `null` unless the draft is thorough. */
   verdict: LoopVerdict
     | null
 }
-/** Whether a loop keeps what a fair tuning asks for. */
+/** Robustness check of a loop. */
 export type LoopVerdict = {
-  /** It does. */
+  /** Whether all robustness limits are met. */
   fair: boolean
-  /** Why, in sentences. */
+  /** Reasons, in sentences. */
   sentences: string[]
-  /** The worst of the machines that are off. */
+  /** The worst corner. */
   worst: CornerView
 }
-/** Something that was lost. */
+/** Lost or missed cycles. */
 export type Loss = {
-  /** Why. */
+  /** Cause. */
   cause: string
-  /** Cycles. */
+  /** Number of lost or missed cycles. */
   count: number
-  /** The first cycle behind it. */
+  /** The first cycle after them. */
   cycle: number
-  /** What to do. */
+  /** Remedy. */
   remedy: string
 }
-/** What is believed of the machine, for a picture of it. */
+/** The modelled machine, for a picture. */
 export type Machine = {
-  /** Units of the angle, with what an angle in rad is multiplied by. */
+  /** Units of the angle, with the factor from rad. */
   angles: Factor[]
   /** Ends of the travel by the screw's angle [rad]. */
   ends: [number, number]
-  /** The parts, from the drive motor on. */
+  /** The parts, starting with the drive motor. */
   parts: Part[]
-  /** Units of the velocity, with what a velocity in rad/s is multiplied by. */
+  /** Units of the velocity, with the factor from rad/s. */
   speeds: Factor[]
 }
-/** Something that happened in a cycle. */
+/** An event in a cycle. */
 export type Mark = {
-  /** In which; where it is no cycle's own doing, in the newest at that time. */
+  /** Number of the cycle; for an event outside the loop, the newest cycle at that time. */
   cycle: number
-  /** What kind of thing. */
+  /** Kind of the event. */
   kind: MarkKind
-  /** In words. */
+  /** Description. */
   text: string
 }
-/** What kind of thing happened. */
+/** Kind of an event. */
 export type MarkKind = "fault"
   | "change"
   | "begin"
   | "end"
-/** A measurement of breakaway or presliding, done or being done. */
+/** A measurement of breakaway or presliding, complete or running. */
 export type BreakawayMeasurement = {
-  /** The figures: that of the measurement first, then what earlier runs add. */
+  /** Figures: that of the measurement first, then comparisons with earlier runs. */
   figures: Picture[]
-  /** What was found. */
+  /** The results. */
   keys: KeyEstimate[]
-  /** Whether it is being measured. */
+  /** Whether the measurement is running. */
   measuring: boolean
-  /** What a reader should know, each with a remedy. */
+  /** Warnings, each with a remedy. */
   notes: string[]
-  /** The values that make it the own friction, by path, as for `set`. */
+  /** Values to adopt it as own friction, by path, as for `set`. */
   own: Record<string, string>
-  /** Number of the run; `null` while it is measured, and where there is none. */
+  /** Number of the run; `null` during the measurement and if there is none. */
   run: number | null
-  /** The runs that measured the same, the newest first. */
+  /** Runs of the same measurement, the newest first. */
   runs: number[]
 }
-/** A friction curve, measured or being measured. */
+/** A friction curve, complete or during its measurement. */
 export type MeasuredCurve = {
-  /** The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
+  /** Noisy samples, velocity [rad/s] and torque [N m] of each part; empty for an earlier run. */
   course: [number, number][]
   /** The Stribeck curve through the points. */
   fit: FittedCurve
     | null
-  /** Whether it is being measured. */
+  /** Whether the measurement is running. */
   measuring: boolean
-  /** Why there is no fit, and what does not count, each with a remedy. */
+  /** Why there is no fit, and which points are not used, each with a remedy. */
   notes: string[]
-  /** The points that count. */
+  /** The points used by the fit. */
   points: MeasuredPoint[]
-  /** Whether the load motor rendered meanwhile. */
+  /** Whether the load motor rendered the desired friction. */
   rendered: boolean
-  /** Number of the run; `null` while it is measured, and where there is none. */
+  /** Number of the run; `null` during the measurement and if there is none. */
   run: number | null
 }
 /** A point of a friction curve. */
 export type MeasuredPoint = {
-  /** Half of its 95 % interval [N m]. */
+  /** Half the width of its 95 % interval [N m]. */
   half_width: number
-  /** Measured less fitted [N m]; `null` without a fit. */
+  /** Measured minus fitted torque [N m]; `null` without a fit. */
   residual: number | null
-  /** Torque, of the velocity's sign [N m]. */
+  /** Torque, with the sign of the velocity [N m]. */
   torque: number
   /** Velocity [rad/s]. */
   velocity: number
 }
 /** A part of the machine. */
 export type Part = {
-  /** What is most to be known of it. */
+  /** Its key number, as text. */
   about: string
-  /** Where its parameters are. */
+  /** Group of its parameters. */
   group: string
-  /** Which. */
+  /** Kind of part. */
   kind: PartKind
-  /** Its name. */
+  /** Name. */
   name: string
 }
-/** Which part of a machine something is. */
+/** Kind of a machine's part. */
 export type PartKind = "drive_motor"
   | "coupling"
   | "screw"
   | "wheel"
   | "load_motor"
   | "encoder"
-/** A figure with what one sees in it. */
+/** A figure with its caption. */
 export type Picture = {
   /** The caption. */
   caption: string
@@ -1376,61 +1376,61 @@ export type Picture = {
 }
 /** A plan of a measurement. */
 export type PlanForm = {
-  /** What it will do, in a few words. */
+  /** Short description. */
   about: string
-  /** Bench time that it takes [s], homing not counted. */
+  /** Bench time [s], without homing. */
   duration: number
   /** Its values. */
   items: Item[]
 }
-/** A window of a stream: all its samples lie between the least and the largest. */
+/** A point of a stream: smallest and largest sample of its window. */
 export type Point = {
-  /** Its first cycle. */
+  /** First cycle. */
   from: number
-  /** Of each signal the last. */
+  /** Last value of each signal; `null` if not finite. */
   last: (number | null)[]
-  /** Of each signal the largest. */
+  /** Largest value of each signal; `null` if not finite. */
   max: (number | null)[]
-  /** Of each signal the least value; `null` where there is no number. */
+  /** Smallest value of each signal; `null` if not finite. */
   min: (number | null)[]
-  /** Cycles that are in no point, since the point before: lost, or in points that nobody took in time. */
+  /** Missing cycles since the previous point: lost, or in points that were not read in time. */
   missing: number
-  /** Of each signal whether there is among them what is no number. */
+  /** Whether the window contains a NaN, for each signal. */
   nan: boolean[]
-  /** Its last cycle. */
+  /** Last cycle. */
   to: number
 }
-/** A hand on the pair of poles that is wanted of a state feedback. */
+/** Dragged position of the specified pair of poles of a state feedback. */
 export type PoleDrag = {
-  /** Where it is [rad/s]. */
+  /** Imaginary part [rad/s]. */
   imaginary: number
-  /** Where it is [1/s]. */
+  /** Real part [1/s]. */
   real: number
 }
-/** The pair of poles that is wanted, to be dragged. */
+/** The specified pair of poles, which can be dragged. */
 export type PoleGrip = {
   /** Natural frequency [rad/s]. */
   bandwidth: number
   /** Damping ratio. */
   damping: number
-  /** Where it lies [rad/s], from 0 on. */
+  /** Imaginary part of the upper pole [rad/s], at least 0. */
   imaginary: number
-  /** Where the upper one lies [1/s]. */
+  /** Real part of the upper pole [1/s]. */
   real: number
 }
-/** What can be measured. */
+/** A quantity to measure. */
 export type Quantity = "friction"
   | "breakaway"
   | "presliding"
-/** How much was recorded. */
+/** Amount of recorded data. */
 export type Recorded = {
   /** Size of the file [bytes]. */
   bytes: number
-  /** The first cycle of it. */
+  /** The first cycle. */
   from: number
   /** Length [s]. */
   length: number
-  /** Cycles that are not in it. */
+  /** Cycles that are missing in the file. */
   lost: number
 }
 /** A reference point. */
@@ -1442,30 +1442,30 @@ export type Reference = {
   /** How much it counts beside others. */
   weight?: number
 }
-/** A friction as it was rendered, or is being measured. */
+/** A measured rendered friction, complete or during its measurement. */
 export type RenderedFriction = {
-  /** Own and desired friction, desired and rendered friction, load torque, sweep through standstill: figures 12, 13 and 14 of the paper, and 14 from close by. */
+  /** Own and desired friction, desired and rendered friction, load torque, sweep through standstill: figures 12, 13 and 14 of the paper, and a detail of 14. */
   figures: Picture[]
-  /** The numbers that one looks for first. */
+  /** The key numbers. */
   keys: KeyEstimate[]
-  /** Whether it is being measured. */
+  /** Whether the measurement is running. */
   measuring: boolean
-  /** Number of the run; `null` where there is none. */
+  /** Number of the run; `null` during the measurement and if there is none. */
   run: number | null
-  /** What came out, in a sentence. */
+  /** The result in a sentence. */
   verdict: string
 }
-/** How far the replay of a run is, or what it found. */
+/** Progress or result of a replay. */
 export type ReplayProgress = {
   /** Whether it has ended. */
   ended: boolean
-  /** The part that is done, 0 … 1. */
+  /** Completed share, 0 … 1. */
   fraction: number
-  /** Whether the whole run was replayed and every bit is the same; `null` until then. */
+  /** Whether the whole run was replayed and every bit is the same; `null` before the end. */
   identical: boolean | null
   /** Number of the run. */
   run: number
-  /** What was found, or why it ended. */
+  /** Result, or reason of the end. */
   sentence: string | null
 }
 /** What a series is: it looks the same in every figure. */
@@ -1478,40 +1478,40 @@ export type Role = "measured"
   | {
   trace: number
 }
-/** A run. */
+/** A run of the catalogue. */
 export type Run = {
-  /** When it began, RFC 3339, UTC. */
+  /** Start time, RFC 3339, UTC. */
   begun: string
   /** The command line. */
   command: string
   /** The position controller under test. */
   controller: string
-  /** Its friction curve in a few points: velocity [rad/s], torque [N m]. */
+  /** Its friction curve in at most 64 points: velocity [rad/s], torque [N m]. */
   curve: [number, number][]
-  /** Time on the bench, or on the clock where there was no bench [s]. */
+  /** Bench time, or elapsed time of a run without a bench [s]. */
   duration: number | null
   /** Its files. */
   files: string[]
-  /** Where it lies, from the project's folder on. */
+  /** Folder, relative to the project's folder. */
   folder: string
-  /** The number that one looks for first. */
+  /** The key number. */
   key: KeyNumber
     | null
-  /** The command that made it: `demo`, `measure friction`; `recording`. */
+  /** Its command: `demo`, `measure friction`; or `recording`. */
   kind: string
   /** The rendering law. */
   law: string
-  /** In words. */
+  /** Name. */
   name: string
-  /** What a person wrote. */
+  /** Note of the user. */
   note: string
-  /** Counted through the project; no other run ever gets it. */
+  /** Number, unique in the project. */
   number: number
-  /** The preset, where its command names one. */
+  /** The preset in its command; may be empty. */
   preset: string
-  /** The one of them that can be replayed. */
+  /** The file that can be replayed. */
   record: string | null
-  /** Whether its files are there. */
+  /** Availability of its files. */
   state: State
   /** Tags, sorted. */
   tags: string[]
@@ -1533,19 +1533,19 @@ export type Series = {
 }
 /** A signal. */
 export type Signal = {
-  /** What it is. */
+  /** Description. */
   help: string
-  /** The same for people. */
+  /** Its label. */
   label: string
   /** Its name. */
   name: string
-  /** The same as printed; empty for a pure number. */
+  /** Unit as printed; empty for a pure number. */
   printed_unit: string
-  /** As in an equation; may be empty. */
+  /** Symbol in equations; may be empty. */
   symbol: string
   /** SI unit. */
   unit: string
-  /** What each of its values is called, from 0 on; empty for what is measured. */
+  /** Names of its values, from 0 on; empty for a measured quantity. */
   values: string[]
 }
 /** A run, as it was and as it would have been. */
@@ -1565,69 +1565,69 @@ export type Simulated = {
   /** The signals that were asked for. */
   traces: Trace[]
 }
-/** Whether a run's files are there. */
+/** Availability of a run's files. */
 export type State = "here"
   | "missing"
   | "replaced"
   | "deleted"
-/** How the bench is. */
+/** Status of the running bench. */
 export type Status = {
   /** Screw angle [rad]. */
   angle: number
-  /** Who asks the operator for his place. */
+  /** The client that requests to become the operator. */
   asks: string | null
-  /** Parameters that are not as they were when the run began. */
+  /** Number of parameters that differ from those at the start of the run. */
   changed: number
-  /** How the clock is kept. */
+  /** Timing of the real-time loop. */
   clock: ClockStatus
   /** Number of the newest cycle. */
   cycle: number
-  /** What runs: nothing, a motion, a measurement. */
+  /** The running motion or measurement; `null`: none. */
   doing: CurrentTask
     | null
   /** Torque of the drive motor [N m]. */
   drive_torque: number
-  /** How what ran last has ended. */
+  /** End of the last motion or measurement. */
   last: Ended
     | null
-  /** What happened on the link to the machine, where there is one. */
+  /** Counters of the link to the machine, if it is in another process. */
   link?: Counts
     | null
   /** Torque of the load motor, against positive motion [N m]. */
   load_torque: number
-  /** What was loaded from a file, where something was. */
+  /** The loaded external controller, friction or law. */
   loaded?: LoadedStatus
     | null
-  /** How many marks there have been since the start. */
+  /** Number of marks since the start. */
   marks: number
-  /** Why the run that ended last is not in the catalogue. */
+  /** Why the last run is not in the catalogue. */
   not_entered: string | null
-  /** Who may change something. */
+  /** The operator: the client that may change the bench. */
   operator: string | null
-  /** How far the linings are pressed on, 0 … 1. */
+  /** Preload of the friction wheel, 0 … 1. */
   preload: number
-  /** The preset it runs with. */
+  /** Name of the preset. */
   preset: string
-  /** Ticks in a second [Hz]. */
+  /** Tick rate [Hz]. */
   rate: number
-  /** Why, where it is a fault or has ended. */
+  /** Reason of a fault or of the end. */
   reason: string | null
-  /** How much is in it, or was where it could not go on. */
+  /** Amount of recorded data, also of a recording that broke off. */
   recorded: Recorded
     | null
-  /** The file that the run is recorded into. */
+  /** The recorded file, or why the recording broke off. */
   recording: string | null
-  /** Whether there is something to redo. */
+  /** Whether a change can be redone. */
   redo: boolean
-  /** Whether the load motor renders. */
+  /** Whether the load motor renders the desired friction. */
   render: boolean
-  /** `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` once the loop does not run any more. */
+  /** `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` after the end of the loop. */
   state: string
-  /** Whether there is something to undo. */
+  /** Whether a change can be undone. */
   undo: boolean
   /** Estimated velocity [rad/s]. */
   velocity: number
-  /** Where it is open to measurement and calibration tools. */
+  /** Addresses for measurement and calibration tools. */
   xcp: XcpStatus[]
 }
 /** A stretch of speeds in which a limit forbids. */
@@ -1641,92 +1641,92 @@ export type SpeedRange = {
   /** To [rad/s]. */
   to: number
 }
-/** What runs, and since when. */
+/** The running program. */
 export type Target = {
-  /** What it was built for: processor, system, and whether overflows are checked. */
+  /** Target of the build: processor, system, and whether overflows are checked. */
   built: string
-  /** What can be taken along, at `/implementation/FILE`. */
+  /** Files for download, at `/implementation/FILE`. */
   files: TargetFile[]
-  /** Where the machine is: `virtual`, or its address. */
+  /** The machine: `virtual`, or its address. */
   machine: string
-  /** Ticks in a second [Hz]. */
+  /** Tick rate [Hz]. */
   rate: number
-  /** When it was started: seconds since 1970 [s]. */
+  /** Start time: seconds since 1970 [s]. */
   since: number
   /** Version of the program. */
   version: string
-  /** What the real-time thread asked of the system. */
+  /** Requested settings of the real-time thread, each with its result. */
   wishes: SettingResult[]
 }
-/** A file of what runs. */
+/** A file of the running software. */
 export type TargetFile = {
-  /** What is in it. */
+  /** Content. */
   about: string
   /** Its path. */
   file: string
-  /** What it is called. */
+  /** Name. */
   name: string
 }
 /** A bar of a histogram. */
 export type TimeBin = {
-  /** So many cycles. */
+  /** Number of cycles. */
   count: number
-  /** From [s]. */
+  /** Lower edge [s]. */
   from: number
-  /** Below [s]. */
+  /** Upper edge, exclusive [s]. */
   to: number
 }
-/** The time that a part takes. */
+/** Execution time of a part. */
 export type TimedPart = {
-  /** All of them [s]. */
+  /** Longest time [s]. */
   longest: number
-  /** Half of all cycles take at most this [s]. */
+  /** Median [s]. */
   median: number
-  /** Which. */
+  /** Name of the part. */
   name: string
-  /** 99.9 % of them [s]. */
+  /** 99.9th percentile [s]. */
   p999: number
 }
-/** How long cycles take. Times in seconds. */
+/** Execution times of the cycles. Times in seconds. */
 export type Timing = {
-  /** The whole cycle, from its wake-up to the end of its work. */
+  /** Histogram of the whole cycle, from its wake-up to the end of its work. */
   bins: TimeBin[]
-  /** Cycles that are counted. */
+  /** Number of counted cycles. */
   cycles: number
-  /** The last of them, the newest first. */
+  /** The last cycles that missed their deadline, the newest first. */
   late: LateCycle[]
-  /** Cycles that were held because of them. */
+  /** Number of cycles missed because of them. */
   missed: number
-  /** Deadlines that were missed, all of them. */
+  /** Number of missed deadlines. */
   overruns: number
   /** Lateness, the whole cycle, and its parts in their order. */
   parts: TimedPart[]
-  /** From cycle to cycle: what a cycle may take. */
+  /** Period of the cycles: the available time. */
   period: number
 }
-/** How far a rendering law is from chatter. */
+/** Margin of a rendering law against chatter. */
 export type ChatterMargin = {
-  /** Below this share caution is due. */
+  /** Remaining share below which a warning is shown. */
   caution: number
-  /** Change of the load torque from millisecond to millisecond that is to be expected [N m RMS]. */
+  /** Predicted change of the load torque within a millisecond [N m RMS]. */
   chatter: number
-  /** From which on it is chatter [N m RMS]. */
+  /** Limit of this change; above it the law chatters [N m RMS]. */
   chatter_limit: number
-  /** Additional delay up to which it is [s]; `null`: any that was tried. */
+  /** Additional delay up to which the loop is stable [s]; `null`: stable for all tried delays. */
   delay_margin: number | null
-  /** Factor of the law's torque up to which the loop is stable; `null`: any that was tried. */
+  /** Factor of the law's torque up to which the loop is stable; `null`: stable for all tried factors. */
   gain_margin: number | null
-  /** What of the way to the nearest limit is left, 0 … 1; `null` where it is not known. */
+  /** Remaining share of the distance to the nearest limit, 0 … 1; `null` if unknown. */
   left: number | null
   /** The nearest limit: `chatter`, `stiffness`. */
   nearest: string
-  /** In a sentence: how far, or why not and what would do. */
+  /** The result in a sentence; if unstable, with the cause and a remedy. */
   sentence: string
-  /** Whether the bench would take it. */
+  /** Whether the loop is stable: the bench accepts the law. */
   stable: boolean
-  /** Stiffness of the desired bristles [N m/rad]; `null` where the law renders none. */
+  /** Stiffness of the desired bristles [N m/rad]; `null` for a law without bristles. */
   stiffness: number | null
-  /** Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is not stable. */
+  /** Largest stiffness of the desired bristles without chatter [N m/rad]; `null`: no limit found, or not stable. */
   stiffness_limit: number | null
 }
 /** A signal, as it was and as it would have been. Of each part of the time the least and the largest value, so that no spike is lost. */
@@ -1748,56 +1748,56 @@ export type Trace = {
   /** SI unit. */
   unit: string
 }
-/** How far a tuning is, or what it found. */
+/** Progress or result of a tuning. */
 export type TuneProgress = {
-  /** Who began it. */
+  /** The client that started it. */
   by: string
   /** Whether it has ended. */
   ended: boolean
-  /** The part that is done, 0 … 1: of the longest search. */
+  /** Completed share of the longest search, 0 … 1. */
   fraction: number
-  /** Its number; 0 where there was none. */
+  /** Number of the tuning; 0: none yet. */
   number: number
-  /** What was found, or why nothing was. */
+  /** Result, or reason of the failure. */
   sentence: string | null
-  /** What is not as it was in force when it began: value by path; `null` until then, and where nothing was found. */
+  /** Tuned values that differ from those active at its start, by path; `null` before the end and after a failure. */
   values: Record<string, string> | null
 }
 /** A parameter or a result. */
 export type Value = {
-  /** Where it is one. */
+  /** Numeric value; `null` for a text. */
   number: number | null
-  /** Dotted. */
+  /** Dotted path. */
   path: string
-  /** Whether it is a result; else a parameter. */
+  /** Whether it is a result; otherwise it is a parameter. */
   result: boolean
-  /** As in an equation; may be empty. */
+  /** Symbol in equations; may be empty. */
   symbol: string
-  /** As text. */
+  /** Value as text. */
   text: string
   /** SI unit. */
   unit: string
 }
-/** What became of a wish. */
+/** Result of a requested setting. */
 export type SettingResult = {
-  /** What the refusal costs; empty where it was granted. */
+  /** Effect of the refusal; empty if granted. */
   costs: string
-  /** The command that mends it. */
+  /** The command that fixes it. */
   mend: string | null
-  /** What the system said where it refused. */
+  /** Message of the system, if it refused. */
   refused: string | null
-  /** What was asked for. */
+  /** The requested setting. */
   wish: string
 }
-/** An address at which the bench speaks XCP. */
+/** An XCP address of the bench. */
 export type XcpStatus = {
-  /** Its address. */
+  /** IP address and port. */
   address: string
-  /** Rows that its measurements have lost since the start. */
+  /** Rows of measurements lost since the start. */
   lost: number
-  /** The address of the master that is connected. */
+  /** The address of the connected master. */
   master: string | null
-  /** Whether it measures. */
+  /** Whether the master measures. */
   measuring: boolean
   /** `udp` or `tcp`. */
   transport: string

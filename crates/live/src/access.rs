@@ -1,4 +1,4 @@
-//! Access besides the protocol, for XCP and the WebSocket: parameters as numbers, and every cycle as it comes.
+//! Access for XCP and the WebSocket, in addition to the protocol: parameters as numbers, and every cycle.
 
 use super::Live;
 use super::protocol::XcpStatus;
@@ -8,12 +8,12 @@ use stickslip_bench::tuning::Tuning;
 use stickslip_recording::capture::{Batch, Sink, Tap};
 
 impl Live {
-    /// A sign of life of a client.
+    /// Notes activity of a client, for the timeout of the operator.
     pub fn seen(&self, client: &str) {
-        self.shared.operation.seen(client);
+        self.shared.operation.note_activity(client);
     }
 
-    /// A client has gone: it operates no more.
+    /// Notes that a client has disconnected: it is no longer the operator.
     pub fn left(&self, client: &str) {
         self.shared.operation.left(client);
     }
@@ -29,39 +29,39 @@ impl Live {
         self.shared.parameters.preset()
     }
 
-    /// All active values, those of a loaded controller behind those of the preset.
+    /// All active values: those of the preset, then those of a loaded controller.
     pub fn entries(&self) -> Vec<Entry> {
         self.shared.parameters.read(Tuning::entries)
     }
 
-    /// All values that the run began with.
+    /// All values at the start of the run.
     pub fn reference(&self) -> Vec<Entry> {
         self.shared.parameters.read(Tuning::reference_entries)
     }
 
-    /// Gives every row from now on to a sink; it must be quick, captures and records wait for it.
+    /// Passes every row from now on to a sink; it must be fast, as captures and recordings wait for it.
     ///
     /// # Errors
-    /// A sink that looks at signals that there are not.
+    /// The sink needs unknown signals.
     pub fn attach<S: Sink>(&self, sink: S) -> Result<Tap<S>, Error> {
         self.shared.acquisition.captures().stream.add(sink)
     }
 
-    /// The oldest batch that waits of a stream that [`Call::Samples`](super::protocol::Call::Samples) began.
+    /// The oldest unread batch of a stream started by [`Call::Samples`](super::protocol::Call::Samples).
     ///
     /// # Errors
-    /// A number of no such stream.
+    /// Unknown number of a stream.
     pub fn batch(&self, capture: u64) -> Result<Option<Batch>, Error> {
         self.shared.acquisition.captures().batch(capture)
     }
 
-    /// Takes a sink back.
+    /// Detaches a sink and returns it.
     pub fn detach<S: Sink>(&self, tap: Tap<S>) -> Option<S> {
         self.shared.acquisition.captures().stream.remove(tap)
     }
 
-    /// Replaces the status of one of the addresses for XCP.
-    pub fn tell(&self, status: XcpStatus) {
-        self.shared.links.tell(status);
+    /// Replaces the status of one of the XCP addresses.
+    pub fn set_xcp_status(&self, status: XcpStatus) {
+        self.shared.links.set_xcp_status(status);
     }
 }

@@ -9,14 +9,14 @@ use super::protocol::{Answer, Mark, MarkKind};
 use stickslip_bench::run::{Signals, state_name};
 use stickslip_bench::tap::Sample;
 
-/// The acquired signals. Each part has its lock: a large capture that is fetched delays neither status nor axis.
+/// The acquired signals. Each part has its own lock: fetching a large capture delays neither status nor axis.
 pub(super) struct Acquisition {
     captures: Mutex<Captures>,
     newest: Mutex<Newest>,
     marks: Mutex<Marks>,
 }
 
-/// What is known of the newest cycle.
+/// The newest cycle.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Newest {
     pub(super) cycle: u64,
@@ -28,13 +28,13 @@ pub(super) struct Newest {
 }
 
 impl Acquisition {
-    /// At a tick rate [Hz].
+    /// For a tick rate [Hz].
     pub(super) fn new(rate: f64) -> Self {
         let newest = Newest { state: "off", ..Newest::default() };
         Acquisition { captures: Mutex::new(Captures::new(rate)), newest: Mutex::new(newest), marks: Mutex::default() }
     }
 
-    /// The captures and streams; the listener waits while they are held.
+    /// The captures and streams; the listener waits while they are locked.
     pub(super) fn captures(&self) -> MutexGuard<'_, Captures> {
         lock(&self.captures)
     }
@@ -43,7 +43,7 @@ impl Acquisition {
         lock(&self.newest).clone()
     }
 
-    /// Takes over the newest cycle, with the cycles that were held and lost since the one before.
+    /// Stores the newest cycle, with the cycles missed and lost since the previous one.
     pub(super) fn update(&self, sample: &Sample, signals: Signals<f64>, held: u64, lost: u64) {
         let (cycle, safety) = (sample.frame.cycle, &sample.frame.safety);
         let fault = safety.fault().map(|fault| fault.to_string());
@@ -52,12 +52,12 @@ impl Acquisition {
         *newest = Newest { cycle, signals, state: state_name(safety), fault, held, lost };
     }
 
-    /// The loop has ended, for this reason.
+    /// Notes why the loop has ended.
     pub(super) fn fail(&self, reason: String) {
         lock(&self.newest).fault = Some(reason);
     }
 
-    /// No cycle comes any more.
+    /// Notes that no more cycles will come.
     pub(super) fn end(&self) {
         lock(&self.newest).state = "ended";
     }

@@ -25,33 +25,33 @@ use stickslip_experiment::workflow::measure::{Plan, measure_homed};
 use stickslip_experiment::workflow::render::{RenderRun, Rendering};
 use stickslip_experiment::{Part, home};
 
-/// From look to look where nothing runs.
-const LOOK: Duration = Duration::from_millis(5);
-/// Bench time that is handed over between two looks at what is asked for [s].
+/// Polling interval while nothing runs.
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
+/// Bench time of the commands between two polls of the jobs [s].
 const SLICE: f64 = 0.005;
 
-/// What the axis is to do.
+/// A job of the axis.
 pub(super) enum Job {
-    /// Parameters have come into force.
+    /// Adopt parameters that have become active.
     Adopt(Box<(Model<f64>, Settings<f64>, Parameters<f64>)>),
-    /// Press the linings on.
+    /// Set the preload of the friction wheel.
     Preload(f64),
-    /// What was opened takes the place of what was loaded, for these settings.
+    /// Replace the loaded external, for these settings.
     Seat { external: Box<External>, settings: Box<Settings<f64>>, seated: Sender<Result<(), Error>> },
-    /// Break something.
+    /// Inject a fault.
     Inject(Injection),
     /// Follow a reference.
     Move { name: String, reference: Box<Reference<f64>>, render: bool },
-    /// Run something to its end: results, if any, go into this folder; `begins` says what is measured.
+    /// Run work to its end: results, if any, go into this folder; `begins` announces the measurement.
     Run { what: String, folder: Option<PathBuf>, begins: Box<Begins>, work: Box<Work> },
     /// End.
     End,
 }
 
-/// Says what is measured, where it begins.
+/// Announces the measurement at its start.
 pub(super) type Begins = dyn FnOnce(&Measurements) + Send;
 
-/// Something that runs to its end.
+/// Work that runs to its end.
 type Work = dyn FnOnce(&mut ClockedBench, &Watch) -> Result<(), Error> + Send;
 
 impl Job {
@@ -60,17 +60,17 @@ impl Job {
         Job::Run { what: "home".into(), folder: None, begins, work: Box::new(|bench, watch| home(bench, watch)) }
     }
 
-    /// A friction curve of this number begins, and what is rendered meanwhile.
+    /// Announces a friction curve of this number, with the rendering during it.
     pub(super) fn begins_curve(number: u64, planned: Option<Box<Rendering>>) -> Box<Begins> {
         Box::new(move |measurements| measurements.begin_curve(number, planned))
     }
 
-    /// A measurement at rest begins.
+    /// Announces a measurement at rest.
     pub(super) fn begins_at_rest(so_far: BreakawayProgress) -> Box<Begins> {
         Box::new(move |measurements| measurements.begin_at_rest(so_far))
     }
 
-    /// Homes if need be, measures, writes results into a folder.
+    /// Homes if necessary, measures, writes results into a folder.
     pub(super) fn measure<P: Plan + Send + 'static>(
         plan: P,
         preset: stickslip_base::Preset<f64>,
@@ -86,7 +86,7 @@ impl Job {
         Job::Run { what: format!("measure {}", P::KIND), folder: Some(folder), begins, work: Box::new(work) }
     }
 
-    /// The same for the friction that the load motor renders; `own` is what was measured without.
+    /// The same for the friction that the load motor renders; `own` is the friction measured without rendering.
     pub(super) fn measure_rendered(
         planned: Rendering,
         preset: stickslip_base::Preset<f64>,
@@ -108,7 +108,7 @@ impl Job {
     }
 }
 
-/// Homed and with torque.
+/// Homes and enables the torque if necessary.
 fn make_ready(bench: &mut ClockedBench, watch: &Watch) -> Result<(), Error> {
     match (bench.safety(), bench.zero()) {
         (SafetyState::Running, Some(_)) => Ok(()),
@@ -125,7 +125,7 @@ struct Trajectory {
     render: bool,
 }
 
-/// Runs until [`Job::End`]. Returns how the clock was kept.
+/// Runs until [`Job::End`]. Returns the timing report.
 pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver<Job>) -> Option<TimingReport> {
     let mut trajectory = None;
     loop {
@@ -136,7 +136,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 Err(TryRecvError::Disconnected) => break,
             }
         } else {
-            match jobs.recv_timeout(LOOK) {
+            match jobs.recv_timeout(POLL_INTERVAL) {
                 Ok(job) => Some(job),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -156,7 +156,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 // The caller waits for it.
                 let _ = seated.send(done);
             }
-            // The loop has ended: the client that waits for the fault sees that in the status.
+            // If the loop has ended, the status shows it.
             Some(Job::Inject(injection)) => drop(bench.inject(injection)),
             Some(Job::Move { name, reference, render }) => {
                 shared.motion.progress(&name, MOVING, 0.0);
@@ -174,7 +174,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
                 }
             },
             None => {
-                // The stream shows faults; why the loop has ended is known here alone.
+                // The stream shows faults; only this thread gets the reason for the end of the loop.
                 if let Err(error) = bench.refresh()
                     && bench.granted().is_none()
                 {
@@ -186,7 +186,7 @@ pub(super) fn run(mut bench: ClockedBench, shared: &Arc<Shared>, jobs: &Receiver
     bench.stop()
 }
 
-/// Runs work to its end, and has its results entered.
+/// Runs work to its end and enters its results into the catalogue.
 fn run_job(
     bench: &mut ClockedBench,
     shared: &Arc<Shared>,
@@ -199,12 +199,12 @@ fn run_job(
     let begun = SystemTime::now();
     let ended = work(bench, &shared.watch(what));
     shared.measurements.end();
-    // The results until a failure are kept as well.
+    // Partial results of a failed measurement are entered as well.
     if let Some(folder) = &folder {
-        let made = RunOrigin::now(folder, begun, Some(shared.parameters.file()));
+        let origin = RunOrigin::now(folder, begun, Some(shared.parameters.file()));
         let number = folder.file_name().and_then(|name| super::curve::number(name.to_str()?));
         let number = number.and_then(|number| i64::try_from(number).ok());
-        shared.runs.enter(RunOrigin { number, ..made });
+        shared.runs.enter(RunOrigin { number, ..origin });
     }
     shared.ended(what, ended.map(|()| folder));
 }
@@ -229,7 +229,7 @@ fn go(bench: &mut ClockedBench, shared: &Shared, trajectory: &mut Trajectory) ->
         let setpoint = generator.next();
         let command = Command { setpoint, control: true, render: *render, ..Command::default() };
         let frame = bench.hand_over(command)?;
-        // The operator took the torque away: the axis does not follow.
+        // The operator disabled the torque: the axis does not follow.
         if frame.is_some_and(|frame| !frame.safety.allows_torque()) {
             bench.drain(&mut |_| {})?;
             return Err(Error::Cancelled);
@@ -242,14 +242,14 @@ fn go(bench: &mut ClockedBench, shared: &Shared, trajectory: &mut Trajectory) ->
 }
 
 impl Shared {
-    /// Shows the progress of something that runs, takes its parts, and cancels it.
+    /// Reports the progress of a job, collects its parts, and cancels it.
     fn watch(self: &Arc<Self>, what: &str) -> Watch {
         let (shared, what, receiver) = (self.clone(), what.to_owned(), self.clone());
         Watch::new(self.motion.halt_flag(), move |stage, fraction| shared.motion.progress(&what, stage, fraction))
             .with_parts(move |part| Part::of(part).into_iter().for_each(|part| receiver.measurements.add(part)))
     }
 
-    /// Something has ended: where its results are, or why it failed.
+    /// Notes the end of a job: the folder of its results, or its error.
     fn ended(&self, what: &str, ended: Result<Option<PathBuf>, Error>) {
         let abandoned = self.motion.take_abandoned();
         let (error, folder) = match ended {
@@ -257,8 +257,8 @@ impl Shared {
             Ok(folder) => (None, folder.map(|folder| folder.display().to_string())),
             Err(error) => (Some(error.to_string()), None),
         };
-        let said = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
-        self.acquisition.mark_now(MarkKind::End, said);
+        let text = error.as_ref().map_or_else(|| what.to_owned(), |error| format!("{what}: {error}"));
+        self.acquisition.mark_now(MarkKind::End, text);
         self.motion.end(Ended { what: what.into(), error, folder });
     }
 }

@@ -1,4 +1,4 @@
-//! What was measured at rest, breakaway and presliding: as it grows, and that of earlier runs, in figures of the report.
+//! Measurements at rest, breakaway and presliding: the running one and those of earlier runs, as figures of the report.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,36 +20,36 @@ use stickslip_experiment::workflow::measure::breakaway::{RATE, REST, TORQUE};
 use stickslip_experiment::{Breakaway, BreakawayPlan, Loop, Plateau, Presliding};
 use stickslip_recording::Recording;
 
-/// The results that make an own friction, and the parameters that they are.
+/// Results of the own friction, and the corresponding parameters.
 const OWN: [(&str, &str); 3] = [
     ("measure.breakaway_torque", "model.own.breakaway_torque"),
     ("measure.bristle_stiffness", "model.own_bristles.stiffness"),
     ("measure.bristle_damping", "model.own_bristles.damping"),
 ];
 
-/// A measurement of breakaway or presliding, done or being done.
+/// A measurement of breakaway or presliding, complete or running.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BreakawayMeasurement {
-    /// Number of the run; `null` while it is measured, and where there is none.
+    /// Number of the run; `null` during the measurement and if there is none.
     pub run: Option<u64>,
-    /// Whether it is being measured.
+    /// Whether the measurement is running.
     pub measuring: bool,
-    /// What was found.
+    /// The results.
     pub keys: Vec<KeyEstimate>,
-    /// The figures: that of the measurement first, then what earlier runs add.
+    /// Figures: that of the measurement first, then comparisons with earlier runs.
     pub figures: Vec<Picture>,
-    /// What a reader should know, each with a remedy.
+    /// Warnings, each with a remedy.
     pub notes: Vec<String>,
-    /// The values that make it the own friction, by path, as for `set`.
+    /// Values to adopt it as own friction, by path, as for `set`.
     pub own: BTreeMap<String, String>,
-    /// The runs that measured the same, the newest first.
+    /// Runs of the same measurement, the newest first.
     pub runs: Vec<u64>,
 }
 
-/// What is being measured at rest, as far as it is.
+/// The running measurement at rest, with its parts so far.
 #[derive(Clone, Debug, Default)]
 pub(super) enum BreakawayProgress {
-    /// Nothing.
+    /// No measurement.
     #[default]
     Nothing,
     /// Ramps.
@@ -71,7 +71,7 @@ impl BreakawayProgress {
         })
     }
 
-    fn what(&self) -> Option<Quantity> {
+    fn quantity(&self) -> Option<Quantity> {
         match self {
             BreakawayProgress::Nothing => None,
             BreakawayProgress::Breakaway(_) => Some(Quantity::Breakaway),
@@ -84,8 +84,8 @@ impl BreakawayProgress {
             (BreakawayProgress::Breakaway(breakaway), Part::Ramp(ramp)) => breakaway.ramps.push(*ramp),
             (BreakawayProgress::Presliding(plateaus, _), Part::Plateau(plateau)) => plateaus.push(plateau.clone()),
             (BreakawayProgress::Presliding(_, loops), Part::Loop(one)) => {
-                match loops.iter_mut().find(|known| known.frequency == one.frequency) {
-                    Some(known) => *known = one.clone(),
+                match loops.iter_mut().find(|other| other.frequency == one.frequency) {
+                    Some(other) => *other = one.clone(),
                     None => loops.push(one.clone()),
                 }
             }
@@ -101,7 +101,7 @@ impl BreakawayProgress {
                 let keys = breakaway.lines().map(|(name, estimate)| KeyEstimate::of(name, &estimate)).collect();
                 (keys, picture(breakaway.figure()))
             }
-            // The friction comes first: the loops need its breakaway torque.
+            // The friction is measured first: the loops need its breakaway torque.
             BreakawayProgress::Presliding(plateaus, loops) if loops.is_empty() => {
                 (Vec::new(), picture(of(plateaus.clone()).figure()))
             }
@@ -114,11 +114,11 @@ impl BreakawayProgress {
 }
 
 impl Measurements {
-    /// What a run of this measurement found, or is finding, or the newest did.
+    /// The results of a run of this measurement; default: the running or newest one.
     pub(super) fn at_rest(&self, what: Quantity, run: Option<u64>) -> Result<BreakawayMeasurement, Error> {
         let kind = match what {
             Quantity::Friction => {
-                let remedy = "The call `curve` has it.".into();
+                let remedy = "Use the call `curve`.".into();
                 return Err(Error::Unknown { what: "measurement at rest", name: "friction".into(), remedy });
             }
             Quantity::Breakaway => "measure-breakaway",
@@ -127,10 +127,10 @@ impl Measurements {
         let folders = self.folders(kind);
         let runs = folders.iter().map(|(run, _)| *run).collect();
         let so_far = self.current_at_rest();
-        if run.is_none() && so_far.what() == Some(what) {
+        if run.is_none() && so_far.quantity() == Some(what) {
             return Ok(BreakawayMeasurement { runs, ..so_far.shown() });
         }
-        let found = match run {
+        let folder = match run {
             None => match folders.first() {
                 Some(newest) => newest,
                 None => return Ok(BreakawayMeasurement::default()),
@@ -138,17 +138,17 @@ impl Measurements {
             Some(run) => folders.iter().find(|(number, _)| *number == run).ok_or_else(|| Error::Unknown {
                 what: "run of this measurement",
                 name: run.to_string(),
-                remedy: "The newest one names them all in `runs`.".into(),
+                remedy: "The field `runs` of the newest one lists them all.".into(),
             })?,
         };
-        let mut told = of_folder(&found.1)?;
+        let mut measurement = of_folder(&folder.1)?;
         if what == Quantity::Breakaway {
-            told.figures.extend(over_runs(found.0, &folders));
+            measurement.figures.extend(over_runs(folder.0, &folders));
         }
-        Ok(BreakawayMeasurement { run: Some(found.0), runs, ..told })
+        Ok(BreakawayMeasurement { run: Some(folder.0), runs, ..measurement })
     }
 
-    /// Number and folder of each run of a kind that has a report, the newest first.
+    /// Number and folder of each run of a kind with a report, the newest first.
     fn folders(&self, kind: &str) -> Vec<(u64, PathBuf)> {
         let mut folders: Vec<_> = std::fs::read_dir(&self.folder)
             .into_iter()
@@ -166,35 +166,37 @@ impl Measurements {
     }
 }
 
-/// What a run has left.
+/// The measurement in the folder of a run.
 fn of_folder(folder: &Path) -> Result<BreakawayMeasurement, Error> {
-    let mut told = BreakawayMeasurement::default();
+    let mut measurement = BreakawayMeasurement::default();
     for section in Report::read(folder)?.sections() {
         match section {
             Section::Figure { figure, caption } => {
-                told.figures.push(Picture { figure: (**figure).clone(), caption: caption.clone() });
+                measurement.figures.push(Picture { figure: (**figure).clone(), caption: caption.clone() });
             }
-            Section::Table(table) => told.keys.extend(table.rows().iter().filter_map(|row| match row.as_slice() {
-                [Cell::Text(name), Cell::Estimate(estimate)] => Some(KeyEstimate::of(name, estimate)),
-                _ => None,
-            })),
-            Section::List(notes) => told.notes.extend(notes.clone()),
+            Section::Table(table) => {
+                measurement.keys.extend(table.rows().iter().filter_map(|row| match row.as_slice() {
+                    [Cell::Text(name), Cell::Estimate(estimate)] => Some(KeyEstimate::of(name, estimate)),
+                    _ => None,
+                }))
+            }
+            Section::List(notes) => measurement.notes.extend(notes.clone()),
             _ => {}
         }
     }
     let file = folder.join("summary.json");
     let text = std::fs::read_to_string(&file).map_err(|source| Error::file(&file, "read", source))?;
-    // A summary that is none has no results.
+    // An invalid summary has no results.
     let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     for (result, path) in OWN {
         if let Some(value) = summary["results"][result]["value"].as_f64() {
-            told.own.insert(path.into(), format!("{value:?}"));
+            measurement.own.insert(path.into(), format!("{value:?}"));
         }
     }
-    Ok(told)
+    Ok(measurement)
 }
 
-/// Mean breakaway torque of each run over what was not the same in all: the ramps' rate, the time at rest.
+/// Mean breakaway torque of each run over the conditions that differ between runs: rate of the ramps, time at rest.
 fn over_runs(shown: u64, folders: &[(u64, PathBuf)]) -> Vec<Picture> {
     let runs: Vec<(u64, [f64; 4])> =
         folders.iter().filter_map(|(run, folder)| Some((*run, mean_of(&folder.join("ramps.csv"))?))).collect();

@@ -13,17 +13,19 @@ impl Live {
     ///
     /// # Errors
     /// [`LiveError::Operated`](crate::LiveError::Operated) if another client operates; [`LiveError::Busy`](crate::LiveError::Busy)
-    /// if the call does not go with what runs; [`Error::Refused`] by supervision; whatever is wrong with the call.
+    /// if the running activity excludes the call; [`Error::Refused`] by supervision; errors of the call itself.
     pub fn call(&self, client: &str, call: Call) -> Result<Answer, Error> {
         self.shared.operation.admit(client, call.changes())?;
         self.answer(&self.shared, client, call)
     }
 
-    /// The answer of the service that a call is for.
+    /// Passes a call to its service.
     fn answer(&self, shared: &Shared, client: &str, call: Call) -> Result<Answer, Error> {
         match call {
             Call::Status {} => Ok(Answer::Status(Box::new(self.status()))),
-            Call::Operate {} | Call::Ask {} => Ok(shared.operation.ask(client, matches!(call, Call::Operate {}))),
+            Call::Operate {} | Call::Ask {} => {
+                Ok(shared.operation.request_role(client, matches!(call, Call::Operate {})))
+            }
             Call::HandOver { grant } => Ok(shared.operation.hand_over(grant)),
             Call::Start {} => shared.motion.request(Request::Start),
             Call::Arm {} => shared.motion.request(Request::Arm),

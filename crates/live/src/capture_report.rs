@@ -1,4 +1,4 @@
-//! A capture as files: data, a figure a unit, a report.
+//! A capture as files: data, one figure per unit, a report.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use stickslip_base::table::Column;
 use stickslip_base::{Error, Summary, output};
 use stickslip_experiment::workflow::write_columns;
 
-/// What was captured, with what it takes to understand it.
+/// A capture with the descriptions that a reader needs.
 #[derive(Clone, Debug)]
 pub struct Capture {
     /// The rows.
     pub captured: Captured,
     /// All signals of the bench.
     pub signals: Vec<Signal>,
-    /// The trigger, as it was asked for.
+    /// The requested trigger.
     pub trigger: String,
-    /// The parameters in force when it was fetched.
+    /// The active parameters when it was fetched.
     pub parameters: String,
 }
 
-/// Series of one figure at most: so many have a colour of their own.
+/// Maximum number of series in a figure: the number of distinct colours.
 const TRACES: usize = 3;
 
 impl Capture {
@@ -61,20 +61,22 @@ impl Capture {
         })
     }
 
-    /// What a reader should know.
+    /// Warnings, each with a remedy.
     pub fn warnings(&self) -> Vec<String> {
         let Captured { lost, missing, .. } = self.captured;
         let mut warnings = Vec::new();
         if lost > 0 {
-            warnings.push(format!("{lost} cycles are lost: whoever takes them was too slow. Close other programs."));
+            warnings.push(format!("{lost} cycles were lost: the listener thread was too slow. Close other programs."));
         }
         if missing > 0 {
-            warnings.push(format!("The trigger came {missing} ticks before the history was as long as asked for."));
+            warnings.push(format!(
+                "{missing} of the requested ticks before the trigger are missing: the trigger came too early."
+            ));
         }
         warnings
     }
 
-    /// One figure for each unit, and for every so many signals of it.
+    /// One figure for each unit and each group of [`TRACES`] signals.
     fn figures(&self) -> Vec<(Figure, String)> {
         let mut units: Vec<&str> = Vec::new();
         for name in &self.captured.signals {
@@ -121,7 +123,7 @@ impl Capture {
         }
         let warnings = self.warnings();
         if !warnings.is_empty() {
-            report = report.heading("What to know").list(warnings);
+            report = report.heading("Warnings").list(warnings);
         }
         output::create_folder(directory)?;
         let pages = report.write(directory)?;
@@ -145,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_capture_has_a_figure_for_each_unit_and_says_what_it_lacks() {
+    fn a_capture_has_a_figure_for_each_unit_and_warns_of_missing_cycles() {
         let signal = |name: &str, unit: &str| Signal { name: name.into(), unit: unit.into(), ..Signal::default() };
         let captured = Captured {
             signals: vec!["angle".into(), "torque".into(), "aim".into()],

@@ -11,49 +11,49 @@ use stickslip_recording::capture::{
     Batch, Batches, Capture, Envelope, Keep, Plan, Segment, Stage, Stream, Tap, Trigger,
 };
 
-/// Captures and streams at once.
-const MOST: usize = 16;
-/// Points of a stream that wait to be read.
-const WAITING: usize = 4096;
-/// Signals of a stream of every cycle, and for how long its rows wait [s].
-const WIDEST: usize = 64;
-const PATIENCE: f64 = 2.0;
-/// Memory of one [bytes].
+/// Maximum number of captures and streams.
+const MAX_RUNNING: usize = 16;
+/// Maximum number of unread points of a stream.
+const MAX_POINTS: usize = 4096;
+/// Maximum number of signals of a stream of every cycle, and the time for which its rows are buffered [s].
+const MAX_SIGNALS: usize = 64;
+const BUFFER_TIME: f64 = 2.0;
+/// Memory of a capture or stream [bytes].
 const LIMIT: usize = 64 << 20;
-/// A capture or stream that was not read for so long may be ended.
-const FORGOTTEN: Duration = Duration::from_secs(60);
+/// A capture or stream that was not read for this time may be ended.
+const UNREAD_LIMIT: Duration = Duration::from_secs(60);
 
-/// The captures.
+/// The captures and streams.
 pub(super) struct Captures {
-    /// Where the rows go in.
+    /// Distributes the rows.
     pub(super) stream: Stream,
     names: Vec<String>,
     running: BTreeMap<u64, Running>,
-    begun: u64,
-    /// Ticks in a second, fixed while the bench runs [Hz].
+    last_number: u64,
+    /// Tick rate, fixed while the bench runs [Hz].
     rate: f64,
 }
 
-/// One of them.
+/// A capture or stream.
 struct Running {
-    what: What,
-    asked: Instant,
+    kind: Kind,
+    last_read: Instant,
 }
 
-enum What {
+enum Kind {
     Capture { tap: Tap<Capture>, signals: Vec<String>, tick_time: f64 },
     Stream(Tap<Envelope>),
     Samples(Tap<Batches>),
 }
 
 impl Captures {
-    /// At a tick rate [Hz].
+    /// For a tick rate [Hz].
     pub(super) fn new(rate: f64) -> Self {
         let names: Vec<_> = channels().into_iter().map(|entry| entry.path).collect();
-        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), begun: 0, rate }
+        Captures { stream: Stream::new(names.len()), names, running: BTreeMap::new(), last_number: 0, rate }
     }
 
-    /// Begins one around a trigger, from `span[0]` before to `span[1]` after it [s].
+    /// Starts a capture around a trigger, from `span[0]` before to `span[1]` after it [s].
     pub(super) fn begin(
         &mut self,
         signals: Vec<String>,
@@ -68,48 +68,48 @@ impl Captures {
         let capture = Capture::new(plan, &trigger, &self.names, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(capture)?;
-        Ok(self.run(What::Capture { tap, signals, tick_time: 1.0 / self.rate }, stage(Stage::Filling)))
+        Ok(self.run(Kind::Capture { tap, signals, tick_time: 1.0 / self.rate }, stage(Stage::Filling)))
     }
 
-    /// Begins a stream with a point each so often [s].
+    /// Starts a stream with a point in each interval of `every` [s].
     pub(super) fn watch(&mut self, signals: &[String], every: f64) -> Result<Answer, Error> {
-        let envelope = Envelope::new(self.indices(signals)?, ticks(every, self.rate)?.max(1), WAITING, LIMIT)?;
+        let envelope = Envelope::new(self.indices(signals)?, ticks(every, self.rate)?.max(1), MAX_POINTS, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(envelope)?;
-        Ok(self.run(What::Stream(tap), "streaming"))
+        Ok(self.run(Kind::Stream(tap), "streaming"))
     }
 
-    /// Begins a stream of every cycle.
+    /// Starts a stream of every cycle.
     pub(super) fn sample(&mut self, signals: &[String]) -> Result<Answer, Error> {
         let refused = |answer: String, remedy: &str| {
             Err(Error::Answer { question: "signals of a stream".into(), answer, remedy: remedy.into() })
         };
-        if signals.len() > WIDEST {
-            return refused(signals.len().to_string(), &format!("At most {WIDEST}."));
+        if signals.len() > MAX_SIGNALS {
+            return refused(signals.len().to_string(), &format!("At most {MAX_SIGNALS}."));
         }
         if let Some(twice) = repeated(signals) {
-            return refused(format!("{twice} twice"), "Name each once.");
+            return refused(format!("{twice} twice"), "Name each signal once.");
         }
-        let room = (PATIENCE * self.rate).ceil() as usize;
+        let room = (BUFFER_TIME * self.rate).ceil() as usize;
         let batches = Batches::new(self.indices(signals)?, room, LIMIT)?;
         self.make_room()?;
         let tap = self.stream.add(batches)?;
-        Ok(Answer::Samples { capture: self.number(What::Samples(tap)) })
+        Ok(Answer::Samples { capture: self.number(Kind::Samples(tap)) })
     }
 
-    fn run(&mut self, what: What, stage: &str) -> Answer {
-        Answer::Capture { capture: self.number(what), stage: stage.into() }
+    fn run(&mut self, kind: Kind, stage: &str) -> Answer {
+        Answer::Capture { capture: self.number(kind), stage: stage.into() }
     }
 
-    fn number(&mut self, what: What) -> u64 {
-        self.begun += 1;
-        self.running.insert(self.begun, Running { what, asked: Instant::now() });
-        self.begun
+    fn number(&mut self, kind: Kind) -> u64 {
+        self.last_number += 1;
+        self.running.insert(self.last_number, Running { kind, last_read: Instant::now() });
+        self.last_number
     }
 
     fn indices(&self, signals: &[String]) -> Result<Vec<usize>, Error> {
         let index = |name: &String| {
-            self.names.iter().position(|known| known == name).ok_or_else(|| Error::Unknown {
+            self.names.iter().position(|other| other == name).ok_or_else(|| Error::Unknown {
                 what: "signal",
                 name: name.clone(),
                 remedy: match nearest(name, self.names.iter().map(String::as_str)) {
@@ -121,11 +121,11 @@ impl Captures {
         signals.iter().map(index).collect()
     }
 
-    /// The points of a stream that wait.
+    /// The unread points of a stream.
     pub(super) fn points(&mut self, number: u64) -> Result<Answer, Error> {
         let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
-        running.asked = Instant::now();
-        let What::Stream(tap) = &running.what else { return Err(unknown(number)) };
+        running.last_read = Instant::now();
+        let Kind::Stream(tap) = &running.kind else { return Err(unknown(number)) };
         let envelope = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
         let point = |point: stickslip_recording::capture::Point| Point {
             from: point.from,
@@ -139,19 +139,19 @@ impl Captures {
         Ok(Answer::Points { points: std::iter::from_fn(|| envelope.take()).map(point).collect() })
     }
 
-    /// The oldest batch of a stream of every cycle that waits.
+    /// The oldest unread batch of a stream of every cycle.
     pub(super) fn batch(&mut self, number: u64) -> Result<Option<Batch>, Error> {
         let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
-        running.asked = Instant::now();
-        let What::Samples(tap) = &running.what else { return Err(unknown(number)) };
+        running.last_read = Instant::now();
+        let Kind::Samples(tap) = &running.kind else { return Err(unknown(number)) };
         Ok(self.stream.get_mut(tap).ok_or_else(|| unknown(number))?.take())
     }
 
-    /// What one has; complete, it ends.
+    /// Reads a capture; a complete one ends.
     pub(super) fn fetch(&mut self, number: u64) -> Result<Answer, Error> {
         let running = self.running.get_mut(&number).ok_or_else(|| unknown(number))?;
-        running.asked = Instant::now();
-        let What::Capture { tap, signals, tick_time } = &running.what else { return Err(unknown(number)) };
+        running.last_read = Instant::now();
+        let Kind::Capture { tap, signals, tick_time } = &running.kind else { return Err(unknown(number)) };
         let capture = self.stream.get_mut(tap).ok_or_else(|| unknown(number))?;
         let Some(segment) = capture.take() else {
             return Ok(Answer::Capture { capture: number, stage: stage(capture.stage()).into() });
@@ -161,42 +161,42 @@ impl Captures {
         Ok(Answer::Captured(Box::new(answer)))
     }
 
-    /// Ends one.
+    /// Ends a capture or stream.
     pub(super) fn end(&mut self, number: u64) -> Result<(), Error> {
         let running = self.running.remove(&number).ok_or_else(|| unknown(number))?;
-        match running.what {
-            What::Capture { tap, .. } => drop(self.stream.remove(tap)),
-            What::Stream(tap) => drop(self.stream.remove(tap)),
-            What::Samples(tap) => drop(self.stream.remove(tap)),
+        match running.kind {
+            Kind::Capture { tap, .. } => drop(self.stream.remove(tap)),
+            Kind::Stream(tap) => drop(self.stream.remove(tap)),
+            Kind::Samples(tap) => drop(self.stream.remove(tap)),
         }
         Ok(())
     }
 
-    /// Ends what is forgotten, if there is no room.
+    /// If the maximum number runs, ends the one that has not been read for longest, after [`UNREAD_LIMIT`].
     fn make_room(&mut self) -> Result<(), Error> {
-        if self.running.len() < MOST {
+        if self.running.len() < MAX_RUNNING {
             return Ok(());
         }
-        let oldest = self.running.iter().min_by_key(|(_, running)| running.asked);
-        match oldest.filter(|(_, running)| running.asked.elapsed() > FORGOTTEN).map(|(number, _)| *number) {
+        let oldest = self.running.iter().min_by_key(|(_, running)| running.last_read);
+        match oldest.filter(|(_, running)| running.last_read.elapsed() > UNREAD_LIMIT).map(|(number, _)| *number) {
             Some(number) => self.end(number),
             None => Err(Error::Answer {
-                question: "captures and streams at once".into(),
-                answer: (MOST + 1).to_string(),
-                remedy: format!("At most {MOST}: fetch or drop one."),
+                question: "number of captures and streams".into(),
+                answer: (MAX_RUNNING + 1).to_string(),
+                remedy: format!("At most {MAX_RUNNING}: fetch or drop one."),
             }),
         }
     }
 }
 
-/// A number of ticks; one that none can have is refused with its memory.
+/// A number of ticks; the memory limit refuses too large ones.
 fn ticks(seconds: f64, rate: f64) -> Result<u64, Error> {
     if seconds >= 0.0 { Ok((seconds * rate).round() as u64) } else { Err(negative(seconds)) }
 }
 
 fn repeated(names: &[String]) -> Option<&String> {
-    let mut seen = BTreeSet::new();
-    names.iter().find(|name| !seen.insert(*name))
+    let mut distinct = BTreeSet::new();
+    names.iter().find(|name| !distinct.insert(*name))
 }
 
 fn finite(value: f64) -> Option<f64> {
@@ -240,6 +240,6 @@ fn unknown(number: u64) -> Error {
     Error::Unknown {
         what: "capture",
         name: number.to_string(),
-        remedy: "It was fetched, dropped or forgotten: begin another one.".into(),
+        remedy: "It was fetched, dropped, or ended because it was not read for 60 s. Start a new one.".into(),
     }
 }

@@ -1,4 +1,4 @@
-//! Friction curves for a picture: as they are being measured, and those of earlier runs, each with its fit.
+//! Friction curves for a picture: the running measurement and earlier runs, each with its fit.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,22 +18,22 @@ use stickslip_experiment::{FrictionCurve, Plateau};
 use stickslip_fit::{CurvePoint, PARAMETERS, StribeckFit};
 use stickslip_identify::curve_file::{CurveColumns, read_curves};
 
-/// A friction curve, measured or being measured.
+/// A friction curve, complete or during its measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct MeasuredCurve {
-    /// Number of the run; `null` while it is measured, and where there is none.
+    /// Number of the run; `null` during the measurement and if there is none.
     pub run: Option<u64>,
-    /// Whether it is being measured.
+    /// Whether the measurement is running.
     pub measuring: bool,
-    /// Whether the load motor rendered meanwhile.
+    /// Whether the load motor rendered the desired friction.
     pub rendered: bool,
-    /// The points that count.
+    /// The points used by the fit.
     pub points: Vec<MeasuredPoint>,
-    /// The noisy course, velocity [rad/s] and torque [N m] of each part; empty for an earlier run.
+    /// Noisy samples, velocity [rad/s] and torque [N m] of each part; empty for an earlier run.
     pub course: Vec<[f64; 2]>,
     /// The Stribeck curve through the points.
     pub fit: Option<FittedCurve>,
-    /// Why there is no fit, and what does not count, each with a remedy.
+    /// Why there is no fit, and which points are not used, each with a remedy.
     pub notes: Vec<String>,
 }
 
@@ -42,11 +42,11 @@ pub struct MeasuredCurve {
 pub struct MeasuredPoint {
     /// Velocity [rad/s].
     pub velocity: f64,
-    /// Torque, of the velocity's sign [N m].
+    /// Torque, with the sign of the velocity [N m].
     pub torque: f64,
-    /// Half of its 95 % interval [N m].
+    /// Half the width of its 95 % interval [N m].
     pub half_width: f64,
-    /// Measured less fitted [N m]; `null` without a fit.
+    /// Measured minus fitted torque [N m]; `null` without a fit.
     pub residual: Option<f64>,
 }
 
@@ -55,75 +55,75 @@ pub struct MeasuredPoint {
 pub struct FittedCurve {
     /// Velocities of the line, rising; `null` is the gap at standstill [rad/s].
     pub velocity: Vec<Option<f64>>,
-    /// Its torques [N m].
+    /// Torques of the line [N m].
     pub torque: Vec<Option<f64>>,
     /// Half the width of its 95 % band [N m].
     pub band: Vec<Option<f64>>,
     /// Its parameters.
     pub parameters: Vec<FittedParameter>,
-    /// RMS of what it leaves [N m].
+    /// RMS of the residuals [N m].
     pub rms: f64,
-    /// The same as a share of the breakaway torque; `null` where that is 0.
+    /// RMS of the residuals as a share of the breakaway torque; `null` if that is 0.
     pub misfit: Option<f64>,
-    /// What the data leave open, and which measurement would tell.
+    /// Parameters that the data do not determine, and the measurements that would.
     pub findings: Vec<String>,
-    /// The values that make it the own friction, by path, as for `set`; empty where a parameter is not known.
+    /// Values to adopt it as own friction, by path, as for `set`; empty if a parameter is unknown.
     pub own: BTreeMap<String, String>,
 }
 
 /// A parameter of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FittedParameter {
-    /// As in files.
+    /// Key in files.
     pub key: String,
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// As in an equation.
+    /// Symbol in equations.
     pub symbol: String,
-    /// The value as printed; `unknown` where the data do not tell.
+    /// Value as printed; `unknown` if the data do not determine it.
     pub value: String,
-    /// Half of its 95 % interval as printed, without the sign.
+    /// Half the width of its 95 % interval as printed, without the sign.
     pub half_width: String,
     /// The unit of both, with its prefix.
     pub unit: String,
-    /// Whether the data tell it.
+    /// Whether the data determine it.
     pub known: bool,
 }
 
-/// A run that has a friction curve.
+/// A run with a friction curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveName {
     /// Its number.
     pub run: u64,
     /// Name of its folder.
     pub name: String,
-    /// Whether the load motor rendered meanwhile.
+    /// Whether the load motor rendered the desired friction.
     pub rendered: bool,
 }
 
-/// What is being measured, or was measured last.
+/// The running or last measurement of a friction curve.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Measured {
+pub(super) struct CurveProgress {
     /// Number of its folder.
     pub(super) run: u64,
-    /// Whether it goes on.
+    /// Whether the measurement is running.
     pub(super) measuring: bool,
-    /// What is rendered meanwhile, if anything.
+    /// The rendering during the measurement, if any.
     pub(super) planned: Option<Box<Rendering>>,
     pub(super) plateaus: Vec<Plateau>,
-    /// Number and plateaus of the own friction that was measured last.
+    /// Number and plateaus of the last measured own friction.
     own: (u64, Vec<Plateau>),
 }
 
-impl Measured {
-    /// Another measurement begins; the own friction that was measured last is kept.
+impl CurveProgress {
+    /// Starts another measurement; the last measured own friction is kept.
     pub(super) fn begin(&mut self, run: u64, planned: Option<Box<Rendering>>) {
         let before = std::mem::take(self);
         let own = if before.planned.is_none() { (before.run, before.plateaus) } else { before.own };
-        *self = Measured { run, measuring: true, planned, plateaus: Vec::new(), own };
+        *self = CurveProgress { run, measuring: true, planned, plateaus: Vec::new(), own };
     }
 
-    /// The plateaus of a run, where it is known since the start.
+    /// The plateaus of a run measured since the start of the bench.
     fn of(&self, run: u64) -> Option<FrictionCurve> {
         match run {
             run if run == self.run => Some(of(self.plateaus.clone())),
@@ -134,7 +134,7 @@ impl Measured {
 }
 
 impl Measurements {
-    /// The runs that have a friction curve, the newest first.
+    /// The runs with a friction curve, the newest first.
     pub(super) fn curves(&self) -> Vec<CurveName> {
         let mut names: Vec<_> = std::fs::read_dir(&self.folder)
             .into_iter()
@@ -151,11 +151,11 @@ impl Measurements {
         names
     }
 
-    /// The curve of a run, or the one that is being measured, or the own friction that was last.
+    /// The curve of a run; default: the running measurement, or the last own friction.
     pub(super) fn curve(&self, run: Option<u64>) -> Result<MeasuredCurve, Error> {
-        let known = self.current_curve();
-        if run.is_none() && known.measuring {
-            return Ok(MeasuredCurve { rendered: known.planned.is_some(), ..being_measured(known.plateaus) });
+        let current = self.current_curve();
+        if run.is_none() && current.measuring {
+            return Ok(MeasuredCurve { rendered: current.planned.is_some(), ..running_curve(current.plateaus) });
         }
         let names = self.curves();
         let name = match run {
@@ -171,14 +171,14 @@ impl Measurements {
         };
         let mut curve = of_folder(&self.folder.join(&name.name))?;
         (curve.run, curve.rendered) = (Some(name.run), name.rendered);
-        if let Some(measured) = known.of(name.run) {
+        if let Some(measured) = current.of(name.run) {
             curve.course = course(&measured);
             curve.notes.extend(workflow::measure::Outcome::warnings(&measured));
         }
         Ok(curve)
     }
 
-    /// The noisy course of the own friction that was measured last; of an earlier start its points.
+    /// The noisy samples of the last measured own friction; its points, if it was measured before the start of the bench.
     pub(super) fn own_friction(&self) -> Option<Series> {
         let name = self.curves().into_iter().find(|name| !name.rendered)?;
         if let Some(curve) = self.current_curve().of(name.run) {
@@ -190,7 +190,7 @@ impl Measurements {
     }
 }
 
-/// The number that a folder of runs is named by.
+/// The number in the name of a run's folder.
 pub(super) fn number(name: &str) -> Option<u64> {
     name.split_once('-')?.0.parse().ok()
 }
@@ -203,7 +203,7 @@ fn course(curve: &FrictionCurve) -> Vec<[f64; 2]> {
     workflow::draw::points(curve).map(|(velocity, torque)| [velocity, torque]).collect()
 }
 
-fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
+fn running_curve(plateaus: Vec<Plateau>) -> MeasuredCurve {
     let curve = of(plateaus);
     let (points, course) = (curve.points(), course(&curve));
     let fit = curve.fit().ok();
@@ -219,11 +219,11 @@ fn being_measured(plateaus: Vec<Plateau>) -> MeasuredCurve {
     }
 }
 
-/// The curve that a run has left, and what `stickslip fit` says to it.
+/// The curve in the folder of a run, with its fit as by `stickslip fit`.
 fn of_folder(folder: &Path) -> Result<MeasuredCurve, Error> {
     let fits = match fit_file(folder, &CurveColumns::default(), false) {
         Ok(fits) => fits,
-        // Too few points for a fit: a note says so.
+        // Too few points for a fit: reported in a note.
         Err(error @ Error::TooFew { .. }) => {
             let file = folder.join(format!("{}.csv", <FrictionCurve as workflow::measure::Outcome>::DATA));
             let curves = read_curves(&file, &CurveColumns::default())?.curves;
@@ -273,8 +273,8 @@ impl FittedCurve {
                     known: fit.knows(index),
                 }
             });
-        let all_known = (0..PARAMETERS.len()).all(|index| fit.knows(index));
-        let own = PARAMETERS.iter().zip(fit.parameters).filter(|_| all_known);
+        let complete = (0..PARAMETERS.len()).all(|index| fit.knows(index));
+        let own = PARAMETERS.iter().zip(fit.parameters).filter(|_| complete);
         let breakaway = law.breakaway_torque;
         FittedCurve {
             torque: column(&|velocity| law.torque(velocity)),

@@ -1,92 +1,94 @@
-//! What only a served bench can fail of.
+//! Errors of a running bench.
 
 use std::path::PathBuf;
 
 use stickslip_core::supervise::Role;
 
-/// A failure of a served bench, beside those that every crate has.
+/// An error of a running bench, in addition to those of `stickslip_base`.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LiveError {
-    /// Somebody else operates the bench.
+    /// Another client is the operator.
     #[error(
-        "{by} operates the bench. Wait until it is left for ten seconds, or take it over (`stickslip bench operate`)."
+        "{by} is the operator. Wait until {by} has been silent for 10 s, or become the operator: `stickslip bench operate`."
     )]
     Operated {
-        /// Who.
+        /// Name of the operator.
         by: String,
     },
-    /// Something runs that does not go with what was asked for.
-    #[error("{what} runs. Wait for its end, or end it (`stickslip bench halt`).")]
+    /// A running activity excludes the requested one.
+    #[error("{what} is running. {remedy}")]
     Busy {
-        /// What runs.
+        /// The running activity.
         what: String,
-    },
-    /// Nothing of that kind runs.
-    #[error("there is no {what} to end.")]
-    NothingToEnd {
-        /// What was asked for.
-        what: &'static str,
-    },
-    /// The catalogue of runs does not take or give something. The runs themselves are as they were.
-    #[error("{}: {fault}. {remedy}", path.display())]
-    Catalogue {
-        /// Its file.
-        path: PathBuf,
-        /// What is wrong.
-        fault: String,
-        /// What to do.
+        /// How to wait for it or end it.
         remedy: &'static str,
     },
-    /// The catalogue knows no such run.
+    /// No activity of that kind runs.
+    #[error("no {what} is running: nothing to end.")]
+    NothingToEnd {
+        /// The kind of activity.
+        what: &'static str,
+    },
+    /// The catalogue of runs cannot be read or changed. The runs themselves are unchanged.
+    #[error("{}: {fault}. {remedy}", path.display())]
+    Catalogue {
+        /// File of the catalogue.
+        path: PathBuf,
+        /// The fault.
+        fault: String,
+        /// Remedy.
+        remedy: &'static str,
+    },
+    /// The catalogue has no run of this number.
     #[error("there is no run {number}. `stickslip runs` lists them.")]
     NoRun {
-        /// The number asked for.
+        /// The requested number.
         number: i64,
     },
-    /// A run of the catalogue whose files are not where it says.
+    /// The files of a run are not available.
     #[error("run {number}: {how}. {remedy}")]
     RunGone {
         /// Its number.
         number: i64,
         /// Why.
         how: &'static str,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// No name or tag of a run.
-    #[error("{text:?} will not do for a run. {remedy}")]
+    /// An invalid name or tag of a run.
+    #[error("{text:?} is not a valid name or tag of a run. {remedy}")]
     RunText {
-        /// What was given.
+        /// The rejected text.
         text: String,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// Nothing was brought along.
+    /// No external file is loaded.
     #[error(
-        "no file was loaded. Start the bench with one: stickslip serve --controller FILE, --friction FILE or --law FILE."
+        "no external file is loaded. Start the bench with one: stickslip serve --controller FILE, --friction FILE or --law FILE."
     )]
     NothingLoaded,
-    /// Values that what was brought along does not take.
+    /// A loaded external rejects values of its parameters.
     #[error(
-        "{name} refuses these values of its parameters (it answers {code}): it goes on with those before. Choose others; \
-         which it takes, its author knows."
+        "{name} rejects these parameter values (return code {code}) and keeps the previous ones. Choose other values; see \
+         the documentation of {name}."
     )]
     ForeignRefuses {
-        /// Its name.
+        /// Name of the external.
         name: String,
-        /// What its function returned.
+        /// Return code of its function.
         code: i32,
     },
-    /// The friction that is rendered is not that of the parameters.
+    /// A loaded friction or law renders instead of the desired friction of the parameters.
     #[error(
-        "a {role} of a file renders: what is measured under it is not the desired friction of the parameters. Measure it \
-         by stickslip load FILE --as {role}, or let that of the preset take its place ({selector} = preset)."
+        "the loaded {role} is active: it does not render the desired friction of the parameters. Measure it with \
+         stickslip load FILE --as {role}, or select the preset's ({selector} = preset)."
     )]
     RendersItself {
-        /// What the file is.
+        /// Role of the file.
         role: Role,
-        /// The parameter that says whether it acts.
+        /// The parameter that selects it.
         selector: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Parameters as items of a form: value, meaning and what it may be.
+//! Parameters as items of a form: value, description and allowed values.
 
 use std::collections::BTreeMap;
 
@@ -13,34 +13,34 @@ use stickslip_base::{Error, Preset};
 use stickslip_experiment::workflow::measure::Plan;
 use stickslip_experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 
-/// One value of a parameter set, with what is known of it.
+/// A parameter with its description.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Item {
     /// Its dotted path.
     pub path: String,
-    /// As in an equation; may be empty.
+    /// Symbol in equations; may be empty.
     pub symbol: String,
     /// SI unit as printed; empty for a pure number and for a choice.
     pub unit: String,
-    /// What it is.
+    /// Description.
     pub help: String,
     /// The number; `null` for a choice. A flag is 0 or 1.
     pub value: Option<f64>,
-    /// Smallest value; `null`: any.
+    /// Smallest value; `null`: unlimited.
     pub minimum: Option<f64>,
-    /// Largest value; `null`: any.
+    /// Largest value; `null`: unlimited.
     pub maximum: Option<f64>,
-    /// Value unless given.
+    /// Default value.
     pub default: Option<f64>,
-    /// What kind of value it is.
+    /// Kind of value.
     pub kind: ItemKind,
-    /// What was chosen; `null` for a number.
+    /// The chosen option; `null` for a number.
     pub choice: Option<String>,
-    /// What there is to choose from.
+    /// The options of a choice.
     pub options: Vec<Choice>,
 }
 
-/// Which values make sense besides the range.
+/// Kind of value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ItemKind {
@@ -54,21 +54,21 @@ pub enum ItemKind {
     Choice,
 }
 
-/// Something to choose.
+/// An option of a choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Choice {
-    /// As in files.
+    /// Name in files.
     pub name: String,
-    /// What it is.
+    /// Description.
     pub help: String,
 }
 
 /// A plan of a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlanForm {
-    /// What it will do, in a few words.
+    /// Short description.
     pub about: String,
-    /// Bench time that it takes [s], homing not counted.
+    /// Bench time [s], without homing.
     pub duration: f64,
     /// Its values.
     pub items: Vec<Item>,
@@ -109,7 +109,7 @@ impl Item {
         Item::list(parameters::flatten(parameters))
     }
 
-    /// Values that were listed.
+    /// The items of entries.
     pub(super) fn list(entries: Vec<Entry>) -> Vec<Item> {
         entries.into_iter().map(Item::of).collect()
     }

@@ -1,4 +1,4 @@
-//! Health of the loop: execution times, and cycles that were lost or held, each with its cause and a remedy.
+//! Health of the loop: execution times, and lost or missed cycles, each with its cause and a remedy.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
@@ -12,41 +12,41 @@ use super::lock;
 use super::protocol::{Answer, Timing};
 use stickslip_bench::overrun_sentence;
 
-/// So many of each are kept.
-const MOST: usize = 50;
+/// Capacity of each list.
+const CAPACITY: usize = 50;
 
-/// Something that was lost.
+/// Lost or missed cycles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Loss {
-    /// The first cycle behind it.
+    /// The first cycle after them.
     pub cycle: u64,
-    /// Cycles.
+    /// Number of lost or missed cycles.
     pub count: u64,
-    /// Why.
+    /// Cause.
     pub cause: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: String,
 }
 
-/// What happened between two cycles that came through.
+/// Kind of a gap between two received cycles.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lost {
-    /// On the way to the listener.
+    /// Cycles lost on the way to the listener.
     Watching,
-    /// On the way into the recording.
+    /// Cycles lost on the way into the recording.
     Recording,
-    /// Nothing: the machine waited for commands.
+    /// No cycle lost: the virtual machine waited for commands.
     Waiting,
 }
 
 /// Execution times of cycles, and the newest losses.
 pub(super) struct Health {
-    /// The bench fills them.
+    /// Filled by the bench.
     histograms: Arc<Mutex<Histograms>>,
     losses: Mutex<Losses>,
 }
 
-/// Cycle, number of cycles, and what happened: those that were lost, and those that waited.
+/// Cycle, number of cycles and kind of gap: lost cycles, and waiting times.
 #[derive(Default)]
 struct Losses {
     lost: VecDeque<(u64, u64, Lost)>,
@@ -56,7 +56,7 @@ struct Losses {
 impl Losses {
     fn push(&mut self, cycle: u64, count: u64, lost: Lost) {
         let list = if matches!(lost, Lost::Waiting) { &mut self.waited } else { &mut self.lost };
-        if list.len() == MOST {
+        if list.len() == CAPACITY {
             list.pop_front();
         }
         list.push_back((cycle, count, lost));
@@ -68,7 +68,7 @@ impl Health {
         Health { histograms, losses: Mutex::default() }
     }
 
-    /// Notes cycles that did not come through.
+    /// Notes a gap in the cycles.
     pub(super) fn lost(&self, cycle: u64, count: u64, lost: Lost) {
         lock(&self.losses).push(cycle, count, lost);
     }
@@ -88,7 +88,7 @@ impl Health {
         Answer::Timing(Box::new(self.times(|times| Timing::of(times, rate))))
     }
 
-    /// Lost cycles, and those that were held at a tick rate, each the newest last.
+    /// Lost cycles, and missed ones at a tick rate, each list with the newest last.
     pub(super) fn losses(&self, rate: f64) -> Answer {
         let (lost, waited) = {
             let losses = lock(&self.losses);
@@ -99,11 +99,10 @@ impl Health {
             cycle: overrun.cycle,
             count: (overrun.by as f64 * 1e-9 * rate).ceil().max(1.0) as u64,
             cause: overrun_sentence(overrun),
-            remedy: "`stickslip doctor` finds what the system may do besides; `--cpu N` leaves a CPU to the loop."
-                .into(),
+            remedy: "`stickslip doctor` checks the set-up of the system; `--cpu N` reserves a CPU for the loop.".into(),
         };
         let mut held: Vec<_> = self.times(|times| {
-            let newest = times.overruns.len().saturating_sub(MOST);
+            let newest = times.overruns.len().saturating_sub(CAPACITY);
             times.overruns[newest..].iter().map(overrun).chain(waited).collect()
         });
         held.sort_by_key(|loss| loss.cycle);
@@ -115,16 +114,16 @@ impl Loss {
     fn of(&(cycle, count, lost): &(u64, u64, Lost)) -> Self {
         let (cause, remedy) = match lost {
             Lost::Watching => (
-                "Whoever watches was kept from the CPU until there was no room for more cycles.",
-                "The loop itself went on. Close what computes besides, or leave it fewer CPUs.",
+                "The listener thread did not get CPU time until its buffer of cycles was full.",
+                "The loop itself was not affected. Close other programs, or leave them fewer CPUs.",
             ),
             Lost::Recording => (
-                "The disk took the recording slower than cycles came.",
-                "The loop itself went on. Record onto a faster disk, and nothing else meanwhile.",
+                "The disk was too slow for the recording.",
+                "The loop itself was not affected. Record onto a faster disk that no other program uses.",
             ),
             Lost::Waiting => (
                 "Commands of the experiment were late; the virtual machine waited for them.",
-                "The results are the same; a machine of steel would have come to rest. Close what computes besides.",
+                "The results are unchanged; physical hardware would have stopped. Close other programs.",
             ),
         };
         Loss { cycle, count, cause: cause.into(), remedy: remedy.into() }
@@ -139,8 +138,8 @@ mod tests {
     fn the_newest_losses_are_kept_with_cause_and_remedy() {
         let mut losses = Losses::default();
         (0..80).for_each(|cycle| losses.push(cycle, 3, Lost::Recording));
-        let told: Vec<Loss> = losses.lost.iter().map(Loss::of).collect();
-        assert_eq!((told.len(), told[0].cycle, told[0].count), (MOST, 30, 3));
-        assert!(told[0].cause.contains("disk") && !told[0].remedy.is_empty());
+        let shown: Vec<Loss> = losses.lost.iter().map(Loss::of).collect();
+        assert_eq!((shown.len(), shown[0].cycle, shown[0].count), (CAPACITY, 30, 3));
+        assert!(shown[0].cause.contains("disk") && !shown[0].remedy.is_empty());
     }
 }

@@ -26,7 +26,7 @@ impl Links {
         self.seed.is_some()
     }
 
-    /// Counts of the link to the machine, if there is one.
+    /// Counters of the link to the machine, if it is in another process.
     pub(super) fn counts(&self) -> Option<Counts> {
         self.traffic.as_ref().map(|traffic| traffic.counts())
     }
@@ -37,19 +37,19 @@ impl Links {
     }
 
     /// Replaces the status of one of these addresses.
-    pub(super) fn tell(&self, status: XcpStatus) {
+    pub(super) fn set_xcp_status(&self, status: XcpStatus) {
         let mut all = lock(&self.xcp);
-        match all.iter_mut().find(|known| known.transport == status.transport) {
-            Some(known) => *known = status,
+        match all.iter_mut().find(|other| other.transport == status.transport) {
+            Some(other) => *other = status,
             None => all.push(status),
         }
     }
 
-    /// The same addresses for a description of the bench.
+    /// The same addresses, for the A2L description.
     pub(super) fn doors(&self) -> Doors {
-        let known = lock(&self.xcp);
+        let all = lock(&self.xcp);
         let door = |transport: &str| -> Option<SocketAddr> {
-            known.iter().find(|one| one.transport == transport)?.address.parse().ok()
+            all.iter().find(|one| one.transport == transport)?.address.parse().ok()
         };
         Doors { udp: door("udp"), tcp: door("tcp") }
     }

@@ -1,4 +1,4 @@
-//! The thread behind the tap: it takes every cycle for status, captures and recording.
+//! The listener thread: it takes every cycle from the tap for status, captures and recording.
 
 use std::thread;
 use std::time::Duration;
@@ -9,14 +9,14 @@ use super::protocol::MarkKind;
 use stickslip_bench::run::Signals;
 use stickslip_bench::tap::Stream;
 
-/// From look to look.
-const LOOK: Duration = Duration::from_millis(2);
+/// Polling interval.
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Runs until the bench has ended.
 pub(super) fn run(mut stream: Stream, shared: &Shared) {
     let mut faulty = false;
     loop {
-        // Asked before the cycles are taken: the last ones are taken as well.
+        // Read before the cycles are taken, so that the last ones are taken as well.
         let last = stream.is_closed();
         take(&mut stream, shared, &mut faulty);
         if shared.operation.is_silent() {
@@ -27,16 +27,16 @@ pub(super) fn run(mut stream: Stream, shared: &Shared) {
             shared.acquisition.end();
             return;
         }
-        thread::sleep(LOOK);
+        thread::sleep(POLL_INTERVAL);
     }
 }
 
-/// Takes all cycles and changes that wait.
+/// Takes all waiting cycles and changes.
 fn take(stream: &mut Stream, shared: &Shared, faulty: &mut bool) {
     let Shared { acquisition, health, .. } = shared;
     let mut newest = None;
     let (mut held, mut lost) = (0, 0);
-    // A client that begins or ends a recording holds it for a moment.
+    // Locked for a short time by a client that starts or ends a recording.
     let mut recording = shared.recorder.recording();
     while let Some(sample) = stream.sample() {
         let signals = Signals::of(&sample.frame);
@@ -48,7 +48,7 @@ fn take(stream: &mut Stream, shared: &Shared, faulty: &mut bool) {
         if sample.lost > 0 {
             health.lost(cycle, sample.lost, Lost::Watching);
         }
-        // Cycles only go up, and all rows are alike.
+        // Cannot fail: cycle numbers increase, and all rows have the same width.
         drop(acquisition.captures().stream.push(cycle, &signals.row()));
         let fault = sample.frame.safety.fault();
         if let Some(fault) = fault.filter(|_| !*faulty) {

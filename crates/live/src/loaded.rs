@@ -1,5 +1,4 @@
-//! What was loaded from a file, on a bench that runs: its numbers, how long it takes, and opened again when
-//! its file has become another.
+//! A loaded external on a running bench: its parameters, its execution times, and reopening of a changed file.
 
 use crate::LiveError;
 use std::path::PathBuf;
@@ -14,15 +13,15 @@ use stickslip_base::Error;
 use stickslip_bench::external::{BUDGET, External, ExternalFile, OperatorSide};
 use stickslip_bench::tuning::{Loaded, selector};
 
-/// It says so soon what it says of other values: unless it hangs, in the sample after the next.
-const SOON: Duration = Duration::from_secs(3);
-/// From look to look at whether it has.
-const LOOK: Duration = Duration::from_millis(1);
+/// Time limit for the answer to new values; normally it comes in the sample after the next.
+const ANSWER_LIMIT: Duration = Duration::from_secs(3);
+/// Polling interval of the answer.
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 
-/// What is in the loop.
-pub(super) struct Opened {
+/// An open external file.
+pub(super) struct OpenFile {
     file: ExternalFile,
-    /// Where a library is made that is made of it.
+    /// Folder of a library that is built from the file.
     folder: PathBuf,
     name: String,
     kind: String,
@@ -31,8 +30,8 @@ pub(super) struct Opened {
     console: OperatorSide,
 }
 
-impl Opened {
-    /// Opens it.
+impl OpenFile {
+    /// Opens a file.
     ///
     /// # Errors
     /// As [`ExternalFile::open`].
@@ -45,45 +44,48 @@ impl Opened {
         let (description, hash, words) = (external.description(), external.hash().to_owned(), external.words());
         let (name, kind) = (description.name.clone(), description.kind.clone());
         let console = external.console();
-        (Opened { file, folder, name, kind, hash, words, console }, external)
+        (OpenFile { file, folder, name, kind, hash, words, console }, external)
     }
 
-    /// As a record names it.
+    /// Its description in a record.
     pub(super) fn words(&self) -> &str {
         &self.words
     }
 }
 
 /// The loaded file, if there is one.
-pub(super) struct LoadedFile(Mutex<Option<Opened>>);
+pub(super) struct LoadedFile(Mutex<Option<OpenFile>>);
 
 impl LoadedFile {
-    pub(super) fn new(opened: Option<Opened>) -> Self {
+    pub(super) fn new(opened: Option<OpenFile>) -> Self {
         LoadedFile(Mutex::new(opened))
     }
 
-    pub(super) fn replace(&self, opened: Opened) {
+    pub(super) fn replace(&self, opened: OpenFile) {
         *lock(&self.0) = Some(opened);
     }
 
-    /// Gives it other values, and waits until it accepts them.
+    /// Passes new values to it, and waits until it accepts them.
     pub(super) fn put(&self, values: &[f64]) -> Result<(), Error> {
         let begin = Instant::now();
         let mut number = None;
         loop {
             {
-                // Locked in between: status and counts do not wait.
+                // Locked only for a moment: status and counts do not wait.
                 let mut loaded = lock(&self.0);
-                let Some(Opened { name, console, .. }) = loaded.as_mut() else { return Ok(()) };
+                let Some(OpenFile { name, console, .. }) = loaded.as_mut() else { return Ok(()) };
                 let number = *number.get_or_insert_with(|| console.put(values));
                 match console.verdict(number) {
                     Some(0) => return Ok(()),
                     Some(code) => return Err(LiveError::ForeignRefuses { name: name.clone(), code }.into()),
-                    None if begin.elapsed() < SOON => {}
-                    None => return Err(LiveError::Busy { what: format!("{name}, which does not answer") }.into()),
+                    None if begin.elapsed() < ANSWER_LIMIT => {}
+                    None => {
+                        let what = format!("a change of the parameters of {name} (no answer for 3 s)");
+                        return Err(LiveError::Busy { what, remedy: "Try again, or start the bench again." }.into());
+                    }
                 }
             }
-            thread::sleep(LOOK);
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -110,9 +112,9 @@ impl LoadedFile {
         })
     }
 
-    /// Counts its calls since the last time.
+    /// Collects the counts of its calls.
     pub(super) fn count_calls(&self) {
-        // Another thread that holds the lock counts as well.
+        // Another thread that holds the lock collects them as well.
         if let Ok(mut loaded) = self.0.try_lock() {
             loaded.iter_mut().for_each(|loaded| loaded.console.count());
         }
@@ -123,20 +125,20 @@ impl LoadedFile {
         lock(&self.0).as_ref().map(|loaded| loaded.words.clone())
     }
 
-    /// How it was opened: the file, and the folder of a library made from it.
+    /// The file, and the folder of a library built from it.
     fn origin(&self) -> Option<(ExternalFile, PathBuf)> {
         lock(&self.0).as_ref().map(|loaded| (loaded.file.clone(), loaded.folder.clone()))
     }
 }
 
 impl Live {
-    /// Opens the file again; it begins at rest.
+    /// Opens the file again; it starts at rest.
     pub(super) fn open_again(&self) -> Result<Answer, Error> {
         let parameters = &self.shared.parameters;
         let _one = parameters.changing();
         let (file, folder) = parameters.loaded.origin().ok_or(LiveError::NothingLoaded)?;
         let external = file.open_again(&folder, &mut |_| {})?;
-        let (loaded, mut external) = Opened::of(external, file, folder);
+        let (loaded, mut external) = OpenFile::of(external, file, folder);
         let mut tuning = parameters.tuning();
         let settings = tuning.preset().bench;
         tuning.bring(Loaded::new(&external, &settings))?;
@@ -144,11 +146,11 @@ impl Live {
         for (index, value) in values.into_iter().enumerate() {
             external.begin_with(index, value);
         }
-        let (seated, heard) = mpsc::channel();
+        let (seated, result) = mpsc::channel();
         let job = Job::Seat { external: Box::new(external), settings: Box::new(settings), seated };
         self.begin("open the file", job)?;
-        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
-        heard.recv().map_err(gone)??;
+        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it again".into() };
+        result.recv().map_err(gone)??;
         self.shared.acquisition.mark_now(MarkKind::Change, format!("opened again: {}", loaded.words()));
         parameters.replace_loaded(loaded, tuning);
         Ok(Answer::Done {})

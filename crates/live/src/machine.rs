@@ -1,4 +1,4 @@
-//! The machine as a picture shows it: its parts with a number each, its travel, and the units of its motion.
+//! The machine for a picture: its parts with a key number each, its travel, and the units of its motion.
 
 use std::f64::consts::TAU;
 
@@ -8,61 +8,61 @@ use serde::{Deserialize, Serialize};
 use stickslip_base::Preset;
 use stickslip_base::quantity::Estimate;
 
-/// What is believed of the machine, for a picture of it.
+/// The modelled machine, for a picture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Machine {
-    /// The parts, from the drive motor on.
+    /// The parts, starting with the drive motor.
     pub parts: Vec<Part>,
     /// Ends of the travel by the screw's angle [rad].
     pub ends: [f64; 2],
-    /// Units of the angle, with what an angle in rad is multiplied by.
+    /// Units of the angle, with the factor from rad.
     pub angles: Vec<Factor>,
-    /// Units of the velocity, with what a velocity in rad/s is multiplied by.
+    /// Units of the velocity, with the factor from rad/s.
     pub speeds: Vec<Factor>,
 }
 
 /// A part of the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Part {
-    /// Which.
+    /// Kind of part.
     pub kind: PartKind,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What is most to be known of it.
+    /// Its key number, as text.
     pub about: String,
-    /// Where its parameters are.
+    /// Group of its parameters.
     pub group: String,
 }
 
-/// Which part of a machine something is.
+/// Kind of a machine's part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PartKind {
-    /// The motor that drives the axis.
+    /// Motor that drives the axis.
     DriveMotor,
-    /// Between drive motor and screw.
+    /// Coupling between drive motor and screw.
     Coupling,
     /// Screw, nut and carriage.
     Screw,
-    /// Linings on a disc.
+    /// Friction wheel: linings on a disc.
     Wheel,
-    /// The motor that renders friction.
+    /// Motor that renders friction.
     LoadMotor,
     /// The encoder.
     Encoder,
 }
 
-/// A unit that a quantity may be shown in.
+/// A unit of display.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Factor {
-    /// As printed.
+    /// Unit as printed.
     pub unit: String,
-    /// What a value in SI units is multiplied by.
+    /// Factor from the SI unit.
     pub factor: f64,
 }
 
 impl Machine {
-    /// As the software believes it to be, with the linings pressed on so far.
+    /// From the model of a preset, with the preload of the friction wheel.
     pub(super) fn of(preset: &Preset<f64>, preload: f64) -> Self {
         let model = &preset.model;
         let text = |value: f64, unit: &str| Estimate::new(value, unit).to_string();

@@ -1,34 +1,34 @@
-//! What happened lately, by cycle: faults, changes of parameters, what began and ended.
+//! Latest events by cycle: faults, changes of parameters, start and end of motions and measurements.
 
 use std::collections::VecDeque;
 
 use super::protocol::Mark;
 
-/// So many are kept.
-const MOST: usize = 64;
+/// Capacity of the list.
+const CAPACITY: usize = 64;
 
-/// The marks.
+/// The latest marks.
 #[derive(Default)]
 pub(super) struct Marks {
-    kept: VecDeque<Mark>,
+    newest: VecDeque<Mark>,
     count: u64,
 }
 
 impl Marks {
     pub(super) fn push(&mut self, mark: Mark) {
-        if self.kept.len() == MOST {
-            self.kept.pop_front();
+        if self.newest.len() == CAPACITY {
+            self.newest.pop_front();
         }
-        self.kept.push_back(mark);
+        self.newest.push_back(mark);
         self.count += 1;
     }
 
-    /// Those that are kept, the newest last.
+    /// The kept marks, the newest last.
     pub(super) fn all(&self) -> Vec<Mark> {
-        self.kept.iter().cloned().collect()
+        self.newest.iter().cloned().collect()
     }
 
-    /// How many there have been.
+    /// Number of all marks.
     pub(super) fn count(&self) -> u64 {
         self.count
     }
@@ -45,6 +45,6 @@ mod tests {
         for cycle in 0..100 {
             marks.push(Mark { cycle, kind: MarkKind::Begin, text: String::new() });
         }
-        assert_eq!((marks.count(), marks.all().len(), marks.all()[0].cycle), (100, MOST, 36));
+        assert_eq!((marks.count(), marks.all().len(), marks.all()[0].cycle), (100, CAPACITY, 36));
     }
 }

@@ -1,10 +1,10 @@
-//! Measurements: the one that runs, as far as it is, and the results of earlier runs.
+//! Measurements: the running one with its parts so far, and the results of earlier runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use super::breakaway::BreakawayProgress;
-use super::curve::Measured;
+use super::curve::CurveProgress;
 use super::lock;
 use stickslip_experiment::Part;
 use stickslip_experiment::workflow::render::Rendering;
@@ -16,10 +16,10 @@ pub(super) struct Measurements {
     current: Mutex<Current>,
 }
 
-/// The measurement that runs, or ran last.
+/// The running or last measurement.
 #[derive(Default)]
 struct Current {
-    curve: Measured,
+    curve: CurveProgress,
     at_rest: BreakawayProgress,
 }
 
@@ -28,17 +28,17 @@ impl Measurements {
         Measurements { folder: folder.into(), current: Mutex::default() }
     }
 
-    /// A friction curve begins, perhaps of a friction that is rendered.
+    /// Starts a friction curve, possibly of a rendered friction.
     pub(super) fn begin_curve(&self, run: u64, planned: Option<Box<Rendering>>) {
         lock(&self.current).curve.begin(run, planned);
     }
 
-    /// A measurement of breakaway or presliding begins.
+    /// Starts a measurement of breakaway or presliding.
     pub(super) fn begin_at_rest(&self, so_far: BreakawayProgress) {
         lock(&self.current).at_rest = so_far;
     }
 
-    /// Adds a part to the measurement that runs.
+    /// Adds a part to the running measurement.
     pub(super) fn add(&self, part: Part<'_>) {
         let Current { curve, at_rest } = &mut *lock(&self.current);
         match part {
@@ -49,19 +49,19 @@ impl Measurements {
         }
     }
 
-    /// The measurement has ended.
+    /// Ends the measurement.
     pub(super) fn end(&self) {
         let mut current = lock(&self.current);
         current.curve.measuring = false;
         current.at_rest = BreakawayProgress::Nothing;
     }
 
-    /// The friction curve that is being measured, or was measured last.
-    pub(super) fn current_curve(&self) -> Measured {
+    /// The running or last friction curve.
+    pub(super) fn current_curve(&self) -> CurveProgress {
         lock(&self.current).curve.clone()
     }
 
-    /// The measurement of breakaway or presliding that runs.
+    /// The running measurement of breakaway or presliding.
     pub(super) fn current_at_rest(&self) -> BreakawayProgress {
         lock(&self.current).at_rest.clone()
     }

@@ -16,18 +16,18 @@ pub(super) const MOVING: &str = "moving";
 
 /// The state of the axis.
 pub(super) struct Motion {
-    /// Changes that enter with the next cycle.
+    /// Changes for the next cycle.
     urgent: Mutex<ImmediateChanges>,
     activity: Mutex<Activity>,
     /// Preload of the friction wheel: the bits of an `f64`.
     preload: AtomicU64,
     /// Set to end the motion or the measurement.
     halt: Arc<AtomicBool>,
-    /// Whether it was stopped because the operator was silent.
+    /// Whether it was stopped by the timeout of the operator.
     abandoned: AtomicBool,
 }
 
-/// The motion or measurement that runs, and how the last one ended.
+/// The running motion or measurement, and the end of the last one.
 #[derive(Default)]
 pub(super) struct Activity {
     doing: Option<CurrentTask>,
@@ -50,7 +50,7 @@ impl Motion {
         lock(&self.urgent).change(change)
     }
 
-    /// Waits for a change that is being made: then it has been reported.
+    /// Waits for the end of a change in progress: it is then reported.
     pub(super) fn wait_for_change(&self) {
         drop(lock(&self.urgent));
     }
@@ -59,7 +59,7 @@ impl Motion {
         self.change(Change::Request(request)).map(|_| Answer::Done {})
     }
 
-    /// Halts, and stops by the brake; or switches off, without torque at once.
+    /// Halts and brakes to rest; or disables the torque immediately.
     pub(super) fn stop(&self, off: bool) -> Result<Answer, Error> {
         self.halt();
         self.request(if off { Request::Off } else { Request::Stop })
@@ -75,16 +75,16 @@ impl Motion {
         self.halt.load(Ordering::Relaxed)
     }
 
-    /// Set when the motion or the measurement is to end.
+    /// Flag that ends the motion or the measurement.
     pub(super) fn halt_flag(&self) -> Arc<AtomicBool> {
         self.halt.clone()
     }
 
-    /// Begins a motion or a measurement by `start`, unless one runs.
+    /// Starts a motion or a measurement by `start`, unless one is running.
     pub(super) fn begin(&self, what: &str, start: impl FnOnce() -> Result<Answer, Error>) -> Result<Answer, Error> {
         let mut activity = lock(&self.activity);
         if let Some(doing) = &activity.doing {
-            return Err(LiveError::Busy { what: doing.what.clone() }.into());
+            return Err(busy(doing));
         }
         self.halt.store(false, Ordering::Relaxed);
         self.abandoned.store(false, Ordering::Relaxed);
@@ -92,11 +92,11 @@ impl Motion {
         start()
     }
 
-    /// No measurement, which sets parameters itself, runs or begins while this is held.
+    /// While this guard is held, no measurement runs or starts: a measurement sets parameters itself.
     pub(super) fn at_most_moving(&self) -> Result<MutexGuard<'_, Activity>, Error> {
         let activity = lock(&self.activity);
         match &activity.doing {
-            Some(running) if running.stage != MOVING => Err(LiveError::Busy { what: running.what.clone() }.into()),
+            Some(running) if running.stage != MOVING => Err(busy(running)),
             _ => Ok(activity),
         }
     }
@@ -119,16 +119,16 @@ impl Motion {
         (activity.doing.clone(), activity.last.clone())
     }
 
-    /// Stops the motion or the measurement: the operator is silent.
+    /// Stops the motion or the measurement after the timeout of the operator.
     pub(super) fn abandon(&self) {
         let runs = lock(&self.activity).doing.is_some();
         if runs && !self.abandoned.swap(true, Ordering::Relaxed) {
-            // Refused when it stops already; a loop that has ended needs no stop.
+            // Refused if it is stopping already or the loop has ended.
             drop(self.stop(false));
         }
     }
 
-    /// Whether the activity that ends now was abandoned.
+    /// Whether the ending activity was stopped by the timeout; resets the flag.
     pub(super) fn take_abandoned(&self) -> bool {
         self.abandoned.swap(false, Ordering::Relaxed)
     }
@@ -141,4 +141,9 @@ impl Motion {
     pub(super) fn set_preload(&self, preload: f64) {
         self.preload.store(preload.to_bits(), Ordering::Relaxed);
     }
+}
+
+fn busy(running: &CurrentTask) -> Error {
+    let remedy = "Wait for its end, or end it: `stickslip bench halt`.";
+    LiveError::Busy { what: running.what.clone(), remedy }.into()
 }

@@ -1,4 +1,4 @@
-//! Operation: one client at a time changes the bench, all others read.
+//! Operation: one client at a time may change the bench, all others read.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -7,66 +7,66 @@ use super::protocol::Answer;
 use super::{LiveError, lock};
 use stickslip_base::Error;
 
-/// An operator that was silent for so long has gone.
+/// After this time without a call, the operator loses its role.
 const LEASE: Duration = Duration::from_secs(10);
 
-/// A request to operate that was not answered for so long is dropped.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// After this time without an answer, a request to become the operator is dropped.
+const REQUEST_LIMIT: Duration = Duration::from_secs(60);
 
-/// The operator, and how long one may be silent while the axis moves.
+/// The operator, and its timeout while the axis moves.
 pub(super) struct Operation {
     operator: Mutex<Operator>,
-    /// Unlimited if `None`.
+    /// Timeout; `None`: unlimited.
     silence: Option<Duration>,
 }
 
 impl Operation {
-    /// With a limit of the operator's silence [s].
+    /// With a timeout of the operator [s].
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a silence outside 0.1 … 3600 s.
+    /// [`Error::OutOfRange`] for a timeout outside 0.1 … 3600 s.
     pub(super) fn new(silence: Option<f64>) -> Result<Self, Error> {
         let checked = |value: f64| {
             let [minimum, maximum] = [0.1, 3600.0];
             if (minimum..=maximum).contains(&value) {
                 return Ok(Duration::from_secs_f64(value));
             }
-            let remedy = "A client that polls is heard ten times a second.";
+            let remedy = "Choose at least the polling interval of the client; the page polls ten times per second.";
             Err(Error::OutOfRange { name: "the operator's time", value, unit: "s", minimum, maximum, remedy })
         };
         Ok(Operation { operator: Mutex::default(), silence: silence.map(checked).transpose()? })
     }
 
-    /// Admits a call of a client, who operates from now on if the call changes something.
+    /// Admits a call of a client; a call that changes the bench makes it the operator.
     ///
     /// # Errors
     /// [`LiveError::Operated`] if another client operates.
     pub(super) fn admit(&self, client: &str, changes: bool) -> Result<(), Error> {
         let (mut operator, now) = (lock(&self.operator), Instant::now());
-        operator.seen(client, now);
+        operator.note_activity(client, now);
         if changes {
             operator.claim(client, now).map_err(|by| LiveError::Operated { by })?;
         }
         Ok(())
     }
 
-    /// A sign of life of a client.
-    pub(super) fn seen(&self, client: &str) {
-        lock(&self.operator).seen(client, Instant::now());
+    /// Notes activity of a client.
+    pub(super) fn note_activity(&self, client: &str) {
+        lock(&self.operator).note_activity(client, Instant::now());
     }
 
-    /// A client has gone.
+    /// Notes that a client has disconnected.
     pub(super) fn left(&self, client: &str) {
         lock(&self.operator).left(client);
     }
 
-    /// A client asks to operate; if it insists, or no other client operates, it does from now on.
-    pub(super) fn ask(&self, client: &str, insists: bool) -> Answer {
+    /// Handles a client's request to become the operator; granted if it insists or if there is no other operator.
+    pub(super) fn request_role(&self, client: &str, insists: bool) -> Answer {
         let (mut operator, now) = (lock(&self.operator), Instant::now());
         if insists {
             operator.take(client, now);
         } else {
-            operator.ask(client, now);
+            operator.request_role(client, now);
         }
         Answer::Done {}
     }
@@ -76,53 +76,53 @@ impl Operation {
         Answer::Done {}
     }
 
-    /// The operator, and the client that asks to operate.
+    /// The operator, and the client that requests to become the operator.
     pub(super) fn names(&self) -> (Option<String>, Option<String>) {
         let (operator, now) = (lock(&self.operator), Instant::now());
-        (operator.name(now).map(str::to_owned), operator.asks(now).map(str::to_owned))
+        (operator.name(now).map(str::to_owned), operator.requester(now).map(str::to_owned))
     }
 
-    /// Whether the operator is silent for too long.
+    /// Whether the timeout of the operator has passed.
     pub(super) fn is_silent(&self) -> bool {
         let Some(limit) = self.silence else { return false };
         lock(&self.operator).silent(Instant::now()).is_some_and(|silent| silent > limit)
     }
 
-    /// Why the bench stopped when the operator was silent.
+    /// The reason for a stop by the timeout of the operator.
     pub(super) fn silence(&self) -> String {
         let limit = self.silence.unwrap_or_default().as_secs_f64();
         format!(
-            "The operator was silent for more than {limit} s, and the bench stopped. Poll more often, or set a longer \
+            "The bench stopped: the operator was silent for more than {limit} s. Poll more often, or set a longer \
              `--operator-time`."
         )
     }
 }
 
-/// The client that operates.
+/// The operator, and the client that requests to replace it.
 #[derive(Clone, Debug, Default)]
 struct Operator {
     now: Option<(String, Instant)>,
-    /// The client that asks to operate, and since when.
-    asks: Option<(String, Instant)>,
-    /// The last sign of life of an operator that has left.
+    /// The requesting client, and the time of its request.
+    request: Option<(String, Instant)>,
+    /// Last activity of an operator that has disconnected.
     before: Option<Instant>,
 }
 
 impl Operator {
-    /// The present operator.
+    /// Name of the present operator.
     fn name(&self, now: Instant) -> Option<&str> {
-        let (name, seen) = self.now.as_ref()?;
-        (now.saturating_duration_since(*seen) < LEASE).then_some(name)
+        let (name, last_activity) = self.now.as_ref()?;
+        (now.saturating_duration_since(*last_activity) < LEASE).then_some(name)
     }
 
-    /// A sign of life of a client.
-    fn seen(&mut self, client: &str, now: Instant) {
+    /// Notes activity of a client.
+    fn note_activity(&mut self, client: &str, now: Instant) {
         if self.name(now) == Some(client) {
             self.now = Some((client.into(), now));
         }
     }
 
-    /// A client wants to change something; it operates from now on, unless another client does.
+    /// Makes a client the operator, unless another client is.
     ///
     /// # Errors
     /// The name of the operator.
@@ -136,45 +136,45 @@ impl Operator {
         }
     }
 
-    /// A client has gone, and does not operate any more.
+    /// Notes that a client has disconnected; it is no longer the operator.
     fn left(&mut self, client: &str) {
-        if let Some((_, seen)) = self.now.take_if(|(name, _)| name == client) {
-            self.before = Some(seen);
+        if let Some((_, last_activity)) = self.now.take_if(|(name, _)| name == client) {
+            self.before = Some(last_activity);
         }
     }
 
-    /// Silence of the present or last operator; `None` before the first one.
+    /// Time since the last activity of the present or last operator; `None` before the first one.
     fn silent(&self, now: Instant) -> Option<Duration> {
-        let seen = self.now.as_ref().map(|(_, seen)| *seen).or(self.before)?;
-        Some(now.saturating_duration_since(seen))
+        let last_activity = self.now.as_ref().map(|(_, last_activity)| *last_activity).or(self.before)?;
+        Some(now.saturating_duration_since(last_activity))
     }
 
-    /// A client asks to operate; it does from now on, unless another client does.
-    fn ask(&mut self, client: &str, now: Instant) {
+    /// Makes a client the operator; if another client is, notes the request.
+    fn request_role(&mut self, client: &str, now: Instant) {
         match self.name(now) {
-            Some(other) if other != client => self.asks = Some((client.into(), now)),
+            Some(other) if other != client => self.request = Some((client.into(), now)),
             _ => self.take(client, now),
         }
     }
 
-    /// The client that asks, unless that was long ago.
-    fn asks(&self, now: Instant) -> Option<&str> {
-        let (name, since) = self.asks.as_ref()?;
-        (now.saturating_duration_since(*since) < PATIENCE).then_some(name)
+    /// The requesting client, unless the request has expired.
+    fn requester(&self, now: Instant) -> Option<&str> {
+        let (name, since) = self.request.as_ref()?;
+        (now.saturating_duration_since(*since) < REQUEST_LIMIT).then_some(name)
     }
 
-    /// The client that asks operates from now on, or is refused.
+    /// Grants or refuses the request.
     fn hand_over(&mut self, grant: bool, now: Instant) {
-        let asks = self.asks(now).map(str::to_owned);
-        self.asks = None;
-        if let Some(name) = asks.filter(|_| grant) {
+        let requester = self.requester(now).map(str::to_owned);
+        self.request = None;
+        if let Some(name) = requester.filter(|_| grant) {
             self.take(&name, now);
         }
     }
 
-    /// A client operates from now on.
+    /// Makes a client the operator.
     fn take(&mut self, client: &str, now: Instant) {
-        self.asks.take_if(|(name, _)| name == client);
+        self.request.take_if(|(name, _)| name == client);
         self.now = Some((client.into(), now));
     }
 }
@@ -191,8 +191,8 @@ mod tests {
         assert_eq!(operator.name(at(0)), None);
         assert_eq!(operator.claim("ann", at(0)), Ok(()));
         assert_eq!(operator.claim("bob", at(5)), Err("ann".into()));
-        operator.seen("ann", at(8));
-        operator.seen("bob", at(9));
+        operator.note_activity("ann", at(8));
+        operator.note_activity("bob", at(9));
         assert_eq!(operator.claim("bob", at(17)), Err("ann".into()));
         assert_eq!(operator.claim("bob", at(18)), Ok(()), "silent for ten seconds");
         operator.take("ann", at(19));
@@ -204,20 +204,20 @@ mod tests {
     }
 
     #[test]
-    fn who_asks_waits_for_an_answer_and_not_for_ever() {
+    fn a_request_waits_for_an_answer_and_expires() {
         let mut operator = Operator::default();
         let begin = Instant::now();
         let at = |seconds: u64| begin + Duration::from_secs(seconds);
-        operator.ask("ann", at(0));
-        assert_eq!((operator.name(at(0)), operator.asks(at(0))), (Some("ann"), None), "nobody was there");
-        operator.ask("bob", at(1));
-        assert_eq!((operator.name(at(1)), operator.asks(at(1))), (Some("ann"), Some("bob")));
+        operator.request_role("ann", at(0));
+        assert_eq!((operator.name(at(0)), operator.requester(at(0))), (Some("ann"), None), "there was no operator");
+        operator.request_role("bob", at(1));
+        assert_eq!((operator.name(at(1)), operator.requester(at(1))), (Some("ann"), Some("bob")));
         operator.hand_over(false, at(2));
-        assert_eq!((operator.name(at(2)), operator.asks(at(2))), (Some("ann"), None));
-        operator.ask("bob", at(3));
-        assert_eq!(operator.asks(at(63)), None);
-        operator.seen("ann", at(4));
+        assert_eq!((operator.name(at(2)), operator.requester(at(2))), (Some("ann"), None));
+        operator.request_role("bob", at(3));
+        assert_eq!(operator.requester(at(63)), None);
+        operator.note_activity("ann", at(4));
         operator.hand_over(true, at(5));
-        assert_eq!((operator.name(at(5)), operator.asks(at(5))), (Some("bob"), None));
+        assert_eq!((operator.name(at(5)), operator.requester(at(5))), (Some("bob"), None));
     }
 }

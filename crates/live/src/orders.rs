@@ -18,11 +18,11 @@ use stickslip_experiment::{BreakawayPlan, FrictionPlan, PreslidingPlan};
 
 impl Live {
     fn send(&self, job: Job) -> Result<Answer, Error> {
-        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it anew".into() };
+        let gone = |_| Error::BenchFault { cycle: 0, reason: "the bench has ended; start it again".into() };
         self.jobs.send(job).map(|()| Answer::Done {}).map_err(gone)
     }
 
-    /// Gives the axis something to do, unless it does something.
+    /// Gives the axis a job, unless it is busy.
     pub(super) fn begin(&self, what: &str, job: Job) -> Result<Answer, Error> {
         self.shared.motion.begin(what, || {
             self.shared.acquisition.mark_now(MarkKind::Begin, what.into());
@@ -49,18 +49,18 @@ impl Live {
 
     /// Injects a fault from now on.
     pub(super) fn inject(&self, fault: &str) -> Result<Answer, Error> {
-        // A time in the past is the next tick.
+        // A time in the past means the next tick.
         let text = if fault.contains('@') { fault.to_owned() } else { format!("{fault}@0s") };
-        let injection: Injection = text.parse()?;
+        let injection: Injection = text.parse().map_err(|error| as_entered(error, fault))?;
         if !self.shared.links.is_virtual() {
-            let remedy = "Faults are injected into the virtual machine of `stickslip serve`, not behind --io.".into();
-            return Err(BenchError::Injection { fault: injection.to_string(), remedy }.into());
+            let remedy = "Faults are injected only into the virtual machine of `stickslip serve` without --io.".into();
+            return Err(BenchError::Injection { fault: fault.into(), remedy }.into());
         }
         let _activity = self.shared.motion.at_most_moving()?;
         self.send(Job::Inject(injection))
     }
 
-    /// Begins a measurement, under the rendering law or without it.
+    /// Starts a measurement, with or without rendering.
     pub(super) fn measure(
         &self,
         what: Quantity,
@@ -70,8 +70,12 @@ impl Live {
         match (what, render) {
             (Quantity::Friction, true) => self.measure_rendered(plan),
             (_, true) => {
-                let remedy = "Only the friction curve is measured while the load motor renders.".into();
-                Err(Error::Unknown { what: "measurement under the law", name: format!("{what:?}"), remedy })
+                let remedy = "Only the friction curve can be measured with rendering.".into();
+                Err(Error::Unknown {
+                    what: "measurement with rendering",
+                    name: format!("{what:?}").to_lowercase(),
+                    remedy,
+                })
             }
             (Quantity::Friction, false) => {
                 self.measure_by::<FrictionPlan<f64>>(plan, |_, _, number| Job::begins_curve(number, None))
@@ -97,7 +101,7 @@ impl Live {
         self.begin(&format!("measure {}", P::KIND), Job::measure(plan, preset, begins, folder))
     }
 
-    /// Activates a proposal, unless a measurement runs, which sets parameters itself.
+    /// Activates a proposal, unless a measurement runs: a measurement sets parameters itself.
     pub(super) fn propose(&self, propose: impl FnOnce(&Tuning) -> Result<Proposal, Error>) -> Result<Answer, Error> {
         let Shared { parameters, motion, acquisition, .. } = &*self.shared;
         let _one = parameters.changing();
@@ -119,7 +123,7 @@ impl Live {
         self.propose(|tuning| tuning.load(set))
     }
 
-    /// Activates a proposal: the first cycle with it.
+    /// Activates a proposal. Returns the first cycle with it.
     pub(super) fn enter(&self, proposal: &Proposal) -> Result<u64, Error> {
         let Shared { parameters, motion, .. } = &*self.shared;
         let active = proposal.parameters(Correction::Nothing)?;
@@ -127,19 +131,29 @@ impl Live {
         proposal.loaded.as_ref().map_or(Ok(()), |values| parameters.loaded.put(values))?;
         let changed = motion.change(Change::Parameters(active));
         if let (Err(_), Some(_)) = (&changed, &proposal.loaded) {
-            // All of them or none; the error to report is why the rest did not enter.
+            // All values or none; the error to report is that of the failed change.
             let _ = parameters.loaded.put(&before);
         }
         let cycle = changed?;
-        // An axis that has ended needs none.
+        // The axis may have ended.
         let _ = self.jobs.send(Job::Adopt(Box::new((proposal.preset().model, proposal.settings(), active))));
         Ok(cycle)
     }
 }
 
+/// The error about a fault, with the text as entered: without the time that [`Live::inject`] adds.
+fn as_entered(error: Error, fault: &str) -> Error {
+    match error.of() {
+        Some(BenchError::Injection { remedy, .. }) => {
+            BenchError::Injection { fault: fault.into(), remedy: remedy.clone() }.into()
+        }
+        _ => error,
+    }
+}
+
 /// The reference of a name, with some of its values.
 fn parse_reference(name: &str, values: &BTreeMap<String, f64>) -> Result<Reference<f64>, Error> {
-    // A choice at the top is named by its tag.
+    // The key of the top-level choice is its tag.
     let mut text = toml_edit::DocumentMut::new();
     text.insert("reference", toml_edit::value(name));
     for (name, value) in values {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 
-use super::loaded::{LoadedFile, Opened};
+use super::loaded::{LoadedFile, OpenFile};
 use super::lock;
 use super::protocol::{Answer, Changed, ChatterMargin, Item, Machine, PlanForm, Quantity};
 use stickslip_base::parameters::presets::Source;
@@ -23,7 +23,7 @@ pub(super) struct Parameters {
 }
 
 impl Parameters {
-    pub(super) fn new(file: String, sets: &Path, tuning: Tuning, loaded: Option<Opened>) -> Self {
+    pub(super) fn new(file: String, sets: &Path, tuning: Tuning, loaded: Option<OpenFile>) -> Self {
         let (sets, tuning, loaded) = (Sets::new(sets), Mutex::new(tuning), LoadedFile::new(loaded));
         Parameters { file, sets, tuning, loaded, changing: Mutex::default() }
     }
@@ -33,7 +33,7 @@ impl Parameters {
         self.file.clone()
     }
 
-    /// Reads the active parameters and their history; for short questions, as readers wait for each other.
+    /// Reads the active parameters and their history; only briefly, as readers wait for each other.
     pub(super) fn read<R>(&self, read: impl FnOnce(&Tuning) -> R) -> R {
         read(&lock(&self.tuning))
     }
@@ -48,7 +48,7 @@ impl Parameters {
         self.read(|tuning| *tuning.preset())
     }
 
-    /// Ticks in a second [Hz].
+    /// Tick rate [Hz].
     pub(super) fn rate(&self) -> f64 {
         self.read(|tuning| tuning.preset().bench.tick_rate)
     }
@@ -58,13 +58,13 @@ impl Parameters {
         lock(&self.changing)
     }
 
-    /// A proposal is active on the bench.
+    /// Notes that a proposal is active on the bench.
     pub(super) fn entered(&self, proposal: Proposal) {
         lock(&self.tuning).entered(proposal);
     }
 
-    /// Another file is in the loop, with its values.
-    pub(super) fn replace_loaded(&self, loaded: Opened, tuning: Tuning) {
+    /// Notes that another file is in the loop, with its values.
+    pub(super) fn replace_loaded(&self, loaded: OpenFile, tuning: Tuning) {
         self.loaded.replace(loaded);
         *lock(&self.tuning) = tuning;
     }
@@ -92,7 +92,7 @@ impl Parameters {
         Ok(Answer::Differences { differences: Changed::all(&differences) })
     }
 
-    /// How far the rendering law would be from chatter with some values.
+    /// Margin of the rendering law against chatter with some values.
     pub(super) fn margin(&self, values: BTreeMap<String, String>) -> Result<Answer, Error> {
         let (law, margin) = self.tuning().margin_with(&values.into_iter().collect::<Vec<_>>())?;
         Ok(Answer::Margin(ChatterMargin::of(&law, margin)?))

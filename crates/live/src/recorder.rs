@@ -1,7 +1,7 @@
-//! Recordings, which begin and end while the bench runs.
+//! Recordings, started and ended while the bench runs.
 //!
-//! The scribe is started first: from then on it gets every cycle and every change. Then the loop gives its state at the
-//! begin of one cycle; the record begins with it, and what came before is left out.
+//! The scribe is started first: from then on it receives every cycle and every change. Then the loop reports its state at
+//! the start of one cycle; the record starts with this cycle, and earlier data are dropped.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, mpsc};
@@ -17,8 +17,8 @@ use stickslip_base::{Error, output};
 use stickslip_bench::Keyframes;
 use stickslip_bench::run::{About, RunWriter};
 
-/// Changes of the last recorded cycle may arrive so much later: they are reported after they are made.
-const CHANGES: Duration = Duration::from_millis(500);
+/// Delay with which changes of the last recorded cycle may arrive: they are reported after they are made.
+const CHANGE_DELAY: Duration = Duration::from_millis(500);
 /// Name of the file in its folder.
 const FILE: &str = "run.mf4";
 
@@ -30,15 +30,15 @@ pub(super) struct Recorder {
     keyframes: Mutex<Keyframes>,
 }
 
-/// A recording under way.
+/// A running recording.
 pub(super) struct Recording {
     pub(super) scribe: Scribe,
     file: PathBuf,
     /// For the catalogue.
-    made: RunOrigin,
+    origin: RunOrigin,
 }
 
-/// What the status shows of a recording.
+/// Status of a recording.
 struct Report {
     /// The file, or why it could not be continued.
     text: String,
@@ -50,26 +50,27 @@ impl Recorder {
         Recorder { recording: Mutex::default(), report: Arc::default(), keyframes: Mutex::new(keyframes) }
     }
 
-    /// Begins with the first cycle, into a file that was opened already.
+    /// Starts with the first cycle, into an open file.
     pub(super) fn begin_at_start(&self, writer: RunWriter, file: &Path) {
-        let made = RunOrigin::now(file, SystemTime::now(), None);
+        let origin = RunOrigin::now(file, SystemTime::now(), None);
         let scribe = self.start(file, move || Ok((writer, 0)));
-        *lock(&self.recording) = Some(Recording { scribe, file: file.into(), made });
+        *lock(&self.recording) = Some(Recording { scribe, file: file.into(), origin });
     }
 
-    /// Begins into a file. Returns the recording before, if it broke off.
+    /// Starts a recording into a file. Returns the previous recording, if it broke off.
     fn begin(
         &self,
         file: PathBuf,
-        made: RunOrigin,
+        origin: RunOrigin,
         open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static,
     ) -> Result<Option<Recording>, Error> {
         let mut recording = lock(&self.recording);
-        if let Some(under_way) = recording.as_ref().filter(|recording| !recording.scribe.has_ended()) {
-            return Err(LiveError::Busy { what: format!("a recording into {}", under_way.file.display()) }.into());
+        if let Some(running) = recording.as_ref().filter(|recording| !recording.scribe.has_ended()) {
+            let what = format!("a recording into {}", running.file.display());
+            return Err(LiveError::Busy { what, remedy: "End it first: `stickslip bench record --stop`." }.into());
         }
         let scribe = self.start(&file, open);
-        Ok(recording.replace(Recording { scribe, file, made }))
+        Ok(recording.replace(Recording { scribe, file, origin }))
     }
 
     fn start(&self, file: &Path, open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static) -> Scribe {
@@ -77,11 +78,11 @@ impl Recorder {
         let reported = |text, progress| Some(Report { text, progress });
         *lock(&self.report) = reported(file.display().to_string(), progress.clone());
         let (report, written) = (self.report.clone(), progress.clone());
-        // After a failure of the disk the bench continues; what was recorded is kept.
+        // After a failure of the disk the bench continues; the recorded part is kept.
         Scribe::start(open, progress, move |error| *lock(&report) = reported(error.to_string(), written))
     }
 
-    /// The recording under way; the listener waits while it is held.
+    /// The running recording; the listener waits while it is locked.
     pub(super) fn recording(&self) -> MutexGuard<'_, Option<Recording>> {
         lock(&self.recording)
     }
@@ -96,7 +97,7 @@ impl Recorder {
         *lock(&self.report) = None;
     }
 
-    /// File or failure, and how much is recorded at a tick rate.
+    /// File or failure, and amount of recorded data at a tick rate.
     pub(super) fn status(&self, rate: f64) -> (Option<String>, Option<Recorded>) {
         let report = lock(&self.report);
         let recorded = report.as_ref().map(|report| {
@@ -108,52 +109,54 @@ impl Recorder {
 }
 
 impl Recording {
-    /// Waits until all is in the file, and enters it into the catalogue.
+    /// Waits until all data are in the file, and enters the run into the catalogue.
     fn finish(self, runs: &Runs) -> Result<(), Error> {
-        let Recording { scribe, mut made, .. } = self;
+        let Recording { scribe, mut origin, .. } = self;
         let ended = scribe.finish();
-        made.duration = made.begun.elapsed().unwrap_or_default().as_secs_f64();
-        // Also a record that broke off: what was recorded is there.
-        runs.enter(made);
+        origin.duration = origin.begun.elapsed().unwrap_or_default().as_secs_f64();
+        // Also a record that broke off: its recorded part is complete.
+        runs.enter(origin);
         ended
     }
 }
 
 impl Live {
-    /// Begins a recording with one of the next cycles.
+    /// Starts a recording with one of the next cycles.
     pub(super) fn record(&self, name: &str) -> Result<Answer, Error> {
         if name.is_empty() || !name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_".contains(letter)) {
-            let remedy = "A recording is named by letters, digits, - and _.";
+            let remedy = "The name of a recording has letters, digits, - and _.";
             return Err(LiveError::RunText { text: name.into(), remedy }.into());
         }
         let Shared { recorder, runs, parameters, .. } = &*self.shared;
         let (number, folder) = runs.folder(name)?;
         let file = folder.join(FILE);
-        let (opened, heard) = mpsc::channel();
+        let (opened, result) = mpsc::channel();
         let (shared, path) = (self.shared.clone(), file.clone());
         let open = move || {
-            let begun = open(&shared, &path);
+            let writer = open(&shared, &path);
             // Without a receiver the recording continues.
-            let _ = opened.send(begun.is_ok());
-            begun
+            let _ = opened.send(writer.is_ok());
+            writer
         };
         let number = i64::try_from(number).ok();
-        let made = RunOrigin::now(&folder, SystemTime::now(), Some(parameters.file()));
-        if let Some(broken) = recorder.begin(file, RunOrigin { words: Some(name.to_owned()), number, ..made }, open)? {
+        let origin = RunOrigin::now(&folder, SystemTime::now(), Some(parameters.file()));
+        if let Some(broken) =
+            recorder.begin(file, RunOrigin { words: Some(name.to_owned()), number, ..origin }, open)?
+        {
             // The status showed why it broke off.
             let _ = broken.finish(runs);
         }
-        if let Ok(true) = heard.recv() {
+        if let Ok(true) = result.recv() {
             return Ok(Answer::Done {});
         }
         let failed = recorder.recording().take();
         let failure = failed.map(|failed| failed.scribe.finish());
         recorder.forget();
-        // Empty, unless a file was put into it meanwhile.
+        // Fails if a file was put into it meanwhile.
         let _ = std::fs::remove_dir(&folder);
         match failure {
             Some(Err(error)) => Err(error),
-            _ => Err(Error::BenchFault { cycle: 0, reason: "the recording did not begin; try again".into() }),
+            _ => Err(Error::BenchFault { cycle: 0, reason: "the recording did not start; try again".into() }),
         }
     }
 
@@ -165,7 +168,7 @@ impl Live {
             None => return Err(LiveError::NothingToEnd { what: "recording" }.into()),
         }
         motion.wait_for_change();
-        thread::sleep(CHANGES);
+        thread::sleep(CHANGE_DELAY);
         let Some(recording) = recorder.recording().take() else { return Ok(Answer::Done {}) };
         recording.finish(runs)?;
         recorder.forget();
@@ -173,12 +176,12 @@ impl Live {
     }
 }
 
-/// Creates the file, from a cycle on.
+/// Creates the file. Returns its writer and its first cycle.
 fn open(shared: &Shared, file: &Path) -> Result<(RunWriter, u64), Error> {
     if let Some(folder) = file.parent() {
         output::create_folder(folder)?;
     }
-    // A change in between would be active and missing in the preset, or the other way round.
+    // A change in between would be active but missing in the recorded preset, or vice versa.
     let _one = shared.parameters.changing();
     let preset = shared.parameters.preset();
     let by = shared.parameters.loaded.words().map_or(String::new(), |words| format!(" ({words})"));

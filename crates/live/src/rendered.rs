@@ -1,4 +1,4 @@
-//! Friction that is rendered: measured under the law, with the figures of the paper, and the report of it all.
+//! Rendered friction: measured under the law, with the figures of the paper, and the report of the experiment.
 
 use std::collections::BTreeMap;
 use std::time::SystemTime;
@@ -22,30 +22,30 @@ use stickslip_experiment::FrictionPlan;
 use stickslip_experiment::workflow::experiment::Experiment;
 use stickslip_experiment::workflow::render::Rendering;
 
-/// A friction as it was rendered, or is being measured.
+/// A measured rendered friction, complete or during its measurement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RenderedFriction {
-    /// Number of the run; `null` where there is none.
+    /// Number of the run; `null` during the measurement and if there is none.
     pub run: Option<u64>,
-    /// Whether it is being measured.
+    /// Whether the measurement is running.
     pub measuring: bool,
-    /// What came out, in a sentence.
+    /// The result in a sentence.
     pub verdict: String,
-    /// The numbers that one looks for first.
+    /// The key numbers.
     pub keys: Vec<KeyEstimate>,
     /// Own and desired friction, desired and rendered friction, load torque, sweep through standstill: figures 12, 13
-    /// and 14 of the paper, and 14 from close by.
+    /// and 14 of the paper, and a detail of 14.
     pub figures: Vec<Picture>,
 }
 
 /// A number with its uncertainty, as printed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct KeyEstimate {
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// The value; `unknown` where it is not known.
+    /// The value, or `unknown`.
     pub value: String,
-    /// Half of its 95 % interval, without the sign; empty where there is none.
+    /// Half the width of its 95 % interval, without the sign; empty if there is none.
     pub half_width: String,
     /// The unit of both, with its prefix.
     pub unit: String,
@@ -59,7 +59,7 @@ impl KeyEstimate {
     }
 }
 
-/// A figure with what one sees in it.
+/// A figure with its caption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Picture {
     /// The figure.
@@ -87,11 +87,11 @@ impl RenderedFriction {
 }
 
 impl Measurements {
-    /// What was rendered in a run, or is being measured, or was last.
+    /// The rendered friction of a run; default: the running or last measurement.
     pub(super) fn rendered(&self, run: Option<u64>) -> Result<RenderedFriction, Error> {
-        let known = self.current_curve();
-        if let (None, true, Some(planned)) = (run, known.measuring, known.planned) {
-            let so_far = Rendering { curve: of(known.plateaus), ..*planned };
+        let current = self.current_curve();
+        if let (None, true, Some(planned)) = (run, current.measuring, current.planned) {
+            let so_far = Rendering { curve: of(current.plateaus), ..*planned };
             let report = Report::new("", Provenance::new("", None, ""));
             let shown = RenderedFriction::of(&so_far.told_in(report, self.own_friction().as_ref()));
             return Ok(RenderedFriction { measuring: true, ..shown });
@@ -114,7 +114,7 @@ impl Measurements {
 }
 
 impl Live {
-    /// Measures the friction that is rendered; what cannot be rendered is refused before anything moves.
+    /// Measures the rendered friction; a friction that cannot be rendered is refused before the axis moves.
     pub(super) fn measure_rendered(&self, values: &BTreeMap<String, String>) -> Result<Answer, Error> {
         let plan = form::with_values(&FrictionPlan::default(), values)?;
         let tuning = self.shared.parameters.tuning();
@@ -128,7 +128,7 @@ impl Live {
         self.begin("measure friction", Job::measure_rendered(planned, preset, own, number, folder))
     }
 
-    /// Writes the report of own, desired and rendered friction into a run of its own.
+    /// Writes the report of own, desired and rendered friction into a new run.
     pub(super) fn save_report(&self) -> Result<Answer, Error> {
         let begun = SystemTime::now();
         let Shared { measurements, parameters, runs, .. } = &*self.shared;

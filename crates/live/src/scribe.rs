@@ -1,4 +1,4 @@
-//! The thread that writes the run to the disk: a disk may let a writer wait for seconds, viewers must not.
+//! The thread that writes the run to the disk. A disk may block for seconds; viewers must not wait for it.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -11,19 +11,19 @@ use stickslip_base::Error;
 use stickslip_bench::run::RunWriter;
 use stickslip_bench::tap::{Changed, Sample};
 
-/// Cycles that may wait for the disk: half a minute at 4 kHz, and no more memory than they take.
+/// Maximum number of cycles that wait for the disk: half a minute at 4 kHz. Memory is used only as needed.
 const ROOM: usize = 1 << 17;
-/// From look to look where nothing comes.
-const LOOK: Duration = Duration::from_millis(20);
+/// Polling interval while no cycle comes.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// What is written.
+/// An item of the record.
 #[expect(clippy::large_enum_variant, reason = "nearly all are samples")]
 enum Item {
     Sample(Sample),
     Changed(Box<Changed>),
 }
 
-/// How much is written.
+/// Amount of written data.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Progress {
     /// The first cycle.
@@ -33,22 +33,22 @@ pub(super) struct Progress {
     pub(super) lost: u64,
 }
 
-/// Who writes.
+/// The writer of a record, on its own thread.
 pub(super) struct Scribe {
     to: Sender<Item>,
     waiting: Arc<AtomicUsize>,
-    /// Cycles that found no room since the last one that did.
+    /// Cycles dropped since the last written one, because the buffer was full.
     unwritten: u64,
     room: usize,
-    /// The newest cycle, and whether no more are taken.
+    /// The newest cycle, and whether the scribe is closed.
     last: u64,
     closed: bool,
     thread: JoinHandle<Result<(), Error>>,
 }
 
 impl Scribe {
-    /// Opens a file and writes what it is given, from the cycle on that comes with the file; where that cannot be or the
-    /// disk takes no more, `failed` hears why, and the rest is left out.
+    /// Opens a file and writes cycles and changes, from the cycle that `open` returns. If the file cannot be opened or
+    /// written, `failed` gets the error, and the rest is dropped.
     pub(super) fn start(
         open: impl FnOnce() -> Result<(RunWriter, u64), Error> + Send + 'static,
         progress: Arc<Mutex<Progress>>,
@@ -64,17 +64,17 @@ impl Scribe {
         Scribe { to, waiting, unwritten: 0, room: ROOM, last: 0, closed: false, thread }
     }
 
-    /// Takes no more cycles; changes that belong to those it has may still come.
+    /// Accepts no more cycles; changes of earlier cycles may still come.
     pub(super) fn close(&mut self) {
         self.closed = true;
     }
 
-    /// Whether it writes no more.
+    /// Whether the thread has ended.
     pub(super) fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
 
-    /// A cycle; how many cycles found no room since the last that did.
+    /// Adds a cycle. Returns the number of cycles dropped since the last written one.
     pub(super) fn sample(&mut self, sample: &Sample) -> u64 {
         if self.closed {
             return 0;
@@ -93,17 +93,20 @@ impl Scribe {
         0
     }
 
-    /// A change.
+    /// Adds a change.
     pub(super) fn change(&mut self, changed: Changed) {
         if !(self.closed && changed.cycle > self.last) {
             let _ = self.to.send(Item::Changed(Box::new(changed)));
         }
     }
 
-    /// Waits until all is in the file; why it is not.
+    /// Waits until all data are in the file.
+    ///
+    /// # Errors
+    /// As opening or writing the file.
     pub(super) fn finish(self) -> Result<(), Error> {
         drop(self.to);
-        self.thread.join().expect("what is recorded is data: nothing in it panics")
+        self.thread.join().expect("writing a record does not panic")
     }
 }
 
@@ -116,11 +119,11 @@ fn write(
 ) -> Result<(), Error> {
     let mut rows = 0;
     loop {
-        match from.recv_timeout(LOOK) {
+        match from.recv_timeout(POLL_INTERVAL) {
             Ok(Item::Sample(sample)) => {
                 waiting.fetch_sub(1, Ordering::Relaxed);
                 if sample.frame.cycle >= begin {
-                    // What was lost before the begin is not missing.
+                    // Cycles lost before the start of the record do not count.
                     let lost = if rows == 0 { sample.lost.min(sample.frame.cycle - begin) } else { sample.lost };
                     writer.sample(&Sample { lost, ..sample })?;
                     rows += 1;
@@ -150,7 +153,7 @@ mod tests {
     use stickslip_bench::{Bench as _, Command, VirtualBench};
 
     #[test]
-    fn what_finds_no_room_is_in_the_record_as_lost() {
+    fn cycles_dropped_by_a_full_buffer_are_in_the_record_as_lost() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mf4");
         let preset = presets::find("clm-bench").unwrap().read().unwrap();

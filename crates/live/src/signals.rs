@@ -1,4 +1,4 @@
-//! The signals as people choose from them.
+//! The signals with their labels, for selection.
 
 use stickslip_core::fields::Kind;
 
@@ -7,14 +7,14 @@ use stickslip_base::parameters::Entry;
 use stickslip_base::quantity::unit;
 use stickslip_bench::run::{STATES, channels};
 
-/// What is looked at first: how the axis follows, how fast it is, and what it takes.
+/// Signals of the default panes: position, velocity, torque.
 const PANES: [&[&str]; 3] = [
     &["angle", "setpoint.position"],
     &["software.estimated_velocity", "setpoint.velocity"],
     &["software.commanded_torque", "software.measured_load_torque"],
 ];
 
-/// All of them.
+/// All signals.
 pub(super) fn all() -> Answer {
     let panes = PANES.iter().map(|pane| pane.iter().map(|&name| name.to_owned()).collect()).collect();
     Answer::Signals { signals: channels().into_iter().map(signal).collect(), panes }
@@ -27,7 +27,7 @@ fn signal(entry: Entry) -> Signal {
         _ => &[],
     };
     Signal {
-        // What the software makes of it is said by the words themselves.
+        // The names of the software's signals are clear without the prefix.
         label: entry.path.strip_prefix("software.").unwrap_or(&entry.path).replace(['.', '_'], " "),
         symbol: entry.field.symbol.into(),
         unit: entry.field.unit.into(),
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_looked_at_first_exists_and_no_two_signals_have_the_same_label() {
+    fn the_signals_of_the_default_panes_exist_and_labels_are_unique() {
         let Answer::Signals { signals, panes } = all() else { unreachable!() };
         assert!(panes.iter().flatten().all(|name| signals.iter().any(|signal| signal.name == *name)), "{panes:?}");
         let mut labels: Vec<_> = signals.iter().map(|signal| &signal.label).collect();

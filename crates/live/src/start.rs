@@ -1,4 +1,4 @@
-//! The start of a bench: its parameters, its machine, its services, its threads.
+//! Start of a bench: its parameters, its machine, its services, its threads.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
@@ -7,7 +7,7 @@ use std::thread;
 use stickslip_rt::ThreadSettings;
 
 use super::implementation::Target;
-use super::loaded::Opened;
+use super::loaded::OpenFile;
 use super::{
     Acquisition, ControllerDesign, Health, Implementation, Links, Live, Measurements, Motion, Operation, Parameters,
     Recorder, Runs, Shared, axis, listener,
@@ -21,32 +21,32 @@ use stickslip_bench::tap::{Stream, tap};
 use stickslip_bench::tuning::{Loaded, Tuning};
 use stickslip_bench::{Bench as _, ClockedBench, Faulty, InProcess, refusals};
 
-/// How long the listener may sleep before cycles are lost [s].
+/// Length of the listener's buffer [s]; after a longer delay, cycles are lost.
 const ROOM: f64 = 4.0;
 
-/// What a live bench is started with.
+/// Settings for the start of a live bench.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// Its parameters.
     pub source: Source,
-    /// Where its machine is; in this process where it is `None`.
+    /// Address of its machine; `None`: in this process.
     pub io: Option<Address>,
     /// Seed of the noise of the virtual machine in this process.
     pub seed: u64,
-    /// What is asked of the system.
+    /// Requested settings of the real-time thread.
     pub wishes: ThreadSettings,
     /// Folder of runs and parameter sets.
     pub project: PathBuf,
-    /// A controller, a friction or a law that is in the loop beside what the preset has, and acts first.
+    /// An external controller, friction or law, in addition to that of the preset; it is selected at the start.
     pub loaded: Option<ExternalFile>,
-    /// File that the run is recorded into; it must not be there yet.
+    /// File into which the run is recorded; it must not exist.
     pub record: Option<PathBuf>,
-    /// Without a sign of life of the operator for so long, what runs is stopped [s]; never where `None`.
+    /// Timeout of the operator: the running activity stops after this time without a call [s]; `None`: no timeout.
     pub operator_time: Option<f64>,
 }
 
 impl Start {
-    /// A set of parameters on the virtual machine, with results in a folder; nothing is recorded.
+    /// A set of parameters on the virtual machine, with results in a folder and without recording.
     pub fn new(source: Source, project: &Path) -> Self {
         let (wishes, project) = (ThreadSettings::default(), project.to_owned());
         Start { source, io: None, seed: 1, wishes, project, loaded: None, record: None, operator_time: None }
@@ -54,15 +54,15 @@ impl Start {
 }
 
 impl Live {
-    /// Switches it on, at rest and without torque.
+    /// Starts the bench, at rest and without torque.
     ///
     /// # Errors
-    /// What is wrong with the parameters, what the design of the bench refuses; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime).
+    /// Invalid parameters; errors of the bench's design; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime).
     pub fn start(start: Start) -> Result<Self, Error> {
         let operation = Operation::new(start.operator_time)?;
         let mut tuning = Tuning::new(start.source.clone())?;
         let preset = *tuning.preset();
-        let loaded = start.loaded.clone().map(|file| Opened::open(file, start.project.join("loaded"))).transpose()?;
+        let loaded = start.loaded.clone().map(|file| OpenFile::open(file, start.project.join("loaded"))).transpose()?;
         let (loaded, external) = loaded.unzip();
         let writer = start.record(&preset, loaded.as_ref())?;
         let (mut bench, stream) = start.connect(&preset)?;
@@ -89,7 +89,7 @@ impl Live {
         writer: Option<RunWriter>,
     ) -> Self {
         let recorder = Recorder::new(bench.keyframes().expect("taken only here"));
-        let (runs, clerk) = Runs::start(&start.project);
+        let (runs, catalogue_thread) = Runs::start(&start.project);
         let urgent = bench.urgent().expect("taken only here");
         let machine = start.io.as_ref().map_or_else(|| "virtual".into(), ToString::to_string);
         let target = Target::new(machine, bench.granted());
@@ -114,18 +114,18 @@ impl Live {
         let (of_listener, of_axis) = (shared.clone(), shared.clone());
         let listener = thread::spawn(move || listener::run(stream, &of_listener));
         let axis = thread::spawn(move || axis::run(bench, &of_axis, &jobs_out));
-        Live { shared, jobs, axis, listener, clerk, refused }
+        Live { shared, jobs, axis, listener, catalogue_thread, refused }
     }
 }
 
 impl Start {
-    /// Seed of the noise, for the virtual machine in this process.
+    /// Seed of the noise; only for the virtual machine in this process.
     fn virtual_seed(&self) -> Option<u64> {
         self.io.is_none().then_some(self.seed)
     }
 
-    /// Creates the file that the run is recorded into.
-    fn record(&self, preset: &Preset<f64>, loaded: Option<&Opened>) -> Result<Option<RunWriter>, Error> {
+    /// Creates the file into which the run is recorded.
+    fn record(&self, preset: &Preset<f64>, loaded: Option<&OpenFile>) -> Result<Option<RunWriter>, Error> {
         let Some(path) = &self.record else { return Ok(None) };
         if path.exists() {
             return Err(Error::file(path, "record into", std::io::ErrorKind::AlreadyExists.into()));

@@ -1,4 +1,4 @@
-//! How the bench is, at this moment.
+//! Present status of the bench.
 
 use stickslip_rt::Quantiles;
 

@@ -1,4 +1,4 @@
-//! The page of a served bench: the files that are built from `web/`, embedded in compressed form.
+//! The page of a running bench: the files built from `web/`, embedded in compressed form.
 //!
 //! `build.rs` calls npm. Without Node 20, or with `STICKSLIP_PAGE=none`, the program has no page and shows the reason at
 //! its address. The source is TypeScript and Svelte. Its rules:
@@ -12,7 +12,7 @@
 //! - The scope takes every cycle of all signals and bypasses the framework: `web/src/scope/frames.ts` reads the binary
 //!   messages in place, `web/src/scope/ring.ts` keeps the newest cycles with the extremes of blocks, and
 //!   `web/src/scope/raster.ts` draws dense traces as pixels.
-//! - `web/guide.ts` makes the help window from `docs/src`.
+//! - `web/guide.ts` generates the help window from `docs/src`.
 //! - The tests in `web/tests` use the real program and a real browser (`web/tests/harness.mjs`).
 #![forbid(unsafe_code)]
 
@@ -42,7 +42,7 @@ impl File {
         bytes
     }
 
-    /// What it is, for a browser.
+    /// Its MIME type.
     pub fn content_type(&self) -> &'static str {
         match self.path.rsplit_once('.').map(|(_, ending)| ending) {
             Some("html") => "text/html; charset=utf-8",
@@ -55,7 +55,7 @@ impl File {
         }
     }
 
-    /// Whether its name has a hash of what it contains: it never changes under that name.
+    /// Whether its name contains a hash of its content, so that it never changes under that name.
     pub fn is_immutable(&self) -> bool {
         self.path.starts_with("assets/")
     }
@@ -68,7 +68,7 @@ pub fn file(path: &str) -> Option<&'static File> {
     if path.rsplit('/').next().is_some_and(|name| name.contains('.')) { find(path) } else { find("index.html") }
 }
 
-/// Why there is no page, and what to do; none where there is one.
+/// Why there is no page, with a remedy; `None` if there is one.
 pub fn missing() -> Option<&'static str> {
     files::MISSING
 }
@@ -86,8 +86,8 @@ mod tests {
         assert_eq!(file("/").map(|file| file.path), file("/friction").map(|file| file.path));
         assert!(file("/").is_some_and(|file| file.plain().starts_with(b"<!")), "the index decompresses to a page");
         assert!(file("/assets/none.js").is_none());
-        // As it comes from another machine, to a phone on a workshop's network: a second or two for all windows,
-        // less for the guide when it is opened. The guide's pictures come one by one as they are read.
+        // Transfer to a phone on a workshop's network: one or two seconds for all windows, less for the guide when it is
+        // opened. The pictures of the guide are loaded one by one.
         let sent =
             |counts: fn(&str) -> bool| files::FILES.iter().filter(|it| counts(it.path)).map(|it| it.gzip.len()).sum();
         let guide: usize = sent(|path| path.starts_with("assets/Help-"));

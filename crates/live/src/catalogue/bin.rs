@@ -1,4 +1,4 @@
-//! Deleted runs are kept in a bin for a while.
+//! Bin: deleted runs are kept for 30 days.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use super::{Catalogue, label};
 use crate::LiveError;
 use stickslip_base::{Error, output};
 
-/// How long.
-const KEPT: Duration = Duration::from_hours(30 * 24);
+/// Time for which deleted runs are kept.
+const RETENTION: Duration = Duration::from_hours(30 * 24);
 
 impl Catalogue {
     /// Moves a run into the bin.
@@ -18,18 +18,18 @@ impl Catalogue {
     /// # Errors
     /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] if it is in the bin.
     pub fn delete(&self, number: i64) -> Result<(), Error> {
-        self.known(number)?;
+        self.existing(number)?;
         let lock = self.lock()?;
-        let mut entry = self.known(number)?;
+        let mut entry = self.existing(number)?;
         if entry.label.deleted.is_some() {
-            let remedy = "`stickslip runs restore` brings it back.";
+            let remedy = "Restore it with `stickslip runs restore`.";
             return Err(LiveError::RunGone { number, how: "it is in the bin", remedy }.into());
         }
         let from = self.absolute(&entry.folder);
         let holds = self.holds(&entry.folder, &entry.label.identity);
         let origin = entry.folder.clone();
         (entry.label.deleted, entry.label.origin) = (Some(rfc3339(SystemTime::now())), Some(origin));
-        // Also for a run without files: by it the run is found when its time is over.
+        // Also for a run without files: `purge` looks for these folders.
         let place = self.bin().join(number.to_string());
         output::create_folder(&place)?;
         if holds && let Some(name) = from.file_name() {
@@ -42,16 +42,16 @@ impl Catalogue {
         self.purge(&lock)
     }
 
-    /// Brings a run back to where it was, or beside what is there now. Returns its folder.
+    /// Restores a run to its former place, or next to it if the place is taken. Returns its folder.
     ///
     /// # Errors
     /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunGone`] if it is not in the bin.
     pub fn restore(&self, number: i64) -> Result<PathBuf, Error> {
-        self.known(number)?;
+        self.existing(number)?;
         let lock = self.lock()?;
-        let mut entry = self.known(number)?;
+        let mut entry = self.existing(number)?;
         if entry.label.deleted.take().is_none() {
-            let remedy = "Only what was deleted can be restored.";
+            let remedy = "Only deleted runs can be restored.";
             return Err(LiveError::RunGone { number, how: "it is not in the bin", remedy }.into());
         }
         let from = self.absolute(&entry.folder);
@@ -69,20 +69,20 @@ impl Catalogue {
         }
         entry.folder = self.relative(&to);
         self.put(&lock, &entry)?;
-        // Empty but for what a person put there.
+        // Fails if a user put files into it.
         let _ = fs::remove_dir(self.bin().join(number.to_string()));
         Ok(to)
     }
 
-    /// Removes for good what has been in the bin for long.
+    /// Removes runs whose time in the bin is over.
     pub(super) fn purge(&self, lock: &Lock) -> Result<(), Error> {
         let Ok(places) = fs::read_dir(self.bin()) else { return Ok(()) };
-        let oldest = rfc3339(SystemTime::now() - KEPT);
+        let oldest = rfc3339(SystemTime::now() - RETENTION);
         for place in places.flatten() {
             let Some(number) = place.file_name().to_str().and_then(|name| name.parse().ok()) else { continue };
-            // A damaged entry keeps its files, and is named by the next search.
+            // The files of a damaged entry are kept; the next search reports it.
             let deleted = self.entry(number).ok().flatten().and_then(|entry| entry.label.deleted);
-            // Texts of this form have the order of their times.
+            // These texts sort like their times.
             if deleted.is_some_and(|deleted| deleted < oldest) {
                 let place = place.path();
                 fs::remove_dir_all(&place).map_err(|source| Error::file(&place, "empty", source))?;
@@ -93,7 +93,7 @@ impl Catalogue {
     }
 }
 
-/// Moves a run: its folder, or its file with the label beside.
+/// Moves a run: its folder, or its file with its label.
 fn shift(from: &Path, to: &Path) -> Result<(), Error> {
     let label = (!from.is_dir()).then(|| label::file(from));
     fs::rename(from, to).map_err(|source| Error::file(from, "move", source))?;
@@ -103,7 +103,7 @@ fn shift(from: &Path, to: &Path) -> Result<(), Error> {
     }
 }
 
-/// A name that is free, for something that cannot have its own.
+/// A free path next to a taken one.
 fn beside(path: &Path, number: i64) -> PathBuf {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let ending = path.extension().map_or(String::new(), |ending| format!(".{}", ending.to_string_lossy()));
@@ -111,5 +111,5 @@ fn beside(path: &Path, number: i64) -> PathBuf {
         0 => path.with_file_name(format!("{stem}-{number}{ending}")),
         count => path.with_file_name(format!("{stem}-{number}-{count}{ending}")),
     };
-    (0..).map(name).find(|path| !path.exists()).expect("there is no end of numbers")
+    (0..).map(name).find(|path| !path.exists()).expect("infinitely many names")
 }

@@ -7,14 +7,14 @@ use super::label::Label;
 use stickslip_base::Error;
 
 impl Catalogue {
-    /// Gives a run another name.
+    /// Renames a run.
     ///
     /// # Errors
     /// [`LiveError::NoRun`], [`LiveError::Catalogue`], [`Error::File`]; [`LiveError::RunText`] for an empty name.
     pub fn rename(&self, number: i64, name: &str) -> Result<(), Error> {
         let name = name.trim();
         if name.is_empty() {
-            return Err(LiveError::RunText { text: name.into(), remedy: "A name has at least a letter." }.into());
+            return Err(LiveError::RunText { text: name.into(), remedy: "A name has at least one letter." }.into());
         }
         self.edit(number, |label| label.name = name.into())
     }
@@ -25,9 +25,9 @@ impl Catalogue {
     /// As [`rename`](Self::rename); [`LiveError::RunText`] for an invalid tag.
     pub fn tag(&self, number: i64, add: &[String], remove: &[String]) -> Result<(), Error> {
         for tag in add {
-            let fits = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
-            if tag.is_empty() || tag.starts_with('-') || !tag.chars().all(fits) {
-                let remedy = "A tag is a word of letters, digits, - _ and dots.";
+            let is_allowed = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
+            if tag.is_empty() || tag.starts_with('-') || !tag.chars().all(is_allowed) {
+                let remedy = "A tag has letters, digits, -, _ and dots; its first character is not -.";
                 return Err(LiveError::RunText { text: tag.clone(), remedy }.into());
             }
         }
@@ -47,12 +47,12 @@ impl Catalogue {
         self.edit(number, |label| label.note = note.trim().into())
     }
 
-    /// In the run's folder, if its files are there, and in the index.
+    /// Changes the label in the run's folder, if its files are there, and in the index.
     fn edit(&self, number: i64, edit: impl FnOnce(&mut Label)) -> Result<(), Error> {
-        // Before the lock, which would create the folder of the index.
-        self.known(number)?;
+        // Before the lock, because the lock creates the folder of the index.
+        self.existing(number)?;
         let lock = self.lock()?;
-        let mut entry = self.known(number)?;
+        let mut entry = self.existing(number)?;
         edit(&mut entry.label);
         if self.holds(&entry.folder, &entry.label.identity) {
             entry.label.write(&self.absolute(&entry.folder))?;

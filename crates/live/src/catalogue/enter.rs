@@ -1,4 +1,4 @@
-//! A run comes into the catalogue.
+//! Entry of runs into the catalogue.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -10,20 +10,20 @@ use super::label::{Label, identity};
 use super::store::rfc3339;
 use stickslip_base::Error;
 
-/// What whoever made a run knows of it and its files do not.
+/// Origin of a run: data that are not in its files.
 #[derive(Clone, Debug)]
 pub struct RunOrigin {
-    /// Its folder; or its file, where that is all.
+    /// Its folder, or its file for a record alone.
     pub path: PathBuf,
-    /// When it began.
+    /// Start time.
     pub begun: SystemTime,
-    /// Time on the clock [s], for a run that was on no bench.
+    /// Elapsed time [s], for a run without a bench.
     pub duration: f64,
-    /// The preset, where it has one.
+    /// The preset, if any.
     pub preset: Option<String>,
-    /// The number that was set aside for it.
+    /// The number that was reserved for it.
     pub number: Option<i64>,
-    /// What it is called behind its number, instead of its kind.
+    /// Text after the number in its name, instead of its kind.
     pub words: Option<String>,
 }
 
@@ -31,44 +31,44 @@ impl RunOrigin {
     /// A run that ends now.
     pub fn now(path: &Path, begun: SystemTime, preset: Option<String>) -> Self {
         let duration = begun.elapsed().unwrap_or_default().as_secs_f64();
-        // Of a file its name alone.
-        let name = |preset: String| preset.strip_suffix(".toml").map(plain).unwrap_or(preset);
+        // For a file, only its name.
+        let name = |preset: String| preset.strip_suffix(".toml").map(file_name).unwrap_or(preset);
         RunOrigin { path: path.into(), begun, duration, preset: preset.map(name), number: None, words: None }
     }
 }
 
-fn plain(path: &str) -> String {
+fn file_name(path: &str) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).into()
 }
 
 impl Catalogue {
-    /// Enters a run that has ended. Returns its number; `None` if its folder has no results of a run. A run that was in
-    /// the folder before is then listed as replaced.
+    /// Enters a finished run. Returns its number; `None` if its folder has no results of a run. An earlier run of the same
+    /// folder is then listed as replaced.
     ///
     /// # Errors
-    /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`]: the run itself is as it was.
-    pub fn enter(&self, made: &RunOrigin) -> Result<Option<i64>, Error> {
-        let Some(facts) = Facts::read(&made.path) else { return Ok(None) };
+    /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`]; the run itself is unchanged.
+    pub fn enter(&self, origin: &RunOrigin) -> Result<Option<i64>, Error> {
+        let Some(facts) = Facts::read(&origin.path) else { return Ok(None) };
         let lock = self.lock()?;
-        let number = match made.number {
+        let number = match origin.number {
             Some(number) if !self.numbers()?.contains(&number) => number,
             _ => self.next_number(&lock)?,
         };
         let label = Label {
             number,
-            name: made.words.as_ref().map_or_else(|| facts.name(number), |words| format!("run {number}, {words}")),
-            begun: rfc3339(made.begun),
-            duration: facts.duration.or(Some(made.duration)),
-            preset: made.preset.clone().unwrap_or_else(|| facts.preset.clone()),
+            name: origin.words.as_ref().map_or_else(|| facts.name(number), |words| format!("run {number}, {words}")),
+            begun: rfc3339(origin.begun),
+            duration: facts.duration.or(Some(origin.duration)),
+            preset: origin.preset.clone().unwrap_or_else(|| facts.preset.clone()),
             ..Label::new(identity())
         };
-        label.write(&made.path)?;
-        self.put(&lock, &Entry::new(self.relative(&made.path), label, facts))?;
+        label.write(&origin.path)?;
+        self.put(&lock, &Entry::new(self.relative(&origin.path), label, facts))?;
         self.purge(&lock)?;
         Ok(Some(number))
     }
 
-    /// Sets a number aside for a run to come: no other one gets it.
+    /// Reserves a number for a future run.
     ///
     /// # Errors
     /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`].

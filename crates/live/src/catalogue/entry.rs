@@ -1,18 +1,18 @@
-//! What the index holds of a run.
+//! Entries of the index.
 
 use serde::{Deserialize, Serialize};
 
 use super::facts::Facts;
 use super::label::Label;
 
-/// Changes with the form of the file.
+/// Version of the file format.
 pub(super) const SCHEMA: &str = "stickslip.catalogue-entry/1";
 
 /// A run in the index.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Entry {
     pub(super) schema: String,
-    /// Folder or file of the run, from the project's folder on.
+    /// Folder or file of the run, relative to the project's folder.
     pub(super) folder: String,
     pub(super) label: Label,
     pub(super) facts: Facts,
@@ -29,7 +29,7 @@ impl Entry {
         Entry { schema: SCHEMA.into(), folder, label, facts }
     }
 
-    /// What a query calls `name`; `None` for a parameter or result.
+    /// The column `name` of a query; `None` for a parameter or result.
     pub(super) fn column(&self, name: &str) -> Option<Column> {
         let Entry { folder, label, facts, .. } = self;
         let text = match name {
@@ -52,8 +52,8 @@ impl Entry {
         Some(Column::Text(text.clone()))
     }
 
-    /// Whether one of the texts that a word is looked for in contains it, in any case.
-    pub(super) fn says(&self, word: &str) -> bool {
+    /// Whether one of the searched texts contains a word, regardless of case.
+    pub(super) fn contains(&self, word: &str) -> bool {
         let Entry { folder, label, facts, .. } = self;
         let number = label.number.to_string();
         let texts =

@@ -1,4 +1,4 @@
-//! What a run's own files say of it.
+//! Facts about a run from its own files.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ pub(super) const RECORD: &str = "run.mf4";
 /// Points of a miniature.
 const POINTS: usize = 64;
 
-/// What is known of a run from its files.
+/// Facts about a run from its files.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Facts {
     pub(super) kind: String,
@@ -28,10 +28,10 @@ pub(super) struct Facts {
     pub(super) preset: String,
     pub(super) controller: String,
     pub(super) law: String,
-    /// Time on the bench [s]. The label has it in the index.
+    /// Bench time [s]. In the index it is part of the label.
     #[serde(skip)]
     pub(super) duration: Option<f64>,
-    /// Since 1970 [s], where a record says it.
+    /// Start time of a record, since 1970 [s].
     #[serde(skip)]
     pub(super) begun: Option<f64>,
     pub(super) key: Option<KeyNumber>,
@@ -39,13 +39,13 @@ pub(super) struct Facts {
     pub(super) record: Option<String>,
     pub(super) curve: Vec<[f64; 2]>,
     pub(super) values: Vec<Value>,
-    /// What a name says beside the kind.
+    /// Additional words of the name, after the kind.
     #[serde(skip)]
     words: String,
 }
 
-/// Of each kind, what it is called and the result that a reader looks for first.
-const KINDS: [(&str, &str, &str); 18] = [
+/// Kind of each run that a command leaves, its words in a name, and its key result (empty: none).
+const KINDS: [(&str, &str, &str); 22] = [
     ("demo", "demonstration", "render.rms_error_over_breakaway"),
     ("measure friction", "sweep", ""),
     ("measure breakaway", "breakaway", "measure.breakaway_torque"),
@@ -54,6 +54,10 @@ const KINDS: [(&str, &str, &str); 18] = [
     ("measure learning", "learning", "measure.factor"),
     ("measure tracking", "tracking", "measure.deviation"),
     ("hunting", "hunting", "hunting.amplitude"),
+    ("loop", "position loop", "loop.sliding.sensitivity_peak"),
+    ("friction", "library friction", "friction.breakaway_torque"),
+    ("study", "study", "study.failed_cases"),
+    ("load", "loaded external", ""),
     ("benchmark", "controllers compared", "benchmark.failed_runs"),
     ("calibrate", "calibration", "calibrate.load_inertia"),
     ("fit", "fit", "fit.breakaway_torque"),
@@ -65,11 +69,11 @@ const KINDS: [(&str, &str, &str); 18] = [
     ("validate", "validation", "prediction.position_rms"),
     ("capture", "capture", "capture.rows"),
 ];
-/// A record alone.
+/// Kind of a record alone.
 pub(super) const RECORDING: &str = "recording";
 
 impl Facts {
-    /// Of a folder with a summary or a record, or of a record alone; none where it is neither.
+    /// Facts of a folder with a summary or a record, or of a record alone; `None` for anything else.
     pub(super) fn read(run: &Path) -> Option<Self> {
         let mut facts = Facts::default();
         if !run.is_dir() {
@@ -78,21 +82,21 @@ impl Facts {
             return facts.of_record(run).then_some(facts);
         }
         let record = run.join(RECORD);
-        let known = facts.of_summary(run);
+        let has_summary = facts.of_summary(run);
         if record.is_file() {
             facts.record = Some(RECORD.into());
             if !facts.files.iter().any(|file| file == RECORD) {
                 facts.files.push(RECORD.into());
             }
-            // A report has said the parameters already.
-            if !known {
+            // A report has the parameters already.
+            if !has_summary {
                 return facts.of_record(&record).then_some(facts);
             }
         }
-        known.then_some(facts)
+        has_summary.then_some(facts)
     }
 
-    /// A name in words.
+    /// The default name of a run.
     pub(super) fn name(&self, number: i64) -> String {
         let kind = KINDS.iter().find(|(kind, ..)| *kind == self.kind).map_or(self.kind.as_str(), |(_, words, _)| words);
         format!("run {number}, {kind}{}", self.words)
@@ -154,12 +158,12 @@ impl Facts {
         true
     }
 
-    /// Whether it is a record of a run.
+    /// Reads a record. Returns whether it is one of a run.
     fn of_record(&mut self, record: &Path) -> bool {
         let Ok(opened) = Opened::open(record) else { return false };
         let contents = opened.head();
         let property = |name: &str| {
-            contents.header.properties.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+            contents.header.properties.iter().find(|(other, _)| other == name).map(|(_, value)| value.as_str())
         };
         if property("schema") != Some(stickslip_bench::run::SCHEMA) {
             return false;
@@ -185,11 +189,11 @@ impl Facts {
         self.values.iter().find(|value| value.result && value.path == name)
     }
 
-    /// Every value that a parameter file states.
+    /// Adds all values of a parameter file.
     fn of_parameters(&mut self, text: &str) {
         let Ok(table) = text.parse::<toml::Table>() else { return };
-        let known = parameters::describe::<Preset<f64>>("").unwrap_or_default();
-        let field = |path: &str| known.iter().find(|row| row.path == path).and_then(|row| row.field);
+        let rows = parameters::describe::<Preset<f64>>("").unwrap_or_default();
+        let field = |path: &str| rows.iter().find(|row| row.path == path).and_then(|row| row.field);
         collect(&toml::Value::Table(table), "", &field, &mut self.values);
         let text = |path: &str| self.values.iter().find(|value| value.path == path).map(|value| value.text.clone());
         self.controller = text("bench.controller.kind").unwrap_or_default();
@@ -213,18 +217,18 @@ fn collect(value: &toml::Value, path: &str, field: &impl Fn(&str) -> Option<&'st
         toml::Value::Boolean(flag) => (Some(f64::from(u8::from(*flag))), flag.to_string()),
         toml::Value::Datetime(time) => (None, time.to_string()),
     };
-    let known = field(path);
+    let field = field(path);
     to.push(Value {
         path: path.into(),
-        symbol: known.map_or("", |field| field.symbol).into(),
-        unit: known.map_or("", |field| field.unit).into(),
+        symbol: field.map_or("", |field| field.symbol).into(),
+        unit: field.map_or("", |field| field.unit).into(),
         number,
         text,
         result: false,
     });
 }
 
-/// The preset that a command line names.
+/// The preset in a command line.
 fn preset(command: &str) -> String {
     let mut words = command.split_whitespace();
     words.find(|word| word.starts_with("--preset")).map_or(String::new(), |word| match word.split_once('=') {
@@ -233,16 +237,16 @@ fn preset(command: &str) -> String {
     })
 }
 
-/// The friction curve among the rows, thinned out.
+/// The friction curve of a summary, reduced to [`POINTS`] points.
 fn curve(summary: &Json) -> Vec<[f64; 2]> {
     let rows: Vec<&Json> = summary["rows"].as_array().into_iter().flatten().collect();
     let of = |row: &Json| ["measurement", "fit"].into_iter().find_map(|name| row[name].as_str().map(str::to_owned));
     let names: Vec<String> = rows.iter().filter_map(|row| of(row)).collect();
     let best = ["rendered", "own"].into_iter().find(|best| names.iter().any(|name| name == best));
     let best = best.map(str::to_owned).or_else(|| names.first().cloned());
-    let wanted = |row: &&&Json| of(row) == best && row["counts"].as_bool().unwrap_or(true);
+    let is_of_best = |row: &&&Json| of(row) == best && row["counts"].as_bool().unwrap_or(true);
     let point = |row: &&Json| Some([row["velocity"].as_f64()?, row["torque"].as_f64()?]);
-    let mut points: Vec<[f64; 2]> = rows.iter().filter(wanted).filter_map(point).collect();
+    let mut points: Vec<[f64; 2]> = rows.iter().filter(is_of_best).filter_map(point).collect();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let step = points.len().div_ceil(POINTS).max(1);
     points.into_iter().step_by(step).collect()

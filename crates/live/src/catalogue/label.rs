@@ -1,4 +1,4 @@
-//! `run.json`: what belongs to a run and stands in no result of it.
+//! `run.json`: data of a run that are not among its results.
 
 use std::path::{Path, PathBuf};
 use std::process;
@@ -11,24 +11,24 @@ use stickslip_base::{Error, output};
 
 const SCHEMA: &str = "stickslip.run-label/1";
 
-/// Number, name and whatever a person wrote.
+/// Number, name, and texts of the user.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Label {
     pub(super) schema: String,
-    /// Told from a copy of it, and from another run of the same number, by this.
+    /// Distinguishes the run from a copy and from another run of the same number.
     pub(super) identity: String,
     pub(super) number: i64,
     pub(super) name: String,
     /// RFC 3339, UTC.
     pub(super) begun: String,
-    /// Time on the bench, or on the clock where there was no bench [s].
+    /// Bench time, or elapsed time of a run without a bench [s].
     pub(super) duration: Option<f64>,
     pub(super) preset: String,
     #[serde(default)]
     pub(super) tags: Vec<String>,
     #[serde(default)]
     pub(super) note: String,
-    /// When it was deleted, and where it lay.
+    /// Time of deletion, and its place before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) deleted: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -40,7 +40,7 @@ impl Label {
         Label { schema: SCHEMA.into(), identity, ..Label::default() }
     }
 
-    /// Of a run's folder, or of the file that it consists of.
+    /// Reads the label of a run's folder or file.
     pub(super) fn read(run: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(file(run)).ok()?;
         serde_json::from_str(&text).ok().filter(|label: &Label| label.schema == SCHEMA)
@@ -53,7 +53,7 @@ impl Label {
     }
 }
 
-/// Where it stands.
+/// Path of the label.
 pub(super) fn file(run: &Path) -> PathBuf {
     if run.is_dir() {
         return run.join("run.json");
@@ -62,7 +62,7 @@ pub(super) fn file(run: &Path) -> PathBuf {
     run.with_file_name(format!("{name}.run.json"))
 }
 
-/// One that no other run has, here or elsewhere.
+/// A unique identity, also across projects.
 pub(super) fn identity() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos();

@@ -1,9 +1,9 @@
-//! The catalogue of a project: its runs, found by words, numbers and parameters.
+//! The catalogue of a project: its runs, searchable by words, numbers and parameters.
 //!
-//! An index beside the runs: one small JSON file a run. The runs themselves are the truth: results in `summary.json`,
-//! parameters in `report.json` or in the record, and number, name, tags and note in `run.json`. So the index can be
-//! deleted and built again ([`Catalogue::rebuild`]). Several processes may change it at once: a change holds a lock and
-//! replaces whole files; a search takes no lock. When the index cannot be written, the run is still complete.
+//! It is an index: one small JSON file per run. The runs themselves hold all data: results in `summary.json`, parameters
+//! in `report.json` or in the record, and number, name, tags and note in `run.json`. The index can therefore be deleted and
+//! rebuilt ([`Catalogue::rebuild`]). Several processes may change it at once: a change holds a lock and replaces whole
+//! files; a search takes no lock. If the index cannot be written, the run is still complete.
 
 mod bin;
 mod edit;

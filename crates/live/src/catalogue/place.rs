@@ -1,4 +1,4 @@
-//! Which catalogue a run belongs to.
+//! Place of the catalogue of a run.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -10,21 +10,21 @@ const INDEX: &str = "catalogue";
 /// The catalogue of a project.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Catalogue {
-    /// What the folders of its runs are told from.
+    /// The folders of its runs are relative to this folder.
     pub(super) root: PathBuf,
     pub(super) index: PathBuf,
 }
 
 impl Catalogue {
-    /// Of a working folder: all runs in it.
+    /// The catalogue of all runs in a working folder.
     pub fn in_folder(folder: &Path) -> Self {
-        let root = whole(folder);
+        let root = canonical(folder);
         Catalogue { index: root.join(RESULTS).join(INDEX), root }
     }
 
-    /// Of the project that a bench is served for: that of the working folder, where it lies in there; else its own.
+    /// The catalogue of a bench's project: that of the working folder if it contains the project; otherwise its own.
     pub fn of_project(project: &Path, working: &Path) -> Self {
-        let (root, working) = (whole(project), Self::in_folder(working));
+        let (root, working) = (canonical(project), Self::in_folder(working));
         if root.starts_with(&working.root) { working } else { Catalogue { index: root.join(INDEX), root } }
     }
 
@@ -33,46 +33,46 @@ impl Catalogue {
         &self.index
     }
 
-    /// Whether a folder or file lies in the project.
+    /// Whether a folder or file is in the project.
     pub fn covers(&self, path: &Path) -> bool {
-        whole(path).starts_with(&self.root)
+        canonical(path).starts_with(&self.root)
     }
 
-    /// Where a run lies, as it is kept: from the project's folder on, the same on every system.
+    /// Path of a run as stored: relative to the project's folder, the same on every system.
     pub(super) fn relative(&self, path: &Path) -> String {
-        let path = whole(path);
+        let path = canonical(path);
         let parts = path.strip_prefix(&self.root).unwrap_or(&path).components();
         parts.map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
     }
 
-    /// The way back.
+    /// The path of a stored relative one.
     pub(super) fn absolute(&self, folder: &str) -> PathBuf {
         self.root.join(folder)
     }
 
-    /// Folder of what was deleted.
+    /// Folder of deleted runs.
     pub(super) fn bin(&self) -> PathBuf {
         self.index.with_file_name("bin")
     }
 }
 
-/// From the root on, without links as far as it exists.
-fn whole(path: &Path) -> PathBuf {
+/// Absolute path, with links resolved as far as it exists.
+fn canonical(path: &Path) -> PathBuf {
     let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     if cfg!(windows) {
-        // `canonicalize` returns `\\\\?\\` paths there, which other programs do not take.
+        // `canonicalize` returns `\\\\?\\` paths there, which other programs do not accept.
         return path;
     }
     let mut missing = Vec::new();
-    let mut known = path.as_path();
+    let mut existing = path.as_path();
     loop {
-        if let Ok(known) = known.canonicalize() {
-            return missing.iter().rev().fold(known, |path, part| path.join(part));
+        if let Ok(existing) = existing.canonicalize() {
+            return missing.iter().rev().fold(existing, |path, part| path.join(part));
         }
-        match (known.parent(), known.components().next_back()) {
+        match (existing.parent(), existing.components().next_back()) {
             (Some(above), Some(Component::Normal(part))) => {
                 missing.push(part.to_owned());
-                known = above;
+                existing = above;
             }
             _ => return path,
         }

@@ -1,38 +1,38 @@
-//! What a search asks for: `sweep law:bristle M_S>0.2 -tag:bad "with wheel"`.
+//! Queries of the catalogue: `sweep law:bristle M_S>0.2 -tag:bad "with wheel"`.
 
 use std::cmp::Ordering;
 
 use super::Value;
 use super::entry::{Column, Entry};
 
-/// The longest first: `>=` begins like `>`.
+/// The longest first: `>=` starts with `>`.
 const OPERATORS: [&str; 6] = [">=", "<=", "!=", ">", "<", "="];
 
-/// A search, understood.
+/// A parsed query.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Query {
     terms: Vec<Term>,
-    /// What was not understood.
+    /// Ignored terms, each with the reason.
     pub(super) hints: Vec<String>,
-    /// Whether runs in the bin are meant.
+    /// Whether the query searches the bin.
     deleted: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 struct Term {
     not: bool,
-    what: What,
+    condition: Condition,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum What {
+enum Condition {
     Word(String),
     Has { name: String, text: String },
     Compared { name: String, operator: &'static str, with: String },
 }
 
 impl Query {
-    /// Whatever is typed: what makes no sense yet is left out and told.
+    /// Parses any text; incomplete and invalid terms are ignored with a hint.
     pub(super) fn parse(text: &str) -> Self {
         let mut query = Query::default();
         for token in tokens(text) {
@@ -41,38 +41,38 @@ impl Query {
                 _ => (false, token.as_str()),
             };
             match term(token) {
-                Ok(What::Has { name, text }) if name == "is" => match text.as_str() {
+                Ok(Condition::Has { name, text }) if name == "is" => match text.as_str() {
                     "deleted" => query.deleted = true,
-                    _ => query.hints.push(format!("is:{text}: there is is:deleted, for what is in the bin")),
+                    _ => query.hints.push(format!("is:{text}: unknown state; is:deleted finds the runs in the bin")),
                 },
-                Ok(what) => query.terms.push(Term { not, what }),
+                Ok(condition) => query.terms.push(Term { not, condition }),
                 Err(hint) => query.hints.push(hint),
             }
         }
         query
     }
 
-    /// Whether all terms hold for a run.
+    /// Whether a run satisfies all terms.
     pub(super) fn finds(&self, entry: &Entry) -> bool {
         let deleted = entry.label.deleted.is_some();
-        deleted == self.deleted && self.terms.iter().all(|term| term.what.holds(entry) != term.not)
+        deleted == self.deleted && self.terms.iter().all(|term| term.condition.holds(entry) != term.not)
     }
 }
 
-impl What {
+impl Condition {
     fn holds(&self, entry: &Entry) -> bool {
         let contains = |text: &str, part: &str| text.to_lowercase().contains(&part.to_lowercase());
         match self {
-            What::Word(word) => entry.says(&word.to_lowercase()),
-            What::Has { name, text } => match entry.column(name) {
+            Condition::Word(word) => entry.contains(&word.to_lowercase()),
+            Condition::Has { name, text } => match entry.column(name) {
                 Some(Column::Text(value)) => contains(&value, text),
                 Some(Column::Number(value)) => value.is_some_and(|value| contains(&value.to_string(), text)),
-                // Any part of a path, so that `wheel:lugre` finds the wheel's model.
+                // Matches any part of a path, so that `wheel:lugre` finds the wheel's model.
                 None => entry.facts.values.iter().any(|value| {
                     format!(".{}.", value.path).contains(&format!(".{name}.")) && contains(&value.text, text)
                 }),
             },
-            What::Compared { name, operator, with } => match (entry.column(name), with.parse::<f64>()) {
+            Condition::Compared { name, operator, with } => match (entry.column(name), with.parse::<f64>()) {
                 (Some(Column::Text(value)), _) => compares(operator, value.partial_cmp(with)),
                 (Some(Column::Number(value)), Ok(with)) => value.is_some_and(|value| compare(operator, value, with)),
                 (Some(Column::Number(_)), Err(_)) => false,
@@ -98,7 +98,7 @@ fn compare(operator: &str, value: f64, with: f64) -> bool {
     compares(operator, value.partial_cmp(&with))
 }
 
-/// Whether an operator holds for an order; none does for a NaN.
+/// Whether an operator holds for an order; always false for a NaN.
 fn compares(operator: &str, order: Option<Ordering>) -> bool {
     order.is_some_and(|order| match operator {
         ">=" => order.is_ge(),
@@ -110,29 +110,29 @@ fn compares(operator: &str, order: Option<Ordering>) -> bool {
     })
 }
 
-fn term(token: &str) -> Result<What, String> {
+fn term(token: &str) -> Result<Condition, String> {
     let operator = OPERATORS.iter().filter_map(|operator| Some((token.find(operator)?, *operator)));
-    // Of those that begin at the same place the first in the list.
+    // Of operators at the same place, the first in the list.
     if let Some((at, operator)) = operator.min_by_key(|(at, _)| *at) {
         let (name, with) = (&token[..at], &token[at + operator.len()..]);
         if name.is_empty() || with.is_empty() {
-            return Err(format!("{token}: write what {operator} how much, as M_S>0.2"));
+            return Err(format!("{token}: incomplete comparison; write NAME{operator}VALUE, such as M_S>0.2"));
         }
         if !matches!(operator, "=" | "!=") && with.parse::<f64>().is_err() && !matches!(name, "begun" | "version") {
-            return Err(format!("{token}: {with} is no number, in SI units and without one behind it"));
+            return Err(format!("{token}: {with} is not a number; write the value in SI units, without the unit"));
         }
-        return Ok(What::Compared { name: name.into(), operator, with: with.into() });
+        return Ok(Condition::Compared { name: name.into(), operator, with: with.into() });
     }
     match token.split_once(':') {
         Some((name, text)) if !name.is_empty() && !text.is_empty() => {
-            Ok(What::Has { name: name.into(), text: text.into() })
+            Ok(Condition::Has { name: name.into(), text: text.into() })
         }
-        Some((name, "")) if !name.is_empty() => Err(format!("{token} lacks what it shall be")),
-        _ => Ok(What::Word(token.into())),
+        Some((name, "")) if !name.is_empty() => Err(format!("{token} has no value; write NAME:VALUE")),
+        _ => Ok(Condition::Word(token.into())),
     }
 }
 
-/// Words; what stands in quotes is one, and so is a comparison with spaces in it.
+/// Splits a text into terms; a quoted text is one term, and so is a comparison with spaces.
 fn tokens(text: &str) -> Vec<String> {
     let mut tokens: Vec<String> = Vec::new();
     let (mut token, mut quoted) = (String::new(), false);
@@ -168,25 +168,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_keys_and_comparisons_are_told_apart() {
-        let what =
-            |text: &str| Query::parse(text).terms.into_iter().map(|term| (term.not, term.what)).collect::<Vec<_>>();
-        let word = |text: &str| What::Word(text.into());
-        let has = |name: &str, text: &str| What::Has { name: name.into(), text: text.into() };
+    fn words_keys_and_comparisons_are_distinguished() {
+        let terms = |text: &str| {
+            Query::parse(text).terms.into_iter().map(|term| (term.not, term.condition)).collect::<Vec<_>>()
+        };
+        let word = |text: &str| Condition::Word(text.into());
+        let has = |name: &str, text: &str| Condition::Has { name: name.into(), text: text.into() };
         let compared =
-            |name: &str, operator, with: &str| What::Compared { name: name.into(), operator, with: with.into() };
-        assert_eq!(what("sweep \"with wheel\""), [(false, word("sweep")), (false, word("with wheel"))]);
-        assert_eq!(what("law:lugre -tag:bad"), [(false, has("law", "lugre")), (true, has("tag", "bad"))]);
-        assert_eq!(what("M_S>0.2"), [(false, compared("M_S", ">", "0.2"))]);
-        assert_eq!(what("M_S >= 1e-3 x"), [(false, compared("M_S", ">=", "1e-3")), (false, word("x"))]);
-        assert_eq!(what("M_S > -2"), [(false, compared("M_S", ">", "-2"))]);
-        assert_eq!(what("tick_rate!=4000"), [(false, compared("tick_rate", "!=", "4000"))]);
-        assert_eq!(what("\"half a quo"), [(false, word("half a quo"))]);
-        assert!(Query::parse("is:deleted").deleted && what("is:deleted").is_empty() && what("").is_empty());
+            |name: &str, operator, with: &str| Condition::Compared { name: name.into(), operator, with: with.into() };
+        assert_eq!(terms("sweep \"with wheel\""), [(false, word("sweep")), (false, word("with wheel"))]);
+        assert_eq!(terms("law:lugre -tag:bad"), [(false, has("law", "lugre")), (true, has("tag", "bad"))]);
+        assert_eq!(terms("M_S>0.2"), [(false, compared("M_S", ">", "0.2"))]);
+        assert_eq!(terms("M_S >= 1e-3 x"), [(false, compared("M_S", ">=", "1e-3")), (false, word("x"))]);
+        assert_eq!(terms("M_S > -2"), [(false, compared("M_S", ">", "-2"))]);
+        assert_eq!(terms("tick_rate!=4000"), [(false, compared("tick_rate", "!=", "4000"))]);
+        assert_eq!(terms("\"half a quo"), [(false, word("half a quo"))]);
+        assert!(Query::parse("is:deleted").deleted && terms("is:deleted").is_empty() && terms("").is_empty());
     }
 
     #[test]
-    fn what_is_half_typed_is_left_out_and_told() {
+    fn incomplete_terms_are_ignored_with_a_hint() {
         for text in ["M_S>", ">0.2", "M_S>much", "law:", "is:gone"] {
             let query = Query::parse(text);
             assert!(query.terms.is_empty() && query.hints.len() == 1, "{text}: {query:?}");

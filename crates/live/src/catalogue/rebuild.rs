@@ -1,4 +1,4 @@
-//! Builds the index again from the folders.
+//! Rebuilds the index from the folders.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,23 +11,23 @@ use super::label::{self, Label, identity};
 use super::store::rfc3339;
 use stickslip_base::Error;
 
-/// Folders that hold no runs.
+/// Ignored folders.
 const OTHERS: [&str; 3] = ["target", "node_modules", "__pycache__"];
-/// Folders within each other.
+/// Maximum depth of nested folders.
 const DEPTH: usize = 12;
 
-/// What was found.
+/// Result of a rebuild.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rebuilt {
     /// Runs in the catalogue now.
     pub runs: usize,
-    /// Of them those that had no label, and got a new number.
+    /// Number of them without a label; these got a new number.
     pub unlabelled: usize,
 }
 
 impl Catalogue {
-    /// Forgets what it knows and looks through the project's folder. Numbers, names, tags and notes come from the labels
-    /// of the runs; a copy of a run, or one without a label, gets a new number.
+    /// Replaces the index by a search of the project's folder. Numbers, names, tags and notes come from the labels of the
+    /// runs; a copy of a run, or a run without a label, gets a new number.
     ///
     /// # Errors
     /// [`LiveError::Catalogue`](crate::LiveError::Catalogue), [`Error::File`].
@@ -41,14 +41,14 @@ impl Catalogue {
             .filter_map(|path| Facts::read(&path).map(|facts| (Label::read(&path), facts, path)))
             .map(|(label, facts, path)| (path, facts, label))
             .collect();
-        // Those with a number first, by it; the others in the order of their time.
+        // Runs with a number first, by number; the others by time.
         let begun = |path: &Path, facts: &Facts| facts.begun.unwrap_or_else(|| changed(path));
-        runs.sort_by(|(path, facts, label), (other, its, lies)| {
+        runs.sort_by(|(path, facts, label), (other_path, other_facts, other_label)| {
             let key = |label: &Option<Label>| label.as_ref().map_or(i64::MAX, |label| label.number);
-            key(label).cmp(&key(lies)).then(begun(path, facts).total_cmp(&begun(other, its)))
+            key(label).cmp(&key(other_label)).then(begun(path, facts).total_cmp(&begun(other_path, other_facts)))
         });
         if self.next_number(&lock).is_err() {
-            // The counter is damaged; the labels and entries have numbers, too.
+            // The counter is damaged; labels and entries have the numbers as well.
             self.give(&lock, 0)?;
         }
         let mut last = self.next_number(&lock)? - 1;
@@ -56,8 +56,8 @@ impl Catalogue {
         let mut rebuilt = Rebuilt { runs: 0, unlabelled: 0 };
         last = runs.iter().filter_map(|(.., label)| label.as_ref()).fold(last, |last, label| last.max(label.number));
         for (path, facts, label) in runs {
-            let known = label.filter(|label| label.number > 0 && !identities.contains(&label.identity));
-            let mut label = known.unwrap_or_else(|| Label::new(identity()));
+            let original = label.filter(|label| label.number > 0 && !identities.contains(&label.identity));
+            let mut label = original.unwrap_or_else(|| Label::new(identity()));
             if numbers.contains(&label.number) || label.number == 0 {
                 let unlabelled = label.number == 0;
                 last += 1;
@@ -83,7 +83,7 @@ impl Catalogue {
     }
 }
 
-/// Folders and lone records that may be runs.
+/// Collects folders and single records that may be runs.
 fn find(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
     let Ok(entries) = std::fs::read_dir(folder) else { return };
     let is_run = folder.join("summary.json").is_file() || folder.join(RECORD).is_file();
@@ -92,7 +92,7 @@ fn find(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
     }
     for entry in entries.flatten() {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-        // A link may lead out of the project, or back into it.
+        // Links are not followed: they may lead out of the project, or back into it.
         let Ok(kind) = entry.file_type() else { continue };
         if kind.is_dir() && depth < DEPTH && !name.starts_with('.') && !OTHERS.contains(&name.as_str()) {
             find(&path, depth + 1, to);
@@ -102,7 +102,7 @@ fn find(folder: &Path, depth: usize, to: &mut Vec<PathBuf>) {
     }
 }
 
-/// When a run was written last [s since 1970].
+/// Time of the last change of a run [s since 1970].
 fn changed(path: &Path) -> f64 {
     let file = [path.join("summary.json"), path.to_owned()].into_iter().find(|file| file.is_file());
     let label = label::file(path);

@@ -9,101 +9,101 @@ use super::query::Query;
 use super::{Catalogue, label};
 use stickslip_base::Error;
 
-/// A run.
+/// A run of the catalogue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Run {
-    /// Counted through the project; no other run ever gets it.
+    /// Number, unique in the project.
     pub number: i64,
-    /// In words.
+    /// Name.
     pub name: String,
-    /// The command that made it: `demo`, `measure friction`; `recording`.
+    /// Its command: `demo`, `measure friction`; or `recording`.
     pub kind: String,
-    /// When it began, RFC 3339, UTC.
+    /// Start time, RFC 3339, UTC.
     pub begun: String,
-    /// Time on the bench, or on the clock where there was no bench [s].
+    /// Bench time, or elapsed time of a run without a bench [s].
     pub duration: Option<f64>,
-    /// The preset, where its command names one.
+    /// The preset in its command; may be empty.
     pub preset: String,
     /// The position controller under test.
     pub controller: String,
     /// The rendering law.
     pub law: String,
-    /// The number that one looks for first.
+    /// The key number.
     pub key: Option<KeyNumber>,
     /// Tags, sorted.
     pub tags: Vec<String>,
-    /// What a person wrote.
+    /// Note of the user.
     pub note: String,
     /// The command line.
     pub command: String,
     /// Version of the program.
     pub version: String,
-    /// Where it lies, from the project's folder on.
+    /// Folder, relative to the project's folder.
     pub folder: String,
     /// Its files.
     pub files: Vec<String>,
-    /// The one of them that can be replayed.
+    /// The file that can be replayed.
     pub record: Option<String>,
-    /// Its friction curve in a few points: velocity [rad/s], torque [N m].
+    /// Its friction curve in at most 64 points: velocity [rad/s], torque [N m].
     pub curve: Vec<[f64; 2]>,
-    /// Whether its files are there.
+    /// Availability of its files.
     pub state: State,
 }
 
 /// A number with its name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct KeyNumber {
-    /// As in the summary.
+    /// Name in the summary.
     pub name: String,
-    /// SI.
+    /// Value in SI units.
     pub value: f64,
     /// Its unit; `1` for a pure number.
     pub unit: String,
 }
 
-/// Whether a run's files are there.
+/// Availability of a run's files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// They are.
+    /// Available.
     Here,
-    /// They were moved or removed by hand.
+    /// Moved or removed by hand.
     Missing,
-    /// A later run lies in the same folder.
+    /// Replaced by a later run in the same folder.
     Replaced,
-    /// They are in the bin.
+    /// In the bin.
     Deleted,
 }
 
 /// A parameter or a result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Value {
-    /// Dotted.
+    /// Dotted path.
     pub path: String,
-    /// As in an equation; may be empty.
+    /// Symbol in equations; may be empty.
     pub symbol: String,
     /// SI unit.
     pub unit: String,
-    /// Where it is one.
+    /// Numeric value; `null` for a text.
     pub number: Option<f64>,
-    /// As text.
+    /// Value as text.
     pub text: String,
-    /// Whether it is a result; else a parameter.
+    /// Whether it is a result; otherwise it is a parameter.
     pub result: bool,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// The newest first.
     pub runs: Vec<Run>,
-    /// How many there are, these among them.
+    /// Number of all runs that match.
     pub of: u64,
-    /// What was left out: terms of the query that were not understood, damaged entries.
+    /// Ignored terms of the query, and damaged entries.
     pub hints: Vec<String>,
 }
 
-/// A run with all that is searched in.
+/// A run with its parameters and results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Details {
     /// The run.
@@ -113,9 +113,9 @@ pub struct Details {
 }
 
 impl Catalogue {
-    /// The runs that a query finds, the newest first, at most `limit`. Words are looked for in name, kind, tags, note and
-    /// the like; `key:value` in one of them or in a parameter; `M_S>0.2` compares a parameter or result, by its symbol or
-    /// the end of its path. `-` excludes what a term finds. Damaged entries are named in the hints.
+    /// The runs that match a query, the newest first, at most `limit`. A word matches name, kind, tags, note and similar
+    /// texts; `key:value` matches one of them or a parameter; `M_S>0.2` compares a parameter or result, given by its symbol
+    /// or the end of its path. `-` excludes the runs that match a term. Damaged entries are reported in the hints.
     ///
     /// # Errors
     /// [`Error::File`] if the index cannot be read.
@@ -132,7 +132,7 @@ impl Catalogue {
                 }
                 // Another process may have removed it meanwhile.
                 Ok(_) => {}
-                Err(error) => found.hints.push(format!("run {number} is left out: {error}")),
+                Err(error) => found.hints.push(format!("run {number} is not listed: {error}")),
             }
         }
         Ok(found)
@@ -143,7 +143,7 @@ impl Catalogue {
     /// # Errors
     /// [`LiveError::NoRun`]; [`LiveError::Catalogue`].
     pub fn details(&self, number: i64) -> Result<Details, Error> {
-        self.known(number).map(|entry| self.run(entry))
+        self.existing(number).map(|entry| self.run(entry))
     }
 
     /// Folder or file of a run.
@@ -155,9 +155,11 @@ impl Catalogue {
         let gone = |how, remedy| Err(LiveError::RunGone { number, how, remedy }.into());
         match run.state {
             State::Here => Ok(self.absolute(&run.folder)),
-            State::Missing => gone("its files were moved or removed", "`stickslip runs --rebuild` looks for them."),
-            State::Replaced => gone("a later run lies in its folder", "Run it again, with another --out."),
-            State::Deleted => gone("it is in the bin", "`stickslip runs restore` brings it back."),
+            State::Missing => {
+                gone("its files were moved or removed", "Search for them with `stickslip runs --rebuild`.")
+            }
+            State::Replaced => gone("a later run in its folder has replaced it", "Repeat it with another --out."),
+            State::Deleted => gone("it is in the bin", "Restore it with `stickslip runs restore`."),
         }
     }
 
@@ -195,7 +197,7 @@ impl Catalogue {
         }
     }
 
-    /// Whether the files in a folder are those of the run of this identity.
+    /// Whether the files in a folder belong to the run of this identity.
     pub(super) fn holds(&self, folder: &str, identity: &str) -> bool {
         let path = self.absolute(folder);
         path.exists() && label::Label::read(&path).is_some_and(|label| label.identity == identity)

@@ -1,4 +1,4 @@
-//! The files of the index: `N.json` for run N, `last` for the largest number that was given, `lock`.
+//! The files of the index: `N.json` for run N, `last` for the largest assigned number, `lock`.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind};
@@ -10,13 +10,12 @@ use super::entry::{Entry, SCHEMA};
 use crate::LiveError;
 use stickslip_base::{Error, output};
 
-/// How long a change waits for others.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Time limit for the lock.
+const LOCK_LIMIT: Duration = Duration::from_secs(10);
 
-const BUSY: &str = "Another program is changing it: try again.";
-const NEWER: &str =
-    "Use the version of stickslip that wrote it, or build the catalogue again: `stickslip runs --rebuild`.";
-const REBUILD: &str = "Build the catalogue again from the folders: `stickslip runs --rebuild`.";
+const BUSY: &str = "Another program is changing it. Try again.";
+const NEWER: &str = "Use the version of stickslip that wrote it, or rebuild the catalogue: `stickslip runs --rebuild`.";
+const REBUILD: &str = "Rebuild the catalogue from the folders: `stickslip runs --rebuild`.";
 
 /// The right to change the index; released when dropped, also when the process ends.
 pub(super) struct Lock {
@@ -35,7 +34,7 @@ impl Catalogue {
             match file.try_lock() {
                 Ok(()) => return Ok(Lock { _file: file }),
                 Err(TryLockError::Error(source)) => return Err(refused(source)),
-                Err(TryLockError::WouldBlock) if begun.elapsed() < PATIENCE => {
+                Err(TryLockError::WouldBlock) if begun.elapsed() < LOCK_LIMIT => {
                     std::thread::sleep(Duration::from_millis(5));
                 }
                 Err(TryLockError::WouldBlock) => return Err(fault(path, "it is locked", BUSY)),
@@ -60,7 +59,7 @@ impl Catalogue {
 
     /// The entry of a run; `None` if there is none.
     pub(super) fn entry(&self, number: i64) -> Result<Option<Entry>, Error> {
-        /// Enough of an entry of any version.
+        /// The part of an entry that all versions have.
         #[derive(serde::Deserialize)]
         struct Head {
             schema: String,
@@ -77,19 +76,19 @@ impl Catalogue {
             }
             entry => Err(match (serde_json::from_str::<Head>(&text), entry.err()) {
                 (Ok(head), _) if head.schema != SCHEMA => {
-                    fault(path, &format!("its form is {}, this program knows {SCHEMA}", head.schema), NEWER)
+                    fault(path, &format!("its format is {}, this version reads {SCHEMA}", head.schema), NEWER)
                 }
                 (_, error) => fault(path, &error.map(|it| it.to_string()).unwrap_or_default(), REBUILD),
             }),
         }
     }
 
-    /// The entry of a run.
-    pub(super) fn known(&self, number: i64) -> Result<Entry, Error> {
+    /// The entry of an existing run.
+    pub(super) fn existing(&self, number: i64) -> Result<Entry, Error> {
         self.entry(number)?.ok_or(LiveError::NoRun { number }.into())
     }
 
-    /// Writes an entry; an equal file stays as it is.
+    /// Writes an entry, unless the file is equal.
     pub(super) fn put(&self, _lock: &Lock, entry: &Entry) -> Result<(), Error> {
         let path = self.path(entry.label.number);
         let text = serde_json::to_string(entry).expect("strings and numbers");
@@ -99,7 +98,7 @@ impl Catalogue {
         output::write(&path, text)
     }
 
-    /// Removes the entry of a run; its number is not given again.
+    /// Removes the entry of a run; its number is not reused.
     pub(super) fn forget(&self, lock: &Lock, number: i64) -> Result<(), Error> {
         if self.last_given()? < number {
             self.give(lock, number)?;
@@ -108,13 +107,13 @@ impl Catalogue {
         fs::remove_file(&path).map_err(|source| Error::file(&path, "remove", source))
     }
 
-    /// A number that no run has or had. It is free again unless it is used or [given](Self::give).
+    /// A number that no run has or had. It is returned again unless it is used or [assigned](Self::give).
     pub(super) fn next_number(&self, _lock: &Lock) -> Result<i64, Error> {
         let newest = self.numbers()?.last().copied().unwrap_or(0);
         Ok(newest.max(self.last_given()?) + 1)
     }
 
-    /// Gives a number away: no other run gets it.
+    /// Assigns a number: no other run gets it.
     pub(super) fn give(&self, _lock: &Lock, number: i64) -> Result<(), Error> {
         output::write(&self.index.join("last"), number.to_string())
     }

@@ -16,7 +16,7 @@ fn project() -> (tempfile::TempDir, Catalogue) {
     (folder, catalogue)
 }
 
-/// A folder as a command leaves it.
+/// Writes the folder of a command's results.
 fn leave(folder: &Path, breakaway: f64, law: &str) -> PathBuf {
     let mut summary = Summary::new("measure friction");
     summary.result("measure.preload", 1.0, "1").result("measure.duration", 38.5, "s");
@@ -40,8 +40,8 @@ fn leave(folder: &Path, breakaway: f64, law: &str) -> PathBuf {
 
 fn enter(catalogue: &Catalogue, path: &Path) -> i64 {
     let begun = UNIX_EPOCH + Duration::from_secs(1_700_000_000);
-    let made = RunOrigin { duration: 2.0, ..RunOrigin::now(path, begun, None) };
-    catalogue.enter(&made).unwrap().unwrap()
+    let origin = RunOrigin { duration: 2.0, ..RunOrigin::now(path, begun, None) };
+    catalogue.enter(&origin).unwrap().unwrap()
 }
 
 fn numbers(catalogue: &Catalogue, query: &str) -> Vec<i64> {
@@ -49,7 +49,7 @@ fn numbers(catalogue: &Catalogue, query: &str) -> Vec<i64> {
 }
 
 #[test]
-fn a_run_is_entered_with_all_that_its_files_say() {
+fn a_run_is_entered_with_the_facts_of_its_files() {
     let (folder, catalogue) = project();
     let path = leave(&folder.path().join("stickslip-out/one"), 0.3, "bristle");
     let number = enter(&catalogue, &path);
@@ -65,7 +65,7 @@ fn a_run_is_entered_with_all_that_its_files_say() {
     assert_eq!((run.record.as_deref(), run.files.as_slice()), (None, ["report.html".to_owned()].as_slice()));
     let symbol = details.values.iter().find(|value| value.path == "bench.desired.breakaway_torque").unwrap();
     assert_eq!((symbol.symbol.as_str(), symbol.unit.as_str(), symbol.number), ("M_S", "N m", Some(0.3)));
-    // What is no run is none.
+    // A folder without a run is not entered.
     assert_eq!(catalogue.enter(&RunOrigin::now(folder.path(), SystemTime::now(), None)).unwrap(), None);
     assert!(matches!(
         catalogue.details(2).as_ref().err().and_then(|error| error.of()),
@@ -74,25 +74,44 @@ fn a_run_is_entered_with_all_that_its_files_say() {
 }
 
 #[test]
-fn a_number_that_was_set_aside_is_its_runs_alone() {
+fn runs_of_loop_friction_study_and_load_are_entered_with_their_key_numbers() {
+    let (folder, catalogue) = project();
+    for (kind, words, key) in [
+        ("loop", "position loop", Some("loop.sliding.sensitivity_peak")),
+        ("friction", "library friction", Some("friction.breakaway_torque")),
+        ("study", "study", Some("study.failed_cases")),
+        ("load", "loaded external", None),
+    ] {
+        let path = folder.path().join(kind);
+        let mut summary = Summary::new(kind);
+        summary.result(key.unwrap_or("call.count"), 1.5, "1").write(&path).unwrap();
+        let number = enter(&catalogue, &path);
+        let run = catalogue.details(number).unwrap().run;
+        assert_eq!((run.kind.as_str(), run.name), (kind, format!("run {number}, {words}")));
+        assert_eq!(run.key.as_ref().map(|key| key.name.as_str()), key, "{kind}");
+    }
+}
+
+#[test]
+fn a_reserved_number_is_used_only_once() {
     let (folder, catalogue) = project();
     assert_eq!((catalogue.set_aside().unwrap(), catalogue.set_aside().unwrap()), (1, 2));
     let path = |name: &str| folder.path().join("stickslip-out").join(name);
     assert_eq!(enter(&catalogue, &leave(&path("another"), 0.3, "paper")), 3);
-    let made = |name: &str| {
+    let origin = |name: &str| {
         let path = leave(&path(name), 0.3, "paper");
         RunOrigin { number: Some(2), ..RunOrigin::now(&path, SystemTime::now(), None) }
     };
-    assert_eq!(catalogue.enter(&made("its")).unwrap(), Some(2));
-    // Twice is a mistake, and no run is lost by it.
-    assert_eq!(catalogue.enter(&made("twice")).unwrap(), Some(4));
+    assert_eq!(catalogue.enter(&origin("its")).unwrap(), Some(2));
+    // A second use of the number is an error, but the run gets another one.
+    assert_eq!(catalogue.enter(&origin("twice")).unwrap(), Some(4));
     assert_eq!(catalogue.set_aside().unwrap(), 5);
 }
 
 #[test]
 fn a_search_finds_words_keys_parameters_and_results() {
     let (folder, catalogue) = project();
-    assert!(numbers(&catalogue, "").is_empty(), "no catalogue is made by looking");
+    assert!(numbers(&catalogue, "").is_empty(), "a search creates no catalogue");
     assert!(!catalogue.index().exists());
     for (name, breakaway, law) in [("a", 0.1, "paper"), ("b", 0.25, "bristle"), ("c", 0.4, "bristle")] {
         enter(&catalogue, &leave(&folder.path().join(name), breakaway, law));
@@ -125,7 +144,7 @@ fn a_search_finds_words_keys_parameters_and_results() {
 }
 
 #[test]
-fn what_a_person_says_of_a_run_survives_the_loss_of_the_index() {
+fn name_tags_and_note_survive_the_loss_of_the_index() {
     let (folder, catalogue) = project();
     let path = leave(&folder.path().join("one"), 0.3, "paper");
     enter(&catalogue, &leave(&folder.path().join("zero"), 0.2, "paper"));
@@ -144,7 +163,7 @@ fn what_a_person_says_of_a_run_survives_the_loss_of_the_index() {
     }
     assert!(catalogue.rename(2, " ").is_err() && catalogue.rename(9, "x").is_err());
 
-    // Moved by hand, then the index is lost.
+    // The run is moved by hand, then the index is lost.
     fs::create_dir_all(folder.path().join("archive")).unwrap();
     fs::rename(&path, folder.path().join("archive/one")).unwrap();
     assert_eq!(catalogue.details(2).unwrap().run.state, State::Missing);
@@ -155,7 +174,7 @@ fn what_a_person_says_of_a_run_survives_the_loss_of_the_index() {
     let moved = Run { folder: "archive/one".into(), ..before.run.clone() };
     assert_eq!((after.run, after.values), (moved, before.values));
 
-    // A copy is another run, and so is one that was never entered.
+    // A copy is another run, and so is a run that was never entered.
     for name in ["summary.json", "report.json", "run.json"] {
         fs::create_dir_all(folder.path().join("copy")).unwrap();
         fs::copy(folder.path().join("zero").join(name), folder.path().join("copy").join(name)).unwrap();
@@ -167,7 +186,7 @@ fn what_a_person_says_of_a_run_survives_the_loss_of_the_index() {
 }
 
 #[test]
-fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
+fn deleted_runs_stay_in_the_bin_for_thirty_days() {
     let (folder, catalogue) = project();
     let path = leave(&folder.path().join("one"), 0.3, "paper");
     enter(&catalogue, &path);
@@ -179,11 +198,11 @@ fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
     assert_eq!(catalogue.restore(1).unwrap(), path.canonicalize().unwrap());
     assert!(catalogue.restore(1).is_err() && path.join("summary.json").exists());
 
-    // Its place was taken meanwhile.
+    // Its place has been taken meanwhile.
     catalogue.delete(1).unwrap();
     fs::remove_dir_all(catalogue.index()).unwrap();
     catalogue.rebuild().unwrap();
-    assert_eq!(numbers(&catalogue, "is:deleted"), [1], "the bin is in the folders, too");
+    assert_eq!(numbers(&catalogue, "is:deleted"), [1], "a rebuild finds the bin, too");
     enter(&catalogue, &leave(&path, 0.4, "paper"));
     let restored = catalogue.restore(1).unwrap();
     assert!(restored.ends_with("one-1"), "{}", restored.display());
@@ -192,16 +211,16 @@ fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
     let purge = || catalogue.purge(&catalogue.lock().unwrap()).unwrap();
     purge();
     assert_eq!(numbers(&catalogue, "is:deleted"), [1]);
-    let mut entry = catalogue.known(1).unwrap();
+    let mut entry = catalogue.existing(1).unwrap();
     entry.label.deleted = Some("2020-01-01T00:00:00Z".into());
     catalogue.put(&catalogue.lock().unwrap(), &entry).unwrap();
     purge();
     assert!(numbers(&catalogue, "is:deleted").is_empty() && !catalogue.bin().join("1").exists());
-    assert_eq!(enter(&catalogue, &leave(&path, 0.4, "paper")), 3, "a number is never given again");
+    assert_eq!(enter(&catalogue, &leave(&path, 0.4, "paper")), 3, "a number is never reused");
 
-    // The last one, and one whose files are gone.
+    // The last run, and a run without files.
     catalogue.delete(3).unwrap();
-    let mut entry = catalogue.known(3).unwrap();
+    let mut entry = catalogue.existing(3).unwrap();
     entry.label.deleted = Some("2020-01-01T00:00:00Z".into());
     catalogue.put(&catalogue.lock().unwrap(), &entry).unwrap();
     assert_eq!(enter(&catalogue, &leave(&path, 0.4, "paper")), 4);
@@ -211,7 +230,7 @@ fn what_is_deleted_lies_in_the_bin_for_thirty_days() {
 }
 
 #[test]
-fn a_run_that_lies_where_another_lay_replaces_it() {
+fn a_run_in_the_folder_of_another_replaces_it() {
     let (folder, catalogue) = project();
     let path = leave(&folder.path().join("one"), 0.3, "paper");
     enter(&catalogue, &path);
@@ -230,7 +249,7 @@ fn a_run_that_lies_where_another_lay_replaces_it() {
 }
 
 #[test]
-fn many_at_once_lose_nothing() {
+fn concurrent_changes_lose_nothing() {
     let (folder, catalogue) = project();
     const EACH: usize = 12;
     thread::scope(|scope| {
@@ -252,7 +271,7 @@ fn many_at_once_lose_nothing() {
 }
 
 #[test]
-fn a_lock_excludes_other_changes_and_no_search() {
+fn a_lock_excludes_other_changes_but_no_search() {
     let (folder, catalogue) = project();
     enter(&catalogue, &leave(&folder.path().join("one"), 0.3, "paper"));
     let lock = catalogue.lock().unwrap();
@@ -267,14 +286,14 @@ fn a_lock_excludes_other_changes_and_no_search() {
 }
 
 #[test]
-fn an_entry_that_breaks_off_is_none() {
+fn incomplete_entries_are_ignored() {
     let (folder, catalogue) = project();
     enter(&catalogue, &leave(&folder.path().join("one"), 0.3, "paper"));
     // Temporary files of a killed process.
     fs::write(catalogue.index().join(".1.json.tmp"), "{\"schema\"").unwrap();
     fs::write(catalogue.index().join("2.json.tmp"), "{\"schema\"").unwrap();
     assert_eq!(numbers(&catalogue, ""), [1]);
-    // Its label cannot be written: nothing of the entry stays.
+    // If its label cannot be written, no part of the entry remains.
     let path = leave(&folder.path().join("two"), 0.3, "paper");
     fs::create_dir(path.join("run.json")).unwrap();
     assert!(matches!(catalogue.enter(&RunOrigin::now(&path, SystemTime::now(), None)), Err(Error::File { .. })));
@@ -282,7 +301,7 @@ fn an_entry_that_breaks_off_is_none() {
 }
 
 #[test]
-fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
+fn a_damaged_entry_and_one_of_a_newer_version_are_reported_and_rebuilt() {
     let (folder, catalogue) = project();
     for name in ["one", "two", "three"] {
         enter(&catalogue, &leave(&folder.path().join(name), 0.3, "paper"));
@@ -300,7 +319,7 @@ fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
         let damaged = catalogue.details(number).unwrap_err().to_string();
         assert!(damaged.contains(&format!("{number}.json")) && damaged.contains("--rebuild"), "{damaged}");
     }
-    // A damaged entry of a deleted run hinders no other run.
+    // A damaged entry of a deleted run does not affect other runs.
     fs::create_dir_all(catalogue.bin().join("2")).unwrap();
     assert_eq!(enter(&catalogue, &leave(&folder.path().join("four"), 0.3, "paper")), 8);
     let second = RunOrigin { number: Some(2), ..RunOrigin::now(&folder.path().join("four"), SystemTime::now(), None) };
@@ -314,10 +333,10 @@ fn a_damaged_entry_and_one_of_a_newer_program_are_named_and_rebuilt() {
 }
 
 #[test]
-fn where_it_cannot_be_written_the_run_is_as_it_was() {
+fn a_run_is_unchanged_if_the_catalogue_cannot_be_written() {
     let (folder, catalogue) = project();
     let path = leave(&folder.path().join("one"), 0.3, "paper");
-    // A file where its folder should be: no right in the world makes one.
+    // A file in place of its folder: the folder cannot be created, regardless of permissions.
     fs::write(folder.path().join("stickslip-out"), "").unwrap();
     let refused = catalogue.enter(&RunOrigin::now(&path, SystemTime::now(), None)).unwrap_err();
     assert!(refused.to_string().contains("stickslip-out"), "{refused}");
@@ -336,7 +355,7 @@ fn a_project_in_the_working_folder_shares_its_catalogue() {
 }
 
 #[test]
-fn a_record_alone_is_a_run_of_its_own() {
+fn a_record_alone_is_a_run() {
     use stickslip_bench::run::{About, RunWriter};
     let (folder, catalogue) = project();
     let path = folder.path().join("axis.mf4");
@@ -352,7 +371,7 @@ fn a_record_alone_is_a_run_of_its_own() {
     assert!(!path.exists());
     catalogue.restore(1).unwrap();
     assert!(path.exists());
-    // Without its label, by what the record itself says.
+    // Without its label, from the record itself.
     fs::remove_file(folder.path().join("axis.mf4.run.json")).unwrap();
     assert_eq!(catalogue.rebuild().unwrap(), Rebuilt { runs: 1, unlabelled: 1 });
 }

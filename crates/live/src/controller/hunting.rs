@@ -1,4 +1,4 @@
-//! Whether a controller hunts, predicted.
+//! Prediction of hunting.
 
 use std::f64::consts::TAU;
 
@@ -10,36 +10,36 @@ use stickslip_base::quantity::{Estimate, tied};
 use stickslip_base::{Error, Preset, Watch};
 use stickslip_design::{HuntingPlan, ModelledAxis};
 
-/// Instants of the course that a picture shows, at most.
+/// Maximum number of instants in a picture.
 const INSTANTS: usize = 600;
-/// Intervals from slip to slip that it shows.
+/// Shown number of intervals between slips.
 const SHOWN: f64 = 6.0;
-/// What it shows where there are none [s].
+/// Shown time without hunting [s].
 const REST: f64 = 2.0;
 
-/// Whether a controller hunts at a set-point that rests: the numbers of `stickslip hunting`.
+/// Prediction of hunting at a constant set-point: the numbers of `stickslip hunting`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HuntingView {
-    /// Of the desired friction, which the load motor renders, instead of the machine's own.
+    /// Whether it uses the desired friction, which the load motor renders, instead of the machine's own.
     pub desired: bool,
-    /// Whether it hunts.
+    /// Whether hunting is predicted.
     pub hunts: bool,
-    /// Half the distance between the extremes [rad]; `null` where it comes to rest.
+    /// Half the distance between the extremes [rad]; `null` without hunting.
     pub amplitude: Option<f64>,
-    /// The same in counts of the encoder.
+    /// The amplitude in encoder counts.
     pub counts: Option<f64>,
-    /// From one slip to the next [s].
+    /// Time from one slip to the next [s].
     pub interval: Option<f64>,
-    /// It in words.
+    /// The prediction in a sentence.
     pub sentence: String,
-    /// Instants of the course [s].
+    /// Instants [s].
     pub time: Vec<f64>,
     /// Deviations from the set-point [mrad].
     pub deviation: Vec<f64>,
 }
 
 impl HuntingView {
-    /// On the own friction of a preset's model, or on the one that it desires.
+    /// With the own friction of a preset's model, or with its desired friction.
     pub(super) fn of(preset: &Preset<f64>, desired: bool) -> Result<Self, Error> {
         let mut model = preset.model;
         if desired {
@@ -52,14 +52,14 @@ impl HuntingView {
         let hunting = hunting.filter(|it| it.amplitude.is_finite() && it.interval.is_finite());
         let sentence = match &hunting {
             Some(it) => format!(
-                "It hunts: ±{} about the set-point, {} counts, a slip every {}.",
+                "Hunting predicted: ±{} about the set-point, {} counts, one slip every {}.",
                 tied(&Estimate::new(it.amplitude, "rad")),
                 stickslip_base::quantity::number(it.amplitude / count, 0),
                 tied(&Estimate::new(it.interval, "s"))
             ),
-            None => "It comes to rest, or moves too slowly to be seen.".into(),
+            None => "No hunting predicted.".into(),
         };
-        // Of a limit cycle its last slips, of a course that ends its begin.
+        // A limit cycle is shown by its last slips, any other course by its start.
         let period = axis.period();
         let (from, span) = match &hunting {
             Some(it) => (plan.duration - (SHOWN * it.interval).min(plan.duration), SHOWN * it.interval),

@@ -1,9 +1,8 @@
-//! A position controller while it is being designed: what a draft of it would do on the machine as believed. Nothing is put
-//! in force.
+//! Design of a position controller on the identified model. The bench is unchanged.
 //!
-//! A draft is the set in force with some values changed ([`LoopDraft`]). [`LoopView`] is all that is to be seen of it: its
-//! fields, its poles, its loop opened and closed, the load sliding and stuck. Whether it hunts ([`HuntingView`]) takes
-//! longer and is asked apart; what the fair tuning makes of it ([`TuneProgress`]) takes seconds and runs beside the bench.
+//! A draft is the active set of parameters with some values changed ([`LoopDraft`]). [`LoopView`] shows its fields, its
+//! poles, and its open and closed loop with the load sliding and stuck. The prediction of hunting ([`HuntingView`]) takes
+//! longer and is a separate call; tuning ([`TuneProgress`]) takes seconds and runs in the background.
 
 mod hunting;
 mod poles;
@@ -30,48 +29,49 @@ use stickslip_design::within;
 use stickslip_experiment::workflow::position_loop::{LoopRun, as_cascade, as_pid, as_predictive, as_state_feedback};
 use tuning::Tuner;
 
-/// Where the position controller stands among the parameters.
+/// Path of the position controller's parameters.
 const CONTROLLER: &str = "bench.controller";
-/// Speeds at which a load can be said to slide [rad/s].
+/// Range of the sliding speed [rad/s].
 const SPEEDS: (f64, f64) = (0.05, 1000.0);
 
-/// A position controller that is being designed.
+/// A draft of a position controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoopDraft {
-    /// What is not as in force: value by path, as in `set`.
+    /// Values that differ from the active ones, by path, as in `set`.
     #[serde(default)]
     pub values: BTreeMap<String, String>,
-    /// The controller as the other kind that it is, or that kind's defaults.
+    /// Converts the controller to this kind, or uses the defaults of this kind.
     #[serde(default)]
     pub kind: Option<DraftKind>,
-    /// Speed at which the load slides [rad/s]; 10 where it is not given.
+    /// Speed at which the load slides [rad/s]; default: 10.
     #[serde(default)]
     pub speed: Option<f64>,
-    /// A hand on the wanted pair of poles.
+    /// Dragged position of the specified pair of poles.
     #[serde(default)]
     pub drag: Option<PoleDrag>,
-    /// Whether the corners of what may be wrong with the machine are judged as well: several times the time.
+    /// Whether the corners of the machine's uncertainty are checked as well; takes several times as long.
     #[serde(default)]
     pub thorough: bool,
 }
 
-/// What a draft can be made of.
+/// Kind of controller of a draft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DraftKind {
-    /// P control of the position around PI control of the velocity; the defaults of one, unless it is one.
+    /// P control of the position around PI control of the velocity; any other kind is replaced by the default cascade.
     Cascade,
-    /// One PID controller of the position; of a cascade the one that it is.
+    /// PID control of the position, converted from the cascade.
     Pid,
-    /// Feedback of all states of the drive; the defaults of one, unless it is one.
+    /// Feedback of all states of the drive; the feedback of a predictive controller is kept, any other kind is replaced by
+    /// the default.
     StateFeedback,
-    /// A state feedback within limits; of a state feedback the one that it is.
+    /// Predictive control: the state feedback within limits.
     Predictive,
 }
 
-/// A draft that has been read.
-struct Drafted {
+/// A draft applied to the active parameters.
+struct AppliedDraft {
     in_force: Preset<f64>,
     preset: Preset<f64>,
     speed: f64,
@@ -81,13 +81,13 @@ impl LoopDraft {
     /// The speed at which the load slides [rad/s].
     fn speed(&self) -> Result<f64, Error> {
         let speed = self.speed.unwrap_or(10.0);
-        let remedy = "Take one of the speeds of the work that the axis shall do.";
+        let remedy = "Use a typical speed of the axis.";
         within("the speed at which the load slides", speed, "rad/s", SPEEDS, remedy)?;
         Ok(speed)
     }
 }
 
-impl Drafted {
+impl AppliedDraft {
     fn new(tuning: &Tuning, draft: &LoopDraft) -> Result<Self, Error> {
         let changed: Vec<_> = draft.values.clone().into_iter().collect();
         let (speed, mut preset) = (draft.speed()?, tuning.preset_with(&changed)?);
@@ -100,12 +100,12 @@ impl Drafted {
             None => {}
         }
         if let Some(drag) = &draft.drag {
-            poles::dragged(&mut preset.bench.controller, drag)?;
+            poles::drag_poles(&mut preset.bench.controller, drag)?;
         }
-        Ok(Drafted { in_force: *tuning.preset(), preset, speed })
+        Ok(AppliedDraft { in_force: *tuning.preset(), preset, speed })
     }
 
-    /// What is not as in force, by path.
+    /// Values that differ from the active ones, by path.
     fn values(&self) -> BTreeMap<String, String> {
         changes(&self.in_force, &self.preset)
     }
@@ -121,36 +121,36 @@ impl Drafted {
 /// The design of a position controller.
 #[derive(Default)]
 pub(super) struct ControllerDesign {
-    /// The tuning that runs, or ran last.
+    /// The running or last tuning.
     tuner: Mutex<Tuner>,
 }
 
 impl ControllerDesign {
     /// The loop of a draft.
     pub(super) fn draft(&self, tuning: &Tuning, draft: &LoopDraft) -> Result<Answer, Error> {
-        let drafted = Drafted::new(tuning, draft)?;
+        let applied = AppliedDraft::new(tuning, draft)?;
         let judge = if draft.thorough { LoopRun::new } else { LoopRun::glance };
-        let run = judge(&drafted.preset, drafted.speed)?;
-        Ok(Answer::Loop(Box::new(LoopView::of(&run, drafted.values(), drafted.items(), draft.thorough)?)))
+        let run = judge(&applied.preset, applied.speed)?;
+        Ok(Answer::Loop(Box::new(LoopView::of(&run, applied.values(), applied.items(), draft.thorough)?)))
     }
 
-    /// Whether a draft hunts on the own friction, or on the desired one.
+    /// Prediction of hunting for a draft, with the own friction or the desired one.
     pub(super) fn hunting(&self, tuning: &Tuning, draft: &LoopDraft, desired: bool) -> Result<Answer, Error> {
-        let drafted = Drafted::new(tuning, draft)?;
-        Ok(Answer::Hunting(Box::new(HuntingView::of(&drafted.preset, desired)?)))
+        let applied = AppliedDraft::new(tuning, draft)?;
+        Ok(Answer::Hunting(Box::new(HuntingView::of(&applied.preset, desired)?)))
     }
 
-    /// Begins to tune a draft.
+    /// Starts to tune a draft.
     pub(super) fn begin(&self, client: &str, tuning: &Tuning, draft: &LoopDraft) -> Result<Answer, Error> {
-        let drafted = Drafted::new(tuning, draft)?;
+        let applied = AppliedDraft::new(tuning, draft)?;
         let mut tuner = lock(&self.tuner);
-        tuner.begin(client, drafted.in_force, drafted.preset, drafted.speed)?;
-        Ok(Answer::Tuned(tuner.seen()))
+        tuner.begin(client, applied.in_force, applied.preset, applied.speed)?;
+        Ok(Answer::Tuned(tuner.progress()))
     }
 
-    /// How far the last tuning is.
+    /// Progress of the last tuning.
     pub(super) fn tuned(&self) -> Answer {
-        Answer::Tuned(lock(&self.tuner).seen())
+        Answer::Tuned(lock(&self.tuner).progress())
     }
 
     /// Ends a tuning that this client began.
@@ -164,7 +164,7 @@ impl ControllerDesign {
     }
 }
 
-/// The values that make one set of parameters of the other, by path, as in a file.
+/// The values that change one set of parameters into the other, by path, as in a file.
 fn changes(from: &Preset<f64>, to: &Preset<f64>) -> BTreeMap<String, String> {
     let written = |Entry { path, field, value }: Entry| {
         let value = match value {

@@ -1,4 +1,4 @@
-//! The fair tuning beside a bench that runs, on a thread of its own: one at a time.
+//! Tuning within the robustness limits, on its own thread: one at a time.
 
 use crate::LiveError;
 use std::collections::BTreeMap;
@@ -15,47 +15,47 @@ use stickslip_base::quantity::{Estimate, tied};
 use stickslip_base::{Error, Preset, Watch};
 use stickslip_design::tune;
 
-/// How far a tuning is, or what it found.
+/// Progress or result of a tuning.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TuneProgress {
-    /// Its number; 0 where there was none.
+    /// Number of the tuning; 0: none yet.
     pub number: u64,
-    /// Who began it.
+    /// The client that started it.
     pub by: String,
-    /// The part that is done, 0 … 1: of the longest search.
+    /// Completed share of the longest search, 0 … 1.
     pub fraction: f64,
     /// Whether it has ended.
     pub ended: bool,
-    /// What is not as it was in force when it began: value by path; `null` until then, and where nothing was found.
+    /// Tuned values that differ from those active at its start, by path; `null` before the end and after a failure.
     pub values: Option<BTreeMap<String, String>>,
-    /// What was found, or why nothing was.
+    /// Result, or reason of the failure.
     pub sentence: Option<String>,
 }
 
-/// The tuning that runs, or ran last.
+/// The running or last tuning.
 #[derive(Clone, Default)]
 pub(super) struct Tuner {
-    seen: Arc<Mutex<TuneProgress>>,
+    progress: Arc<Mutex<TuneProgress>>,
     cancelled: Arc<AtomicBool>,
 }
 
 impl Tuner {
-    pub(super) fn seen(&self) -> TuneProgress {
-        lock(&self.seen).clone()
+    pub(super) fn progress(&self) -> TuneProgress {
+        lock(&self.progress).clone()
     }
 
     pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    fn runs(&self) -> Option<TuneProgress> {
-        Some(self.seen()).filter(|seen| seen.number > 0 && !seen.ended)
+    fn running(&self) -> Option<TuneProgress> {
+        Some(self.progress()).filter(|progress| progress.number > 0 && !progress.ended)
     }
 
-    /// Ends it for whoever began it.
+    /// Ends a tuning that this client started.
     pub(super) fn end(&self, client: &str) -> Result<(), Error> {
-        match self.runs() {
-            Some(seen) if seen.by != client => Err(busy(&seen)),
+        match self.running() {
+            Some(progress) if progress.by != client => Err(busy(&progress)),
             _ => {
                 self.cancel();
                 Ok(())
@@ -63,7 +63,7 @@ impl Tuner {
         }
     }
 
-    /// Begins to tune the controller of a preset; what is found is told against what is in force.
+    /// Starts to tune the controller of a preset; the result is reported as differences from the active parameters.
     pub(super) fn begin(
         &mut self,
         client: &str,
@@ -71,27 +71,27 @@ impl Tuner {
         preset: Preset<f64>,
         speed: f64,
     ) -> Result<(), Error> {
-        if let Some(seen) = self.runs() {
-            return Err(busy(&seen));
+        if let Some(progress) = self.running() {
+            return Err(busy(&progress));
         }
-        let number = self.seen().number + 1;
+        let number = self.progress().number + 1;
         self.cancelled = Arc::default();
-        self.seen = Arc::new(Mutex::new(TuneProgress { number, by: client.into(), ..TuneProgress::default() }));
-        let Tuner { seen, cancelled } = self.clone();
+        self.progress = Arc::new(Mutex::new(TuneProgress { number, by: client.into(), ..TuneProgress::default() }));
+        let Tuner { progress, cancelled } = self.clone();
         thread::spawn(move || {
-            let told = seen.clone();
-            let watch = Watch::new(cancelled, move |_, fraction| lock(&told).fraction = fraction);
+            let reported = progress.clone();
+            let watch = Watch::new(cancelled, move |_, fraction| lock(&reported).fraction = fraction);
             let tuned = tune(&preset.bench.controller, &preset.model, &preset.bench, speed, &watch);
-            let mut seen = lock(&seen);
-            seen.ended = true;
-            seen.sentence = Some(match tuned {
+            let mut progress = lock(&progress);
+            progress.ended = true;
+            progress.sentence = Some(match tuned {
                 Ok(tuned) => {
                     let mut preset = preset;
                     preset.bench.controller = tuned.controller;
-                    seen.fraction = 1.0;
-                    seen.values = Some(changes(&in_force, &preset));
+                    progress.fraction = 1.0;
+                    progress.values = Some(changes(&in_force, &preset));
                     format!(
-                        "Tuned within the fair limits: the angle after a load torque of 0.1 N m rises to {}.",
+                        "Tuned within the robustness limits: a load torque of 0.1 N m deflects the angle by at most {}.",
                         tied(&Estimate::new(0.1 * tuned.peak, "rad"))
                     )
                 }
@@ -102,6 +102,7 @@ impl Tuner {
     }
 }
 
-fn busy(seen: &TuneProgress) -> Error {
-    LiveError::Busy { what: format!("a tuning that {} began", seen.by) }.into()
+fn busy(progress: &TuneProgress) -> Error {
+    let remedy = "Wait for its end; only the client that started it can end it.";
+    LiveError::Busy { what: format!("a tuning started by {}", progress.by), remedy }.into()
 }

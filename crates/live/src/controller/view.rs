@@ -1,4 +1,4 @@
-//! What is to be seen of a loop.
+//! A position loop for the page: numbers, poles, frequency response, steps.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -15,133 +15,133 @@ use stickslip_design::linear::{Operating, Peak, decibels, size, unwrapped};
 use stickslip_design::{CORNER_LIMIT, NOISE_LIMIT, SENSITIVITY_LIMIT};
 use stickslip_experiment::workflow::position_loop::{LoopRun, OperatingLoop, SHOWN, numbers};
 
-/// Frequencies that a picture shows, at most, and the lowest of them [Hz].
+/// Maximum number of frequencies in a picture, and the lowest frequency [Hz].
 const FREQUENCIES: usize = 500;
 const LOWEST: f64 = 0.1;
-/// Instants of a step that a picture shows, at most.
+/// Maximum number of instants of a step in a picture.
 const INSTANTS: usize = 400;
 /// The load torque of a step [N m].
 const LOAD: f64 = 0.1;
-/// Corners of the circle that a fair loop gain stays out of.
+/// Corners of the polygon that shows the circle of the sensitivity limit.
 const CIRCLE: usize = 96;
-/// Of the coupling's frequency so much is shown in the plane of the poles.
+/// Shown range of the pole plane, as a factor of the coupling's frequency.
 const REACH: f64 = 1.25;
 
-/// A position controller on the machine as believed.
+/// A position controller on the identified model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopView {
-    /// What is not as in force: value by path, as for `set`.
+    /// Values that differ from the active ones, by path, as for `set`.
     pub values: BTreeMap<String, String>,
-    /// Its kind, as in a file.
+    /// Kind of controller, as in a file.
     pub kind: String,
     /// The fields of the controller.
     pub items: Vec<Item>,
-    /// The load sliding, then stuck.
+    /// The loop with the load sliding, then stuck.
     pub loads: Vec<LoopAt>,
-    /// What a fair tuning keeps to.
+    /// Robustness limits.
     pub limits: LoopLimits,
-    /// Directions in which poles of one damping lie.
+    /// Directions of constant damping ratio.
     pub rays: Vec<DampingRay>,
-    /// So far the plane of the poles is worth looking at [1/s].
+    /// Shown range of the pole plane [1/s].
     pub reach: f64,
-    /// The pair of poles that can be dragged; `null` where the poles follow from gains.
+    /// The pair of poles that can be dragged; `null` if the poles follow from gains.
     pub grip: Option<PoleGrip>,
-    /// Whether it keeps what a fair tuning asks for; `null` unless it was asked thoroughly.
+    /// Robustness check; `null` unless the draft is thorough.
     pub verdict: Option<LoopVerdict>,
 }
 
-/// A loop about one operating point.
+/// A loop at one operating point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopAt {
     /// `sliding` or `stuck`.
     pub load: String,
     /// Whether it is stable.
     pub stable: bool,
-    /// What it is worth: the numbers of `stickslip loop`.
+    /// The numbers of `stickslip loop`.
     pub numbers: Vec<LoopNumber>,
     /// Poles of the closed loop, the slowest first.
     pub poles: Vec<LoopPole>,
-    /// Poles of the axis alone.
+    /// Poles of the plant.
     pub plant: Vec<LoopPole>,
     /// Frequencies of the loop gain, rising [Hz].
     pub frequency: Vec<f64>,
-    /// Its magnitude [dB].
+    /// Magnitude of the loop gain [dB].
     pub decibels: Vec<f64>,
-    /// Its phase, without jumps [°].
+    /// Phase of the loop gain, without jumps [°].
     pub phase: Vec<f64>,
-    /// Its real part.
+    /// Real part of the loop gain.
     pub real: Vec<f64>,
-    /// Its imaginary part.
+    /// Imaginary part of the loop gain.
     pub imaginary: Vec<f64>,
-    /// Its margins.
+    /// Margins.
     pub marks: Vec<LoopMark>,
-    /// Instants of the steps [s].
+    /// Instants of the step responses [s].
     pub time: Vec<f64>,
-    /// The angle after a set-point of 1 rad [rad]; empty where the loop is not stable.
+    /// Angle after a set-point step of 1 rad [rad]; empty for an unstable loop.
     pub setpoint: Vec<f64>,
-    /// The angle after a load torque of 0.1 N m [mrad]; empty where the loop is not stable.
+    /// Angle after a load torque step of 0.1 N m [mrad]; empty for an unstable loop.
     pub disturbed: Vec<f64>,
 }
 
 /// A number of a loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopNumber {
-    /// As in `summary.json`, behind `loop.sliding.`.
+    /// Key in `summary.json`, after `loop.sliding.`.
     pub key: String,
-    /// In words.
+    /// Name.
     pub name: String,
     /// SI unit.
     pub unit: String,
-    /// `null` where nothing limits it, and where the loop is not stable.
+    /// Value; `null` if unlimited or if the loop is not stable.
     pub value: Option<f64>,
 }
 
-/// A margin, where it is on the loop gain.
+/// A margin at its point of the loop gain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopMark {
-    /// Which: `gain margin`, `phase margin`, `M_s`.
+    /// Kind: `gain margin`, `phase margin`, `M_s`.
     pub name: String,
-    /// It in words.
+    /// Kind, value and frequency in words.
     pub text: String,
-    /// The same beside a point of a picture: `GM 3.9`.
+    /// Short label for a point in a picture: `GM 3.9`.
     pub short: String,
-    /// [Hz].
+    /// Frequency [Hz].
     pub frequency: f64,
-    /// [dB].
+    /// Magnitude of the loop gain [dB].
     pub decibels: f64,
-    /// [°].
+    /// Phase of the loop gain [°].
     pub phase: f64,
     /// Real part of the loop gain.
     pub real: f64,
-    /// Imaginary part.
+    /// Imaginary part of the loop gain.
     pub imaginary: f64,
 }
 
-/// What a fair tuning keeps to.
+/// Robustness limits of a tuning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopLimits {
-    /// Peak of the sensitivity, sliding and stuck.
+    /// Limit of the sensitivity peak, sliding and stuck.
     pub sensitivity: f64,
-    /// The same in each corner.
+    /// Limit of the sensitivity peak in each corner.
     pub corner: f64,
-    /// Noise of the commanded torque [N m RMS].
+    /// Limit of the noise of the commanded torque [N m RMS].
     pub noise_torque: f64,
-    /// The circle that a loop gain within the first of them stays out of.
+    /// Circle in the Nyquist plot that the loop gain must not enter, from the limit of the sensitivity peak.
     pub circle: Vec<[f64; 2]>,
 }
 
-/// Whether a loop keeps what a fair tuning asks for.
+/// Robustness check of a loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoopVerdict {
-    /// It does.
+    /// Whether all robustness limits are met.
     pub fair: bool,
-    /// Why, in sentences.
+    /// Reasons, in sentences.
     pub sentences: Vec<String>,
-    /// The worst of the machines that are off.
+    /// The worst corner.
     pub worst: CornerView,
 }
 
-/// A machine that is off by a factor each.
+/// A corner: a machine that deviates from the model by these factors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CornerView {
     /// `sliding` or `stuck`.
@@ -150,7 +150,7 @@ pub struct CornerView {
     pub load_inertia: f64,
     /// Factor of the coupling stiffness.
     pub coupling_stiffness: f64,
-    /// Peak of the sensitivity; `null` where the loop is not stable.
+    /// Peak of the sensitivity; `null` if the loop is not stable.
     pub sensitivity: Option<f64>,
 }
 
@@ -182,7 +182,7 @@ impl LoopAt {
     fn of(it: &OperatingLoop) -> Result<Self, Error> {
         let all = it.gain.response(&it.frequencies);
         let phases = unwrapped(all.iter().copied(), -180.0);
-        let seen: Vec<Bode> = it
+        let points: Vec<Bode> = it
             .frequencies
             .iter()
             .zip(all)
@@ -190,8 +190,8 @@ impl LoopAt {
             .map(|((&frequency, gain), phase)| Bode { frequency, gain, phase })
             .filter(|it| it.frequency >= TAU * LOWEST && size(it.gain).is_finite())
             .collect();
-        let seen = thinned(&seen);
-        let column = |value: &dyn Fn(&Bode) -> f64| seen.iter().map(|it| short(value(it))).collect::<Vec<_>>();
+        let points = thinned(&points);
+        let column = |value: &dyn Fn(&Bode) -> f64| points.iter().map(|it| short(value(it))).collect::<Vec<_>>();
         let dt = it.closed.dt.unwrap_or(SHOWN);
         let count = (SHOWN / dt) as usize;
         let every = count.div_ceil(INSTANTS).max(1);
@@ -200,8 +200,8 @@ impl LoopAt {
             if !stable {
                 return Ok(Vec::new());
             }
-            let answers = it.closed.channel(input, 0)?.step_response(count, dt)?;
-            Ok(answers.into_iter().step_by(every).map(|angle| short(scale * angle)).collect())
+            let angles = it.closed.channel(input, 0)?.step_response(count, dt)?;
+            Ok(angles.into_iter().step_by(every).map(|angle| short(scale * angle)).collect())
         };
         Ok(LoopAt {
             load: it.name.into(),
@@ -214,7 +214,7 @@ impl LoopAt {
             phase: column(&|it| it.phase),
             real: column(&|it| it.gain.re),
             imaginary: column(&|it| it.gain.im),
-            marks: marks(it, &seen),
+            marks: marks(it, &points),
             time: (0..count).step_by(every).map(|k| short(k as f64 * dt)).collect(),
             setpoint: step(0, 1.0)?,
             disturbed: step(2, 1e3 * LOAD)?,
@@ -246,7 +246,7 @@ impl LoopLimits {
 }
 
 impl LoopVerdict {
-    /// Of a loop whose corners have been judged.
+    /// The check of a loop with evaluated corners.
     fn of(run: &LoopRun) -> Option<Self> {
         let worst = run.corners.first()?;
         let quiet = run.is_quiet() || !run.operating[0].quality.stable;
@@ -254,8 +254,8 @@ impl LoopVerdict {
         if !quiet {
             let share = run.operating[0].quality.noise_torque / run.preset.bench.controller.torque_limit();
             sentences.push(format!(
-                "Counts and tacho make a torque noise of {} % of the torque limit, beyond the {} % of a fair tuning: lower \
-                 what answers the velocity.",
+                "Encoder counts and tacho noise cause a torque noise of {} % of the torque limit, above the limit of {} %: \
+                 reduce the velocity gain.",
                 number(100.0 * share, 1),
                 number(100.0 * NOISE_LIMIT, 0)
             ));
@@ -282,32 +282,32 @@ struct Bode {
     phase: f64,
 }
 
-/// What a picture of it needs: a point wherever it has turned or gone on since the one before.
-fn thinned(seen: &[Bode]) -> Vec<Bode> {
-    let mut kept: Vec<Bode> = Vec::new();
-    for (k, it) in seen.iter().enumerate() {
-        let tells = kept.last().is_none_or(|last| {
+/// Reduces the loop gain to the points that a picture needs: each differs visibly from the previous one.
+fn thinned(points: &[Bode]) -> Vec<Bode> {
+    let mut selected: Vec<Bode> = Vec::new();
+    for (k, it) in points.iter().enumerate() {
+        let differs = selected.last().is_none_or(|last| {
             let near = size(it.gain) < 4.0;
             libm::log(it.frequency / last.frequency) > 0.05
                 || (decibels(it.gain) - decibels(last.gain)).abs() > 0.4
                 || (it.phase - last.phase).abs() > 2.5
                 || near && size(it.gain - last.gain) > 0.04
         });
-        if tells || k + 1 == seen.len() {
-            kept.push(*it);
+        if differs || k + 1 == points.len() {
+            selected.push(*it);
         }
     }
-    let every = kept.len().div_ceil(FREQUENCIES).max(1);
-    kept.into_iter().step_by(every).collect()
+    let every = selected.len().div_ceil(FREQUENCIES).max(1);
+    selected.into_iter().step_by(every).collect()
 }
 
 /// The margins of a loop, on its gain.
-fn marks(it: &OperatingLoop, seen: &[Bode]) -> Vec<LoopMark> {
+fn marks(it: &OperatingLoop, points: &[Bode]) -> Vec<LoopMark> {
     let margins = &it.quality.margins;
     let at = |[name, sign]: [&str; 2], peak: Option<Peak>, words: &dyn Fn(f64) -> String| {
         let peak = peak.filter(|peak| peak.value.is_finite() && peak.frequency.is_finite())?;
         let gain = it.gain.at_frequency(peak.frequency).map(|gain| gain[(0, 0)]).filter(|l| size(*l).is_finite())?;
-        let near = seen.iter().min_by(|x, y| {
+        let near = points.iter().min_by(|x, y| {
             let off = |it: &Bode| libm::log(it.frequency / peak.frequency).abs();
             off(x).total_cmp(&off(y))
         })?;
@@ -315,9 +315,9 @@ fn marks(it: &OperatingLoop, seen: &[Bode]) -> Vec<LoopMark> {
         let hertz = peak.frequency / TAU;
         let value = words(peak.value);
         let text = format!("{name} {value} at {} Hz", number(hertz, if hertz < 10.0 { 2 } else { 1 }));
-        let beside = format!("{sign} {value}");
+        let label = format!("{sign} {value}");
         let [frequency, decibels, phase, real, imaginary] = [hertz, decibels(gain), phase, gain.re, gain.im].map(short);
-        Some(LoopMark { name: name.into(), text, short: beside, frequency, decibels, phase, real, imaginary })
+        Some(LoopMark { name: name.into(), text, short: label, frequency, decibels, phase, real, imaginary })
     };
     [
         at(["gain margin", "GM"], margins.gain, &|value| number(value, 2)),
@@ -329,7 +329,7 @@ fn marks(it: &OperatingLoop, seen: &[Bode]) -> Vec<LoopMark> {
     .collect()
 }
 
-/// In as many digits as a picture can show.
+/// Rounded to the digits that a picture can show.
 pub(super) fn short(value: f64) -> f64 {
     // A number in scientific notation always parses.
     format!("{value:.5e}").parse().unwrap_or(value)

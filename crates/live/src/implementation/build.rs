@@ -1,5 +1,5 @@
-//! The software in force, compiled by the C compiler of this machine and put to its own test: beside the loop, on the
-//! CPUs that are left to the rest of the program.
+//! Builds of the active software by the C compiler of this machine, with its self-test. The loop continues; a build uses
+//! the CPUs that are not reserved for the loop.
 
 use crate::LiveError;
 use std::fs::File;
@@ -19,63 +19,63 @@ use crate::lock;
 use stickslip_base::Error;
 use stickslip_generate::Generated;
 
-/// How long compiler and test may take, each.
+/// Time limit of each command.
 const LIMIT: Duration = Duration::from_secs(60);
-/// From look to look at what runs.
-const LOOK: Duration = Duration::from_millis(10);
-/// What the compiler writes is told so far [bytes].
+/// Polling interval of a running command.
+const POLL_INTERVAL: Duration = Duration::from_millis(10);
+/// Maximum length of the shown output of a command [bytes].
 const LOG: usize = 20_000;
 
-/// How far a build is, or what came of it.
+/// Progress or result of a build.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BuildProgress {
-    /// How far.
+    /// The current stage.
     pub stage: BuildStage,
-    /// What came of it, in a sentence.
+    /// The result in a sentence.
     pub sentence: String,
-    /// Commands and what they wrote.
+    /// Commands and their output.
     pub log: String,
-    /// Where the files are.
+    /// Folder of the files.
     pub folder: String,
-    /// What the compiler took, and the test [s].
+    /// Duration of compilation and test [s].
     pub seconds: Option<[f64; 2]>,
-    /// Size of the object: code and constants, data, zeroed data [bytes]; `null` where nobody tells.
+    /// Size of the object: code and constants, data, zeroed data [bytes]; `null` if unknown.
     pub sizes: Option<[u64; 3]>,
     /// Errors of the compiler.
     pub errors: Vec<BuildError>,
 }
 
-/// How far a build is.
+/// Stage of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BuildStage {
-    /// None was asked for.
+    /// No build yet.
     #[default]
     Never,
-    /// The compiler is at work.
+    /// The compiler runs.
     Compiling,
     /// The self-test runs.
     Testing,
-    /// Compiled, and every bit of the test is the model's.
+    /// Compiled; the self-test agrees with the model bit for bit.
     Passed,
-    /// It did not compile, or the test found a difference.
+    /// The compilation failed, or the self-test found a difference.
     Failed,
-    /// There is no compiler; the files are written.
+    /// No compiler found; the files were written.
     NoCompiler,
-    /// It was cancelled.
+    /// Cancelled.
     Cancelled,
 }
 
 /// An error of the compiler.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BuildError {
-    /// The page of the block's diagram, where the line is one of a block's.
+    /// Diagram page of the block; `null` if the line belongs to no block.
     pub page: Option<String>,
-    /// The block.
+    /// Name of the block.
     pub block: String,
     /// File and line.
     pub place: String,
-    /// What the compiler says.
+    /// Message of the compiler.
     pub text: String,
 }
 
@@ -90,19 +90,19 @@ impl BuildStage {
 pub(super) struct Builder {
     compiler: PathBuf,
     limit: Duration,
-    seen: Arc<Mutex<BuildProgress>>,
+    progress: Arc<Mutex<BuildProgress>>,
     cancelled: Arc<AtomicBool>,
 }
 
 impl Default for Builder {
     fn default() -> Self {
         let compiler = std::env::var_os("CC").unwrap_or_else(|| "cc".into()).into();
-        Builder { compiler, limit: LIMIT, seen: Arc::default(), cancelled: Arc::default() }
+        Builder { compiler, limit: LIMIT, progress: Arc::default(), cancelled: Arc::default() }
     }
 }
 
-/// Why a command did not come to its end.
-enum Broken {
+/// Reason why a command did not complete.
+enum CommandFailure {
     Missing,
     Cancelled,
     TooLong,
@@ -110,31 +110,31 @@ enum Broken {
 }
 
 impl Builder {
-    /// By this compiler, with so much time.
+    /// Uses this compiler and time limit.
     #[cfg(all(test, unix))]
     pub(super) fn by(compiler: &Path, limit: Duration) -> Self {
         Builder { compiler: compiler.to_owned(), limit, ..Builder::default() }
     }
 
-    pub(super) fn seen(&self) -> BuildProgress {
-        lock(&self.seen).clone()
+    pub(super) fn progress(&self) -> BuildProgress {
+        lock(&self.progress).clone()
     }
 
     pub(super) fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Writes the files and begins.
+    /// Writes the files and starts the build.
     ///
     /// # Errors
     /// [`LiveError::Busy`]; [`Error::File`].
     pub(super) fn begin(&mut self, generated: Arc<Generated>, folder: &Path) -> Result<(), Error> {
-        if self.seen().stage.runs() {
-            return Err(LiveError::Busy { what: "a build".into() }.into());
+        if self.progress().stage.runs() {
+            return Err(LiveError::Busy { what: "a build".into(), remedy: "Wait for its end, or cancel it." }.into());
         }
         generated.write(folder)?;
         self.cancelled = Arc::default();
-        *lock(&self.seen) = BuildProgress {
+        *lock(&self.progress) = BuildProgress {
             stage: BuildStage::Compiling,
             folder: folder.display().to_string(),
             ..BuildProgress::default()
@@ -159,98 +159,104 @@ impl Builder {
                 Ok((_, text)) => {
                     let errors = errors(&text, generated);
                     let sentence = format!("The compiler found {} errors.", errors.len().max(1));
-                    return self.end(BuildStage::Failed, &sentence, |seen| seen.errors = errors);
+                    return self.end(BuildStage::Failed, &sentence, |progress| progress.errors = errors);
                 }
-                Err(broken) => return self.broken(broken),
+                Err(failure) => return self.fail(failure),
             }
         }
         let compiled = begun.elapsed().as_secs_f64();
         let sizes = self.command(Path::new("size"), &[&object], folder).ok().and_then(|(_, text)| sizes(&text));
         {
-            let mut seen = lock(&self.seen);
-            (seen.stage, seen.sizes) = (BuildStage::Testing, sizes);
+            let mut progress = lock(&self.progress);
+            (progress.stage, progress.sizes) = (BuildStage::Testing, sizes);
         }
         let begun = Instant::now();
         match self.command(&folder.join(&program), &[], folder) {
             Ok((status, _)) => {
                 let seconds = Some([compiled, begun.elapsed().as_secs_f64()]);
                 let (stage, sentence) = if status.success() {
-                    (BuildStage::Passed, "Compiled; the self-test gives every bit of the model.")
+                    (BuildStage::Passed, "Compiled; the self-test agrees with the model bit for bit.")
                 } else {
-                    (BuildStage::Failed, "Compiled, but the self-test found a difference to the model.")
+                    (BuildStage::Failed, "Compiled, but the self-test found a difference from the model.")
                 };
-                self.end(stage, sentence, |seen| seen.seconds = seconds);
+                self.end(stage, sentence, |progress| progress.seconds = seconds);
             }
-            Err(broken) => self.broken(broken),
+            Err(failure) => self.fail(failure),
         }
     }
 
-    fn broken(&self, broken: Broken) {
+    fn fail(&self, failure: CommandFailure) {
         let compiler = self.compiler.display();
-        match broken {
-            Broken::Missing => {
+        match failure {
+            CommandFailure::Missing => {
                 let sentence = format!(
-                    "There is no C compiler \"{compiler}\" on this machine: install one, or name one by the variable CC. \
-                     The files are written all the same."
+                    "C compiler \"{compiler}\" not found: install one, or set CC to a C99 compiler. The files were written."
                 );
                 self.end(BuildStage::NoCompiler, &sentence, |_| {});
             }
-            Broken::Cancelled => self.end(BuildStage::Cancelled, "Cancelled.", |_| {}),
-            Broken::TooLong => {
-                let sentence = format!("It took longer than {} s and was ended.", self.limit.as_secs_f64());
+            CommandFailure::Cancelled => self.end(BuildStage::Cancelled, "Cancelled.", |_| {}),
+            CommandFailure::TooLong => {
+                let sentence = format!("Stopped: a command took longer than {} s.", self.limit.as_secs_f64());
                 self.end(BuildStage::Failed, &sentence, |_| {});
             }
-            Broken::Other(error) => self.end(BuildStage::Failed, &format!("It could not be run: {error}."), |_| {}),
+            CommandFailure::Other(error) => {
+                self.end(BuildStage::Failed, &format!("A command could not be run: {error}."), |_| {});
+            }
         }
     }
 
     fn end(&self, stage: BuildStage, sentence: &str, more: impl FnOnce(&mut BuildProgress)) {
-        let mut seen = lock(&self.seen);
-        (seen.stage, seen.sentence) = (stage, sentence.into());
-        more(&mut seen);
+        let mut progress = lock(&self.progress);
+        (progress.stage, progress.sentence) = (stage, sentence.into());
+        more(&mut progress);
     }
 
-    /// Runs a command to its end: how it ended, and what it wrote.
-    fn command(&self, program: &Path, arguments: &[&str], folder: &Path) -> Result<(ExitStatus, String), Broken> {
+    /// Runs a command to its end. Returns its exit status and its output.
+    fn command(
+        &self,
+        program: &Path,
+        arguments: &[&str],
+        folder: &Path,
+    ) -> Result<(ExitStatus, String), CommandFailure> {
         let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy();
-        lock(&self.seen).log += &format!("$ {shown} {}\n", arguments.join(" "));
+        lock(&self.progress).log += &format!("$ {shown} {}\n", arguments.join(" "));
         let written = folder.join("build.log");
-        let log = File::create(&written).map_err(Broken::Other)?;
-        let both = log.try_clone().map_err(Broken::Other)?;
+        let log = File::create(&written).map_err(CommandFailure::Other)?;
+        let both = log.try_clone().map_err(CommandFailure::Other)?;
         let mut command = Command::new(program);
         command.args(arguments).current_dir(folder).env("LC_ALL", "C");
         command.stdin(Stdio::null()).stdout(log).stderr(both);
         let mut child = command.spawn().map_err(|error| match error.kind() {
-            std::io::ErrorKind::NotFound => Broken::Missing,
-            _ => Broken::Other(error),
+            std::io::ErrorKind::NotFound => CommandFailure::Missing,
+            _ => CommandFailure::Other(error),
         })?;
         let ended = self.wait(&mut child);
         let text = String::from_utf8_lossy(&std::fs::read(&written).unwrap_or_default()).into_owned();
-        let mut seen = lock(&self.seen);
-        seen.log.extend(text.chars().take(LOG));
-        drop(seen);
+        let mut progress = lock(&self.progress);
+        progress.log.extend(text.chars().take(LOG));
+        drop(progress);
         ended.map(|status| (status, text))
     }
 
-    fn wait(&self, child: &mut Child) -> Result<ExitStatus, Broken> {
+    fn wait(&self, child: &mut Child) -> Result<ExitStatus, CommandFailure> {
         let begun = Instant::now();
         let why = loop {
             match child.try_wait() {
                 Ok(Some(status)) => return Ok(status),
-                Ok(None) if self.cancelled.load(Ordering::Relaxed) => break Broken::Cancelled,
-                Ok(None) if begun.elapsed() > self.limit => break Broken::TooLong,
-                Ok(None) => thread::sleep(LOOK),
-                Err(error) => break Broken::Other(error),
+                Ok(None) if self.cancelled.load(Ordering::Relaxed) => break CommandFailure::Cancelled,
+                Ok(None) if begun.elapsed() > self.limit => break CommandFailure::TooLong,
+                Ok(None) => thread::sleep(POLL_INTERVAL),
+                Err(error) => break CommandFailure::Other(error),
             }
         };
-        // One that has ended meanwhile needs no end.
+        // The command may have ended meanwhile.
         let _ = child.kill();
         let _ = child.wait();
         Err(why)
     }
 }
 
-/// The errors in what a compiler writes, `FILE:LINE:COLUMN: error: TEXT`, each with its block.
+/// The errors in a compiler's output, `FILE:LINE:COLUMN: error: TEXT`, each with its block.
 fn errors(text: &str, generated: &Generated) -> Vec<BuildError> {
     let diagram = Diagram::of(&generated.program, &generated.prefix);
     let source = generated.text(&format!("{}.c", generated.prefix)).unwrap_or_default();

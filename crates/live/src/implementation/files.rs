@@ -7,14 +7,14 @@ use stickslip_base::Error;
 use stickslip_generate::Generated;
 use stickslip_generate::archive::archive;
 
-/// The description for measurement and calibration tools.
+/// A2L description for measurement and calibration tools.
 const DESCRIPTION: &str = "bench.a2l";
 
 impl Live {
-    /// A file of what runs, by its name: `tick.zip` with the whole project in C, each file of it, `bench.a2l`.
+    /// A file of the running software: `tick.zip` with the whole project in C, each file of it, `bench.a2l`.
     ///
     /// # Errors
-    /// [`Error::Unknown`] for a name that is none of them; what the design of the software refuses.
+    /// [`Error::Unknown`] for an unknown name; errors of the software's design.
     pub fn implementation_file(&self, name: &str) -> Result<Vec<u8>, Error> {
         let Shared { parameters, implementation, links, .. } = &*self.shared;
         if name == DESCRIPTION {
@@ -29,13 +29,10 @@ impl Live {
         generated.text(name).map(|text| text.as_bytes().to_vec()).ok_or_else(|| Error::Unknown {
             what: "file of the implementation",
             name: name.into(),
-            remedy: generated
-                .files
-                .iter()
-                .map(|file| &*file.0)
-                .chain([&*archive, DESCRIPTION])
-                .collect::<Vec<_>>()
-                .join(", "),
+            remedy: {
+                let names = generated.files.iter().map(|file| &*file.0).chain([&*archive, DESCRIPTION]);
+                format!("Available: {}.", names.collect::<Vec<_>>().join(", "))
+            },
         })
     }
 }

@@ -1,4 +1,4 @@
-//! The bench's software as one picture: its blocks, and the signals between them.
+//! Signal-flow diagram of the bench's software: its blocks, and the signals between them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,48 +10,48 @@ use stickslip_base::parameters::{self, Difference, Value, within};
 use stickslip_bench::tuning::fixed;
 use stickslip_generate::Generated;
 
-/// What runs, at a glance. Places in units of the picture, from its left upper corner.
+/// Signal-flow diagram of the running software. Positions in units of the picture, from its upper left corner.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Flow {
     /// Width and height.
     pub size: [f64; 2],
-    /// The blocks, in the order of the signal.
+    /// The blocks, in the order of the signal flow.
     pub blocks: Vec<FlowBlock>,
-    /// What connects them.
+    /// The wires between the blocks.
     pub wires: Vec<FlowWire>,
-    /// All pages of the generated diagram, the whole first.
+    /// All pages of the generated diagram, the overview first.
     pub pages: Vec<FlowPage>,
 }
 
 /// A block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlowBlock {
-    /// Which.
+    /// Identifier.
     pub id: String,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Which of its kind is chosen; empty where there is no choice.
+    /// The chosen kind; empty if there is no choice.
     pub choice: String,
-    /// What it does.
+    /// Function of the block.
     pub about: String,
     /// Left, upper edge, width, height.
     pub at: [f64; 4],
-    /// Where its parameters are.
+    /// Groups of its parameters.
     pub groups: Vec<FlowGroup>,
-    /// Paths of those that are not as they were when the run began.
+    /// Paths of parameters that differ from those at the start of the run.
     pub changed: Vec<String>,
-    /// The page of the diagram that shows it from inside.
+    /// Diagram page of its interior.
     pub page: Option<String>,
-    /// Where the guide tells of it.
+    /// Page of the guide.
     pub guide: Option<String>,
 }
 
-/// Parameters that belong together.
+/// A group of parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlowGroup {
-    /// What their paths begin with.
+    /// Common prefix of their paths.
     pub path: String,
-    /// Why they cannot be changed while the bench runs, and what to do instead.
+    /// Why they cannot be changed on a running bench, with a remedy.
     pub fixed: Option<String>,
 }
 
@@ -66,16 +66,16 @@ pub struct FlowWire {
     pub points: Vec<[f64; 2]>,
     /// The signal that it carries.
     pub signal: String,
-    /// Where the value stands; `null` on a branch of a wire that says it already.
+    /// Position of the value; `null` on a branch of a wire that shows it already.
     pub label: Option<[f64; 2]>,
 }
 
 /// A page of the generated diagram.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlowPage {
-    /// Its file, as links between pages name it.
+    /// Its file, as in links between pages.
     pub page: String,
-    /// What it shows.
+    /// Name of the shown block.
     pub name: String,
 }
 
@@ -103,7 +103,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "reference",
         name: "Reference",
-        about: "The set-point of the motion or the measurement that runs; it rests where nothing does.",
+        about: "Set-point of the running motion or measurement; otherwise constant.",
         at: at(0, 0),
         groups: &[],
         inside: None,
@@ -112,7 +112,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "supervision",
         name: "Supervision",
-        about: "Says what the controller and the law may do, watches limits, homes and brakes.",
+        about: "Enables the controller and the law, monitors limits, homes and brakes.",
         at: at(0, 2),
         groups: &["bench.safety", "bench.homing"],
         inside: None,
@@ -121,7 +121,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "controller",
         name: "Position control",
-        about: "The controller under test, compensation of friction beside it, and what holds against stiction.",
+        about: "Controller under test, friction compensation, and hold against stiction.",
         at: at(1, 0),
         groups: &["bench.controller", "bench.control_divider", "bench.compensation", "bench.hold"],
         inside: Some("control"),
@@ -130,7 +130,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "drive",
         name: "Drive output",
-        about: "From the torque to the voltage of the servo amplifier, within its limits.",
+        about: "Converts the torque into the voltage of the servo amplifier, within its limits.",
         at: at(2, 0),
         groups: &["model.scaling"],
         inside: None,
@@ -139,7 +139,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "decoder",
         name: "Encoder",
-        about: "Unwraps the counter: counts become an angle.",
+        about: "Unwraps the counter and converts counts into an angle.",
         at: at(2, 1),
         groups: &["model.encoder"],
         inside: Some("decoder"),
@@ -148,7 +148,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "observer",
         name: "Velocity observer",
-        about: "Velocity and the accelerometer's offset from angle and acceleration.",
+        about: "Estimates velocity and accelerometer offset from angle and acceleration.",
         at: at(1, 2),
         groups: &["bench.observer_poles"],
         inside: Some("observer"),
@@ -157,7 +157,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "law",
         name: "Rendering law",
-        about: "The torque that makes the machine's own friction the desired one.",
+        about: "Computes the torque that turns the machine's own friction into the desired one.",
         at: at(1, 3),
         groups: &[
             "bench.law",
@@ -173,7 +173,7 @@ const BLOCKS: [Drawn; 9] = [
     Drawn {
         id: "current",
         name: "Current control",
-        about: "Makes the load motor's current follow, against its back-EMF.",
+        about: "Controls the load motor's current against its back-EMF.",
         at: at(2, 3),
         groups: &["model.load_motor", "model.load_amplifier"],
         inside: Some("current"),
@@ -293,7 +293,7 @@ impl Flow {
                 changed,
                 page: match (drawn.inside, drawn.id) {
                     (Some(part), _) => Some(inside(part).unwrap_or_else(|| diagram.file(top))),
-                    // Too little for a function of its own: it is on the page of the whole.
+                    // Too small for its own function: shown on the overview page.
                     (None, "drive") => Some(diagram.file(top)),
                     _ => None,
                 },

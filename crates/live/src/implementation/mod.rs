@@ -1,4 +1,4 @@
-//! What runs on the target: its blocks and wires, its code, its time in each cycle, and what the system granted it.
+//! The software on the target: blocks and wires, code, execution times, and settings granted by the system.
 
 mod build;
 mod files;
@@ -33,7 +33,7 @@ pub(super) struct Implementation {
     folder: PathBuf,
     target: Target,
     builder: Mutex<Builder>,
-    /// Code and diagram that were made last, and of what: with bristles they take seconds.
+    /// The last generated code and diagram with their preset: generation takes seconds with bristles.
     generated: Mutex<Option<(Preset<f64>, Arc<Generated>)>>,
 }
 
@@ -44,9 +44,9 @@ impl Implementation {
 
     /// The active software as code and diagram.
     fn generated(&self, tuning: &Tuning) -> Result<Arc<Generated>, Error> {
-        // Other clients that ask meanwhile wait for the same.
-        let mut made = lock(&self.generated);
-        if let Some((of, generated)) = &*made
+        // Other clients wait meanwhile and get the same code.
+        let mut cache = lock(&self.generated);
+        if let Some((of, generated)) = &*cache
             && of == tuning.preset()
         {
             return Ok(generated.clone());
@@ -55,7 +55,7 @@ impl Implementation {
         let proposal = tuning.set(&[])?;
         let tick = proposal.parameters(Correction::Nothing)?.tick;
         let generated = Arc::new(generate::software(&tick, proposal.preset().bench.tick_time())?);
-        *made = Some((*tuning.preset(), generated.clone()));
+        *cache = Some((*tuning.preset(), generated.clone()));
         Ok(generated)
     }
 
@@ -73,7 +73,7 @@ impl Implementation {
         Answer::Target(Box::new(Target { rate, ..self.target.clone() }))
     }
 
-    /// Begins to build the active software, unless a build runs.
+    /// Starts to build the active software, unless a build is running.
     pub(super) fn build(&self, tuning: &Tuning) -> Result<Answer, Error> {
         let generated = self.generated(tuning)?;
         lock(&self.builder).begin(generated, &self.folder)?;
@@ -81,7 +81,7 @@ impl Implementation {
     }
 
     pub(super) fn built(&self) -> Answer {
-        Answer::Built(Box::new(lock(&self.builder).seen()))
+        Answer::Built(Box::new(lock(&self.builder).progress()))
     }
 
     pub(super) fn end_build(&self) -> Answer {

@@ -1,4 +1,4 @@
-//! A block from inside: its diagram, its C, its size.
+//! The interior of a block: its diagram, its C code, its size.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,28 +10,28 @@ use stickslip_generate::Generated;
 /// A page of the generated signal-flow diagram.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DiagramPage {
-    /// Its file, as links between pages name it.
+    /// Its file, as in links between pages.
     pub page: String,
-    /// What it shows.
+    /// Name of the shown block.
     pub name: String,
     /// The picture; its boxes link to pages.
     pub svg: String,
-    /// The functions in C, those that are called first.
+    /// The functions in C; called functions come first.
     pub code: String,
-    /// How much that is.
+    /// Size of the block.
     pub size: BlockSize,
 }
 
-/// How large a block is, with all that it calls.
+/// Size of a block, with all called blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BlockSize {
-    /// Numbers among its parameters.
+    /// Number of parameters.
     pub parameters: usize,
-    /// Numbers that it remembers.
+    /// Number of state variables.
     pub states: usize,
-    /// Operations of a step.
+    /// Number of operations in a step.
     pub operations: usize,
-    /// Lines of C.
+    /// Number of lines of C.
     pub lines: usize,
 }
 
@@ -40,8 +40,9 @@ impl DiagramPage {
     pub(super) fn of(generated: &Generated, page: &str) -> Result<Self, Error> {
         let diagram = Diagram::of(&generated.program, &generated.prefix);
         let number = (0..diagram.pages.len()).find(|number| diagram.file(*number) == page).ok_or_else(|| {
-            let known: Vec<String> = (0..diagram.pages.len()).map(|number| diagram.file(number)).collect();
-            Error::Unknown { what: "page of the diagram", name: page.into(), remedy: known.join(", ") }
+            let files: Vec<String> = (0..diagram.pages.len()).map(|number| diagram.file(number)).collect();
+            let remedy = format!("Available: {}.", files.join(", "));
+            Error::Unknown { what: "page of the diagram", name: page.into(), remedy }
         })?;
         let code = code(generated, &diagram, number);
         let step = diagram.pages[number].step;
@@ -61,7 +62,7 @@ impl DiagramPage {
     }
 }
 
-/// A page and all below it, those that are called first.
+/// A page and all pages below it; called pages come first.
 fn within(diagram: &Diagram, page: usize) -> Vec<usize> {
     let mut all = vec![page];
     let mut next = 0;
@@ -79,7 +80,7 @@ fn within(diagram: &Diagram, page: usize) -> Vec<usize> {
     all
 }
 
-/// The functions of a page and of those that it calls.
+/// The functions of a page and of all called pages.
 fn code(generated: &Generated, diagram: &Diagram, page: usize) -> String {
     let Some(source) = generated.text(&format!("{}.c", generated.prefix)) else { return String::new() };
     let lines: Vec<&str> = source.lines().collect();
@@ -99,7 +100,7 @@ fn code(generated: &Generated, diagram: &Diagram, page: usize) -> String {
     code
 }
 
-/// What the function of a page is called.
+/// Name of the function of a page.
 pub(super) fn function(generated: &Generated, diagram: &Diagram, page: usize) -> String {
     let prefix = &generated.prefix;
     if page + 1 == diagram.pages.len() {
@@ -109,7 +110,7 @@ pub(super) fn function(generated: &Generated, diagram: &Diagram, page: usize) ->
     }
 }
 
-/// `VelocityObserver` as people write it.
+/// `VelocityObserver` as `Velocity observer`.
 pub(super) fn words(name: &str) -> String {
     let mut out = String::new();
     for (place, letter) in name.chars().enumerate() {

@@ -1,36 +1,36 @@
-//! The program that runs, and what the system gave it.
+//! The running program, and the settings granted by the system.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use stickslip_rt::Granted;
 
-/// What runs, and since when.
+/// The running program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Target {
     /// Version of the program.
     pub version: String,
-    /// What it was built for: processor, system, and whether overflows are checked.
+    /// Target of the build: processor, system, and whether overflows are checked.
     pub built: String,
-    /// Where the machine is: `virtual`, or its address.
+    /// The machine: `virtual`, or its address.
     pub machine: String,
-    /// When it was started: seconds since 1970 [s].
+    /// Start time: seconds since 1970 [s].
     pub since: f64,
-    /// Ticks in a second [Hz].
+    /// Tick rate [Hz].
     pub rate: f64,
-    /// What the real-time thread asked of the system.
+    /// Requested settings of the real-time thread, each with its result.
     pub wishes: Vec<SettingResult>,
-    /// What can be taken along, at `/implementation/FILE`.
+    /// Files for download, at `/implementation/FILE`.
     pub files: Vec<TargetFile>,
 }
 
-/// A file of what runs.
+/// A file of the running software.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TargetFile {
     /// Its path.
     pub file: String,
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// What is in it.
+    /// Content.
     pub about: String,
 }
 
@@ -38,21 +38,21 @@ pub struct TargetFile {
 const FILES: [[&str; 3]; 5] = [
     ["tick.zip", "C project", "code, self-test, example, page and diagram"],
     ["tick.h", "C header", "parameters, inputs, outputs"],
-    ["tick.c", "C source", "all that goes onto a target"],
+    ["tick.c", "C source", "complete code for a target"],
     ["bench.a2l", "A2L", "for measurement and calibration tools"],
     ["diagram/tick.svg", "Diagram", "the whole tick as SVG"],
 ];
 
-/// What became of a wish.
+/// Result of a requested setting.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SettingResult {
-    /// What was asked for.
+    /// The requested setting.
     pub wish: String,
-    /// What the system said where it refused.
+    /// Message of the system, if it refused.
     pub refused: Option<String>,
-    /// What the refusal costs; empty where it was granted.
+    /// Effect of the refusal; empty if granted.
     pub costs: String,
-    /// The command that mends it.
+    /// The command that fixes it.
     pub mend: Option<String>,
 }
 

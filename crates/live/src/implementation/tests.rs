@@ -52,7 +52,7 @@ fn wires_carry_signals_of_the_bench_from_block_to_block() {
     for group in flow.blocks.iter().flat_map(|block| &block.groups) {
         assert!(items.iter().any(|item| parameters::within(&item.path, &group.path)), "{}", group.path);
     }
-    // Each block of the software that is a function of its own opens into its own page.
+    // Each block of the software with its own function has its own page.
     for id in ["controller", "observer", "law", "decoder", "current"] {
         let page = block(id).page.clone().unwrap();
         assert_ne!(page, "tick.svg", "{id}");
@@ -66,7 +66,7 @@ fn wires_carry_signals_of_the_bench_from_block_to_block() {
 }
 
 #[test]
-fn the_picture_has_the_choices_in_force_and_marks_what_is_another() {
+fn the_diagram_shows_the_active_choices_and_marks_changed_parameters() {
     let (live, _project) = live();
     let block = |id: &str| flow(&live).blocks.into_iter().find(|block| block.id == id).unwrap();
     assert_eq!((block("controller").choice.as_str(), block("controller").changed.len()), ("cascade", 0));
@@ -83,7 +83,7 @@ fn the_picture_has_the_choices_in_force_and_marks_what_is_another() {
 }
 
 #[test]
-fn files_are_those_of_what_runs() {
+fn downloaded_files_are_those_of_the_running_software() {
     let (live, _project) = live();
     set(&live, "bench.controller.position_gain", "12.5");
     let source = String::from_utf8(live.implementation_file("tick.c").unwrap()).unwrap();
@@ -136,15 +136,15 @@ fn built(mut builder: Builder, cancel: bool) -> BuildProgress {
         builder.cancel();
     }
     loop {
-        let seen = builder.seen();
-        if !matches!(seen.stage, BuildStage::Compiling | BuildStage::Testing) {
-            return seen;
+        let progress = builder.progress();
+        if !matches!(progress.stage, BuildStage::Compiling | BuildStage::Testing) {
+            return progress;
         }
         thread::sleep(Duration::from_millis(5));
     }
 }
 
-/// A compiler that does this.
+/// A script in place of the compiler.
 #[cfg(unix)]
 fn script(folder: &tempfile::TempDir, text: &str) -> PathBuf {
     use std::os::unix::fs::PermissionsExt as _;
@@ -156,7 +156,7 @@ fn script(folder: &tempfile::TempDir, text: &str) -> PathBuf {
 
 #[cfg(unix)]
 #[test]
-fn the_software_is_compiled_and_gives_the_bits_of_the_model() {
+fn the_compiled_software_agrees_with_the_model_bit_for_bit() {
     let built = built(Builder::default(), false);
     assert_eq!(built.stage, BuildStage::Passed, "{}\n{}", built.sentence, built.log);
     assert!(built.seconds.is_some() && built.log.contains("tick_selftest.c"), "{}", built.log);
@@ -179,7 +179,7 @@ fn an_error_is_shown_with_its_block() {
 
 #[cfg(unix)]
 #[test]
-fn a_compiler_that_is_missing_or_takes_for_ever_is_told() {
+fn a_missing_or_endless_compiler_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let missing = built(Builder::by(&folder.path().join("none"), Duration::from_secs(60)), false);
     assert_eq!(missing.stage, BuildStage::NoCompiler);

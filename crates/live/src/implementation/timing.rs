@@ -1,4 +1,4 @@
-//! Where the time of a cycle goes.
+//! Execution times of the cycles.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,60 +8,60 @@ use stickslip_bench::overrun_sentence;
 
 /// Bars of a histogram in a decade of time.
 const DECADE: f64 = 16.0;
-/// Overruns that are told.
-const TOLD: usize = 20;
+/// Maximum number of listed overruns.
+const LISTED: usize = 20;
 
-/// How long cycles take. Times in seconds.
+/// Execution times of the cycles. Times in seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Timing {
-    /// From cycle to cycle: what a cycle may take.
+    /// Period of the cycles: the available time.
     pub period: f64,
-    /// Cycles that are counted.
+    /// Number of counted cycles.
     pub cycles: u64,
-    /// The whole cycle, from its wake-up to the end of its work.
+    /// Histogram of the whole cycle, from its wake-up to the end of its work.
     pub bins: Vec<TimeBin>,
     /// Lateness, the whole cycle, and its parts in their order.
     pub parts: Vec<TimedPart>,
-    /// Deadlines that were missed, all of them.
+    /// Number of missed deadlines.
     pub overruns: u64,
-    /// The last of them, the newest first.
+    /// The last cycles that missed their deadline, the newest first.
     pub late: Vec<LateCycle>,
-    /// Cycles that were held because of them.
+    /// Number of cycles missed because of them.
     pub missed: u64,
 }
 
 /// A bar of a histogram.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TimeBin {
-    /// From [s].
+    /// Lower edge [s].
     pub from: f64,
-    /// Below [s].
+    /// Upper edge, exclusive [s].
     pub to: f64,
-    /// So many cycles.
+    /// Number of cycles.
     pub count: u64,
 }
 
-/// The time that a part takes.
+/// Execution time of a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TimedPart {
-    /// Which.
+    /// Name of the part.
     pub name: String,
-    /// Half of all cycles take at most this [s].
+    /// Median [s].
     pub median: f64,
-    /// 99.9 % of them [s].
+    /// 99.9th percentile [s].
     pub p999: f64,
-    /// All of them [s].
+    /// Longest time [s].
     pub longest: f64,
 }
 
 /// A cycle that missed its deadline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LateCycle {
-    /// Its number.
+    /// Number of the cycle.
     pub cycle: u64,
-    /// By how much [s].
+    /// Time after the deadline [s].
     pub by: f64,
-    /// Why, in a sentence.
+    /// Cause, in a sentence.
     pub sentence: String,
 }
 
@@ -81,7 +81,7 @@ impl Timing {
         let edges = edges(histograms.shortest(), total.max.max((period * 1e9) as u64));
         let counts = histograms.counts(&edges);
         let bins = edges.windows(2).zip(counts);
-        let late = histograms.overruns.iter().rev().take(TOLD);
+        let late = histograms.overruns.iter().rev().take(LISTED);
         Timing {
             period,
             cycles: total.count,
@@ -96,14 +96,14 @@ impl Timing {
     }
 }
 
-/// Edges of bars that are alike in width on a scale of decades, over all of it [ns].
+/// Edges of bars of equal width on a logarithmic scale, over the whole range [ns].
 fn edges(shortest: u64, longest: u64) -> Vec<u64> {
     let place = |time: u64| (time.max(1) as f64).log10() * DECADE;
     let (first, last) = (place(shortest).floor() as i64, place(longest).floor() as i64 + 1);
     let edge = |step: i64| 10f64.powf(step as f64 / DECADE) as u64;
     let mut edges: Vec<u64> = (first..=last).map(edge).collect();
     edges.dedup();
-    // Rounding may have taken a little at the ends.
+    // The ends may be too narrow by rounding.
     edges[0] = edges[0].min(shortest);
     edges.push((longest + 1).max(edge(last + 1)));
     edges.dedup();

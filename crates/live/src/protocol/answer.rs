@@ -1,4 +1,4 @@
-//! What is answered.
+//! Answers of the bench.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,38 +13,38 @@ use stickslip_experiment::workflow::sketch::Drawn;
 #[serde(rename_all = "snake_case")]
 #[schemars(tag = "answer")]
 pub enum Answer {
-    /// It is done, or begun: the status tells how far it is.
+    /// Done or started; the status shows the progress.
     Done {},
-    /// How the bench is.
+    /// Status of the bench.
     Status(Box<Status>),
-    /// Parameters came into force.
+    /// Parameters became active.
     Entered {
-        /// With this cycle.
+        /// First cycle with the new values.
         cycle: u64,
-        /// What became another.
+        /// The changed values.
         differences: Vec<Changed>,
-        /// How far the rendering law is from chatter, in words, where it became another.
+        /// Margin of the rendering law against chatter, in words; `null` if the law did not change.
         margin: Option<String>,
     },
-    /// What is not the same.
+    /// Differences between two sets of parameters.
     Differences {
-        /// Each value.
+        /// The differing values.
         differences: Vec<Changed>,
     },
-    /// Parameters with what is known of them.
+    /// Parameters with their descriptions.
     Items {
         /// In the order of declaration.
         items: Vec<Item>,
     },
     /// The machine.
     Machine(Box<Machine>),
-    /// What runs.
+    /// The running software as signal-flow diagram.
     Flow(Box<Flow>),
-    /// A page of its diagram.
+    /// A page of the diagram.
     DiagramPage(Box<DiagramPage>),
-    /// How long cycles take.
+    /// Execution times of the cycles.
     Timing(Box<Timing>),
-    /// The program that runs.
+    /// The running program.
     Target(Box<Target>),
     /// A build.
     Built(Box<BuildProgress>),
@@ -57,39 +57,39 @@ pub enum Answer {
         /// The newest first.
         curves: Vec<CurveName>,
     },
-    /// A friction as it was rendered.
+    /// A measured rendered friction.
     Rendered(Box<RenderedFriction>),
     /// A measurement at rest.
     AtRest(Box<BreakawayMeasurement>),
     /// A preload of the friction wheel.
     AdvisedPreload(AdvisedPreload),
-    /// What was lost or held.
+    /// Lost and missed cycles.
     Losses {
-        /// Cycles that recorders and viewers did not get, the newest last.
+        /// Cycles that recorders and viewers did not receive, the newest last.
         lost: Vec<Loss>,
-        /// Cycles that were held: a deadline was missed, or a virtual machine waited for a command; the newest last.
+        /// Missed cycles: a deadline was missed, or the virtual machine waited for a command; the newest last.
         held: Vec<Loss>,
     },
-    /// A report that was written.
+    /// A written report.
     Report {
         /// Its number: the page is at `/report/NUMBER`.
         run: u64,
         /// Its folder.
         folder: String,
     },
-    /// A sketch, drawn.
+    /// A sketch of a desired friction.
     Drawn(Box<Drawn>),
-    /// How far the rendering law is from chatter.
+    /// Margin of the rendering law against chatter.
     Margin(ChatterMargin),
-    /// A position controller on the machine as believed.
+    /// A position controller on the identified model.
     Loop(Box<LoopView>),
-    /// Whether one hunts.
+    /// Prediction of hunting.
     Hunting(Box<HuntingView>),
     /// A tuning.
     Tuned(TuneProgress),
     /// A text.
     Text {
-        /// As it is.
+        /// The text.
         text: String,
     },
     /// Names.
@@ -101,29 +101,29 @@ pub enum Answer {
     Signals {
         /// In the order of a row.
         signals: Vec<Signal>,
-        /// Names of those that are looked at first, together with which.
+        /// Signals that the scope shows first, one list for each pane.
         panes: Vec<Vec<String>>,
     },
-    /// A capture, not complete yet, or a stream.
+    /// A capture that is not complete yet, or a stream.
     Capture {
         /// Its number.
         capture: u64,
         /// `filling`, `armed`, `delayed`, `triggered`; of a stream `streaming`.
         stage: String,
     },
-    /// A capture that is complete.
+    /// A complete capture.
     Captured(Box<Captured>),
     /// Points of a stream, oldest first.
     Points {
-        /// Each.
+        /// The points.
         points: Vec<Point>,
     },
-    /// A stream of every cycle has begun.
+    /// A stream of every cycle has started.
     Samples {
         /// Its number.
         capture: u64,
     },
-    /// What happened lately.
+    /// The latest events.
     Marks {
         /// The newest last.
         marks: Vec<Mark>,
@@ -132,9 +132,9 @@ pub enum Answer {
     Runs {
         /// The newest first.
         runs: Vec<Run>,
-        /// How many the query finds, these among them.
+        /// Number of all runs that match the query.
         of: u64,
-        /// What of the query was not understood and left out.
+        /// Terms of the query that were ignored, and damaged entries.
         hints: Vec<String>,
     },
     /// A run of the catalogue.
@@ -143,51 +143,51 @@ pub enum Answer {
         run: Box<Run>,
         /// Its parameters and results.
         values: Vec<Value>,
-        /// The ends of the names as which its record leaves for other tools: `/run/NUMBER/run.mf4?as=parquet`.
+        /// File formats to which its record can be exported: `/run/NUMBER/run.mf4?as=parquet`.
         leaves_as: Vec<String>,
     },
     /// A replay.
     Replay(ReplayProgress),
-    /// A run, as it was and as it would have been.
+    /// A recorded run and its simulation.
     Simulated {
-        /// Its traces.
+        /// The traces.
         simulated: Box<Simulated>,
-        /// The parameters that are others.
+        /// The changed parameters.
         differences: Vec<Changed>,
     },
     /// A signal of runs over time.
     Courses {
-        /// In the order in which they were asked for.
+        /// In the order of the request.
         courses: Vec<OverlaidRun>,
     },
-    /// What happened in a run.
+    /// Events of a run.
     Story {
-        /// In its order.
+        /// In order of time.
         happened: Vec<RunEvent>,
     },
 }
 
-/// A run among others over time.
+/// A signal of one of several overlaid runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OverlaidRun {
-    /// Its number.
+    /// Number of the run.
     pub number: i64,
-    /// What is added to its time [s]; `null` where it does not fit.
+    /// Offset to add to its time [s]; `null` if it cannot be aligned.
     pub shift: Option<f64>,
-    /// Its course, in its own time.
+    /// The signal over the time of its own run.
     pub course: Option<Course>,
-    /// Why there is none.
+    /// Why there is no signal.
     pub trouble: Option<String>,
 }
 
-/// A value that is not the same.
+/// A changed value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Changed {
     /// Its dotted path.
     pub path: String,
-    /// Before, with its unit.
+    /// Value before, with its unit.
     pub before: Option<String>,
-    /// After, with its unit.
+    /// Value after, with its unit.
     pub after: Option<String>,
 }
 
@@ -204,54 +204,54 @@ impl Changed {
 pub struct Signal {
     /// Its name.
     pub name: String,
-    /// The same for people.
+    /// Its label.
     pub label: String,
-    /// As in an equation; may be empty.
+    /// Symbol in equations; may be empty.
     pub symbol: String,
     /// SI unit.
     pub unit: String,
-    /// The same as printed; empty for a pure number.
+    /// Unit as printed; empty for a pure number.
     pub printed_unit: String,
-    /// What it is.
+    /// Description.
     pub help: String,
-    /// What each of its values is called, from 0 on; empty for what is measured.
+    /// Names of its values, from 0 on; empty for a measured quantity.
     pub values: Vec<String>,
 }
 
-/// A window of a stream: all its samples lie between the least and the largest.
+/// A point of a stream: smallest and largest sample of its window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Point {
-    /// Its first cycle.
+    /// First cycle.
     pub from: u64,
-    /// Its last cycle.
+    /// Last cycle.
     pub to: u64,
-    /// Cycles that are in no point, since the point before: lost, or in points that nobody took in time.
+    /// Missing cycles since the previous point: lost, or in points that were not read in time.
     pub missing: u64,
-    /// Of each signal the least value; `null` where there is no number.
+    /// Smallest value of each signal; `null` if not finite.
     pub min: Vec<Option<f64>>,
-    /// Of each signal the largest.
+    /// Largest value of each signal; `null` if not finite.
     pub max: Vec<Option<f64>>,
-    /// Of each signal the last.
+    /// Last value of each signal; `null` if not finite.
     pub last: Vec<Option<f64>>,
-    /// Of each signal whether there is among them what is no number.
+    /// Whether the window contains a NaN, for each signal.
     pub nan: Vec<bool>,
 }
 
-/// What was captured.
+/// A complete capture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Captured {
     /// Names of the columns.
     pub signals: Vec<String>,
     /// Number of the cycle of each row.
     pub cycles: Vec<u64>,
-    /// Its time, 0 at the trigger [s].
+    /// Time of each row, 0 at the trigger [s].
     pub times: Vec<f64>,
-    /// Of each signal its value in each row; `null` where it is no number.
+    /// Values of each signal in each row; `null` if not finite.
     pub columns: Vec<Vec<Option<f64>>>,
     /// Index of the trigger's row.
     pub trigger: usize,
-    /// Cycles that are lost.
+    /// Lost cycles.
     pub lost: u64,
-    /// Ticks of history that were asked for but not there yet.
+    /// Requested ticks before the trigger that were not yet available.
     pub missing: u64,
 }

@@ -1,4 +1,4 @@
-//! What can be asked.
+//! Calls of clients.
 
 use std::collections::BTreeMap;
 
@@ -8,310 +8,308 @@ use serde::{Deserialize, Serialize};
 use super::{Alignment, LoopDraft};
 use stickslip_experiment::workflow::sketch::Sketch;
 
-/// A question or an order. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind":
-/// "bristle"}}`.
+/// A call. In JSON an object with the key `call`: `{"call": "set", "values": {"bench.law.kind": "bristle"}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 #[schemars(tag = "call")]
 pub enum Call {
-    /// How the bench is.
+    /// Read the status of the bench.
     Status {},
     /// Switch on and search the index; the axis then has torque and rests near its zero.
     Home {},
-    /// Torque, under control; the zero is known.
+    /// Enable torque and position control; requires homing.
     Start {},
-    /// Be ready again without homing, where the zero is still known.
+    /// Become ready again without homing, if the zero is still valid.
     Arm {},
-    /// To rest by the brake, then no more torque.
+    /// Brake to rest, then disable the torque.
     Stop {},
-    /// Switch off: no torque at once, what moves comes to rest by its friction.
+    /// Disable the torque immediately; the axis comes to rest by its friction.
     Off {},
-    /// The fault is seen.
+    /// Acknowledge the fault.
     Acknowledge {},
-    /// End the motion or the measurement that runs: the set-point comes to rest under control.
+    /// End the running motion or measurement: the set-point comes to rest under control.
     Halt {},
-    /// Follow a reference from where the axis is.
+    /// Follow a reference from the present position of the axis.
     Move {
-        /// What to follow: `sine`, `steps`, `point-to-point`, …
+        /// Kind of reference: `sine`, `steps`, `point-to-point`, …
         reference: String,
-        /// Its values by name, SI units; those that are not given have their defaults.
+        /// Its values by name, SI units; default: those of the reference.
         #[serde(default)]
         values: BTreeMap<String, f64>,
-        /// Whether the load motor renders the desired friction meanwhile.
+        /// Whether the load motor renders the desired friction during the motion.
         #[serde(default)]
         render: bool,
     },
-    /// Break something of the virtual machine on purpose, until the bench is started anew.
+    /// Inject a fault into the virtual machine; it stays until restart.
     Inject {
-        /// What, and how much: `encoder-stuck`, `counts-lost=0.02`.
+        /// Name and value of the fault: `encoder-stuck`, `counts-lost=0.02`.
         fault: String,
     },
-    /// Press the linings of the friction wheel on, 0 … 1; on hardware: they are pressed on so far.
+    /// Set the preload of the friction wheel; on physical hardware, enter the preload that was set by hand.
     Preload {
-        /// How far.
+        /// Preload, 0 (released) … 1.
         preload: f64,
     },
     /// Run a measurement; its results are written into the project.
     Measure {
-        /// What to measure.
+        /// The measured quantity.
         what: Quantity,
         /// Values of its plan, as in a file.
         #[serde(default)]
         plan: BTreeMap<String, String>,
-        /// Of the friction: while the load motor renders the desired one.
+        /// Measure the friction while the load motor renders the desired one.
         #[serde(default)]
         render: bool,
     },
-    /// Change parameters, all of them with the same cycle: dotted paths, values as in a file.
+    /// Change parameters, all in the same cycle: dotted paths, values as in a file.
     Set {
         /// Value by path.
         values: BTreeMap<String, String>,
     },
-    /// The parameters before the last change.
+    /// Undo the last change of parameters.
     Undo {},
-    /// The parameters before the last undo.
+    /// Redo the last undone change of parameters.
     Redo {},
-    /// The parameters that the run began with.
+    /// Restore the parameters of the start of the run.
     Reset {},
-    /// The loaded file again, as it is now: it begins at rest, with the values of before.
+    /// Open the loaded file again in its present version: it starts at rest and keeps its parameter values.
     OpenAgain {},
-    /// Save the parameters in force under a name.
+    /// Save the active parameters under a name.
     Save {
         /// Letters, digits, `-` and `_`.
         name: String,
     },
-    /// Put the parameters of a name in force.
+    /// Activate a saved set of parameters.
     Load {
-        /// As it was saved.
+        /// Its name.
         name: String,
     },
-    /// The names under which parameters are saved.
+    /// List the names of the saved sets of parameters.
     Sets {},
-    /// The parameters in force, as a file.
+    /// Read the active parameters as a file.
     Parameters {},
-    /// What is in force and not as it was when the run began.
+    /// List the active parameters that differ from those of the start of the run.
     Differences {},
-    /// Each parameter in force, with what is known of it.
+    /// Read all active parameters with their descriptions.
     Items {},
-    /// What would be another with these values; nothing is put in force.
+    /// List the differences that some values would make; the bench is unchanged.
     Preview {
         /// Value by path, as in `set`.
         values: BTreeMap<String, String>,
     },
-    /// The machine, for a picture of it.
+    /// Read the machine's parts and units, for a picture.
     Machine {},
-    /// What runs, as a signal-flow diagram of its blocks.
+    /// Read the signal-flow diagram of the running software.
     Flow {},
-    /// A page of the diagram of the software in force: picture, code and size.
+    /// Read a page of the diagram of the active software: picture, code and size.
     DiagramPage {
-        /// Its file, as `flow` names it.
+        /// Its file, as listed by `flow`.
         page: String,
     },
-    /// How long cycles take, and why some took too long.
+    /// Read the execution times of the cycles and the causes of overruns.
     Timing {},
-    /// The program that runs, and what the system granted it.
+    /// Read version and set-up of the running program.
     Target {},
-    /// Compile the software in force as C, and put it to its self-test, beside the loop.
+    /// Compile the active software as C and run its self-test; the loop continues.
     Build {},
-    /// How far that is, or what came of it.
+    /// Read progress or result of the build.
     Built {},
-    /// End a build that is under way.
+    /// Cancel the running build.
     EndBuild {},
-    /// A plan of a measurement, and how long it takes; nothing is begun.
+    /// Read the plan of a measurement and its duration; nothing is started.
     Plan {
-        /// What would be measured.
+        /// The measured quantity.
         what: Quantity,
         /// The thorough plan instead of the default.
         #[serde(default)]
         thorough: bool,
-        /// Values that are not as there.
+        /// Values that differ from this plan.
         #[serde(default)]
         plan: BTreeMap<String, String>,
     },
-    /// A friction curve with its fit.
+    /// Read a friction curve with its fit.
     Curve {
-        /// Number of its run; `null`: the one that is being measured, or was last.
+        /// Number of its run; default: the running or last measurement.
         #[serde(default)]
         run: Option<u64>,
     },
-    /// The runs that have a friction curve.
+    /// List the runs with a friction curve.
     Curves {},
-    /// A friction as it was rendered: key numbers and figures.
+    /// Read a measured rendered friction: key numbers and figures.
     Rendered {
-        /// Number of its run; `null`: the one that is being measured, or was last.
+        /// Number of its run; default: the running or last measurement.
         #[serde(default)]
         run: Option<u64>,
     },
-    /// A measurement of breakaway or presliding: what was found, with figures.
+    /// Read a measurement of breakaway or presliding: results and figures.
     AtRest {
-        /// Which.
+        /// The measured quantity.
         what: Quantity,
-        /// Number of its run; `null`: the one that is being measured, or was last.
+        /// Number of its run; default: the running or last measurement.
         #[serde(default)]
         run: Option<u64>,
     },
-    /// Which preload of the friction wheel the desired friction needs with these parameters, and why.
+    /// Compute the preload of the friction wheel that the desired friction requires, with the reason.
     AdvisePreload {
         /// Value by path, as in `set`.
         #[serde(default)]
         values: BTreeMap<String, String>,
     },
-    /// The newest cycles that were lost and deadlines that were missed.
+    /// List the newest lost cycles and missed deadlines.
     Losses {},
-    /// Write the report of the experiment: own, desired and rendered friction that were measured last.
+    /// Write the report of the experiment: the last measured own, desired and rendered friction.
     SaveReport {},
-    /// Draw a desired friction; nothing is put in force.
+    /// Sketch a desired friction; the bench is unchanged.
     Sketch(Sketch),
-    /// How far the rendering law would be from chatter with these parameters; nothing is put in force.
+    /// Compute the margin of the rendering law against chatter with some values; the bench is unchanged.
     Margin {
         /// Value by path, as in `set`.
         #[serde(default)]
         values: BTreeMap<String, String>,
     },
-    /// A position controller as it would be with a draft's values: its loop on the machine as believed, the load sliding
-    /// and stuck. Nothing is put in force.
+    /// Compute the position loop of a draft on the identified model, with the load sliding and stuck. The bench is unchanged.
     Loop(LoopDraft),
-    /// Whether a draft of a position controller would hunt at a set-point that rests.
+    /// Predict whether a draft of a position controller hunts at a constant set-point.
     Hunting {
         /// The draft.
         #[serde(default)]
         draft: LoopDraft,
-        /// On the desired friction, which the load motor renders, instead of the machine's own.
+        /// Use the desired friction, which the load motor renders, instead of the machine's own.
         #[serde(default)]
         desired: bool,
     },
-    /// Tune a draft of a position controller as every controller is tuned, beside the loop; nothing is put in force.
+    /// Tune a draft of a position controller within the robustness limits, in the background; the bench is unchanged.
     Tune(LoopDraft),
-    /// How far the tuning is that was begun last, or what it found.
+    /// Read progress or result of the last tuning.
     Tuned {},
-    /// End the tuning, for whoever began it.
+    /// Cancel the tuning; only for the client that started it.
     EndTuning {},
-    /// Name, unit and meaning of each signal.
+    /// List name, unit and meaning of all signals.
     Signals {},
-    /// Capture signals around a trigger; the answer has its number.
+    /// Capture signals around a trigger; the answer has the number of the capture.
     Capture {
         /// Names of the signals.
         signals: Vec<String>,
-        /// When: `immediate`, `setpoint.velocity rises through 0.1`, …
+        /// Trigger condition: `immediate`, `setpoint.velocity rises through 0.1`, …
         trigger: String,
         /// Time before the trigger [s].
         before: f64,
-        /// Time after it [s].
+        /// Time after the trigger [s].
         after: f64,
-        /// Of so many ticks one is kept, at least 1.
+        /// Decimation: every n-th tick is kept, at least 1.
         #[serde(default = "one")]
         decimation: u64,
     },
-    /// What a capture has, if it is complete; it then ends.
+    /// Read a complete capture; this ends it.
     Fetch {
         /// Its number.
         capture: u64,
     },
-    /// Stream signals live, thinned out so that no spike is lost; the answer has the stream's number.
+    /// Stream signals as extremes of time windows, which keep every spike; the answer has the number of the stream.
     Stream {
         /// Names of the signals.
         signals: Vec<String>,
-        /// From point to point [s], a tick at least.
+        /// Time from point to point [s], at least one tick.
         every: f64,
     },
-    /// The points of a stream that have come since the last time.
+    /// Read the points of a stream since the last call.
     Points {
         /// The stream's number.
         capture: u64,
     },
-    /// Stream every cycle of up to 64 signals; only over the WebSocket, whose binary messages have them.
+    /// Stream every cycle of up to 64 signals; only over the WebSocket, in binary messages.
     Samples {
         /// Names of the signals, each once.
         signals: Vec<String>,
     },
-    /// What happened lately: faults, changes of parameters, what began and ended.
+    /// List the latest events: faults, changes of parameters, start and end of motions and measurements.
     Marks {},
     /// End a capture or a stream.
     Drop {
         /// Its number.
         capture: u64,
     },
-    /// Be the operator, whoever is now.
+    /// Become the operator, even if another client is.
     Operate {},
-    /// Record every cycle from the next one on, under a name of its own in the project's runs.
+    /// Record every cycle from the next one on into a new run of the project.
     Record {
         /// Letters, digits, `-` and `_`.
         name: String,
     },
-    /// End the recording; what was recorded is a run of the catalogue.
+    /// End the recording and enter it into the catalogue.
     EndRecord {},
-    /// The runs of the catalogue that a query finds, the newest first.
+    /// List the runs of the catalogue that match a query, the newest first.
     Runs {
         /// Words, `law:bristle`, `M_S>0.2`, `-tag:bad`; empty for all.
         #[serde(default)]
         query: String,
-        /// At most so many.
+        /// Maximum number of listed runs.
         #[serde(default = "fifty")]
         limit: u64,
     },
-    /// A run with its parameters and results.
+    /// Read a run with its parameters and results.
     Run {
         /// Its number.
         number: i64,
     },
-    /// Replay a recorded run beside what the bench does; how far that is, or what it found.
+    /// Replay a recorded run in the background; the answer is the progress or the result.
     Replay {
         /// Its number.
         number: i64,
     },
-    /// End the replay that is under way.
+    /// Cancel the running replay.
     EndReplay {},
-    /// Run a recorded run again on the virtual bench, with other parameters; nothing is put in force.
+    /// Simulate a recorded run on the virtual bench with other parameters; the bench is unchanged.
     Simulate {
         /// Its number.
         number: i64,
-        /// Value by path, as in `set`; what of the machine is another as well.
+        /// Value by path, as in `set`; also parameters of the machine.
         #[serde(default)]
         values: BTreeMap<String, String>,
-        /// Names of the signals that are told.
+        /// Names of the signals to return.
         signals: Vec<String>,
-        /// So much of the run, from its begin on [s]; at most 120.
+        /// Simulated time from the start of the run [s]; at most 120.
         length: f64,
-        /// Parts of the time in a trace; at most 4000.
+        /// Number of points in a trace; at most 4000.
         parts: u64,
     },
-    /// A signal of recorded runs over time, laid over each other.
+    /// Read a signal of several recorded runs over time, overlaid.
     Courses {
         /// Their numbers; at most six.
         numbers: Vec<i64>,
         /// Name of the signal.
         signal: String,
-        /// How they are laid.
+        /// Alignment of their times.
         align: Alignment,
-        /// Only what then lies from here [s] …
+        /// Start of the shown range, in aligned time [s].
         #[serde(default)]
         from: Option<f64>,
-        /// … to here [s].
+        /// End of the shown range [s].
         #[serde(default)]
         to: Option<f64>,
-        /// Parts of the time in a course; at most 4000.
+        /// Number of points in a course; at most 4000.
         parts: u64,
     },
-    /// What happened in a recorded run: changes, faults, losses.
+    /// List the events of a recorded run: changes, faults, losses.
     Story {
         /// Its number.
         number: i64,
     },
-    /// Give a run another name.
+    /// Rename a run.
     RenameRun {
         /// Its number.
         number: i64,
-        /// In words.
+        /// The new name.
         name: String,
     },
-    /// Add tags to a run and take others away.
+    /// Add and remove tags of a run.
     TagRun {
         /// Its number.
         number: i64,
-        /// Words.
+        /// Tags to add.
         #[serde(default)]
         add: Vec<String>,
-        /// Words.
+        /// Tags to remove.
         #[serde(default)]
         remove: Vec<String>,
     },
@@ -319,24 +317,24 @@ pub enum Call {
     NoteRun {
         /// Its number.
         number: i64,
-        /// Empty to take it away.
+        /// The note; empty: removed.
         note: String,
     },
-    /// Move a run into the bin, where it lies for 30 days.
+    /// Move a run into the bin; it is deleted after 30 days.
     DeleteRun {
         /// Its number.
         number: i64,
     },
-    /// Bring a run back from the bin.
+    /// Restore a run from the bin.
     RestoreRun {
         /// Its number.
         number: i64,
     },
-    /// Ask whoever operates for the operator's place.
+    /// Request to become the operator.
     Ask {},
-    /// Give it to whoever asked, or not now.
+    /// Answer a request to become the operator.
     HandOver {
-        /// Whether it is given.
+        /// Whether the request is granted.
         grant: bool,
     },
 }
@@ -350,7 +348,7 @@ fn one() -> u64 {
 }
 
 impl Call {
-    /// Whether only the operator may ask for it.
+    /// Whether only the operator may make this call.
     pub fn changes(&self) -> bool {
         !matches!(
             self,
@@ -396,7 +394,7 @@ impl Call {
                 | Call::Story { .. }
                 | Call::Courses { .. }
                 | Call::Simulate { .. }
-                // Whoever sees danger may stop.
+                // Every client may stop the axis.
                 | Call::Stop {}
                 | Call::Halt {}
                 | Call::Operate {}
@@ -404,7 +402,7 @@ impl Call {
     }
 }
 
-/// What can be measured.
+/// A quantity to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -412,6 +410,6 @@ pub enum Quantity {
     Friction,
     /// The breakaway torque.
     Breakaway,
-    /// The bristles.
+    /// Stiffness and damping of the bristles.
     Presliding,
 }

@@ -1,4 +1,4 @@
-//! How far a rendering law is from chatter, for people.
+//! Margin of a rendering law against chatter.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,44 +8,43 @@ use stickslip_design::DesignError;
 use stickslip_base::Error;
 use stickslip_design::{self as design, CHATTER_LIMIT, Margin};
 
-/// How far a rendering law is from chatter.
+/// Margin of a rendering law against chatter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ChatterMargin {
-    /// Whether the bench would take it.
+    /// Whether the loop is stable: the bench accepts the law.
     pub stable: bool,
-    /// In a sentence: how far, or why not and what would do.
+    /// The result in a sentence; if unstable, with the cause and a remedy.
     pub sentence: String,
-    /// Stiffness of the desired bristles up to which it does not chatter [N m/rad]; `null`: no limit was found, or it is
-    /// not stable.
+    /// Largest stiffness of the desired bristles without chatter [N m/rad]; `null`: no limit found, or not stable.
     pub stiffness_limit: Option<f64>,
-    /// Stiffness of the desired bristles [N m/rad]; `null` where the law renders none.
+    /// Stiffness of the desired bristles [N m/rad]; `null` for a law without bristles.
     pub stiffness: Option<f64>,
-    /// Factor of the law's torque up to which the loop is stable; `null`: any that was tried.
+    /// Factor of the law's torque up to which the loop is stable; `null`: stable for all tried factors.
     pub gain_margin: Option<f64>,
-    /// Additional delay up to which it is [s]; `null`: any that was tried.
+    /// Additional delay up to which the loop is stable [s]; `null`: stable for all tried delays.
     pub delay_margin: Option<f64>,
-    /// Change of the load torque from millisecond to millisecond that is to be expected [N m RMS].
+    /// Predicted change of the load torque within a millisecond [N m RMS].
     pub chatter: f64,
-    /// From which on it is chatter [N m RMS].
+    /// Limit of this change; above it the law chatters [N m RMS].
     pub chatter_limit: f64,
-    /// What of the way to the nearest limit is left, 0 … 1; `null` where it is not known.
+    /// Remaining share of the distance to the nearest limit, 0 … 1; `null` if unknown.
     pub left: Option<f64>,
-    /// Below this share caution is due.
+    /// Remaining share below which a warning is shown.
     pub caution: f64,
     /// The nearest limit: `chatter`, `stiffness`.
     pub nearest: String,
 }
 
-/// A fifth of the way: by choice, as room for what the model of the bench is off.
+/// Chosen: a fifth of the distance, as reserve for the error of the bench's model.
 const CAUTION: f64 = 0.2;
 
 impl ChatterMargin {
     pub(crate) fn of(law: &Law<f64>, margin: Result<Margin, Error>) -> Result<Self, Error> {
         let stable = margin.is_ok();
         let sentence = margin.as_ref().map_or_else(ToString::to_string, ToString::to_string);
-        let known = match margin {
+        let margin = match margin {
             Ok(margin) => margin,
-            // No limit is known where the loop grows by itself.
+            // An unstable loop has no limits.
             Err(error) => {
                 let Some(&DesignError::Chatters { predicted_chatter, cause, .. }) = error.of() else {
                     return Err(error);
@@ -55,8 +54,8 @@ impl ChatterMargin {
         };
         let stiffness = design::desired_stiffness(law);
         let uses = [
-            ("chatter", Some(known.predicted_chatter / CHATTER_LIMIT)),
-            ("stiffness", stiffness.zip(known.stiffness_limit).map(|(stiffness, limit)| stiffness / limit)),
+            ("chatter", Some(margin.predicted_chatter / CHATTER_LIMIT)),
+            ("stiffness", stiffness.zip(margin.stiffness_limit).map(|(stiffness, limit)| stiffness / limit)),
         ];
         let uses =
             uses.into_iter().filter_map(|(name, used)| used.filter(|used| used.is_finite()).map(|used| (name, used)));
@@ -67,11 +66,11 @@ impl ChatterMargin {
             nearest: nearest.map_or("", |(name, _)| name).into(),
             stable,
             sentence,
-            stiffness_limit: known.stiffness_limit,
+            stiffness_limit: margin.stiffness_limit,
             stiffness,
-            gain_margin: known.gain_margin,
-            delay_margin: known.delay_margin,
-            chatter: known.predicted_chatter,
+            gain_margin: margin.gain_margin,
+            delay_margin: margin.delay_margin,
+            chatter: margin.predicted_chatter,
             chatter_limit: CHATTER_LIMIT,
         })
     }

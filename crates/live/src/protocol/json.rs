@@ -1,8 +1,8 @@
 //! Calls and answers as JSON objects that name their kind by a key: `{"call": "set", "values": {…}}`.
 //!
-//! The only place where they are read and written, so that the derived code is compiled once, for one reader and one
-//! writer. The derives name the kind outside (`{"set": {…}}`), since a key among the others would have each value read
-//! into a buffer and from there again.
+//! They are read and written only here, so that the derived code is compiled once, for one reader and one writer. The
+//! derives use the kind as outer key (`{"set": {…}}`): with a key among the others, each value would be read into a buffer
+//! first.
 
 use schemars::generate::SchemaSettings;
 use serde::Serialize;
@@ -15,7 +15,7 @@ impl Call {
     /// The call of a JSON object.
     ///
     /// # Errors
-    /// What is wrong with it: no object, unknown kind, missing or unknown field, wrong type.
+    /// No object, unknown kind, missing or unknown field, wrong type.
     pub fn from_json(value: Value) -> Result<Self, String> {
         read("call", value)
     }
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_call_is_named() {
+    fn the_error_of_an_invalid_call_names_the_fault() {
         for (call, expected) in [
             (json!([1]), "not a JSON object"),
             (json!({ "values": {} }), "missing field `call`"),

@@ -1,4 +1,4 @@
-//! What can be asked of a bench that runs, and what it answers: the one language of terminal, scripts and browser.
+//! Calls and answers of a running bench: the protocol of terminal, scripts and browser.
 
 mod answer;
 mod call;

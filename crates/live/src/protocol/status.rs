@@ -1,22 +1,22 @@
-//! How a bench is.
+//! Status of the running bench.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use stickslip_bench::remote::Counts;
 
-/// How the bench is.
+/// Status of the running bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Status {
-    /// The preset it runs with.
+    /// Name of the preset.
     pub preset: String,
-    /// `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` once the loop does not run any more.
+    /// `off`, `homing`, `ready`, `running`, `stopping`, `fault`, or `ended` after the end of the loop.
     pub state: String,
-    /// Why, where it is a fault or has ended.
+    /// Reason of a fault or of the end.
     pub reason: Option<String>,
     /// Number of the newest cycle.
     pub cycle: u64,
-    /// Ticks in a second [Hz].
+    /// Tick rate [Hz].
     pub rate: f64,
     /// Screw angle [rad].
     pub angle: f64,
@@ -26,167 +26,167 @@ pub struct Status {
     pub drive_torque: f64,
     /// Torque of the load motor, against positive motion [N m].
     pub load_torque: f64,
-    /// Whether the load motor renders.
+    /// Whether the load motor renders the desired friction.
     pub render: bool,
-    /// How far the linings are pressed on, 0 … 1.
+    /// Preload of the friction wheel, 0 … 1.
     pub preload: f64,
-    /// What runs: nothing, a motion, a measurement.
+    /// The running motion or measurement; `null`: none.
     pub doing: Option<CurrentTask>,
-    /// How what ran last has ended.
+    /// End of the last motion or measurement.
     pub last: Option<Ended>,
-    /// Parameters that are not as they were when the run began.
+    /// Number of parameters that differ from those at the start of the run.
     pub changed: usize,
-    /// Whether there is something to undo.
+    /// Whether a change can be undone.
     pub undo: bool,
-    /// Whether there is something to redo.
+    /// Whether a change can be redone.
     pub redo: bool,
-    /// Who may change something.
+    /// The operator: the client that may change the bench.
     pub operator: Option<String>,
-    /// Who asks the operator for his place.
+    /// The client that requests to become the operator.
     #[serde(default)]
     pub asks: Option<String>,
-    /// What was loaded from a file, where something was.
+    /// The loaded external controller, friction or law.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loaded: Option<LoadedStatus>,
-    /// How the clock is kept.
+    /// Timing of the real-time loop.
     pub clock: ClockStatus,
-    /// What happened on the link to the machine, where there is one.
+    /// Counters of the link to the machine, if it is in another process.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<Counts>,
-    /// The file that the run is recorded into.
+    /// The recorded file, or why the recording broke off.
     pub recording: Option<String>,
-    /// How much is in it, or was where it could not go on.
+    /// Amount of recorded data, also of a recording that broke off.
     #[serde(default)]
     pub recorded: Option<Recorded>,
-    /// Why the run that ended last is not in the catalogue.
+    /// Why the last run is not in the catalogue.
     #[serde(default)]
     pub not_entered: Option<String>,
-    /// Where it is open to measurement and calibration tools.
+    /// Addresses for measurement and calibration tools.
     #[serde(default)]
     pub xcp: Vec<XcpStatus>,
-    /// How many marks there have been since the start.
+    /// Number of marks since the start.
     #[serde(default)]
     pub marks: u64,
 }
 
-/// Something that happened in a cycle.
+/// An event in a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Mark {
-    /// In which; where it is no cycle's own doing, in the newest at that time.
+    /// Number of the cycle; for an event outside the loop, the newest cycle at that time.
     pub cycle: u64,
-    /// What kind of thing.
+    /// Kind of the event.
     pub kind: MarkKind,
-    /// In words.
+    /// Description.
     pub text: String,
 }
 
-/// What kind of thing happened.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MarkKind {
     /// A fault.
     Fault,
-    /// Parameters came into force.
+    /// Parameters became active.
     Change,
     /// A motion or a measurement began.
     Begin,
-    /// It ended.
+    /// A motion or a measurement ended.
     End,
 }
 
-/// How much was recorded.
+/// Amount of recorded data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Recorded {
-    /// The first cycle of it.
+    /// The first cycle.
     pub from: u64,
     /// Length [s].
     pub length: f64,
     /// Size of the file [bytes].
     pub bytes: u64,
-    /// Cycles that are not in it.
+    /// Cycles that are missing in the file.
     pub lost: u64,
 }
 
-/// An address at which the bench speaks XCP.
+/// An XCP address of the bench.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct XcpStatus {
     /// `udp` or `tcp`.
     pub transport: String,
-    /// Its address.
+    /// IP address and port.
     pub address: String,
-    /// The address of the master that is connected.
+    /// The address of the connected master.
     pub master: Option<String>,
-    /// Whether it measures.
+    /// Whether the master measures.
     pub measuring: bool,
-    /// Rows that its measurements have lost since the start.
+    /// Rows of measurements lost since the start.
     pub lost: u64,
 }
 
-/// A controller, a friction or a law that was loaded from a file. Times in seconds.
+/// A controller, friction or law loaded from a file. Times in seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadedStatus {
-    /// What it is in the loop: `controller`, `friction`, `law`.
+    /// Its role in the loop: `controller`, `friction`, `law`.
     pub role: String,
-    /// The parameter that says whether it is in the loop.
+    /// The parameter that selects it.
     pub selector: String,
-    /// What it calls itself.
+    /// Its name, from its description.
     pub name: String,
-    /// What it is: `C library`, `FMU 2.0`.
+    /// Its kind: `C library`, `FMU 2.0`.
     pub kind: String,
     /// Its file.
     pub file: String,
-    /// SHA-256 of what was opened, in hexadecimal digits.
+    /// SHA-256 of the opened file, in hexadecimal digits.
     pub hash: String,
-    /// Whether it has failed: it gives no torque until it is opened again.
+    /// Whether it has failed: no torque until it is opened again.
     pub failed: bool,
-    /// How often it was called.
+    /// Number of calls.
     pub calls: u64,
-    /// How long a call took: median, 99th and 99.9th percentile, longest.
+    /// Duration of a call: median, 99th and 99.9th percentile, longest.
     pub call: [f64; 4],
-    /// From its question until its answer was there, likewise, where it runs in a process of its own.
+    /// Time from request to response, likewise; `null` if it runs inside the bench's process.
     pub response: Option<[f64; 4]>,
-    /// How long a call may take.
+    /// Allowed duration of a call.
     pub budget: f64,
-    /// How many took longer.
+    /// Number of calls that took longer.
     pub over_budget: u64,
-    /// How many torques were not there when they were due: the last one was held meanwhile.
+    /// Number of late torques; the previous torque was held.
     pub late: u64,
 }
 
-/// What runs.
+/// A running motion or measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurrentTask {
-    /// What it is: `sine`, `measure friction`.
+    /// Its name: `sine`, `measure friction`.
     pub what: String,
-    /// How far it is, in words.
+    /// The current stage.
     pub stage: String,
-    /// The part of the stage that is done, 0 … 1.
+    /// Completed share of the stage, 0 … 1.
     pub fraction: f64,
 }
 
-/// How something ended.
+/// End of a motion or measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ended {
-    /// What it was.
+    /// Its name: `sine`, `measure friction`.
     pub what: String,
-    /// Why, where it failed or was cancelled.
+    /// Reason, if it failed or was cancelled.
     pub error: Option<String>,
-    /// Where its results are.
+    /// Folder of its results.
     pub folder: Option<String>,
 }
 
-/// How the clock is kept. Times in seconds.
+/// Timing of the real-time loop. Times in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ClockStatus {
-    /// From the deadline to the begin of a cycle: median, 99th and 99.9th percentile, longest.
+    /// From the deadline to the start of a cycle: median, 99th and 99.9th percentile, longest.
     pub lateness: [f64; 4],
-    /// A whole cycle, likewise.
+    /// Duration of a cycle, likewise.
     pub cycle: [f64; 4],
-    /// Share of a tick that a cycle takes: median.
+    /// Median duration of a cycle as a share of the tick.
     #[serde(default)]
     pub load: f64,
-    /// Cycles that were held: a deadline was missed, or a virtual machine waited for a command.
+    /// Missed cycles: a deadline was missed, or the virtual machine waited for a command.
     pub held: u64,
-    /// Cycles that found no room on their way to recorders and viewers.
+    /// Cycles lost on the way to recorders and viewers: their buffer was full.
     pub lost: u64,
 }

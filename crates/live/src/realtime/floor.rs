@@ -1,8 +1,8 @@
-//! The machine's own floor: a thread that only looks at the clock, and the holes between two looks.
+//! The floor of the machine: holes between two readings of the clock by a thread that only reads the clock.
 //!
-//! Whatever stops it stops an executive, too: interrupts, the system's management mode, a hypervisor. Who wakes up at an
-//! instant within a hole is late by what is left of it, so the holes h of a time T give the lateness that a perfect
-//! executive would have: P(late > x) = Σ max(0, h − x) / T.
+//! Interrupts, the system's management mode and a hypervisor stop this thread as they stop an executive. A wake-up at an
+//! instant within a hole is late by the rest of the hole, so the holes h of a time T determine the lateness of an ideal
+//! executive: P(late > x) = Σ max(0, h − x) / T.
 
 use std::hint::spin_loop;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -14,18 +14,18 @@ use super::wake_up::follow;
 use stickslip_base::{Error, Watch};
 use stickslip_bench::BenchError;
 
-/// From begin to begin of a spin: the kernel stops a real-time thread that takes more than 95 % of a second.
+/// Period of the spins: the kernel stops a real-time thread that uses more than 95 % of a second.
 const PERIOD: Duration = Duration::from_millis(100);
 const SPUN: u64 = 85_000_000;
-/// Shorter ones are looks at the clock [ns].
+/// Shortest hole [ns]; shorter times are normal readings of the clock.
 const SHORTEST: u64 = 1000;
-/// Holes that find room; when there is none left, the measurement ends.
+/// Maximum number of holes; the measurement ends when it is reached.
 const ROOM: usize = 1 << 20;
 
 /// The holes of a machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Floor {
-    /// How long the clock was looked at [s].
+    /// Time for which the clock was read [s].
     pub watched: f64,
     /// All holes from 1 µs on [s], the longest first.
     pub holes: Vec<f64>,
@@ -38,19 +38,19 @@ impl Floor {
         Floor { watched: watched as f64 * 1e-9, holes }
     }
 
-    /// What part of the instants lies so far before the end of a hole [s], or farther.
+    /// Share of the instants that are late by more than `lateness` [s].
     pub fn later_than(&self, lateness: f64) -> f64 {
         let within = self.holes.iter().take_while(|hole| **hole > lateness);
         within.map(|hole| hole - lateness).sum::<f64>() / self.watched.max(f64::MIN_POSITIVE)
     }
 
-    /// The lateness that this part of the instants does not exceed [s].
+    /// Lateness that this share of the instants does not exceed [s].
     pub fn quantile(&self, part: f64) -> f64 {
         let beyond = (1.0 - part) * self.watched;
         let mut sum = 0.0;
         for (index, hole) in self.holes.iter().enumerate() {
             sum += hole;
-            // Between this hole's length and the next one's, the first so many are cut at x: sum − count·x = beyond.
+            // For x between this hole's length and the next one's: sum − count·x = beyond.
             let count = (index + 1) as f64;
             let cut = (sum - beyond) / count;
             if cut >= self.holes.get(index + 1).copied().unwrap_or(0.0) {
@@ -60,7 +60,7 @@ impl Floor {
         0.0
     }
 
-    /// The longest hole [s]; 0 where there was none.
+    /// The longest hole [s]; 0 without holes.
     pub fn longest(&self) -> f64 {
         self.holes.first().copied().unwrap_or(0.0)
     }
@@ -100,17 +100,17 @@ impl Cycle for Spinning {
     fn hold(&mut self, _: u64) {}
 
     fn end(&mut self) {
-        // Nobody waits for it where the measurement was cancelled.
+        // There is no receiver if the measurement was cancelled.
         let _ = self.result.send(Floor::new(self.watched, &self.holes));
     }
 }
 
-/// Looks at the clock for so long, on a thread as the executive's.
+/// Reads the clock for this time, on a thread with the executive's settings.
 ///
 /// # Errors
-/// [`BenchError::RealTime`] where the system has no thread; [`Error::Cancelled`].
+/// [`BenchError::RealTime`] if the system provides no thread; [`Error::Cancelled`].
 pub fn measure_floor(time: Duration, wishes: ThreadSettings, watch: &Watch) -> Result<Floor, Error> {
-    let (result, found): (_, Receiver<Floor>) = channel();
+    let (result, floor): (_, Receiver<Floor>) = channel();
     let cycles = time.as_nanos().div_ceil(PERIOD.as_nanos()) as u64;
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: 0, cycles: Some(cycles), overrun, ..Plan::new(PERIOD) };
@@ -119,7 +119,7 @@ pub fn measure_floor(time: Duration, wishes: ThreadSettings, watch: &Watch) -> R
         Running::start(plan, wishes, MonotonicClock::default(), cycle).map_err(BenchError::RealTime)?;
     follow(&running, time, "floor of the machine", watch, || timings.by_ref().for_each(drop))?;
     running.join();
-    Ok(found.recv().unwrap_or_default())
+    Ok(floor.recv().unwrap_or_default())
 }
 
 #[cfg(test)]
@@ -127,8 +127,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hole_makes_those_instants_late_that_lie_in_it() {
-        // One hole of 2 ms and one of 1 ms in a second: 0.3 % of all instants are late at all.
+    fn instants_within_a_hole_are_late() {
+        // One hole of 2 ms and one of 1 ms in a second: 0.3 % of all instants are late.
         let floor = Floor::new(1_000_000_000, &[1_000_000, 2_000_000]);
         let close = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-12, "{value}, not {expected}");
         close(floor.later_than(0.0), 3e-3);

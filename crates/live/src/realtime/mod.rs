@@ -1,5 +1,5 @@
-//! What this machine does with a deadline: its set-up, the holes that it has by itself, and how late the executive of
-//! [`stickslip_rt`] wakes up on it.
+//! Real-time performance of this machine: its set-up, its own holes, and the lateness of the executive of
+//! [`stickslip_rt`].
 
 mod floor;
 mod report;
@@ -17,19 +17,19 @@ pub use wake_up::{WakeUp, measure_wake_up};
 
 use stickslip_base::{Error, Watch};
 
-/// How to look at a machine.
+/// Settings of an examination.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checkup {
-    /// Cycles a second [Hz], 2 … 100 000.
+    /// Rate of the cycles [Hz], 2 … 100 000.
     pub rate: f64,
-    /// How long all measurements take together [s], 0.3 … 86 400.
+    /// Total time of all measurements [s], 0.3 … 86 400.
     pub seconds: f64,
 }
 
-/// What was found.
+/// Result of an examination.
 #[derive(Clone, Debug)]
 pub struct Examination {
-    /// How it was looked at.
+    /// Its settings.
     pub checkup: Checkup,
     /// The set-up.
     pub findings: Vec<Finding>,
@@ -37,7 +37,7 @@ pub struct Examination {
     pub floor: Floor,
     /// The executive that sleeps until its deadline.
     pub asleep: WakeUp,
-    /// The executive that sleeps until shortly before it and spins the rest.
+    /// The executive that sleeps until shortly before its deadline and then spins.
     pub spinning: WakeUp,
 }
 
@@ -52,7 +52,7 @@ impl Checkup {
     /// Reads the set-up below `root` (`/`) and measures, a third of the time each: floor, asleep, spinning.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`]; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime) where the system has no thread; [`Error::Cancelled`].
+    /// [`Error::OutOfRange`]; [`BenchError::RealTime`](stickslip_bench::BenchError::RealTime) if the system provides no thread; [`Error::Cancelled`].
     pub fn examine(self, root: &Path, watch: &Watch) -> Result<Examination, Error> {
         in_range("rate", self.rate, "Hz", [2.0, 100_000.0])?;
         in_range("seconds", self.seconds, "s", [0.3, 86_400.0])?;
@@ -69,12 +69,12 @@ impl Checkup {
 }
 
 impl Examination {
-    /// What the system granted to the executive's thread.
+    /// Settings that the system granted to the executive's thread.
     pub fn granted(&self) -> &Granted {
         &self.asleep.granted
     }
 
-    /// How many findings have this verdict.
+    /// Number of findings with this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.findings.iter().filter(|finding| finding.verdict == verdict).count()
     }
@@ -84,7 +84,7 @@ fn in_range(name: &'static str, value: f64, unit: &'static str, [minimum, maximu
     if (minimum..=maximum).contains(&value) {
         return Ok(());
     }
-    Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy: "Choose a value within." })
+    Err(Error::OutOfRange { name, value, unit, minimum, maximum, remedy: "Choose a value within this range." })
 }
 
 #[cfg(test)]
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_that_no_machine_has_is_refused() {
+    fn an_impossible_rate_or_time_is_refused() {
         for (rate, seconds) in [(1.0, 1.0), (f64::NAN, 1.0), (1e6, 1.0), (4000.0, 0.0), (4000.0, f64::INFINITY)] {
             let refused = Checkup { rate, seconds }.examine(Path::new("/"), &Watch::silent());
             assert!(matches!(refused, Err(Error::OutOfRange { .. })), "{rate} {seconds}");
@@ -100,10 +100,10 @@ mod tests {
     }
 
     #[test]
-    fn each_measurement_has_the_cycles_that_were_asked_for() {
+    fn each_measurement_has_the_requested_cycles() {
         let examination = Checkup { rate: 1000.0, seconds: 0.6 }.examine(Path::new("/"), &Watch::silent()).unwrap();
         for wake_up in [&examination.asleep, &examination.spinning] {
-            // What was missed on a busy machine has no record of its own.
+            // Cycles missed on a busy machine are not recorded.
             let (ran, missed) = (wake_up.summary.cycles, wake_up.summary.missed);
             assert!((200..=200 + missed).contains(&(ran + missed)), "{:?}", wake_up.summary);
             assert_eq!(wake_up.histograms.lost, 0);

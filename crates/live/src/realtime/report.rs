@@ -1,4 +1,4 @@
-//! An examination as numbers, table, figure and page.
+//! Report of an examination: numbers, table, figure, page.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use stickslip_base::{Error, Summary};
 const NAME: &str = "lateness.svg";
 
 impl Examination {
-    /// The numbers, under their stable names.
+    /// The numbers, with their stable names.
     pub fn summary(&self) -> Summary {
         let mut summary = Summary::new("doctor");
         for verdict in [Verdict::Good, Verdict::Costs, Verdict::Unknown] {
@@ -41,7 +41,7 @@ impl Examination {
         summary
     }
 
-    /// Name, words, and p50, p99, p99.9 and longest [s] of floor and both wake-ups.
+    /// Name, label, and p50, p99, p99.9 and longest [s] of floor and both wake-ups.
     fn distributions(&self) -> [(&'static str, String, [f64; 4]); 3] {
         let floor = [0.5, 0.99, 0.999].map(|part| self.floor.quantile(part));
         let wake_up = |wake_up: &WakeUp| {
@@ -65,7 +65,7 @@ impl Examination {
         })
     }
 
-    /// How many cycles of a million are later than so many microseconds.
+    /// Number of late cycles in a million over the lateness.
     pub fn figure(&self) -> Figure {
         let longest = self.distributions().iter().map(|(_, _, values)| values[3]).fold(1e-6, f64::max);
         let steps = || (0..).map(|step| 1e-8 * 1.05f64.powi(step)).take_while(move |time| *time < 1.1 * longest);
@@ -75,7 +75,7 @@ impl Examination {
         };
         let floor = steps().filter(|time| *time >= 1e-6);
         let floor = floor.map(|time| (time * 1e6, 1e6 * self.floor.later_than(time)));
-        Figure::new("How often a cycle is how late")
+        Figure::new("Distribution of the lateness")
             .x(Axis::new("lateness in µs", "1").stretched())
             .y(Axis::new("cycles of a million that are later", "1").stretched().range(0.0, 1e6))
             .series(Series::line(Role::Reference, "the machine itself", floor))
@@ -88,11 +88,11 @@ impl Examination {
         let [(.., floor), (.., asleep), (.., spinning)] = self.distributions();
         let time = |value: f64| Estimate::new(value, "s");
         let rate = Estimate::new(self.checkup.rate, "Hz");
-        let report = Report::new("What this machine does with a deadline", Provenance::new(command, None, ""))
+        let report = Report::new("Real-time performance of this machine", Provenance::new(command, None, ""))
             .summary(format!(
-                "At {rate} the executive woke up within {} in 99\u{a0}% of its cycles asleep, and within {} where it \
-                 spun before its deadline. The longest hole of the machine itself was {}: what is longer may come at \
-                 any time.",
+                "At {rate} the executive woke up within {} in 99\u{a0}% of its cycles when asleep, and within {} when \
+                 spinning before its deadline. The longest hole of the machine itself was {}; longer ones are possible \
+                 at any time.",
                 time(asleep[1]),
                 time(spinning[1]),
                 time(floor[3]),
@@ -102,13 +102,13 @@ impl Examination {
             .key("longest hole", time(floor[3]))
             .heading("Lateness")
             .table(self.table().caption(
-                "From the deadline to the wake-up. For the machine itself: what a perfect executive would have, by the \
-                 holes that a thread sees that only looks at the clock.",
+                "Time from the deadline to the wake-up. For the machine itself: lateness of an ideal executive, from the \
+                 holes in a thread that only reads the clock.",
             ))
             .figure(
                 self.figure(),
-                "How many cycles of a million woke up later than so many microseconds. Both axes are linear up to 2 and \
-                 logarithmic beyond.",
+                "Number of cycles in a million with a larger lateness. Both axes are linear up to 2 and logarithmic \
+                 beyond.",
             )
             .heading("Set-up");
         let cell = |text: &str| Cell::Text(text.into());
@@ -118,14 +118,14 @@ impl Examination {
         });
         let costs = self.findings.iter().filter(|finding| finding.verdict == Verdict::Costs);
         let costs = costs.map(|Finding { what, costs, mend, .. }| match mend {
-            Some(mend) => format!("{what}: {costs} Mend: {mend}"),
+            Some(mend) => format!("{what}: {costs} Fix: {mend}"),
             None => format!("{what}: {costs}"),
         });
         let granted = self.granted().to_string();
         report
-            .table(findings.caption("What of the set-up matters to a deadline."))
+            .table(findings.caption("Settings that affect the deadlines."))
             .list(costs)
-            .paragraph("What was asked of the system for the thread that was measured:")
+            .paragraph("Requested settings of the measured thread:")
             .list(granted.lines())
     }
 

@@ -1,4 +1,4 @@
-//! How late an executive wakes up that has nothing to do.
+//! Lateness of an executive with empty cycles.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -10,25 +10,25 @@ use stickslip_rt::{
 use stickslip_base::{Error, Watch};
 use stickslip_bench::BenchError;
 
-/// From look to look at a running measurement.
-const LOOK: Duration = Duration::from_millis(20);
+/// Polling interval of a running measurement.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// How late an executive woke up.
+/// Lateness of an executive.
 #[derive(Clone, Debug)]
 pub struct WakeUp {
-    /// So long before each deadline it woke up and spun.
+    /// Time before each deadline for which it spun.
     pub spin: Duration,
-    /// The distribution.
+    /// Distribution of the lateness.
     pub histograms: Histograms,
-    /// What its thread was granted.
+    /// Settings granted to its thread.
     pub granted: Granted,
-    /// What the executive says.
+    /// Summary of the executive.
     pub summary: Summary,
 }
 
-struct Nothing;
+struct EmptyCycle;
 
-impl Cycle for Nothing {
+impl Cycle for EmptyCycle {
     fn blocks(&self) -> &[Block] {
         &[]
     }
@@ -42,10 +42,10 @@ impl Cycle for Nothing {
     fn end(&mut self) {}
 }
 
-/// Runs an empty cycle so often a second [Hz] and for so long; a tenth of a second before that is not counted.
+/// Runs empty cycles at a rate [Hz] for some time, after a warm-up of 0.1 s that is not counted.
 ///
 /// # Errors
-/// [`BenchError::RealTime`] where the period is too short or long, or the system has no thread; [`Error::Cancelled`].
+/// [`BenchError::RealTime`] if the period is too short or long, or the system provides no thread; [`Error::Cancelled`].
 pub fn measure_wake_up(
     rate: f64,
     time: Duration,
@@ -59,7 +59,7 @@ pub fn measure_wake_up(
     let overrun = OverrunPolicy { stop_after: None, ..OverrunPolicy::default() };
     let plan = Plan { warm_up: (0.1 * rate) as u64, cycles: Some(cycles), overrun, ..Plan::new(period) };
     let (running, mut timings) =
-        Running::start(plan, wishes, MonotonicClock { spin }, Nothing).map_err(BenchError::RealTime)?;
+        Running::start(plan, wishes, MonotonicClock { spin }, EmptyCycle).map_err(BenchError::RealTime)?;
     let mut histograms = Histograms::new(timings.blocks());
     follow(&running, time, stage, watch, || histograms.take(&mut timings))?;
     let granted = running.granted().clone();
@@ -68,7 +68,8 @@ pub fn measure_wake_up(
     Ok(WakeUp { spin, histograms, granted, summary })
 }
 
-/// Tells how far it is until it ends by itself, and takes its records. Cancelled, it is stopped with its holder.
+/// Reports the progress of a measurement until it ends, and takes its records. If cancelled, returns; dropping `running`
+/// then stops the measurement.
 pub(super) fn follow(
     running: &Running,
     time: Duration,
@@ -80,7 +81,7 @@ pub(super) fn follow(
     while !running.has_ended() {
         watch.stage(stage, begin.elapsed().as_secs_f64() / time.as_secs_f64())?;
         take();
-        thread::sleep(LOOK);
+        thread::sleep(POLL_INTERVAL);
     }
     watch.stage(stage, 1.0)
 }

@@ -1,4 +1,4 @@
-//! The runs of the project: their numbers and folders, the catalogue, and recorded runs once more.
+//! The runs of the project: numbers and folders, the catalogue, and replay and simulation of recorded runs.
 
 mod replay;
 
@@ -23,7 +23,7 @@ use stickslip_recording::export::{self, Part};
 pub(super) struct Runs {
     folder: PathBuf,
     catalogue: Catalogue,
-    clerk: Sender<Option<RunOrigin>>,
+    entries: Sender<Option<RunOrigin>>,
     /// Why the last run could not be entered.
     not_entered: Arc<Mutex<Option<String>>>,
     /// The next number, if the catalogue cannot be written.
@@ -56,15 +56,15 @@ impl Runs {
         let not_entered = Arc::new(Mutex::new(None));
         let (index, failure) = (catalogue.clone(), not_entered.clone());
         let thread = thread::spawn(move || {
-            while let Ok(Some(made)) = from.recv() {
-                let entered = index.enter(&made);
+            while let Ok(Some(origin)) = from.recv() {
+                let entered = index.enter(&origin);
                 *lock(&failure) = entered.err().map(|error| error.to_string());
             }
         });
         let runs = Runs {
             folder: project.join("runs"),
             catalogue,
-            clerk: to.clone(),
+            entries: to.clone(),
             not_entered,
             next: AtomicU64::new(1),
             replay: Mutex::default(),
@@ -73,9 +73,9 @@ impl Runs {
         (runs, CatalogueThread { to, thread })
     }
 
-    /// Has a run entered that has ended. A clerk that has gone has reported why.
-    pub(super) fn enter(&self, made: RunOrigin) {
-        let _ = self.clerk.send(Some(made));
+    /// Passes a finished run to the catalogue thread; if the thread has ended, the run is not entered.
+    pub(super) fn enter(&self, origin: RunOrigin) {
+        let _ = self.entries.send(Some(origin));
     }
 
     /// Why the last run could not be entered.
@@ -83,13 +83,13 @@ impl Runs {
         lock(&self.not_entered).clone()
     }
 
-    /// Number and folder for results, which does not exist yet.
+    /// A new number and folder for results; the folder does not exist yet.
     pub(super) fn folder(&self, name: &str) -> Result<(u64, PathBuf), Error> {
         output::create_folder(&self.folder)?;
         loop {
-            // Its number in the catalogue as well; if that cannot be written, the next one.
-            let aside = self.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
-            let number = aside.unwrap_or_else(|| self.next.fetch_add(1, Ordering::Relaxed));
+            // The number is reserved in the catalogue; if that cannot be written, the next own number is used.
+            let reserved = self.catalogue.set_aside().ok().and_then(|number| u64::try_from(number).ok());
+            let number = reserved.unwrap_or_else(|| self.next.fetch_add(1, Ordering::Relaxed));
             let begin = format!("{number:04}-");
             if of_run(&self.folder, &begin).is_none() {
                 return Ok((number, self.folder.join(begin + name)));
@@ -119,32 +119,33 @@ fn of_run(runs: &Path, begin: &str) -> Option<PathBuf> {
 }
 
 impl Live {
-    /// Where a file of a run is, by the name that the catalogue has of it.
+    /// Path of a file of a run, by its name in the catalogue.
     ///
     /// # Errors
-    /// [`LiveError::NoRun`](crate::LiveError::NoRun), [`LiveError::RunGone`](crate::LiveError::RunGone); [`Error::Unknown`] for a name that is none of its files.
+    /// [`LiveError::NoRun`](crate::LiveError::NoRun), [`LiveError::RunGone`](crate::LiveError::RunGone); [`Error::Unknown`] for an unknown name.
     pub fn run_file(&self, number: i64, name: &str) -> Result<PathBuf, Error> {
         let catalogue = &self.shared.runs.catalogue;
         let run = catalogue.details(number)?.run;
         let folder = catalogue.folder(number)?;
-        // Of a record alone the run is the file itself.
+        // A record alone is a run without a folder.
         let path = if folder.is_dir() { folder.join(name) } else { folder.with_file_name(name) };
-        // A link or a external name may lead anywhere.
+        // Links and names with other components may lead out of the folder.
         let within = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
         let plain = within && path.symlink_metadata().is_ok_and(|about| about.is_file());
         if plain && run.files.iter().any(|file| file == name) {
             return Ok(path);
         }
-        Err(Error::Unknown { what: "file of the run", name: name.into(), remedy: run.files.join(", ") })
+        let remedy = format!("Available: {}.", run.files.join(", "));
+        Err(Error::Unknown { what: "file of the run", name: name.into(), remedy })
     }
 
-    /// The record `name` of a run as another kind of file (see [`export::export`]), gone as soon as it is closed.
+    /// The record `name` of a run in another file format (see [`export::export`]); the file is deleted when it is closed.
     ///
     /// # Errors
     /// As [`run_file`](Self::run_file) and [`export::export`].
     pub fn export_run(&self, number: i64, name: &str, kind: &str, watch: &Watch) -> Result<File, Error> {
         let from = self.run_file(number, name)?;
-        // Before it is part of a file name.
+        // Checked before it becomes part of a file name.
         export::known(kind)?;
         let to = tempfile::Builder::new().suffix(&format!(".{kind}")).tempfile();
         let to = to.map_err(|source| Error::file(&std::env::temp_dir(), "write into", source))?.into_temp_path();
@@ -155,15 +156,15 @@ impl Live {
     /// The page of a run's report.
     ///
     /// # Errors
-    /// [`Error::Unknown`] where the run has none; [`Error::File`] if the system refuses.
+    /// [`Error::Unknown`] if the run has no report; [`Error::File`] if the system refuses.
     pub fn report_page(&self, run: u64) -> Result<String, Error> {
         let page = of_run(&self.shared.runs.folder, &format!("{run:04}-")).map(|folder| folder.join("report.html"));
-        // A link may lead anywhere.
+        // Links may lead out of the folder.
         let is_plain = |page: &PathBuf| page.symlink_metadata().is_ok_and(|about| about.is_file());
         let page = page.filter(is_plain).ok_or_else(|| Error::Unknown {
             what: "run with a report",
             name: run.to_string(),
-            remedy: "Its number is the begin of a folder's name in `runs`.".into(),
+            remedy: "The number is the start of a folder name in `runs`.".into(),
         })?;
         std::fs::read_to_string(&page).map_err(|source| Error::file(&page, "read", source))
     }

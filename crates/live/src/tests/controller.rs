@@ -1,4 +1,4 @@
-//! A controller that is designed on a bench that runs.
+//! Design of a controller on a running bench.
 
 use crate::LiveError;
 use nalgebra::ComplexField as _;
@@ -15,19 +15,19 @@ fn values(pairs: &[(&str, &str)]) -> BTreeMap<String, String> {
     pairs.iter().map(|(path, value)| ((*path).into(), (*value).into())).collect()
 }
 
-fn seen(live: &Live, draft: LoopDraft) -> LoopView {
+fn loop_view(live: &Live, draft: LoopDraft) -> LoopView {
     match live.call("looks", Call::Loop(draft)).unwrap() {
-        Answer::Loop(seen) => *seen,
+        Answer::Loop(view) => *view,
         other => panic!("{other:?}"),
     }
 }
 
-fn number(seen: &LoopView, load: &str, key: &str) -> Option<f64> {
-    let at = seen.loads.iter().find(|at| at.load == load).unwrap();
+fn number(view: &LoopView, load: &str, key: &str) -> Option<f64> {
+    let at = view.loads.iter().find(|at| at.load == load).unwrap();
     at.numbers.iter().find(|number| number.key == key).unwrap().value
 }
 
-/// No number of an answer is infinite or none: each would become `null` in JSON.
+/// All numbers of an answer are finite: others would become `null` in JSON.
 fn whole(answer: &impl serde::Serialize, optional: &[&str]) {
     fn walk(value: &serde_json::Value, key: &str, optional: &[&str]) {
         match value {
@@ -40,7 +40,7 @@ fn whole(answer: &impl serde::Serialize, optional: &[&str]) {
     walk(&serde_json::to_value(answer).unwrap(), "", optional);
 }
 
-/// What may be `null` in an answer, and says so.
+/// Fields that may be `null` in an answer.
 const OPTIONAL: [&str; 9] =
     ["value", "choice", "minimum", "maximum", "default", "grip", "verdict", "sensitivity", "kind"];
 
@@ -53,9 +53,9 @@ fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
         thorough: true,
         ..LoopDraft::default()
     };
-    let told = seen(&live, draft.clone());
+    let view = loop_view(&live, draft.clone());
     assert_eq!(
-        told.values,
+        view.values,
         values(&[("bench.controller.velocity_gain", "0.05"), ("bench.controller.position_gain", "11.0"),])
     );
     let preset = live.shared.parameters.tuning().preset_with(&draft.values.into_iter().collect::<Vec<_>>()).unwrap();
@@ -63,16 +63,16 @@ fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
     for (load, at) in [("sliding", Operating::Sliding(7.0)), ("stuck", Operating::Stuck)] {
         let closes = PositionLoop::new(control, &preset.model, &preset.bench, at).unwrap();
         let quality = closes.quality(&preset.model).unwrap();
-        assert_eq!(number(&told, load, "sensitivity_peak"), Some(quality.margins.sensitivity.value));
-        assert_eq!(number(&told, load, "gain_margin"), quality.margins.gain.map(|gain| gain.value));
-        assert_eq!(number(&told, load, "noise_torque"), Some(quality.noise_torque));
-        let at = told.loads.iter().find(|at| at.load == load).unwrap();
+        assert_eq!(number(&view, load, "sensitivity_peak"), Some(quality.margins.sensitivity.value));
+        assert_eq!(number(&view, load, "gain_margin"), quality.margins.gain.map(|gain| gain.value));
+        assert_eq!(number(&view, load, "noise_torque"), Some(quality.noise_torque));
+        let at = view.loads.iter().find(|at| at.load == load).unwrap();
         assert_eq!((at.stable, at.poles.len()), (true, quality.poles.iter().filter(|z| z.modulus() > 1e-9).count()));
         // A pole is where its z is, and its damping is that of its place.
         let dt = closes.axis().dt.unwrap();
         for pole in at.poles.iter().filter(|pole| pole.real > -500.0) {
             let z = nalgebra::Complex::new(pole.real * dt, pole.imaginary * dt).exp();
-            assert!(quality.poles.iter().any(|known| (known - z).modulus() < 1e-5), "{pole:?}");
+            assert!(quality.poles.iter().any(|other| (other - z).modulus() < 1e-5), "{pole:?}");
             assert!((pole.damping + pole.real / pole.frequency).abs() < 1e-4);
         }
         assert!(at.frequency.len() <= 500 && at.frequency.is_sorted() && at.frequency.len() == at.phase.len());
@@ -82,17 +82,17 @@ fn a_draft_has_the_numbers_of_its_loop_and_changes_nothing() {
         assert!(phase.decibels.abs() < 1e-3 && (phase.real.hypot(phase.imaginary) - 1.0).abs() < 1e-4, "{phase:?}");
     }
     let run = LoopRun::new(&preset, 7.0).unwrap();
-    let verdict = told.verdict.as_ref().unwrap();
+    let verdict = view.verdict.as_ref().unwrap();
     assert_eq!(verdict.worst.sensitivity, Some(run.corners[0].sensitivity));
     assert_eq!(verdict.fair, run.is_fair() && run.is_quiet());
-    whole(&told, &OPTIONAL);
+    whole(&view, &OPTIONAL);
     assert_eq!(status(&live).changed, 0);
 }
 
 #[test]
-fn a_loop_that_is_not_stable_has_no_steps_and_says_so() {
+fn an_unstable_loop_has_no_steps_and_is_reported_as_such() {
     let (live, _project) = live();
-    let told = seen(
+    let view = loop_view(
         &live,
         LoopDraft {
             values: values(&[("bench.controller.velocity_gain", "5")]),
@@ -100,18 +100,18 @@ fn a_loop_that_is_not_stable_has_no_steps_and_says_so() {
             ..LoopDraft::default()
         },
     );
-    let sliding = &told.loads[0];
-    assert!(!sliding.stable && sliding.setpoint.is_empty() && number(&told, "sliding", "noise_torque").is_none());
+    let sliding = &view.loads[0];
+    assert!(!sliding.stable && sliding.setpoint.is_empty() && number(&view, "sliding", "noise_torque").is_none());
     assert!(sliding.poles.iter().any(|pole| pole.damping < 0.0));
-    let verdict = told.verdict.as_ref().unwrap();
+    let verdict = view.verdict.as_ref().unwrap();
     assert!(!verdict.fair && verdict.sentences[0].contains("not stable"), "{verdict:?}");
-    whole(&told, &OPTIONAL);
+    whole(&view, &OPTIONAL);
 }
 
 #[test]
-fn a_controller_becomes_the_pid_that_it_is_and_a_hand_moves_the_poles_of_a_state_feedback() {
+fn a_cascade_is_converted_to_pid_and_the_poles_of_a_state_feedback_can_be_dragged() {
     let (live, _project) = live();
-    let pid = seen(&live, LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() });
+    let pid = loop_view(&live, LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() });
     let preset = live.shared.parameters.preset();
     let ControllerChoice::Cascade(cascade) = preset.bench.controller else { panic!("a cascade by default") };
     let expected = stickslip_design::cascade_as_pid(&cascade);
@@ -125,23 +125,23 @@ fn a_controller_becomes_the_pid_that_it_is_and_a_hand_moves_the_poles_of_a_state
         values: values(&[("bench.controller.kind", "state-feedback"), ("bench.controller.regulator.kind", "poles")]),
         ..LoopDraft::default()
     };
-    let before = seen(&live, poles.clone()).grip.unwrap();
+    let before = loop_view(&live, poles.clone()).grip.unwrap();
     assert!((before.bandwidth.hypot(0.0) - before.real.hypot(before.imaginary)).abs() < 1e-9);
     let drag = PoleDrag { real: -30.0, imaginary: -40.0 };
-    let dragged = seen(&live, LoopDraft { drag: Some(drag), ..poles.clone() });
+    let dragged = loop_view(&live, LoopDraft { drag: Some(drag), ..poles.clone() });
     let grip = dragged.grip.unwrap();
     assert_eq!((grip.bandwidth, grip.damping), (50.0, 0.6));
     assert_eq!(dragged.values["bench.controller.regulator.bandwidth"], "50.0");
-    // The closed loop has poles near where they are wanted: the believed axis has friction that the design leaves out.
+    // The closed loop has poles near the specified ones: the modelled axis has friction that the design neglects.
     let near = |pole: &crate::protocol::LoopPole| (pole.real + 30.0).hypot(pole.imaginary - 40.0) < 15.0;
     assert!(dragged.loads[0].poles.iter().any(near), "{:?}", dragged.loads[0].poles);
-    // Into the other half plane means as little damping as there may be.
+    // A position in the right half plane gives the smallest damping ratio.
     let drag = Some(PoleDrag { real: 10.0, imaginary: 60.0 });
-    assert_eq!(seen(&live, LoopDraft { drag, ..poles }).grip.unwrap().damping, 0.1);
+    assert_eq!(loop_view(&live, LoopDraft { drag, ..poles }).grip.unwrap().damping, 0.1);
 }
 
 #[test]
-fn what_is_no_draft_is_refused_in_words() {
+fn invalid_drafts_are_refused_in_words() {
     let (live, _project) = live();
     let refused = |draft: LoopDraft| live.call("looks", Call::Loop(draft)).unwrap_err().to_string();
     let with = |path: &str, value: &str| LoopDraft { values: values(&[(path, value)]), ..LoopDraft::default() };
@@ -157,27 +157,27 @@ fn what_is_no_draft_is_refused_in_words() {
 }
 
 #[test]
-fn whether_a_draft_hunts_is_what_the_command_line_says() {
+fn the_prediction_of_hunting_is_that_of_the_command_line() {
     let (live, _project) = live();
     let hunting = |values: BTreeMap<String, String>, desired: bool| -> HuntingView {
         let draft = LoopDraft { values, ..LoopDraft::default() };
         match live.call("looks", Call::Hunting { draft, desired }).unwrap() {
-            Answer::Hunting(seen) => *seen,
+            Answer::Hunting(view) => *view,
             other => panic!("{other:?}"),
         }
     };
     for (desired, changed) in [(false, BTreeMap::new()), (true, values(&[("bench.controller.integral_gain", "2")]))] {
-        let told = hunting(changed.clone(), desired);
+        let view = hunting(changed.clone(), desired);
         let mut preset = live.shared.parameters.tuning().preset_with(&changed.into_iter().collect::<Vec<_>>()).unwrap();
         if desired {
             (preset.model.own, preset.model.own_bristles) = (preset.bench.desired, preset.bench.desired_bristles);
         }
         let expected = HuntingRun::new(&preset, &stickslip_design::HuntingPlan::default(), &Watch::silent()).unwrap();
         let expected = expected.prediction.hunting;
-        assert_eq!((told.hunts, told.amplitude), (expected.is_some(), expected.map(|it| it.amplitude)));
-        assert_eq!((told.desired, told.interval), (desired, expected.map(|it| it.interval)));
-        assert!(!told.time.is_empty() && told.time.len() <= 601 && told.time.len() == told.deviation.len());
-        whole(&told, &["amplitude", "counts", "interval"]);
+        assert_eq!((view.hunts, view.amplitude), (expected.is_some(), expected.map(|it| it.amplitude)));
+        assert_eq!((view.desired, view.interval), (desired, expected.map(|it| it.interval)));
+        assert!(!view.time.is_empty() && view.time.len() <= 601 && view.time.len() == view.deviation.len());
+        whole(&view, &["amplitude", "counts", "interval"]);
     }
 }
 
@@ -189,15 +189,15 @@ fn tuned(live: &Live) -> TuneProgress {
 }
 
 #[test]
-fn a_tuning_runs_beside_the_bench_is_ended_by_who_began_it_and_a_viewer_puts_nothing_in_force() {
+fn a_tuning_runs_in_the_background_only_its_client_can_end_it_and_a_viewer_changes_nothing() {
     let (live, _project) = live();
     live.call(ANN, Call::Operate {}).unwrap();
     let pid = LoopDraft { kind: Some(DraftKind::Pid), ..LoopDraft::default() };
     live.call("looks", Call::Tune(pid.clone())).unwrap();
     let refused = live.call(ANN, Call::Tune(pid.clone())).unwrap_err().to_string();
-    assert!(refused.contains("a tuning that looks began"), "{refused}");
+    assert!(refused.contains("a tuning started by looks is running"), "{refused}");
     assert!(live.call(ANN, Call::EndTuning {}).is_err());
-    // Meanwhile everybody is answered.
+    // Other calls are answered meanwhile.
     assert!(status(&live).doing.is_none() && !tuned(&live).ended);
     live.call("looks", Call::EndTuning {}).unwrap();
     while !tuned(&live).ended {

@@ -1,4 +1,4 @@
-//! A controller that was loaded, on a bench that runs: trusted, so that no busy machine makes it late.
+//! A loaded controller on a running bench: trusted, so that a busy machine does not make it late.
 
 use crate::LiveError;
 use std::process::Command;
@@ -43,7 +43,7 @@ fn value(live: &Live, path: &str) -> f64 {
     item(live, path).and_then(|item| item.value).unwrap_or(f64::NAN)
 }
 
-/// Waits while so many cycles pass, of the clock of a busy machine; what the bench is then.
+/// Waits for a number of cycles, whatever time a busy machine takes. Returns the status after them.
 fn after(live: &Live, cycles: u64) -> Status {
     let begun = status(live).cycle;
     loop {
@@ -60,7 +60,7 @@ fn torque(live: &Live) -> f64 {
     after(live, 50).drive_torque
 }
 
-/// Homes it; at rest under control.
+/// Homes the axis; then it is at rest under control.
 fn at_rest(live: &Live) {
     live.call(ANN, Call::Home {}).unwrap();
     assert_eq!(ended(live).error, None);
@@ -71,20 +71,20 @@ fn at_rest(live: &Live) {
 }
 
 const STIFFNESS: &str = "loaded.stiffness";
-const WHO: &str = "position_controller";
+const SELECTOR: &str = "position_controller";
 
-/// A calibration tool finds them behind all that every bench has, and changes them by their addresses.
+/// In the layout for calibration tools, its parameters follow those of every bench and can be changed by address.
 fn are_in_the_layout(live: &Live) {
     let (layout, plain) = (Layout::with(1000.0, &live.entries()), Layout::new(1000.0));
     let place = |path: &str| layout.parameters.iter().position(|parameter| parameter.cell.path == path).unwrap();
-    assert_eq!((place(WHO), layout.parameters.len()), (plain.parameters.len(), plain.parameters.len() + 4));
+    assert_eq!((place(SELECTOR), layout.parameters.len()), (plain.parameters.len(), plain.parameters.len() + 4));
     let cell = &layout.parameters[place(STIFFNESS)].cell;
     assert_eq!((cell.unit, cell.minimum, cell.maximum), ("N m/rad", 0.0, 10.0));
     let values = layout.values(&live.entries());
     let mut other = values.clone();
-    (other[place(STIFFNESS)], other[place(WHO)]) = (3.0, 0.0);
+    (other[place(STIFFNESS)], other[place(SELECTOR)]) = (3.0, 0.0);
     let changes = layout.changes(&values, &other, |_| true);
-    let expected = [(WHO, "preset"), (STIFFNESS, "3.0")].map(|(path, value)| (path.to_owned(), value.to_owned()));
+    let expected = [(SELECTOR, "preset"), (STIFFNESS, "3.0")].map(|(path, value)| (path.to_owned(), value.to_owned()));
     assert!(values[place(STIFFNESS)] == 2.0 && expected.iter().all(|change| changes.contains(change)), "{changes:?}");
     let description = describe(&layout, Doors::default());
     assert!(
@@ -104,9 +104,9 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     let stiffness = item(&live, STIFFNESS).unwrap();
     assert_eq!((stiffness.value, stiffness.minimum, stiffness.maximum), (Some(2.0), Some(0.0), Some(10.0)));
     assert_eq!((&*stiffness.unit, &*stiffness.help, stiffness.default), ("N·m/rad", "Torque per deviation", Some(1.0)));
-    assert_eq!(item(&live, WHO).unwrap().choice.as_deref(), Some("loaded"));
+    assert_eq!(item(&live, SELECTOR).unwrap().choice.as_deref(), Some("loaded"));
 
-    // It is in force at once: friction holds the screw.
+    // It is active at once; friction holds the screw.
     let before = torque(&live);
     let Answer::Entered { differences, .. } = live.call(ANN, set("loaded.bias", "0.05")).unwrap() else { panic!() };
     assert_eq!((differences.len(), differences[0].after.as_deref()), (1, Some("0.05 N m")));
@@ -116,7 +116,7 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
 
     are_in_the_layout(&live);
 
-    // What it refuses, and what is outside of its range, changes nothing.
+    // Rejected values and values outside of the range change nothing.
     let refused = live.call(ANN, set(STIFFNESS, "7")).unwrap_err();
     assert!(
         matches!(&refused.of(), Some(LiveError::ForeignRefuses { name, code: -2 }) if name == "tuned"),
@@ -128,28 +128,28 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     assert!(unknown.contains("Did you mean loaded.stiffness?"), "{unknown}");
     let word = live.call(ANN, set(STIFFNESS, "stiff")).unwrap_err().to_string();
     assert!(word.contains("a number"), "{word}");
-    let whom = live.call(ANN, set(WHO, "nobody")).unwrap_err().to_string();
-    assert!(whom.contains("preset") && whom.contains("loaded"), "{whom}");
+    let invalid = live.call(ANN, set(SELECTOR, "none")).unwrap_err().to_string();
+    assert!(invalid.contains("preset") && invalid.contains("loaded"), "{invalid}");
     assert_eq!((value(&live, STIFFNESS), value(&live, "loaded.bias")), (2.0, 0.05));
-    assert!((torque(&live) - after).abs() < 0.02, "it goes on with what it had");
+    assert!((torque(&live) - after).abs() < 0.02, "it continues with the previous values");
 
     live.call(ANN, Call::Undo {}).unwrap();
     assert!((torque(&live) - before).abs() < 0.02);
     live.call(ANN, Call::Redo {}).unwrap();
     assert_eq!(value(&live, "loaded.bias"), 0.05);
 
-    // The controller of the preset knows no bias; meanwhile values wait for the other's begin.
-    live.call(ANN, set(WHO, "preset")).unwrap();
+    // The controller of the preset has no bias; new values wait for the start of the loaded one.
+    live.call(ANN, set(SELECTOR, "preset")).unwrap();
     let calls = status(&live).loaded.unwrap().calls;
     live.call(ANN, set("loaded.bias", "0.1")).unwrap();
     torque(&live);
-    assert!(status(&live).loaded.unwrap().calls <= calls + 1, "nobody asks it");
-    live.call(ANN, set(WHO, "loaded")).unwrap();
+    assert!(status(&live).loaded.unwrap().calls <= calls + 1, "it is not called");
+    live.call(ANN, set(SELECTOR, "loaded")).unwrap();
     let begun = torque(&live);
     live.call(ANN, set("loaded.bias", "0.05")).unwrap();
     let less = torque(&live);
     assert!((begun - less - 0.05).abs() < 0.02, "it began with 0.1: {begun} {less}");
-    // Its samples are those that it was opened for.
+    // Its sample time was fixed when it was opened.
     let divider = live.call(ANN, set("bench.control_divider", "3")).unwrap_err();
     assert!(matches!(divider.of(), Some(BenchError::NotWhileRunning { .. })), "{divider}");
     live.call(ANN, Call::Reset {}).unwrap();
@@ -158,26 +158,29 @@ fn the_numbers_of_a_loaded_controller_are_parameters_like_all_others() {
     live.stop().unwrap();
     let file = project.path().join("run.mf4");
     let words = b"stickslip serve (controller tuned, SHA-256 ";
-    assert!(std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words), "it tells whose torques");
+    assert!(
+        std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words),
+        "the record names the external"
+    );
     let replayed =
         stickslip_bench::run::replay(&stickslip_bench::run::Record::read(&file).unwrap(), &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed}");
 }
 
 #[test]
-fn a_file_that_has_become_another_is_opened_again() {
+fn a_changed_file_is_opened_again() {
     let (live, _project, path) = with_controller(&[], false);
     at_rest(&live);
     live.call(ANN, set(STIFFNESS, "3")).unwrap();
     let first = status(&live).loaded.unwrap();
     assert!(item(&live, "loaded.more").is_none());
 
-    // A compiler replaces the file; one that is written over in place would be another's memory.
+    // A compiler replaces the file; overwriting it in place would change the memory of the open library.
     std::fs::remove_file(&path).unwrap();
     compile(&path, &["-DMORE"]);
     live.call(ANN, sine(0.2)).unwrap();
     assert!(
-        matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err().of(), Some(LiveError::Busy { what }) if what == "sine")
+        matches!(live.call(ANN, Call::OpenAgain {}).unwrap_err().of(), Some(LiveError::Busy { what, .. }) if what == "sine")
     );
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
@@ -186,12 +189,12 @@ fn a_file_that_has_become_another_is_opened_again() {
     assert!(second.hash != first.hash && second.calls < first.calls, "{second:?}");
     assert_eq!((value(&live, STIFFNESS), value(&live, "loaded.more")), (3.0, 0.5));
     live.call(ANN, set("loaded.more", "0.75")).unwrap();
-    // A set from before it knows no more of it than its begin.
+    // For a set from before it was opened again, new parameters have their initial values.
     live.call(ANN, Call::Undo {}).unwrap();
     live.call(ANN, Call::Undo {}).unwrap();
     assert_eq!((value(&live, STIFFNESS), value(&live, "loaded.more")), (1.0, 0.5));
 
-    // One that is no controller leaves the one that is there.
+    // An invalid file leaves the open one in place.
     std::fs::remove_file(&path).unwrap();
     std::fs::write(&path, "no library").unwrap();
     let broken = live.call(ANN, Call::OpenAgain {}).unwrap_err();
@@ -202,9 +205,9 @@ fn a_file_that_has_become_another_is_opened_again() {
 }
 
 #[test]
-fn a_bench_without_one_has_none_of_its_parameters() {
+fn a_bench_without_an_external_has_none_of_its_parameters() {
     let (live, _project) = live();
-    assert!(item(&live, WHO).is_none() && status(&live).loaded.is_none());
+    assert!(item(&live, SELECTOR).is_none() && status(&live).loaded.is_none());
     assert!(matches!(live.call(ANN, set(STIFFNESS, "1")).unwrap_err(), Error::UnknownParameter { .. }));
     let none = live.call(ANN, Call::OpenAgain {}).unwrap_err().to_string();
     assert!(none.contains("--controller FILE"), "{none}");
@@ -232,12 +235,12 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     };
     let live = Live::start(start).unwrap();
     at_rest(&live);
-    let known = status(&live).loaded.unwrap();
-    assert_eq!((&*known.role, &*known.selector, &*known.name), ("friction", "rendered_friction", "Maxwell slip"));
+    let loaded = status(&live).loaded.unwrap();
+    assert_eq!((&*loaded.role, &*loaded.selector, &*loaded.name), ("friction", "rendered_friction", "Maxwell slip"));
     assert_eq!(item(&live, "rendered_friction").unwrap().choice.as_deref(), Some("loaded"));
-    assert!(item(&live, WHO).is_none(), "the position is the preset's");
+    assert!(item(&live, SELECTOR).is_none(), "the position is the preset's");
 
-    // Its torque is the load motor's, while it renders and no longer.
+    // Its torque is that of the load motor, only while it renders.
     let turning = |render| Call::Move {
         reference: "sine".into(),
         values: BTreeMap::from([("amplitude".to_owned(), 3.0), ("frequency".to_owned(), 1.0)]),
@@ -257,18 +260,18 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     live.call(ANN, set("loaded.kinetic_torque", "0.1")).unwrap();
     assert_eq!(value(&live, "loaded.kinetic_torque"), 0.1);
 
-    // What would be measured against the desired friction of the parameters is refused until that is rendered.
+    // A measurement against the desired friction of the parameters is refused until that is rendered.
     let measure = || Call::Measure { what: Quantity::Friction, plan: BTreeMap::new(), render: true };
     let refused = live.call(ANN, measure()).unwrap_err().to_string();
     assert!(refused.contains("--as friction") && refused.contains("rendered_friction = preset"), "{refused}");
-    // There is always a way back, even to a friction that so slow a tick cannot render.
+    // The preset can always be selected again, even if its friction cannot be rendered at this tick rate.
     live.call(ANN, set("rendered_friction", "preset")).unwrap();
     assert!(matches!(live.call(ANN, turning(true)).unwrap_err().of(), Some(DesignError::NotRenderable(_))));
     live.call(ANN, set("bench.desired.kinetic_torque", "0.175")).unwrap();
     live.call(ANN, set("bench.desired.stribeck_velocity", "2.8")).unwrap();
     let before = status(&live).loaded.unwrap().calls;
     let preset = moved(turning(true));
-    assert!(preset <= before + 1, "nobody asks it: {before} {preset}");
+    assert!(preset <= before + 1, "it is not called: {before} {preset}");
     live.call(ANN, set("rendered_friction", "loaded")).unwrap();
     let follows = live.call(ANN, set("bench.law.kind", "admittance")).unwrap_err();
     assert!(matches!(follows.of(), Some(BenchError::FollowsNoFriction)), "{follows}");
@@ -276,7 +279,10 @@ fn a_loaded_friction_is_rendered_in_its_role_and_the_record_replays_without_it()
     live.stop().unwrap();
 
     let words = b"stickslip serve (friction Maxwell slip, SHA-256 ";
-    assert!(std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words), "it tells whose torques");
+    assert!(
+        std::fs::read(&file).unwrap().windows(words.len()).any(|bytes| bytes == words),
+        "the record names the external"
+    );
     let record = stickslip_bench::run::Record::read(&file).unwrap();
     std::fs::remove_file(&path).unwrap();
     let replayed = stickslip_bench::run::replay(&record, &Watch::silent()).unwrap();

@@ -1,11 +1,11 @@
-//! Measurements on a bench that runs, and what is advised from them.
+//! Measurements on a running bench, and advice from them.
 
 use super::*;
 use crate::LiveError;
 use stickslip_design::DesignError;
 
 #[test]
-fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
+fn a_measurement_writes_its_results_and_blocks_changes_of_parameters() {
     let (live, project) = live();
     let plan = [("slowest", "20"), ("fastest", "40"), ("speeds", "2")];
     let plan = plan.map(|(name, value)| (name.to_owned(), value.to_owned()));
@@ -27,7 +27,7 @@ fn a_measurement_leaves_its_results_and_keeps_parameters_of_its_own() {
 }
 
 #[test]
-fn a_sketch_and_a_margin_are_told_and_nothing_is_put_in_force() {
+fn a_sketch_and_a_margin_leave_the_bench_unchanged() {
     let (live, _folder) = live();
     let sketch = serde_json::json!(
         {"call": "sketch", "speeds": [0, 1, 10], "desired": [0.3, 0.12, 0.01, 1e-4], "thorough": true}
@@ -49,7 +49,7 @@ fn a_sketch_and_a_margin_are_told_and_nothing_is_put_in_force() {
 }
 
 #[test]
-fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
+fn a_friction_curve_is_shown_during_its_measurement_and_its_fit_afterwards() {
     let (live, project) = live();
     let plan: BTreeMap<String, String> = [("slowest", "5"), ("fastest", "40"), ("speeds", "3")]
         .map(|(name, value)| (name.to_owned(), value.to_owned()))
@@ -59,8 +59,8 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
         other => panic!("{other:?}"),
     };
     assert_eq!(curve(None), protocol::MeasuredCurve::default());
-    let asked = Call::Plan { what: Quantity::Friction, thorough: false, plan: plan.clone() };
-    let Answer::Plan(form) = live.call("looks", asked).unwrap() else { panic!("no plan") };
+    let call = Call::Plan { what: Quantity::Friction, thorough: false, plan: plan.clone() };
+    let Answer::Plan(form) = live.call("looks", call).unwrap() else { panic!("no plan") };
     assert!(form.duration > 0.0 && form.items.iter().any(|item| item.path == "speeds" && item.value == Some(3.0)));
     live.call(ANN, Call::Measure { what: Quantity::Friction, plan, render: false }).unwrap();
     let growing = loop {
@@ -85,7 +85,7 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
     assert_eq!(fit.velocity.len(), fit.band.len());
     assert_eq!(curve(Some(1)), measured);
     assert!(live.call("looks", Call::Curve { run: Some(7) }).unwrap_err().to_string().contains("curves"));
-    // What a download would change, and nothing of it is in force.
+    // A preview shows the differences and changes nothing.
     let values = BTreeMap::from([("model.own.kinetic_torque".to_owned(), "0.17".to_owned())]);
     let Answer::Differences { differences } = live.call("looks", Call::Preview { values }).unwrap() else { panic!() };
     assert_eq!((differences.len(), status(&live).changed), (1, 0));
@@ -93,7 +93,7 @@ fn a_friction_curve_is_told_while_it_is_measured_and_its_fit_behind() {
     assert_eq!(machine.speeds[1].factor, 60.0 / std::f64::consts::TAU);
 }
 
-/// A key number is that of the summary, rounded as its uncertainty is.
+/// Compares a key number with that of the summary, rounded to its uncertainty.
 fn is_as_in_summary(key: &protocol::KeyEstimate, folder: &Path) {
     let summary = std::fs::read_to_string(folder.join("summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
@@ -107,7 +107,7 @@ fn is_as_in_summary(key: &protocol::KeyEstimate, folder: &Path) {
 }
 
 #[test]
-fn the_friction_that_is_rendered_is_measured_told_and_reported() {
+fn the_rendered_friction_is_measured_shown_and_reported() {
     let (live, project) = live();
     let plan: BTreeMap<String, String> = [("slowest", "10"), ("fastest", "40"), ("speeds", "2")]
         .map(|(name, value)| (name.to_owned(), value.to_owned()))
@@ -117,7 +117,7 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
         Answer::Rendered(rendered) => *rendered,
         other => panic!("{other:?}"),
     };
-    // Nothing is there, nothing moves for what cannot be rendered, and only friction is measured under the law.
+    // There is no result yet, a refused measurement moves nothing, and only friction can be measured with rendering.
     assert_eq!(rendered(None), protocol::RenderedFriction::default());
     assert!(matches!(live.call(ANN, Call::SaveReport {}).unwrap_err(), Error::TooFew { found: 0, .. }));
     let refused = live.call(ANN, measure(true)).unwrap_err();
@@ -145,11 +145,11 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     assert_eq!((growing.run, growing.figures.len()), (None, 4));
     assert_eq!(ended(&live).error, None);
 
-    let told = rendered(None);
-    assert_eq!((told.run, told.measuring, told.figures.len()), (Some(2), false, 4));
-    assert!(told.verdict.contains("% of M_S"), "{}", told.verdict);
-    is_as_in_summary(&told.keys[0], &project.path().join("runs/0002-render"));
-    // It is a curve like others, and not the own friction.
+    let complete = rendered(None);
+    assert_eq!((complete.run, complete.measuring, complete.figures.len()), (Some(2), false, 4));
+    assert!(complete.verdict.contains("% of M_S"), "{}", complete.verdict);
+    is_as_in_summary(&complete.keys[0], &project.path().join("runs/0002-render"));
+    // It is listed as a curve, but not as the own friction.
     let curves = |live: &Live| match live.call("looks", Call::Curves {}).unwrap() {
         Answer::Curves { curves } => curves.into_iter().map(|name| (name.run, name.rendered)).collect::<Vec<_>>(),
         other => panic!("{other:?}"),
@@ -157,8 +157,8 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
     assert_eq!(curves(&live), [(2, true), (1, false)]);
     let Answer::Curve(own) = live.call("looks", Call::Curve { run: None }).unwrap() else { panic!("no curve") };
     assert_eq!((own.run, own.rendered, own.course.is_empty()), (Some(1), false, false));
-    let Answer::Curve(again) = live.call("looks", Call::Curve { run: Some(2) }).unwrap() else { panic!("no curve") };
-    assert_eq!((again.rendered, again.points.len(), again.course.is_empty()), (true, 4, false));
+    let Answer::Curve(curve) = live.call("looks", Call::Curve { run: Some(2) }).unwrap() else { panic!("no curve") };
+    assert_eq!((curve.rendered, curve.points.len(), curve.course.is_empty()), (true, 4, false));
 
     let Answer::Report { run, folder } = live.call(ANN, Call::SaveReport {}).unwrap() else { panic!("no report") };
     assert_eq!(run, 3);
@@ -170,7 +170,7 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
         assert!(page.contains(part), "{part}");
     }
     assert!(live.report_page(77).unwrap_err().to_string().contains("no run with a report 77"));
-    // A link leads nowhere.
+    // Links are not followed.
     #[cfg(unix)]
     {
         let link = project.path().join("runs/0009-link");
@@ -182,18 +182,18 @@ fn the_friction_that_is_rendered_is_measured_told_and_reported() {
 }
 
 #[test]
-fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_friction_curve_alone() {
+fn breakaway_and_presliding_are_shown_during_their_measurement_and_do_not_change_the_friction_curve() {
     let (live, _project) = live();
     let at_rest = |what, run| match live.call("looks", Call::AtRest { what, run }).unwrap() {
-        Answer::AtRest(told) => *told,
+        Answer::AtRest(measurement) => *measurement,
         other => panic!("{other:?}"),
     };
     let plan = |values: &[(&str, &str)]| -> BTreeMap<String, String> {
         values.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
     };
-    let growing = |what, found: &dyn Fn(&protocol::BreakawayMeasurement) -> bool| loop {
+    let growing = |what, is_ready: &dyn Fn(&protocol::BreakawayMeasurement) -> bool| loop {
         let growing = at_rest(what, None);
-        if growing.measuring && found(&growing) {
+        if growing.measuring && is_ready(&growing) {
             break growing;
         }
         assert_eq!(status(&live).last.and_then(|last| last.error), None);
@@ -207,29 +207,29 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
         let plan = plan(&[("repetitions", "1"), ("angles", "1"), ("rest_time", "0.05"), ("rate", rate)]);
         Call::Measure { what: Quantity::Breakaway, plan, render: false }
     };
-    // Slow: by the clock the control catches the load only some time after it has broken away.
+    // Slow ramps: in real time the control stops the load only some time after its breakaway.
     live.call(ANN, ramps("0.1")).unwrap();
-    let first = growing(Quantity::Breakaway, &|told| !told.keys.is_empty());
+    let first = growing(Quantity::Breakaway, &|measurement| !measurement.keys.is_empty());
     assert_eq!((first.run, first.figures.len()), (None, 1));
     assert_eq!(ended(&live).error, None);
-    let found = at_rest(Quantity::Breakaway, None);
-    assert_eq!((found.run, found.measuring, found.keys.len(), found.figures.len()), (Some(1), false, 3, 1));
-    let own: f64 = found.own["model.own.breakaway_torque"].parse().unwrap();
-    assert!((own - found.keys[0].value.parse::<f64>().unwrap()).abs() < 0.01, "{found:?}");
-    // Another rate: what earlier runs found stands beside it.
+    let result = at_rest(Quantity::Breakaway, None);
+    assert_eq!((result.run, result.measuring, result.keys.len(), result.figures.len()), (Some(1), false, 3, 1));
+    let own: f64 = result.own["model.own.breakaway_torque"].parse().unwrap();
+    assert!((own - result.keys[0].value.parse::<f64>().unwrap()).abs() < 0.01, "{result:?}");
+    // At another rate, a figure shows the results of earlier runs as well.
     live.call(ANN, ramps("0.15")).unwrap();
     assert_eq!(ended(&live).error, None);
-    let found = at_rest(Quantity::Breakaway, None);
-    assert_eq!((found.run, found.runs.as_slice(), found.figures.len()), (Some(2), &[2, 1][..], 2));
-    assert!(found.figures[1].figure.title().contains("rate of the ramp"));
+    let result = at_rest(Quantity::Breakaway, None);
+    assert_eq!((result.run, result.runs.as_slice(), result.figures.len()), (Some(2), &[2, 1][..], 2));
+    assert!(result.figures[1].figure.title().contains("rate of the ramp"));
     assert_eq!(at_rest(Quantity::Breakaway, Some(1)).run, Some(1));
     assert!(live.call("looks", Call::AtRest { what: Quantity::Breakaway, run: Some(9) }).is_err());
 
     let plan = plan(&[("slow_frequency", "4"), ("slow_cycles", "3")]);
     live.call(ANN, Call::Measure { what: Quantity::Presliding, plan, render: false }).unwrap();
-    let before = growing(Quantity::Presliding, &|told| !told.figures.is_empty());
+    let before = growing(Quantity::Presliding, &|measurement| !measurement.figures.is_empty());
     assert!(before.figures[0].figure.title().contains("friction"), "{before:?}");
-    // The friction that comes first is no curve of a run.
+    // The friction that is measured first is not a friction curve of the run.
     assert!(live.shared.measurements.current_curve().plateaus.is_empty());
     live.call(ANN, Call::Halt {}).unwrap();
     ended(&live);
@@ -237,18 +237,18 @@ fn breakaway_and_presliding_are_told_while_they_are_measured_and_leave_the_frict
 }
 
 #[test]
-fn a_preload_is_advised_for_parameters_that_are_not_in_force_yet() {
+fn a_preload_is_advised_for_parameters_that_are_not_active_yet() {
     let (live, _project) = live();
-    let advised = |law: &str| {
+    let advice = |law: &str| {
         let values = [("bench.law.kind", law), ("bench.desired.breakaway_torque", "0.2")];
         let values = values.map(|(path, value)| (path.to_owned(), value.to_owned())).into();
         match live.call("looks", Call::AdvisePreload { values }).unwrap() {
-            Answer::AdvisedPreload(advised) => advised,
+            Answer::AdvisedPreload(advice) => advice,
             other => panic!("{other:?}"),
         }
     };
-    let faded = advised("paper");
+    let faded = advice("paper");
     assert!(faded.needed && !faded.by_hand && faded.sentence.contains("two preloads"), "{faded:?}");
-    assert!(!advised("bristle").needed);
+    assert!(!advice("bristle").needed);
     live.stop().unwrap();
 }

@@ -19,17 +19,17 @@ use stickslip_base::{Error, Watch, parameters};
 
 const ANN: &str = "ann";
 
-/// The preset of few ticks, which a busy machine keeps up with.
+/// The preset with a low tick rate, which a busy machine can keep.
 fn slow() -> Source {
     let mut source = presets::find("clm-bench").unwrap();
-    // In a hole of a busy machine the torque is held, and the screw leaves its set-point.
+    // In a hole of a busy machine the torque is held, and the screw deviates from its set-point.
     let values =
         [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500"), ("bench.safety.following_error", "50")];
     source.text = parameters::set_all::<stickslip_base::Preset<f64>>(&source.text, "t", &values).unwrap();
     source
 }
 
-/// A bench of it, in a project of its own.
+/// A bench with this preset in its own project.
 fn live() -> (Live, tempfile::TempDir) {
     live_into(|_| None)
 }
@@ -49,7 +49,7 @@ fn status(live: &Live) -> Status {
     }
 }
 
-/// Waits until what runs has ended.
+/// Waits for the end of the running activity.
 fn ended(live: &Live) -> Ended {
     loop {
         let now = status(live);
@@ -76,9 +76,10 @@ fn an_axis_is_homed_moved_tuned_captured_and_halted() {
     let (live, _project) = live();
     live.call(ANN, Call::Home {}).unwrap();
     let busy = live.call(ANN, sine(0.2)).unwrap_err();
-    assert!(matches!(&busy.of(), Some(LiveError::Busy { what }) if what == "home"), "{busy}");
+    assert!(matches!(&busy.of(), Some(LiveError::Busy { what, .. }) if what == "home"), "{busy}");
+    assert!(busy.to_string().contains("stickslip bench halt"), "{busy}");
     assert_eq!(ended(&live), Ended { what: "home".into(), error: None, folder: None });
-    // What the newest cycle was comes a moment later.
+    // The newest cycle arrives a moment later.
     while status(&live).state != "running" {
         thread::sleep(Duration::from_millis(5));
     }
@@ -145,13 +146,13 @@ fn a_stream_has_every_cycle_in_one_of_its_points() {
         assert_eq!((pair[1].from, pair[1].missing, pair[1].to), (pair[0].to + 1, 0, pair[0].to + 20));
         assert!(pair[1].min[0] < pair[1].max[0], "noise");
     }
-    assert!(live.call("looks", Call::Fetch { capture }).is_err(), "it is no capture");
+    assert!(live.call("looks", Call::Fetch { capture }).is_err(), "not a capture");
     live.call("looks", Call::Drop { capture }).unwrap();
     assert!(live.call("looks", Call::Points { capture }).is_err());
 }
 
 #[test]
-fn one_operates_and_everybody_may_stop() {
+fn one_client_is_the_operator_and_all_clients_may_stop() {
     let (live, _project) = live();
     live.call(ANN, Call::Home {}).unwrap();
     let refused = live.call("bob", set(GAIN, "11")).unwrap_err();
@@ -161,7 +162,7 @@ fn one_operates_and_everybody_may_stop() {
     live.call(ANN, sine(0.2)).unwrap();
     live.call("bob", Call::Stop {}).unwrap();
     assert_eq!(ended(&live).error.as_deref(), Some("cancelled"));
-    // The stream is behind by a look or two.
+    // The status arrives a few milliseconds later.
     while status(&live).state != "ready" {
         thread::sleep(Duration::from_millis(5));
     }
@@ -173,14 +174,14 @@ fn one_operates_and_everybody_may_stop() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_changes_nothing() {
+fn invalid_calls_are_refused_and_change_nothing() {
     let (live, _project) = live();
     let refused = |call: Call| live.call(ANN, call).unwrap_err().to_string();
     assert!(refused(Call::Start {}).contains("Home or arm first"));
     assert!(refused(Call::Move { reference: "sin".into(), values: BTreeMap::new(), render: false }).contains("sine"));
     let values = BTreeMap::from([("frequency\"]\n[x".to_owned(), 1.0)]);
     refused(Call::Move { reference: "sine".into(), values, render: false });
-    // At 1 kHz the desired friction of this preset is out of reach.
+    // At 1 kHz the desired friction of this preset cannot be rendered.
     let values = BTreeMap::new();
     assert!(refused(Call::Move { reference: "sine".into(), values, render: true }).contains("render"));
     assert!(refused(set("bench.tick_rate", "2000")).contains("anew"));
@@ -207,7 +208,7 @@ fn what_cannot_be_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn every_call_and_answer_is_the_same_behind_its_json() {
+fn calls_and_answers_read_back_from_their_json() {
     let calls = [
         r#"{"call": "status"}"#,
         r#"{"call": "set", "values": {"bench.law.kind": "bristle"}}"#,

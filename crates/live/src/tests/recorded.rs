@@ -1,10 +1,10 @@
-//! Runs of a bench that runs: recorded, entered, replayed.
+//! Runs of a running bench: recorded, entered, replayed.
 
 use super::*;
 use crate::LiveError;
 
 #[test]
-fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_it() {
+fn a_live_run_is_recorded_from_its_start_and_replays_with_all_changes() {
     let (live, project) = live_into(|project| Some(project.join("run.mf4")));
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
@@ -21,15 +21,15 @@ fn a_live_run_is_recorded_from_its_begin_and_replays_with_all_that_was_done_to_i
     let record = stickslip_bench::run::Record::read(&project.path().join("run.mf4")).unwrap();
     let replayed = stickslip_bench::run::replay(&record, &Watch::silent()).unwrap();
     assert!(replayed.identical() && replayed.machine && replayed.cycles > 500, "{replayed:?}");
-    // The law of the begin, home (3), start, two sets, preload, stop.
+    // The initial law, home (3), start, two sets, preload, stop.
     assert!(record.changes.len() >= 7, "{}", record.changes.len());
 }
 
-/// What is in the catalogue, once so many are.
-fn entered(live: &Live, many: u64) -> Vec<crate::catalogue::Run> {
+/// Waits for a number of runs in the catalogue and lists them.
+fn entered(live: &Live, count: u64) -> Vec<crate::catalogue::Run> {
     loop {
         match live.call("looks", Call::Runs { query: String::new(), limit: 10 }).unwrap() {
-            Answer::Runs { runs, of, .. } if of >= many => return runs,
+            Answer::Runs { runs, of, .. } if of >= count => return runs,
             Answer::Runs { .. } => thread::sleep(Duration::from_millis(5)),
             other => panic!("{other:?}"),
         }
@@ -37,7 +37,7 @@ fn entered(live: &Live, many: u64) -> Vec<crate::catalogue::Run> {
 }
 
 #[test]
-fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() {
+fn a_recording_starts_and_ends_on_a_running_bench_and_replays_bit_for_bit() {
     let (live, project) = live();
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
@@ -50,7 +50,8 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(live.call(ANN, Call::Record { name: "../out".into() }).is_err());
     live.call(ANN, Call::Record { name: "grease".into() }).unwrap();
     let twice = live.call(ANN, Call::Record { name: "again".into() }).unwrap_err();
-    assert!(matches!(&twice.of(), Some(LiveError::Busy { what }) if what.contains("grease")), "{twice}");
+    assert!(matches!(&twice.of(), Some(LiveError::Busy { what, .. }) if what.contains("grease")), "{twice}");
+    assert!(twice.to_string().contains("stickslip bench record --stop"), "{twice}");
     live.call(ANN, set(GAIN, "12")).unwrap();
     live.call(ANN, Call::Inject { fault: "accelerometer-jump=0.001".into() }).unwrap();
     let recorded = loop {
@@ -63,13 +64,13 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(recorded.from > 100 && recorded.lost == 0, "{recorded:?}");
     let law = live.call(ANN, set("bench.law.kind", "bristle")).unwrap();
     let Answer::Entered { cycle, .. } = law else { panic!("{law:?}") };
-    // What comes into force behind the last cycle of a record is not in it.
+    // Changes after the last cycle of a record are not in it.
     while status(&live).cycle <= cycle {
         thread::sleep(Duration::from_millis(5));
     }
     live.call(ANN, Call::EndRecord {}).unwrap();
     let now = status(&live);
-    assert_eq!((now.recording, now.recorded, now.doing.is_some()), (None, None, true), "the bench goes on");
+    assert_eq!((now.recording, now.recorded, now.doing.is_some()), (None, None, true), "the bench continues");
 
     let run = entered(&live, 1).remove(0);
     assert_eq!((run.name.as_str(), run.kind.as_str()), ("run 1, grease", "recording"));
@@ -83,9 +84,9 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     let reference = live.shared.parameters.read(|tuning| *tuning.reference());
     assert_ne!(record.preset.bench.controller, reference.bench.controller, "14");
 
-    is_told(&live, run.number);
+    is_replayed_with_its_story(&live, run.number);
 
-    // On the virtual bench it is the same to the bit, and another with another gain.
+    // Its simulation is identical bit for bit, and differs with another gain.
     let simulate = |gain: Option<&str>| {
         let values = gain.map(|gain| (GAIN.to_owned(), gain.to_owned())).into_iter().collect();
         let signals = vec!["angle".into(), "software.commanded_torque".into()];
@@ -116,11 +117,11 @@ fn a_recording_is_begun_and_ended_while_the_bench_runs_and_replays_to_the_bit() 
     assert!(stickslip_bench::run::Stored::open(&file).unwrap().replay(&Watch::silent()).unwrap().identical());
 }
 
-/// Replays a run by a call, and reads what happened in it.
-fn is_told(live: &Live, number: i64) {
-    let again = again(live, number);
-    assert_eq!((again.identical, again.fraction), (Some(true), 1.0), "{again:?}");
-    assert!(again.sentence.unwrap().contains("every bit is the same"));
+/// Replays a run by a call, and reads its events.
+fn is_replayed_with_its_story(live: &Live, number: i64) {
+    let replay = replayed(live, number);
+    assert_eq!((replay.identical, replay.fraction), (Some(true), 1.0), "{replay:?}");
+    assert!(replay.sentence.unwrap().contains("every bit is the same"));
     let Answer::Story { happened } = live.call(ANN, Call::Story { number }).unwrap() else { panic!() };
     let words: Vec<_> = happened.iter().map(|one| one.what.as_str()).collect();
     assert!(
@@ -133,12 +134,12 @@ fn is_told(live: &Live, number: i64) {
     assert!(matches!(none.of(), Some(LiveError::NoRun { number: 99 })), "{none}");
 }
 
-/// A replay to its end.
-fn again(live: &Live, number: i64) -> protocol::ReplayProgress {
+/// Waits for the end of a replay.
+fn replayed(live: &Live, number: i64) -> protocol::ReplayProgress {
     loop {
         match live.call("looks", Call::Replay { number }).unwrap() {
-            Answer::Replay(again) if again.ended => return again,
-            Answer::Replay(again) => assert_eq!((again.run, again.identical), (number, None)),
+            Answer::Replay(replay) if replay.ended => return replay,
+            Answer::Replay(replay) => assert_eq!((replay.run, replay.identical), (number, None)),
             other => panic!("{other:?}"),
         }
         thread::sleep(Duration::from_millis(5));
@@ -146,7 +147,7 @@ fn again(live: &Live, number: i64) -> protocol::ReplayProgress {
 }
 
 #[test]
-fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
+fn measurements_are_entered_into_the_catalogue_and_can_be_renamed() {
     let (live, project) = live();
     let plan = [("speeds", "2"), ("slowest", "10"), ("fastest", "20")];
     let plan = plan.map(|(name, value)| (name.to_owned(), value.to_owned())).into();
@@ -174,9 +175,9 @@ fn what_is_measured_comes_into_the_catalogue_and_can_be_named() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_recording_that_cannot_begin_says_why_and_the_bench_goes_on() {
+fn a_recording_that_cannot_start_reports_why_and_the_bench_continues() {
     let (live, project) = live();
-    // A file where the folder of runs should be.
+    // A file in place of the folder of runs.
     std::fs::write(project.path().join("runs"), "").unwrap();
     let refused = live.call(ANN, Call::Record { name: "grease".into() }).unwrap_err().to_string();
     assert!(refused.contains("runs"), "{refused}");

@@ -1,35 +1,35 @@
-//! What goes wrong, and what the bench says.
+//! Faults, and the reports of the bench.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
 use stickslip_bench::remote::{Address, PlantServer};
 
-/// A machine in another thread, as `stickslip plant` serves one, until it is told to end.
+/// A machine in another thread, as served by `stickslip plant`, until it is stopped.
 struct Plant {
-    gone: Arc<AtomicBool>,
+    stop: Arc<AtomicBool>,
     serving: JoinHandle<()>,
 }
 
 impl Plant {
     fn serve(address: &Address, source: &Source) -> Self {
         let mut server = PlantServer::bind(address, &source.read().unwrap(), 1).unwrap();
-        let gone = Arc::new(AtomicBool::new(false));
-        let watch = Watch::new(gone.clone(), |_, _| {});
-        Plant { gone, serving: thread::spawn(move || drop(server.serve(false, &watch))) }
+        let stop = Arc::new(AtomicBool::new(false));
+        let watch = Watch::new(stop.clone(), |_, _| {});
+        Plant { stop, serving: thread::spawn(move || drop(server.serve(false, &watch))) }
     }
 
     fn kill(self) {
-        self.gone.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Relaxed);
         self.serving.join().unwrap();
     }
 }
 
 #[test]
-fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
+fn the_loss_and_return_of_a_remote_machine_are_reported_and_the_bench_continues() {
     let project = tempfile::tempdir().unwrap();
     let mut source = presets::find("clm-bench").unwrap();
-    // Far longer than a busy machine lets a thread wait.
+    // Far longer than the delays of a busy machine.
     for (path, value) in [("bench.tick_rate", "1000"), ("bench.safety.missed_ticks", "500")] {
         source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", path, value).unwrap();
     }
@@ -48,7 +48,7 @@ fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
     until("fault");
     let reason = status(&live).reason.unwrap();
     assert!(reason.contains("has not answered for 501 ticks") && reason.contains("home"), "{reason}");
-    // As long as it is gone nothing helps; cycles go on.
+    // While it is gone the fault returns; cycles continue.
     live.call(ANN, Call::Acknowledge {}).unwrap();
     until("fault");
     let plant = Plant::serve(&address, &source);
@@ -64,7 +64,7 @@ fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
     assert_eq!(status(&live).state, "off", "it answers again");
     live.stop().unwrap();
     plant.kill();
-    // The whole story replays, bit for bit.
+    // The whole run replays bit for bit.
     let replayed = stickslip_bench::run::replay(
         &stickslip_bench::run::Record::read(&project.path().join("run.mf4")).unwrap(),
         &Watch::silent(),
@@ -74,7 +74,7 @@ fn a_machine_elsewhere_may_die_and_come_back_and_the_bench_says_so_and_lives() {
 }
 
 #[test]
-fn an_operator_who_falls_silent_stops_what_runs_and_who_is_heard_does_not() {
+fn a_silent_operator_stops_the_axis_and_an_active_one_does_not() {
     let project = tempfile::tempdir().unwrap();
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<stickslip_base::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
@@ -87,20 +87,20 @@ fn an_operator_who_falls_silent_stops_what_runs_and_who_is_heard_does_not() {
     }
     let live = start(1.0).unwrap();
     live.call(ANN, Call::Home {}).unwrap();
-    let heard = |live: &Live| live.call(ANN, Call::Sets {}).map(drop).unwrap();
+    let poll = |live: &Live| live.call(ANN, Call::Sets {}).map(drop).unwrap();
     while status(&live).doing.is_some() {
-        heard(&live);
+        poll(&live);
         thread::sleep(Duration::from_millis(5));
     }
     assert_eq!(status(&live).last.unwrap().error, None);
     live.call(ANN, sine(0.2)).unwrap();
     let begun = std::time::Instant::now();
     while begun.elapsed() < Duration::from_secs(2) {
-        heard(&live);
+        poll(&live);
         assert!(status(&live).doing.is_some());
         thread::sleep(Duration::from_millis(5));
     }
-    // Others who look are no operator.
+    // Calls of other clients do not count.
     let why = ended(&live).error.unwrap();
     assert!(why.contains("silent for more than 1 s"), "{why}");
     while status(&live).state != "ready" {
@@ -110,7 +110,7 @@ fn an_operator_who_falls_silent_stops_what_runs_and_who_is_heard_does_not() {
 }
 
 #[test]
-fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
+fn an_injected_fault_stops_the_axis_and_is_replayed() {
     let (live, project) = live_into(|project| Some(project.join("run.mf4")));
     live.call(ANN, Call::Home {}).unwrap();
     ended(&live);
@@ -119,7 +119,8 @@ fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
         thread::sleep(Duration::from_millis(5));
     }
     let refused = |fault: &str| live.call(ANN, Call::Inject { fault: fault.into() }).unwrap_err().to_string();
-    assert!(refused("encoder-stick").contains("encoder-stuck"));
+    let unknown = refused("encoder-stick");
+    assert!(unknown.contains("\"encoder-stick\"") && unknown.contains("encoder-stuck"), "{unknown}");
     assert!(refused("counts-lost=7").contains("counts-lost"));
     live.call(ANN, Call::Inject { fault: "encoder-stuck".into() }).unwrap();
     while status(&live).state != "fault" {
@@ -130,14 +131,14 @@ fn a_fault_on_purpose_stops_the_axis_and_is_replayed() {
     let path = project.path().join("run.mf4");
     let replayed = stickslip_bench::run::Stored::open(&path).unwrap().replay(&Watch::silent()).unwrap();
     assert!(replayed.identical() && replayed.machine, "{replayed:?}");
-    // A record is not written over.
+    // An existing record is not overwritten.
     let source = presets::find("clm-bench").unwrap();
     let again = Live::start(Start { record: Some(path), ..Start::new(source, project.path()) }).err().unwrap();
     assert!(again.to_string().contains("run.mf4"), "{again}");
 }
 
 #[test]
-fn missed_deadlines_are_told_with_their_cause() {
+fn missed_deadlines_are_reported_with_their_cause() {
     let (live, _project) = live();
     let losses = |live: &Live| match live.call("looks", Call::Losses {}).unwrap() {
         Answer::Losses { lost, held } => (lost, held),
@@ -154,8 +155,8 @@ fn missed_deadlines_are_told_with_their_cause() {
     live.shared.health.lost(9, 4, health::Lost::Watching);
     live.shared.health.lost(6, 2, health::Lost::Waiting);
     let (lost, held) = losses(&live);
-    let told = held.iter().find(|one| one.cycle == 7).unwrap();
-    assert!(told.count == 3 && told.cause.contains("longer than usual") && told.remedy.contains("doctor"), "{told:?}");
+    let late = held.iter().find(|one| one.cycle == 7).unwrap();
+    assert!(late.count == 3 && late.cause.contains("longer than usual") && late.remedy.contains("doctor"), "{late:?}");
     let waited = held.iter().find(|one| one.cycle == 6).unwrap();
     assert!(
         waited.count == 2 && waited.cause.contains("virtual machine waited") && !waited.remedy.is_empty(),

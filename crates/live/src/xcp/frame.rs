@@ -1,17 +1,17 @@
-//! Packets in datagrams and byte streams: ASAM MCD-1 XCP, part 3 (Ethernet). A frame is the length of its packet, a
-//! counter, both of 16 bits little-endian, and the packet; several may share a datagram.
+//! Packets in datagrams and byte streams: ASAM MCD-1 XCP, part 3 (Ethernet). A frame consists of the length of its packet
+//! and a counter, both 16 bits little-endian, and the packet; several frames may share a datagram.
 
 /// Bytes before the packet.
 pub const HEADER: usize = 4;
 
-/// What a stream of bytes begins with.
+/// Start of a stream of bytes.
 #[derive(Debug, PartialEq)]
 pub enum Next<'a> {
-    /// A packet, and what is behind it.
+    /// A packet, and the bytes after it.
     Packet(&'a [u8], &'a [u8]),
-    /// The begin of one.
+    /// An incomplete packet.
     Incomplete,
-    /// A length that no command has. Where the next frame begins is lost with it.
+    /// An invalid length. The start of the next frame is then unknown.
     Corrupt,
 }
 
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_are_taken_apart_as_they_were_put_together() {
+    fn written_frames_read_back() {
         let (mut bytes, mut counter) = (Vec::new(), u16::MAX);
         push(&mut bytes, &mut counter, [&[1, 2], &[3]]);
         push(&mut bytes, &mut counter, [&[4], &[]]);
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_that_cannot_be_is_told_from_one_that_is_not_there_yet() {
+    fn invalid_and_incomplete_lengths_are_distinguished() {
         assert_eq!(next(&[], 8), Next::Incomplete);
         assert_eq!(next(&[1, 0, 0, 0], 8), Next::Incomplete);
         assert_eq!(next(&[0, 0, 0, 0], 8), Next::Corrupt);

@@ -4,13 +4,13 @@ use super::packet::Refusal;
 use super::sampler::Plan;
 use super::{Layout, MAX_DTO, SIZE};
 
-/// Lists at once.
+/// Maximum number of lists.
 pub(super) const LISTS: usize = 32;
-/// Packets of a list: with the mark of an overload the number stays below those of responses.
+/// Maximum number of packets of a list: with the overload mark, their numbers stay below those of responses.
 const PACKETS: usize = 0x7c;
-/// Entries of all lists.
+/// Maximum number of entries of all lists.
 const ENTRIES: usize = 4096;
-/// Bytes before the values: number of the packet and of the list; then the time, if it is asked for.
+/// Bytes before the values: numbers of the packet and of the list, then the time if requested.
 const IDENTIFICATION: usize = 2;
 const TIME: usize = 4;
 
@@ -18,12 +18,12 @@ const TIME: usize = 4;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lists {
     lists: Vec<List>,
-    /// List, packet and entry that is written next.
+    /// List, packet and entry of the next write.
     place: Option<(usize, usize, usize)>,
     stage: Stage,
 }
 
-/// What may be allocated next.
+/// Stage of the allocation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 enum Stage {
     #[default]
@@ -34,10 +34,10 @@ enum Stage {
     Entries,
 }
 
-/// One of them.
+/// A list.
 #[derive(Clone, Debug)]
 pub(super) struct List {
-    /// Of each packet its entries: first measurement and how many.
+    /// Entries of each packet: first measurement and number of measurements.
     packets: Vec<Vec<Option<(usize, usize)>>>,
     pub(super) timestamp: bool,
     pub(super) prescaler: u8,
@@ -68,7 +68,7 @@ impl Lists {
 
     /// `ALLOC_DAQ`.
     pub(super) fn allocate(&mut self, count: u16) -> Result<(), Refusal> {
-        self.come_to(Stage::Freed, Stage::Lists)?;
+        self.advance(Stage::Freed, Stage::Lists)?;
         if usize::from(count) > LISTS {
             return Err(Refusal::MemoryOverflow);
         }
@@ -87,7 +87,7 @@ impl Lists {
 
     /// `ALLOC_ODT`.
     pub(super) fn allocate_packets(&mut self, list: u16, count: u8) -> Result<(), Refusal> {
-        self.come_to(Stage::Lists, Stage::Packets)?;
+        self.advance(Stage::Lists, Stage::Packets)?;
         if usize::from(count) > PACKETS {
             return Err(Refusal::MemoryOverflow);
         }
@@ -97,7 +97,7 @@ impl Lists {
 
     /// `ALLOC_ODT_ENTRY`.
     pub(super) fn allocate_entries(&mut self, list: u16, packet: u8, count: u8) -> Result<(), Refusal> {
-        self.come_to(Stage::Packets, Stage::Entries)?;
+        self.advance(Stage::Packets, Stage::Entries)?;
         let packets = self.lists.iter().flat_map(|list| &list.packets);
         let taken: usize = packets.map(Vec::len).sum();
         if taken + usize::from(count) > ENTRIES {
@@ -108,10 +108,10 @@ impl Lists {
         Ok(())
     }
 
-    /// From one stage of allocation to the next; several of the same may follow each other.
-    fn come_to(&mut self, before: Stage, after: Stage) -> Result<(), Refusal> {
-        let again = self.stage == after && after != Stage::Lists;
-        if self.stage != before && !again {
+    /// Advances from one stage of allocation to the next; stages after the first may be repeated.
+    fn advance(&mut self, before: Stage, after: Stage) -> Result<(), Refusal> {
+        let repeats = self.stage == after && after != Stage::Lists;
+        if self.stage != before && !repeats {
             return Err(Refusal::Sequence);
         }
         self.stage = after;
@@ -128,7 +128,7 @@ impl Lists {
         Ok(())
     }
 
-    /// `WRITE_DAQ`: so many bytes of measurements from an address on.
+    /// `WRITE_DAQ`: `size` bytes of measurements from an address on.
     pub(super) fn write(&mut self, layout: &Layout, bit: u8, size: u8, extension: u8, at: u32) -> Result<(), Refusal> {
         let (list, packet, entry) = self.place.ok_or(Refusal::Sequence)?;
         let size = u32::from(size);
@@ -144,12 +144,13 @@ impl Lists {
             return Err(Refusal::OutOfRange);
         }
         entries[entry] = Some((first, count));
-        // Behind the last entry the place must be said anew.
+        // After the last entry the place must be set again.
         self.place = (entry + 1 < entries.len()).then_some((list, packet, entry + 1));
         Ok(())
     }
 
-    /// What the lists that run want of a row. One that goes on while another starts or stops may miss some, and says so.
+    /// The plans of the running lists. A list that continues while another starts or stops may miss rows; it is marked by
+    /// an overload.
     pub(super) fn plans(&mut self) -> Vec<Plan> {
         let plan = |(number, list): (usize, &mut List)| {
             let overload = std::mem::replace(&mut list.started, list.running);
@@ -164,7 +165,7 @@ impl Lists {
         self.lists.iter_mut().enumerate().filter_map(plan).collect()
     }
 
-    /// `START_STOP_SYNCH`: stops all, starts or stops those that are selected.
+    /// `START_STOP_SYNCH`: stops all lists, or starts or stops the selected ones.
     pub(super) fn synchronise(&mut self, mode: u8) -> Result<(), Refusal> {
         if mode > 2 {
             return Err(Refusal::ModeNotValid);
@@ -189,13 +190,13 @@ fn columns(entries: &[Option<(usize, usize)>]) -> impl Iterator<Item = usize> {
 }
 
 impl List {
-    /// The largest packets and entries that it has.
+    /// Number of packets, and largest number of entries in a packet.
     pub(super) fn sizes(&self) -> (u8, u8) {
         let most = self.packets.iter().map(Vec::len).max().unwrap_or(0);
         (self.packets.len() as u8, most as u8)
     }
 
-    /// Whether it can be started: every entry is written, and every packet has its place.
+    /// Whether it can be started: every entry is written, and the first packet fits.
     pub(super) fn check(&self) -> Result<(), Refusal> {
         let whole = self.packets.iter().flatten().all(Option::is_some);
         let anything = self.packets.iter().any(|entries| !entries.is_empty());

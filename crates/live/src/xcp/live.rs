@@ -1,4 +1,4 @@
-//! A bench that runs, behind a slave.
+//! A running bench for a slave.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use stickslip_base::Error;
 use stickslip_base::parameters::Entry;
 use stickslip_recording::capture::Tap;
 
-/// A live bench as one of its clients sees it.
+/// A live bench for one of its clients.
 #[derive(Clone)]
 pub struct LiveBench {
     live: Arc<Live>,

@@ -1,14 +1,14 @@
 //! The bench for measurement and calibration tools: a slave of ASAM MCD-1 XCP 1.4 on Ethernet, and its description in
 //! ASAP2 1.61.
 //!
-//! [`Slave`] is the protocol alone: bytes in, bytes out, without socket, thread or clock; whoever has a connection
-//! drives it, as [`ethernet`] does by datagrams and connections. Behind it is a [`Bench`]. Addresses are those of a [`Layout`], made from the tables of the parameters and
-//! signals, which the description ([`a2l`](a2l::describe)) is printed from as well. No memory is touched: an address is
-//! looked up, or refused.
+//! [`Slave`] is the protocol alone: bytes in, bytes out, without socket, thread or clock. A transport drives it:
+//! [`ethernet`] by UDP and TCP. The slave serves a [`Bench`]. Addresses are those of a [`Layout`] from the tables of the
+//! parameters and signals; the description ([`a2l`](a2l::describe)) has the same source. Addresses are looked up, never
+//! dereferenced; unknown ones are refused.
 //!
-//! **Pages.** Page 0 is the working set, page 1 the reference that the run began with, which cannot be written. While
-//! the bench runs the working set each value enters as soon as it is complete. While it runs the reference, values are
-//! collected on page 0, and all of them enter with one cycle when the bench is switched back to it.
+//! **Pages.** Page 0 is the working set, page 1 the read-only reference: the parameters at the start of the run. While the
+//! bench runs the working set, each value becomes active as soon as it is complete. While it runs the reference, values are
+//! collected on page 0, and all of them become active in one cycle when the bench is switched back.
 
 pub mod ethernet;
 pub mod frame;
@@ -31,29 +31,29 @@ use stickslip_base::Error;
 use stickslip_base::parameters::Entry;
 use stickslip_recording::capture::Tap;
 
-/// The bench behind a slave.
+/// The bench of a slave.
 pub trait Bench {
-    /// The master is still there.
+    /// Notes activity of the master.
     fn seen(&self);
-    /// The master has gone.
+    /// Notes that the master has disconnected.
     fn left(&self);
     /// The newest cycle: its number and its signals.
     fn newest(&self) -> (u64, Vec<f64>);
-    /// The parameters in force.
+    /// The active parameters.
     fn in_force(&self) -> Vec<Entry>;
-    /// The parameters that the run began with.
+    /// The parameters at the start of the run.
     fn reference(&self) -> Vec<Entry>;
-    /// From the next cycle on, rows go to this sampler.
+    /// Passes rows to a sampler, from the next cycle on.
     ///
     /// # Errors
-    /// It looks at signals that there are not.
+    /// The sampler needs unknown signals.
     fn attach(&self, sampler: Sampler) -> Result<Tap<Sampler>, Error>;
-    /// It gets no more of them.
+    /// Detaches a sampler.
     fn detach(&self, tap: Tap<Sampler>);
-    /// Changes parameters, all together with one cycle; may take seconds.
+    /// Changes parameters, all in one cycle; may take seconds.
     ///
     /// # Errors
-    /// What does not let them in.
+    /// The values are invalid or refused.
     fn change(&self, change: &Change) -> Result<(), Error>;
 }
 
@@ -62,6 +62,6 @@ pub trait Bench {
 pub enum Change {
     /// These values: paths and values as in a file.
     Set(Vec<(String, String)>),
-    /// As the run began.
+    /// The values at the start of the run.
     Reset,
 }

@@ -8,15 +8,15 @@ use stickslip_base::parameters::{Fault, ParameterProblems, Problem};
 
 /// The working set.
 pub(super) const WORKING: u8 = 0;
-/// What the run began with.
+/// The parameters at the start of the run.
 pub(super) const REFERENCE: u8 = 1;
 
-/// Which page who looks at, and what is collected.
+/// The active pages of master and bench, and the collected values.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pages {
     /// The page that the master reads and writes.
     pub(super) master: u8,
-    /// The working set that is collected while the bench runs the reference.
+    /// The collected working set while the bench runs the reference.
     collected: Option<Vec<f64>>,
     /// Bytes of values that are not complete, by address.
     incomplete: BTreeMap<u32, u8>,
@@ -28,7 +28,7 @@ impl Pages {
         if self.collected.is_some() { REFERENCE } else { WORKING }
     }
 
-    /// The values of the page that the master looks at.
+    /// The values of the master's page.
     pub(super) fn values(&self, layout: &Layout, bench: &dyn Bench) -> Vec<f64> {
         match (self.master, &self.collected) {
             (REFERENCE, _) => layout.values(&bench.reference()),
@@ -37,15 +37,15 @@ impl Pages {
         }
     }
 
-    /// Bytes of the page that the master looks at.
+    /// The bytes of the master's page.
     pub(super) fn bytes(&self, layout: &Layout, bench: &dyn Bench) -> Vec<u8> {
         self.values(layout, bench).iter().flat_map(|value| value.to_le_bytes()).collect()
     }
 
-    /// Bytes of the working set are written: what must change in the bench for it, if anything.
+    /// Writes bytes of the working set. Returns the necessary change of the bench, if any.
     ///
     /// # Errors
-    /// A value outside of its range, where the bench is not asked at once.
+    /// A value outside of its range, while values are collected.
     pub(super) fn write(
         &mut self,
         layout: &Layout,
@@ -63,7 +63,7 @@ impl Pages {
                 layout.changes(&before, &after, |index| complete.iter().any(|(written, _)| *written == index));
             return Ok((!changes.is_empty()).then_some(Change::Set(changes)));
         };
-        // Laws between values are asked when all of them are there.
+        // Conditions between values are checked when all of them are complete.
         let outside = |&&(index, value): &&(usize, f64)| {
             let cell = &layout.parameters[index].cell;
             !(cell.minimum..=cell.maximum).contains(&value)
@@ -77,7 +77,7 @@ impl Pages {
         Ok(None)
     }
 
-    /// The values that these bytes have completed.
+    /// The values completed by these bytes.
     fn take_complete(&mut self, layout: &Layout, address: u32, count: usize) -> Vec<(usize, f64)> {
         let first = (address - PARAMETERS) / SIZE;
         let last = (address + count as u32 - 1 - PARAMETERS) / SIZE;
@@ -93,7 +93,7 @@ impl Pages {
         complete
     }
 
-    /// What must change in the bench before it runs a page.
+    /// The necessary change of the bench before it runs a page.
     pub(super) fn switching(&self, layout: &Layout, bench: &dyn Bench, page: u8) -> Option<Change> {
         match (page, &self.collected) {
             (REFERENCE, None) => Some(Change::Reset),
@@ -106,7 +106,7 @@ impl Pages {
         }
     }
 
-    /// The bench runs a page from now on; these values it had before.
+    /// Notes that the bench runs a page from now on, with its values before.
     pub(super) fn switched(&mut self, page: u8, before: Vec<f64>) {
         match page {
             WORKING => self.collected = None,
@@ -115,7 +115,7 @@ impl Pages {
         }
     }
 
-    /// The working set becomes the reference: what must change in the bench for it.
+    /// Copies the reference to the working set. Returns the necessary change of the bench.
     pub(super) fn reset(&mut self, layout: &Layout, bench: &dyn Bench) -> Option<Change> {
         match &mut self.collected {
             Some(collected) => {

@@ -1,4 +1,4 @@
-//! What a master measures, as packets in a bounded ring.
+//! Measurements of a master, as packets in a bounded ring.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -7,34 +7,33 @@ use rtrb::Producer;
 
 use stickslip_recording::capture::{Account, Row, Sink};
 
-/// Marks the first number of a packet where rows before it are lost (overload indication by the PID).
+/// Mark in the number of a packet after lost rows (overload indication by the PID).
 pub(super) const OVERLOAD: u8 = 0x80;
 
-/// A list of measurements that runs.
+/// A running list of measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plan {
     /// Its number.
     pub(super) list: u8,
-    /// Of so many cycles it takes one: those whose number it divides.
+    /// Divisor of the cycle numbers that it samples.
     pub(super) prescaler: u64,
-    /// Whether its first packet has the time.
+    /// Whether its first packet has a time stamp.
     pub(super) timestamp: bool,
-    /// Of each packet the columns, 0 the number of the cycle, then the signals.
+    /// Columns of each packet: 0 is the number of the cycle, then the signals.
     pub(super) packets: Vec<Vec<usize>>,
     /// Whether rows were lost since the last packet.
     pub(super) overload: bool,
 }
 
 impl Plan {
-    /// Bytes of all its packets with the length before each.
+    /// Size of all its packets, each with its length [bytes].
     fn bytes(&self) -> usize {
         let values: usize = self.packets.iter().map(|columns| 8 * columns.len()).sum();
         4 * self.packets.len() + values + if self.timestamp { 4 } else { 0 }
     }
 }
 
-/// Takes every row, and puts what the lists want of it into a ring: all packets of a row, or none where there is no
-/// room.
+/// Samples every row for the lists into a ring: all packets of a row, or none if there is no room.
 pub struct Sampler {
     plans: Vec<Plan>,
     width: usize,
@@ -46,7 +45,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Of these lists, at a rate [Hz], into a ring; rows that are lost are counted up.
+    /// For these lists, at a rate [Hz], into a ring; lost rows are counted.
     pub(super) fn new(plans: Vec<Plan>, rate: f64, out: Producer<u8>, lost: Arc<AtomicU64>) -> Self {
         let width = plans.iter().flat_map(|plan| plan.packets.iter().flatten()).max().copied().unwrap_or(0);
         let packed = Vec::with_capacity(plans.iter().map(Plan::bytes).max().unwrap_or(0));
@@ -54,7 +53,7 @@ impl Sampler {
     }
 }
 
-/// The time stamp of a cycle [µs], which starts anew every 2³² µs.
+/// The time stamp of a cycle [µs], modulo 2³² µs.
 pub(super) fn timestamp(cycle: u64, rate: f64) -> u32 {
     (cycle as f64 * 1e6 / rate).round() as u64 as u32
 }
@@ -67,7 +66,7 @@ impl Sink for Sampler {
     fn push(&mut self, row: Row<'_>) {
         self.account.arrive(&row);
         let cycle = row.cycle();
-        let mut gone = row.lost();
+        let mut lost = row.lost();
         let mut stored = false;
         for plan in &mut self.plans {
             plan.overload |= row.lost() > 0;
@@ -76,7 +75,7 @@ impl Sink for Sampler {
             }
             let Ok(mut chunk) = self.out.write_chunk(plan.bytes()) else {
                 plan.overload = true;
-                gone += 1;
+                lost += 1;
                 continue;
             };
             self.packed.clear();
@@ -102,8 +101,8 @@ impl Sink for Sampler {
             plan.overload = false;
             stored = true;
         }
-        if gone > 0 {
-            self.lost.fetch_add(gone, Ordering::Relaxed);
+        if lost > 0 {
+            self.lost.fetch_add(lost, Ordering::Relaxed);
         }
         if stored {
             self.account.stored += 1;

@@ -1,6 +1,6 @@
-//! The bench open to measurement and calibration tools: XCP by datagrams and by connections, a thread each.
+//! The bench for measurement and calibration tools: XCP over UDP and TCP, one thread each.
 //!
-//! XCP knows no token: who reaches the address can operate the bench.
+//! XCP has no token: anyone who can reach the address can operate the bench.
 
 mod session;
 mod tcp;
@@ -22,30 +22,30 @@ use crate::xcp::{Layout, LiveBench, Slave};
 
 use session::Session;
 
-/// From look to look at what was measured: rows of this time share a datagram.
-const LOOK: Duration = Duration::from_millis(2);
-/// Without a command for so long, and without a measurement, a master's place is free for another.
+/// Polling interval of the measurements: rows of this time share a datagram.
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
+/// Timeout of a master without command and measurement: after it, another master may connect.
 pub const PATIENCE: Duration = Duration::from_secs(10);
-/// From report to report.
+/// Interval of the status reports.
 const REPORT: Duration = Duration::from_millis(100);
 
-/// The doors of a bench, open until this is stopped.
+/// The XCP addresses of a bench, open until [`stop`](Self::stop).
 pub struct Xcp {
-    /// Where.
+    /// The addresses.
     pub doors: Doors,
     stop: Arc<AtomicBool>,
     threads: Vec<JoinHandle<()>>,
 }
 
 impl Xcp {
-    /// Opens them; port 0 takes a free one. A master that is silent, or takes nothing, for longer than `patience` leaves
-    /// its place to others.
+    /// Opens the addresses; port 0 selects a free port. A master that sends or receives nothing for longer than `patience`
+    /// can be replaced by another.
     ///
     /// # Errors
     /// The system refuses an address.
-    pub fn open(live: &Arc<Live>, wanted: Doors, patience: Duration) -> io::Result<Self> {
-        let udp = wanted.udp.map(udp::bind).transpose()?;
-        let tcp = wanted.tcp.map(TcpListener::bind).transpose()?;
+    pub fn open(live: &Arc<Live>, requested: Doors, patience: Duration) -> io::Result<Self> {
+        let udp = requested.udp.map(udp::bind).transpose()?;
+        let tcp = requested.tcp.map(TcpListener::bind).transpose()?;
         let doors = Doors {
             udp: udp.as_ref().map(std::net::UdpSocket::local_addr).transpose()?,
             tcp: tcp.as_ref().map(TcpListener::local_addr).transpose()?,
@@ -80,17 +80,17 @@ impl Xcp {
         Ok(Xcp { doors, stop, threads })
     }
 
-    /// Closes them.
+    /// Closes the addresses.
     pub fn stop(self) {
         self.stop.store(true, Ordering::Relaxed);
         for thread in self.threads {
-            // One that has panicked is closed as well.
+            // A panicked thread has closed its address as well.
             let _ = thread.join();
         }
     }
 }
 
-/// One of the doors: what a session needs.
+/// One of the addresses, with the data of its sessions.
 #[derive(Clone)]
 struct Door {
     transport: &'static str,
@@ -115,10 +115,10 @@ impl Door {
         Session::new(slave, LiveBench::new(self.live.clone(), format!("XCP of {master}")))
     }
 
-    /// Tells how it is.
+    /// Reports its status.
     fn report(&self, session: Option<(SocketAddr, &Session)>) {
         let session = session.filter(|(_, session)| session.is_connected());
-        self.live.tell(XcpStatus {
+        self.live.set_xcp_status(XcpStatus {
             transport: self.transport.into(),
             address: self.address.to_string(),
             master: session.map(|(master, _)| master.to_string()),
@@ -127,7 +127,7 @@ impl Door {
         });
     }
 
-    /// Tells it now and then.
+    /// Reports its status once per [`REPORT`] interval.
     fn report_sometimes(&self, session: Option<(SocketAddr, &Session)>) {
         let mut reported = self.reported.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if reported.is_none_or(|at| at.elapsed() > REPORT) {
@@ -138,7 +138,7 @@ impl Door {
     }
 }
 
-/// Whether an error says that nothing has come, or nothing can go, at the moment.
+/// Whether an error means that nothing can be received or sent at the moment.
 fn is_later(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut | io::ErrorKind::Interrupted)
 }

@@ -6,21 +6,21 @@ use std::time::{Duration, Instant};
 use crate::xcp::{Bench as _, LiveBench, Slave};
 use stickslip_base::Error;
 
-/// A master hears that its command takes longer that often: it may wait two seconds from one to the next.
+/// Interval of the notices that a command takes longer; the master waits two seconds for each.
 const PENDING: Duration = Duration::from_millis(500);
 
 /// A session.
 pub(super) struct Session {
     slave: Slave,
     bench: LiveBench,
-    /// What changes the bench for a command, and when the master last heard of it.
+    /// The thread that changes the bench for a command, and the time of the last notice to the master.
     change: Option<(JoinHandle<Result<(), Error>>, Instant)>,
-    heard: Instant,
+    last_command: Instant,
 }
 
 impl Session {
     pub(super) fn new(slave: Slave, bench: LiveBench) -> Self {
-        Session { slave, bench, change: None, heard: Instant::now() }
+        Session { slave, bench, change: None, last_command: Instant::now() }
     }
 
     pub(super) fn is_connected(&self) -> bool {
@@ -31,44 +31,44 @@ impl Session {
         self.slave.is_measuring()
     }
 
-    /// How long the master has not said anything.
+    /// Time since the last command of the master.
     pub(super) fn silence(&self) -> Duration {
-        self.heard.elapsed()
+        self.last_command.elapsed()
     }
 
-    /// A command.
+    /// Handles a command.
     pub(super) fn receive(&mut self, packet: &[u8], out: &mut Vec<u8>) {
-        self.heard = Instant::now();
+        self.last_command = Instant::now();
         if let Some(change) = self.slave.receive(packet, &self.bench, out) {
-            // A design may take seconds: measurements go on meanwhile.
+            // A design may take seconds; measurements continue meanwhile.
             let bench = self.bench.clone();
             self.change = Some((thread::spawn(move || bench.change(&change)), Instant::now()));
         }
     }
 
-    /// The answer to a command that took longer, or that it does.
+    /// Sends the response to a longer command, or a notice that it takes longer.
     pub(super) fn look(&mut self, out: &mut Vec<u8>) {
         if let Some((thread, _)) = self.change.take_if(|(thread, _)| thread.is_finished()) {
             let gone =
                 || Error::BenchFault { cycle: 0, reason: "a change of parameters has panicked; report it".into() };
             self.slave.done(thread.join().unwrap_or_else(|_| Err(gone())), out);
         }
-        if let Some((_, told)) = self.change.as_mut().filter(|(_, told)| told.elapsed() > PENDING) {
-            *told = Instant::now();
+        if let Some((_, notice)) = self.change.as_mut().filter(|(_, notice)| notice.elapsed() > PENDING) {
+            *notice = Instant::now();
             self.slave.pending(out);
         }
     }
 
-    /// Measurements, as long as the output stays below so many bytes.
+    /// Appends measurements, up to a limit of the output [bytes].
     pub(super) fn measurements(&mut self, out: &mut Vec<u8>, limit: usize) {
         self.slave.measurements(out, limit);
     }
 
-    /// The master is gone.
+    /// Ends the session.
     pub(super) fn end(mut self) {
         self.slave.end(&self.bench);
         if let Some((thread, _)) = self.change.take() {
-            // Whatever came of it, nobody waits for it.
+            // Its result is no longer needed.
             let _ = thread.join();
         }
     }

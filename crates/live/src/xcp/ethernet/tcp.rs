@@ -1,4 +1,4 @@
-//! XCP by connections.
+//! XCP over TCP.
 
 use std::io::{self, Read as _, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -11,33 +11,33 @@ use crate::xcp::MAX_CTO;
 use crate::xcp::frame::{self, Next};
 
 use super::session::Session;
-use super::{Door, LOOK, is_later};
+use super::{Door, POLL_INTERVAL, is_later};
 
-/// Connections at once, of which one has a master.
+/// Maximum number of connections; one of them has the master.
 const CONNECTIONS: usize = 4;
-/// Bytes that may wait for a connection.
-const WAITING: usize = 64 << 10;
-/// `CONNECT`, which begins a session.
+/// Maximum number of unsent bytes of a connection.
+const MAX_UNSENT: usize = 64 << 10;
+/// `CONNECT`, which starts a session.
 const CONNECT: u8 = 0xff;
 
-/// Who is the master: number of its connection, when it was last heard, whether it measures.
+/// The master: number of its connection, time of its last command, whether it measures.
 type Master = Arc<Mutex<Option<(usize, Instant, bool)>>>;
 
 fn lock(master: &Master) -> MutexGuard<'_, Option<(usize, Instant, bool)>> {
     master.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Takes connections until the door closes.
+/// Accepts connections until the address is closed.
 pub(super) fn run(listener: &TcpListener, door: &Door) {
     let (master, open) = (Master::default(), Arc::<AtomicUsize>::default());
-    // Where the system refuses, an accepted connection is looked at all the same, the stop only once one comes.
+    // If the system refuses, connections still work, but the stop is noticed only at the next connection.
     let _ = listener.set_nonblocking(true);
     let mut threads = Vec::new();
     let mut number = 0;
     while !door.is_closing() {
         let accepted = listener.accept();
         let Ok((stream, from)) = accepted else {
-            thread::sleep(LOOK);
+            thread::sleep(POLL_INTERVAL);
             continue;
         };
         if open.load(Ordering::Relaxed) >= CONNECTIONS {
@@ -48,7 +48,7 @@ pub(super) fn run(listener: &TcpListener, door: &Door) {
         let connection = Connection { number, from, master: master.clone(), door: door.clone() };
         let open = open.clone();
         threads.push(thread::spawn(move || {
-            // A connection that breaks has ended.
+            // A broken connection has ended.
             let _ = connection.serve(stream);
             open.fetch_sub(1, Ordering::Relaxed);
         }));
@@ -67,12 +67,12 @@ struct Connection {
 }
 
 impl Connection {
-    /// Until it ends, or somebody else has taken its place.
+    /// Serves a connection until it ends or another master has replaced it.
     fn serve(&self, stream: TcpStream) -> io::Result<()> {
         stream.set_nonblocking(false)?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(LOOK))?;
-        stream.set_write_timeout(Some(LOOK))?;
+        stream.set_read_timeout(Some(POLL_INTERVAL))?;
+        stream.set_write_timeout(Some(POLL_INTERVAL))?;
         let mut session = self.door.session(self.from);
         let served = self.exchange(stream, &mut session);
         session.end();
@@ -90,8 +90,8 @@ impl Connection {
         let mut buffer = [0; 4096];
         let mut moved = Instant::now();
         while !self.door.is_closing() {
-            // Who does not take answers is not asked for more.
-            if out.len() < WAITING {
+            // No more commands are read while responses are unsent.
+            if out.len() < MAX_UNSENT {
                 match stream.read(&mut buffer) {
                     Ok(0) => return Ok(()),
                     Ok(size) => input.extend_from_slice(&buffer[..size]),
@@ -103,7 +103,7 @@ impl Connection {
                 return Ok(());
             }
             session.look(&mut out);
-            session.measurements(&mut out, WAITING);
+            session.measurements(&mut out, MAX_UNSENT);
             if out.is_empty() {
                 moved = Instant::now();
             } else {
@@ -125,7 +125,7 @@ impl Connection {
         Ok(())
     }
 
-    /// Commands that have come; false where the connection ends: by its master, or since what comes is no frame.
+    /// Handles the received commands. Returns false if the connection ends: it has no master, or a frame is invalid.
     fn commands(&self, input: &mut Vec<u8>, session: &mut Session, out: &mut Vec<u8>) -> bool {
         let mut rest = &input[..];
         loop {
@@ -146,11 +146,11 @@ impl Connection {
         true
     }
 
-    /// Becomes the master, if there is none that still is.
+    /// Becomes the master, unless there is an active one.
     fn claim(&self) -> bool {
         let mut master = lock(&self.master);
-        let free = master.is_none_or(|(number, heard, measures)| {
-            number == self.number || !measures && heard.elapsed() > self.door.patience
+        let free = master.is_none_or(|(number, last_command, measures)| {
+            number == self.number || !measures && last_command.elapsed() > self.door.patience
         });
         if free {
             *master = Some((self.number, Instant::now(), false));
@@ -158,13 +158,14 @@ impl Connection {
         free
     }
 
-    /// Whether it still is, and says how it goes.
+    /// Whether this connection still has the master; reports its status.
     fn is_master(&self, session: &Session) -> bool {
         let mut master = lock(&self.master);
-        let Some((_, heard, measures)) = master.as_mut().filter(|(number, ..)| *number == self.number) else {
+        let Some((_, last_command, measures)) = master.as_mut().filter(|(number, ..)| *number == self.number) else {
             return false;
         };
-        (*heard, *measures) = (Instant::now().checked_sub(session.silence()).unwrap_or(*heard), session.is_measuring());
+        (*last_command, *measures) =
+            (Instant::now().checked_sub(session.silence()).unwrap_or(*last_command), session.is_measuring());
         drop(master);
         self.door.report_sometimes(Some((self.from, session)));
         true

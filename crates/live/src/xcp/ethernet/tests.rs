@@ -1,4 +1,4 @@
-//! The doors for tools, as masters and hostile neighbours find them.
+//! The XCP addresses with masters and hostile clients.
 
 use std::io::{Read as _, Write as _};
 use std::net::{TcpStream, UdpSocket};
@@ -13,7 +13,7 @@ use stickslip_bench::ThreadSettings;
 use super::*;
 
 const CONNECT: &[u8] = &[0xff, 0];
-/// Short, so that a test need not wait.
+/// Short, for fast tests.
 const SHORT: Duration = Duration::from_millis(300);
 
 struct Bench {
@@ -22,7 +22,7 @@ struct Bench {
     _project: tempfile::TempDir,
 }
 
-/// A bench of few ticks, which a busy machine keeps up with, with both doors open.
+/// A bench with a low tick rate, which a busy machine can keep, with both addresses open.
 fn open() -> Bench {
     let mut source = presets::find("clm-bench").unwrap();
     source.text =
@@ -44,14 +44,14 @@ impl Bench {
         }
     }
 
-    /// Waits until the status says so.
-    fn until(&self, so: impl Fn(&Status) -> bool) -> Status {
+    /// Waits until the status satisfies a condition.
+    fn until(&self, condition: impl Fn(&Status) -> bool) -> Status {
         loop {
             let status = self.status();
-            if so(&status) {
+            if condition(&status) {
                 return status;
             }
-            thread::sleep(LOOK);
+            thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -67,7 +67,7 @@ impl Bench {
     }
 }
 
-/// A master by datagrams.
+/// A master over UDP.
 struct Master {
     socket: UdpSocket,
     counter: Option<u16>,
@@ -82,11 +82,11 @@ impl Master {
     }
 
     fn send(&self, packet: &[u8]) {
-        // Where nobody listens at the moment the system may say so.
+        // Fails if the port is closed at the moment.
         let _ = self.socket.send(&framed(packet));
     }
 
-    /// Takes one datagram: the response in it, if any.
+    /// Receives one datagram. Returns the response in it, if any.
     fn hear(&mut self, patience: Duration) -> Option<Vec<u8>> {
         let mut datagram = [0; 2048];
         self.socket.set_read_timeout(Some(patience)).unwrap();
@@ -113,7 +113,7 @@ impl Master {
             if let Some(response) = self.hear(Duration::from_secs(1)) {
                 return response;
             }
-            // As masters do: a datagram may be lost while the address is opened again.
+            // A datagram may be lost while the address is reopened; masters repeat it.
             if packet == CONNECT {
                 self.send(packet);
             }
@@ -146,7 +146,7 @@ fn framed(packet: &[u8]) -> Vec<u8> {
     out
 }
 
-/// The next packet of a connection; none: it was closed.
+/// The next packet of a connection; `None`: closed.
 fn heard(stream: &mut TcpStream) -> Option<Vec<u8>> {
     let mut header = [0; 4];
     stream.read_exact(&mut header).ok()?;
@@ -163,7 +163,7 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let mut second = Master::of(&bench);
     second.send(CONNECT);
     assert_eq!(second.hear(SHORT), None);
-    // A gain, by which it becomes the operator.
+    // A change of a gain makes it the operator.
     let layout = Layout::new(1000.0);
     let path = "bench.controller.position_gain";
     let at = layout.parameters.iter().find(|parameter| parameter.cell.path == path).unwrap().cell.address;
@@ -180,13 +180,13 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
     let cycle = |packet: &Vec<u8>| f64::from_le_bytes(packet[6..14].try_into().unwrap());
     let lost = bench.status().xcp[0].lost;
     let cycles: Vec<f64> = master.measured.iter().map(cycle).collect();
-    // Those that the machine itself had no time for are counted.
+    // Cycles missed by the machine itself are counted.
     let missing = cycles.windows(2).filter(|pair| pair[1] != pair[0] + 1.0).count();
     assert!(
         missing as u64 <= lost && lost <= bench.status().clock.held + bench.status().clock.lost,
         "{missing} {lost}"
     );
-    // Its place is free, and it operates no more.
+    // It is no longer master and operator.
     bench.until(|status| status.xcp[0].master.is_none());
     assert_eq!(second.ask(CONNECT)[0], 0xff);
     assert_eq!(second.ask(&gain(12.0)), [0xff]);
@@ -194,16 +194,16 @@ fn every_cycle_is_measured_while_parameters_change_and_other_masters_get_nothing
 }
 
 #[test]
-fn a_master_that_is_gone_or_silent_leaves_its_place() {
+fn a_gone_or_silent_master_is_replaced() {
     let bench = open();
     let mut first = Master::of(&bench);
     first.measure();
-    // It measures, and its port is closed: the system says so.
+    // It measures and its port is closed: the system reports it.
     drop(first);
     bench.until(|status| status.xcp[0].master.is_none());
     let mut second = Master::of(&bench);
     assert_eq!(second.ask(CONNECT)[0], 0xff);
-    // It is silent: it may go on, until another one comes.
+    // It is silent: it may continue until another one connects.
     thread::sleep(2 * SHORT);
     assert_eq!(second.ask(&[0xfd])[0], 0xff);
     thread::sleep(2 * SHORT);
@@ -215,7 +215,7 @@ fn a_master_that_is_gone_or_silent_leaves_its_place() {
 }
 
 #[test]
-fn a_flood_of_rubbish_is_borne_and_the_bench_does_not_notice() {
+fn a_flood_of_invalid_datagrams_does_not_affect_the_bench() {
     let bench = open();
     let before = bench.status();
     let strangers: Vec<Master> = (0..4).map(|_| Master::of(&bench)).collect();
@@ -226,15 +226,15 @@ fn a_flood_of_rubbish_is_borne_and_the_bench_does_not_notice() {
     }
     drop(strangers);
     let mut master = Master::of(&bench);
-    // Whatever it was, the next one is served as soon as no place is taken.
+    // The next master is served as soon as there is no other.
     while {
         master.send(CONNECT);
         master.hear(SHORT).is_none()
     } {}
-    // Lengths that are none, behind a command that is answered.
+    // Invalid lengths after a valid command.
     let _ = master.socket.send(&[framed(&[0xfd]), vec![0xff, 0xff, 0, 0, 1], framed(&[0xfd])].concat());
     assert_eq!(master.hear(Duration::from_secs(20)).map(|answer| answer[0]), Some(0xff));
-    assert_eq!(master.hear(SHORT), None, "what is behind is lost");
+    assert_eq!(master.hear(SHORT), None, "the rest of the datagram is dropped");
     let after = bench.until(|status| status.cycle > before.cycle + 100);
     assert_eq!(after.clock.lost, 0);
     bench.stop();
@@ -243,7 +243,7 @@ fn a_flood_of_rubbish_is_borne_and_the_bench_does_not_notice() {
 #[test]
 fn a_corrupt_length_ends_its_connection_and_no_other() {
     let bench = open();
-    // One that says nothing, one that says half of something: both wait beside.
+    // One client sends nothing, one half a frame: both stay connected.
     let mut half = bench.tcp();
     half.write_all(&[2, 0]).unwrap();
     let mut mute = bench.tcp();
@@ -255,7 +255,7 @@ fn a_corrupt_length_ends_its_connection_and_no_other() {
         stream.write_all(&[byte]).unwrap();
     }
     assert_eq!(heard(&mut stream).unwrap().len(), 6);
-    // A second master is sent away.
+    // A second master is refused.
     let mut second = bench.tcp();
     second.write_all(&framed(CONNECT)).unwrap();
     assert_eq!(heard(&mut second), None);
@@ -266,24 +266,24 @@ fn a_corrupt_length_ends_its_connection_and_no_other() {
         next.write_all(&framed(CONNECT)).unwrap();
         match heard(&mut next) {
             Some(answer) => break assert_eq!(answer[0], 0xff),
-            // The place is freed a moment later.
+            // The first master is released a moment later.
             None => next = bench.tcp(),
         }
     }
-    // Those that never connected are cut off.
+    // Clients that never sent `CONNECT` are disconnected.
     assert_eq!((heard(&mut half), heard(&mut mute)), (None, None));
     assert_eq!(bench.until(|status| status.xcp[1].master.is_some()).clock.lost, 0);
     bench.stop();
 }
 
 #[test]
-fn who_asks_and_never_listens_is_cut_off() {
+fn a_client_that_never_reads_its_responses_is_disconnected() {
     let bench = open();
     let mut stream = bench.tcp();
-    stream.set_write_timeout(Some(LOOK)).unwrap();
+    stream.set_write_timeout(Some(POLL_INTERVAL)).unwrap();
     stream.write_all(&framed(CONNECT)).unwrap();
     let many = framed(&[0xfd]).repeat(500);
-    // Until the buffers of both sides are full, and then until the connection is ended.
+    // Until the buffers of both sides are full and the connection is ended.
     loop {
         match stream.write(&many) {
             Err(error) if !is_later(&error) => break,

@@ -1,4 +1,4 @@
-//! XCP by datagrams.
+//! XCP over UDP.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -9,29 +9,29 @@ use crate::xcp::frame::{self, Next};
 use crate::xcp::{MAX_CTO, MAX_DTO};
 
 use super::session::Session;
-use super::{Door, LOOK, is_later};
+use super::{Door, POLL_INTERVAL, is_later};
 
-/// Largest datagram: what Ethernet takes, less the heads of IPv6 and UDP; a packet with its frame fits.
+/// Largest datagram: the payload of Ethernet without the headers of IPv6 and UDP; a packet with its frame fits.
 const DATAGRAM: usize = 1500 - 40 - 8;
 const _: () = assert!(frame::HEADER + MAX_DTO <= DATAGRAM);
-/// Datagrams at once: after a pause the rest waits in the ring for the next look, since a receiver that gets more than
-/// its buffer takes loses them.
+/// Maximum number of datagrams per poll. The rest waits in the ring for the next poll: a receiver loses datagrams that
+/// exceed its buffer.
 const BURST: usize = 16;
-/// `CONNECT`, which begins a session.
+/// `CONNECT`, which starts a session.
 const CONNECT: u8 = 0xff;
 
-/// A socket at an address; port 0 takes a free one.
+/// A socket at an address; port 0 selects a free port.
 pub(super) fn bind(address: SocketAddr) -> io::Result<UdpSocket> {
     let socket = UdpSocket::bind(address)?;
-    socket.set_read_timeout(Some(LOOK))?;
-    socket.set_write_timeout(Some(LOOK))?;
+    socket.set_read_timeout(Some(POLL_INTERVAL))?;
+    socket.set_write_timeout(Some(POLL_INTERVAL))?;
     Ok(socket)
 }
 
-/// Serves one master after the other until the door closes.
+/// Serves one master after the other until the address is closed.
 ///
-/// While there is one the socket is connected to it: the system keeps all others away, and tells when its port is
-/// closed. A connected socket cannot be freed again: another one takes its place.
+/// The socket is connected to the master: the system rejects all others and reports a closed port of the master. A
+/// connected socket cannot be disconnected; it is replaced by a new one.
 pub(super) fn run(socket: UdpSocket, door: &Door) {
     let mut socket = Some(socket);
     let mut master: Option<(SocketAddr, Session)> = None;
@@ -43,18 +43,18 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
         let Some(open) = &socket else {
             socket = bind(door.address).ok();
             if socket.is_none() {
-                std::thread::sleep(LOOK);
+                std::thread::sleep(POLL_INTERVAL);
             }
             continue;
         };
         let mut gone = false;
         match open.recv_from(&mut datagram) {
             Ok((size, from)) => {
-                let known = master.as_ref().is_some_and(|(address, _)| *address == from);
+                let is_master = master.as_ref().is_some_and(|(address, _)| *address == from);
                 let begins = matches!(frame::next(&datagram[..size], MAX_CTO), Next::Packet([CONNECT, ..], _));
-                if known || begins && !connected {
+                if is_master || begins && !connected {
                     connected = connected || open.connect(from).is_ok();
-                    if !known && let Some((_, session)) = master.replace((from, door.session(from))) {
+                    if !is_master && let Some((_, session)) = master.replace((from, door.session(from))) {
                         session.end();
                     }
                     if let Some((_, session)) = &mut master {
@@ -62,13 +62,13 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
                     }
                 }
             }
-            // What was sent did not arrive: nobody listens there any more.
+            // A sent datagram was rejected: the port of the master is closed.
             Err(error) => gone = !is_later(&error),
         }
         if let Some((address, session)) = &mut master {
             session.look(&mut out);
             gone |= !send(open, *address, &mut out, door);
-            if looked.elapsed() >= LOOK {
+            if looked.elapsed() >= POLL_INTERVAL {
                 looked = Instant::now();
                 for _ in 0..BURST {
                     session.measurements(&mut out, DATAGRAM);
@@ -82,9 +82,9 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
         }
         door.report_sometimes(master.as_ref().map(|(address, session)| (*address, session)));
         let silent = |session: &Session| session.silence() > door.patience && !session.is_measuring();
-        // One that is merely silent may go on, until another one comes.
+        // A silent master may continue until another one connects.
         if connected && (gone || master.as_ref().is_some_and(|(_, session)| silent(session))) {
-            // Closed first, or its address is taken; opened at once, so that the next master is heard.
+            // Closed first to free the address; opened at once for the next master.
             drop(socket.take());
             (socket, connected) = (bind(door.address).ok(), false);
         }
@@ -98,7 +98,7 @@ pub(super) fn run(socket: UdpSocket, door: &Door) {
     }
 }
 
-/// The commands of a datagram, up to one that cannot be.
+/// Handles the commands of a datagram, up to the first invalid one.
 fn receive(datagram: &[u8], session: &mut Session, out: &mut Vec<u8>) {
     let mut rest = datagram;
     while let Next::Packet(packet, behind) = frame::next(rest, MAX_CTO) {
@@ -107,12 +107,12 @@ fn receive(datagram: &[u8], session: &mut Session, out: &mut Vec<u8>) {
     }
 }
 
-/// Sends what there is; whether somebody is there.
+/// Sends the output. Returns whether the port of the master is open.
 fn send(socket: &UdpSocket, master: SocketAddr, out: &mut Vec<u8>, door: &Door) -> bool {
     if out.is_empty() {
         return true;
     }
-    // Connected, it takes no address.
+    // A connected socket accepts no address.
     let sent = match socket.peer_addr() {
         Ok(_) => socket.send(out),
         Err(_) => socket.send_to(out, master),

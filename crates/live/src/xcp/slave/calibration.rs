@@ -10,7 +10,7 @@ use stickslip_bench::BenchError;
 /// The only segment.
 const SEGMENT: u8 = 0;
 
-/// Why the bench does not take a change, as a code.
+/// Code of the bench's reason to refuse a change.
 pub(super) fn refusal(error: &Error) -> Refusal {
     match (error.of(), error.of()) {
         (Some(LiveError::Operated { .. }), _) => return Refusal::AccessDenied,
@@ -19,8 +19,8 @@ pub(super) fn refusal(error: &Error) -> Refusal {
         _ => {}
     }
     match error {
-        // Of a variant that is not chosen.
-        Error::Parameters(found) if found.problems.iter().any(|p| matches!(p.fault, Fault::OtherVariant { .. })) => {
+        // A parameter of a variant that is not chosen.
+        Error::Parameters(faults) if faults.problems.iter().any(|p| matches!(p.fault, Fault::OtherVariant { .. })) => {
             Refusal::AccessDenied
         }
         Error::BenchFault { .. } => Refusal::Generic,
@@ -71,7 +71,7 @@ impl Slave {
         Ok(Outcome::Answer(answer))
     }
 
-    /// So many bytes from the pointer on, which moves behind them.
+    /// Reads `count` bytes at the pointer and advances it.
     fn upload(&mut self, bench: &dyn Bench, count: usize) -> Result<Vec<u8>> {
         match &mut self.pointer {
             Pointer::Nowhere => Err(Refusal::Sequence),
@@ -91,7 +91,7 @@ impl Slave {
 
     fn download(&mut self, bench: &dyn Bench, bytes: &[u8]) -> Result<Outcome> {
         let Pointer::Address(at) = self.pointer else { return Err(Refusal::Sequence) };
-        // What cannot be read cannot be written either.
+        // An unreadable address cannot be written either.
         self.bytes(bench, at, bytes.len())?;
         if self.layout.parameter_at(at).is_none() {
             return Err(Refusal::WriteProtected);
@@ -131,7 +131,7 @@ impl Slave {
         }
     }
 
-    /// What a change was for.
+    /// Completes a command after its change.
     pub(super) fn follow(&mut self, then: Then) {
         let Then::Page { page, of_master, before } = then else { return };
         if of_master {
@@ -170,7 +170,7 @@ impl Slave {
         }
     }
 
-    /// `COPY_CAL_PAGE`: the reference onto the working set.
+    /// `COPY_CAL_PAGE`: copies the reference to the working set.
     fn copy_page(&mut self, command: Command<'_>, bench: &dyn Bench) -> Result<Outcome> {
         if (command.byte(1)?, command.byte(3)?) != (SEGMENT, SEGMENT) {
             return Err(Refusal::SegmentNotValid);
@@ -191,7 +191,7 @@ fn later(change: Option<Change>, then: Then) -> Outcome {
     change.map_or_else(|| Outcome::Answer(Response::ok()), |change| Outcome::Later(change, then))
 }
 
-/// `GET_PAGE_INFO`: both are read and run by anybody at any time, the working page is written likewise.
+/// `GET_PAGE_INFO`: both pages can be read and run at any time, the working page can also be written.
 fn page_info(command: Command<'_>) -> Result<Response> {
     match (command.byte(2)?, command.byte(3)?) {
         (SEGMENT, WORKING) => Ok(Response::ok().bytes(&[0x3f, 0])),
@@ -201,13 +201,13 @@ fn page_info(command: Command<'_>) -> Result<Response> {
     }
 }
 
-/// An address behind its extension, which is 0.
+/// An address after its extension, which is 0.
 fn address(command: Command<'_>, at: usize) -> Result<u32> {
     let address = command.long(at + 1)?;
     if command.byte(at)? == 0 { Ok(address) } else { Err(Refusal::AccessDenied) }
 }
 
-/// A number of bytes that a packet may have.
+/// A number of bytes that fits into a packet.
 fn length(command: Command<'_>, at: usize) -> Result<usize> {
     match usize::from(command.byte(at)?) {
         0 => Err(Refusal::OutOfRange),

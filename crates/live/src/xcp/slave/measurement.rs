@@ -8,12 +8,12 @@ use crate::xcp::{EVENT_NAME, cycle_time};
 
 /// The only event: every cycle.
 const EVENT: u16 = 0;
-/// Bytes of measurements that may wait for their transport.
+/// Buffer of measurements for the transport [bytes].
 const RING: usize = 4 << 20;
 
 impl Slave {
     pub(super) fn measure(&mut self, code: u8, command: Command<'_>, bench: &dyn Bench) -> Result<Response> {
-        // The lists are not touched while one runs.
+        // The lists cannot be changed while one is running.
         if matches!(code, 0xc7 | 0xd3..=0xd6 | 0xe0..=0xe2) && self.lists.any_runs() && code != 0xd6 {
             return Err(Refusal::DaqActive);
         }
@@ -112,7 +112,7 @@ impl Slave {
         Ok(Response::ok().bytes(&[0]))
     }
 
-    /// Lets the lists run that shall, and no others.
+    /// Applies the running state of all lists.
     fn run(&mut self, bench: &dyn Bench) -> Result<()> {
         if let Some((tap, _)) = self.stream.take() {
             bench.detach(tap);
@@ -128,13 +128,13 @@ impl Slave {
         Ok(())
     }
 
-    /// No list runs any more.
+    /// Stops all lists.
     pub(super) fn stop(&mut self, bench: &dyn Bench) {
-        // Mode 0 cannot be refused, and nothing is attached where nothing runs.
+        // Mode 0 cannot be refused, and nothing is attached without running lists.
         let _ = self.lists.synchronise(0).and_then(|()| self.run(bench));
     }
 
-    /// `GET_DAQ_EVENT_INFO`: for any number of lists, all of a row together; the name is uploaded.
+    /// `GET_DAQ_EVENT_INFO`: any number of lists, all values of a row consistent; the name is uploaded.
     fn event(&mut self, command: Command<'_>) -> Result<Response> {
         if command.word(2)? != EVENT {
             return Err(Refusal::OutOfRange);

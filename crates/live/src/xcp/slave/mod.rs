@@ -1,4 +1,4 @@
-//! One session of a master: a state machine from commands to responses.
+//! A session of a master: a state machine from commands to responses.
 
 mod calibration;
 mod measurement;
@@ -20,8 +20,8 @@ use stickslip_recording::capture::Tap;
 /// Longest text of a refusal [bytes].
 const TEXT: usize = 1000;
 
-/// The slave of one master. Everything that it has to say is appended to an output as whole frames, which must be sent
-/// in that order: their counter goes up by one from frame to frame.
+/// The slave of one master. It appends whole frames to an output, which must be sent in that order: their counter
+/// increases by one from frame to frame.
 pub struct Slave {
     layout: Arc<Layout>,
     /// The description that a master may upload.
@@ -36,7 +36,7 @@ pub struct Slave {
     waiting: Option<Waiting>,
 }
 
-/// Where the next upload, download or checksum begins.
+/// Start of the next upload, download or checksum.
 #[derive(Clone, Debug)]
 enum Pointer {
     Nowhere,
@@ -44,7 +44,7 @@ enum Pointer {
     Text(Arc<str>, usize),
 }
 
-/// What a command waits for the bench with.
+/// A command that waits for the bench.
 #[derive(Clone, Debug)]
 struct Waiting {
     then: Then,
@@ -52,11 +52,11 @@ struct Waiting {
     answer: bool,
 }
 
-/// What follows once the bench has changed its parameters.
+/// Action after the bench has changed its parameters.
 #[derive(Clone, Debug)]
 enum Then {
     Nothing,
-    /// This page is looked at by the master, and run by the bench, which had these values before.
+    /// Select this page for the master, and for the bench, which had these values before.
     Page {
         page: u8,
         of_master: bool,
@@ -64,19 +64,19 @@ enum Then {
     },
 }
 
-/// What comes of a command.
+/// Outcome of a command.
 enum Outcome {
     Answer(Response),
-    /// When the bench has done this.
+    /// Answer after the bench has made this change.
     Later(Change, Then),
-    /// With the reason in words.
+    /// Refusal with the reason in words.
     Refused(Error),
 }
 
 type Result<T> = std::result::Result<T, Refusal>;
 
 impl Slave {
-    /// For a layout, with the description of it. Rows that a measurement loses are counted up.
+    /// For a layout and its description. Lost rows of measurements are counted.
     pub fn new(layout: Arc<Layout>, description: Arc<str>, lost: Arc<AtomicU64>) -> Self {
         Slave {
             layout,
@@ -92,7 +92,7 @@ impl Slave {
         }
     }
 
-    /// Whether there is a master.
+    /// Whether a master is connected.
     pub fn is_connected(&self) -> bool {
         self.connected
     }
@@ -107,19 +107,18 @@ impl Slave {
         self.waiting.is_some()
     }
 
-    /// Takes a command. Where something must be changed for it, the answer follows once [`done`](Self::done) is told
-    /// how that went.
+    /// Handles a command. If it returns a change, the answer follows by [`done`](Self::done) with the result of the change.
     pub fn receive(&mut self, packet: &[u8], bench: &dyn Bench, out: &mut Vec<u8>) -> Option<Change> {
         let command = Command(packet);
         let code = *packet.first()?;
-        // Without a connection there is nobody to answer.
+        // Without a connection, commands are not answered.
         if !self.connected && code != 0xff {
             return None;
         }
         bench.seen();
         let outcome = match (code, &mut self.waiting) {
             (0xfc, waiting) => {
-                // The master has given up what it waited for.
+                // The master no longer waits for the response.
                 waiting.iter_mut().for_each(|waiting| waiting.answer = false);
                 Err(Refusal::Synch)
             }
@@ -138,7 +137,7 @@ impl Slave {
         None
     }
 
-    /// How the change went that a command asked for.
+    /// Answers a command with the result of its change.
     pub fn done(&mut self, changed: std::result::Result<(), Error>, out: &mut Vec<u8>) {
         let Some(Waiting { then, answer }) = self.waiting.take() else { return };
         if changed.is_ok() {
@@ -151,18 +150,18 @@ impl Slave {
         }
     }
 
-    /// Tells the master that its command takes longer.
+    /// Notifies the master that its command takes longer.
     pub fn pending(&mut self, out: &mut Vec<u8>) {
         if self.waiting.as_ref().is_some_and(|waiting| waiting.answer) {
             frame::push(out, &mut self.counter, [&[pid::EVENT, EVENT_PENDING], &[]]);
         }
     }
 
-    /// Appends measurements, as long as the output stays below so many bytes.
+    /// Appends measurements, up to a limit of the output [bytes].
     pub fn measurements(&mut self, out: &mut Vec<u8>, limit: usize) {
         let Some((_, rows)) = &mut self.stream else { return };
         while let Ok(length) = rows.read_chunk(2) {
-            // Packets come whole, each behind its length.
+            // Packets are complete, each after its length.
             let length: Vec<u8> = [length.as_slices().0, length.as_slices().1].concat();
             let size = usize::from(u16::from_le_bytes([length[0], length[1]]));
             if out.len() + frame::HEADER + size > limit {
@@ -177,7 +176,7 @@ impl Slave {
         }
     }
 
-    /// The master is gone. What it had collected is dropped, what the bench runs stays.
+    /// Ends the session. Collected values are dropped; the active parameters stay.
     pub fn end(&mut self, bench: &dyn Bench) {
         self.stop(bench);
         self.lists = Lists::default();
@@ -189,9 +188,9 @@ impl Slave {
         self.waiting.iter_mut().for_each(|waiting| waiting.answer = false);
     }
 
-    /// Why not, in words and as a code.
+    /// Refuses with the reason in words and as a code.
     fn explain(&mut self, error: &Error, out: &mut Vec<u8>) {
-        self.say(&error.to_string(), out);
+        self.send_text(&error.to_string(), out);
         self.refuse(calibration::refusal(error), out);
     }
 
@@ -199,8 +198,8 @@ impl Slave {
         frame::push(out, &mut self.counter, [&[pid::ERROR, refusal as u8], &[]]);
     }
 
-    /// A text for people, in as many packets as it takes; the last one ends with 0.
-    fn say(&mut self, text: &str, out: &mut Vec<u8>) {
+    /// Sends a text for the user in as many packets as necessary; the last one ends with 0.
+    fn send_text(&mut self, text: &str, out: &mut Vec<u8>) {
         let mut bytes = ascii(text).into_bytes();
         bytes.truncate(TEXT);
         bytes.extend_from_slice(b"\n\0");
@@ -209,7 +208,7 @@ impl Slave {
         }
     }
 
-    /// Rows that measurements have lost.
+    /// Number of lost rows of measurements.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }

@@ -1,4 +1,4 @@
-//! Commands of every session: to connect, to identify, and where bytes come from.
+//! Commands of every session: connection, identification, and reading of bytes.
 
 use super::*;
 use crate::xcp::{EPK, MAX_DTO, MEASUREMENTS, VERSION};
@@ -29,7 +29,7 @@ impl Slave {
     fn connect(&mut self, bench: &dyn Bench) -> Response {
         self.end(bench);
         self.connected = true;
-        // Calibration with pages, measurement; optional modes can be asked for; bytes, little-endian.
+        // Calibration with pages, measurement; optional modes can be queried; bytes, little-endian.
         Response::ok().bytes(&[0x01 | 0x04, 0x80, MAX_CTO as u8]).word(MAX_DTO as u16).bytes(&[1, 1])
     }
 
@@ -45,7 +45,7 @@ impl Slave {
             1 => "stickslip".into(),
             4 => self.description.clone(),
             5 => self.layout.epk.as_str().into(),
-            // Nothing of that kind.
+            // No text of this kind.
             _ => "".into(),
         };
         let length = text.len() as u32;
