@@ -68,7 +68,7 @@ enum Action {
     /// Inject a fault into the virtual machine, until restart.
     #[command(after_help = "Example: stickslip bench inject accelerometer-jump=0.01")]
     Inject {
-        /// Fault and its size: encoder-stuck, counts-lost=0.02, power-loss, …; the guide lists them on the page about safety.
+        /// Fault and its size: encoder-stuck, counts-lost=0.02, power-loss, …; the guide lists them under safety.
         fault: String,
     },
     /// Measure; returns when the results are available.

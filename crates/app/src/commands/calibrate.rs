@@ -43,7 +43,8 @@ impl CalibrateCommand {
         let plan = parameters::changed(&CalibrationPlan::default(), "--set plan", &of_plan)?;
         let preset = source::preset(&self.preset, of_preset)?;
         let duration = number(plan.bench_time(&preset.model, &preset.bench), 0);
-        self.shown.print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
+        self.shown
+            .print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {
             Some(address) => calibrate_remote(&plan, &preset, address, watch)?,
             None => calibrate_run(&plan, &preset, self.seed, watch)?,

@@ -11,8 +11,8 @@ use stickslip::live::capture_report::Capture;
 use stickslip::live::protocol::{Answer, Call};
 
 use crate::failure::Failure;
-use crate::serve::{Client, unexpected};
 use crate::output_options::OutputOptions;
+use crate::serve::{Client, unexpected};
 use crate::source;
 
 /// Signals and trigger of the capture.

@@ -50,9 +50,9 @@ impl DoctorCommand {
 fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let of = |verdict: Verdict| examination.findings.iter().filter(move |finding| finding.verdict == verdict);
     let mut printed = BTreeSet::new();
-    let mut remedy = |out: &mut dyn Write, mend: Option<String>| match mend {
+    let mut remedy = |out: &mut dyn Write, text: Option<String>| match text {
         // A remedy for two findings is printed once.
-        Some(mend) if printed.insert(mend.clone()) => writeln!(out, "    {mend}"),
+        Some(text) if printed.insert(text.clone()) => writeln!(out, "    {text}"),
         _ => Ok(()),
     };
     for Finding { what, found, costs, mend, .. } in of(Verdict::Costs) {

@@ -15,7 +15,7 @@ use crate::source::{self, Setting};
 /// Loop and duration of the prediction.
 #[derive(Args)]
 pub(crate) struct HuntingCommand {
-    /// Name of a preset, or a parameter file: its model is the axis; its bench.controller, compensation and hold are active.
+    /// Name of a preset, or a parameter file: its model is the axis; its controller, compensation and hold are active.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     pub(super) preset: String,
     /// Change a value of the preset (bench.controller.integral_gain=9); may be given several times.

@@ -14,8 +14,10 @@ use crate::failure::Failure;
 #[derive(Subcommand)]
 pub(crate) enum Machine {
     /// Write a machine file for a recording: meaning and unit of the columns, gain of the drive.
-    #[command(after_help = "Each question has a default; Enter accepts it. From a pipe, answers are read line by line.\n\n\
-                      Example: stickslip machine init axis.csv --out my-axis.toml")]
+    #[command(
+        after_help = "Each question has a default; Enter accepts it. From a pipe, answers are read line by line.\n\n\
+                      Example: stickslip machine init axis.csv --out my-axis.toml"
+    )]
     Init(Init),
 }
 
@@ -73,7 +75,8 @@ impl Init {
             let unreadable = |source| Error::file(Path::new("standard input"), "read", source);
             let line = if self.yes { Some(String::new()) } else { answers.next().transpose().map_err(unreadable)? };
             let Some(line) = line else {
-                let remedy = "Give one answer a line, an empty line for the default, or accept all defaults with --yes.";
+                let remedy =
+                    "Give one answer a line, an empty line for the default, or accept all defaults with --yes.";
                 let (question, answer) = (question.text, "the end of the input".into());
                 return Err(Error::Answer { question, answer, remedy: remedy.into() }.into());
             };

@@ -37,7 +37,7 @@ use clap::{Args, Subcommand};
 use stickslip::Watch;
 
 use crate::failure::Failure;
-use crate::output_options::OutputOptions as Shown;
+use crate::output_options::OutputOptions;
 
 /// Default folder of the project; it contains the address of the running bench.
 const PROJECT: &str = "stickslip-out/project";
@@ -193,7 +193,7 @@ fn with_defaults<C: Args>() -> C {
 impl Command {
     /// Runs the command; results go to `out`. A long command calls `watch` first: from then on the first Ctrl-C cancels
     /// it instead of ending the program.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(OutputOptions) -> Watch) -> Result<(), Failure> {
         let entry = self.catalogue_entry();
         let result = self.carry_out(out, watch);
         // A cancelled run may have partial results.
@@ -229,7 +229,7 @@ impl Command {
     }
 
     /// The form of the output of a command that can be watched; the default for the others.
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> OutputOptions {
         match self {
             Command::Demo(command) => command.shown,
             Command::Measure(command) => command.shown(),
@@ -261,11 +261,11 @@ impl Command {
             | Command::Params(_)
             | Command::Report(_)
             | Command::Runs(_)
-            | Command::Completions(_) => Shown::default(),
+            | Command::Completions(_) => OutputOptions::default(),
         }
     }
 
-    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(OutputOptions) -> Watch) -> Result<(), Failure> {
         let shown = self.shown();
         match self {
             Command::Demo(command) => command.run(out, &watch(shown)),

@@ -18,7 +18,7 @@ use crate::source::{self, Setting};
 /// Own and desired friction, and the bench.
 #[derive(Args)]
 pub(crate) struct RenderCommand {
-    /// Own friction, which the law subtracts: the fit.toml of a fit. If it contains a preload of the linings, this is used.
+    /// Own friction, which the law subtracts: the fit.toml of a fit. Its preload of the linings is used if it has one.
     #[arg(long, value_name = "FILE|NAME")]
     own: String,
     /// Desired friction: the desired.toml of a design, or a preset.
@@ -59,8 +59,10 @@ impl RenderCommand {
         let plan = FrictionPlan::quick();
         let duration = number(Plan::duration(&plan, &preset), 0);
         let linings = number(preset.plant.wheel.preload, 2);
-        self.shown
-            .print_line(out, &format!("{} under the law, linings at {linings}: {duration} s on the bench.", plan.about()))?;
+        self.shown.print_line(
+            out,
+            &format!("{} under the law, linings at {linings}: {duration} s on the bench.", plan.about()),
+        )?;
         let run = render_run(&plan, &preset, self.corrections, self.seed, watch)?;
         let summary = run.write(&self.out, &source::command_line())?;
         let rendering = run.rendering();

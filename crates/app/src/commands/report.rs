@@ -24,7 +24,8 @@ impl ReportCommand {
     /// Reads the results and writes the page. All invalid folders are reported together.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let (mut reports, mut errors) = (Vec::new(), Vec::new());
-        let results: Vec<PathBuf> = self.results.iter().map(|run| super::runs::run_path(run)).collect::<Result<_, _>>()?;
+        let results: Vec<PathBuf> =
+            self.results.iter().map(|run| super::runs::run_path(run)).collect::<Result<_, _>>()?;
         for (path, name) in results.iter().zip(names(&results)) {
             match Report::read(path) {
                 Ok(report) => reports.push((name, report)),

@@ -110,7 +110,8 @@ impl RunsCommand {
             }
             Some(Action::Tag { number, tags }) => {
                 let (remove, add): (Vec<String>, Vec<String>) = tags.into_iter().partition(|tag| tag.starts_with('-'));
-                let plain = |tags: Vec<String>, sign| tags.iter().map(|tag| without_sign(tag, sign)).collect::<Vec<_>>();
+                let plain =
+                    |tags: Vec<String>, sign| tags.iter().map(|tag| without_sign(tag, sign)).collect::<Vec<_>>();
                 catalogue.tag(number, &plain(add, '+'), &plain(remove, '-'))?;
                 print_run(&catalogue, number, self.scope.json, out)
             }
@@ -301,6 +302,9 @@ mod tests {
 
     #[test]
     fn the_sign_of_a_tag_is_removed() {
-        assert_eq!([without_sign("+good", '+'), without_sign("good", '+'), without_sign("-bad", '-')], ["good", "good", "bad"]);
+        assert_eq!(
+            [without_sign("+good", '+'), without_sign("good", '+'), without_sign("-bad", '-')],
+            ["good", "good", "bad"]
+        );
     }
 }

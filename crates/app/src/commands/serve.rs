@@ -16,8 +16,8 @@ use stickslip::live::{Live, Start};
 use super::load::ExternalOptions;
 use super::xcp::XcpDoors;
 use crate::failure::Failure;
-use crate::serve::{Client, Place, Server, Timeouts};
 use crate::output_options::OutputOptions;
+use crate::serve::{Client, Place, Server, Timeouts};
 use crate::source::{self, Setting};
 
 /// Bench, address and project.
@@ -126,15 +126,22 @@ impl ServeCommand {
         })?;
         for (transport, door) in [("UDP", doors.udp), ("TCP", doors.tcp)] {
             if let Some(address) = door {
-                self.shown
-                    .print_line(out, &format!("XCP on {transport}: {address}, open to anyone who can reach this address: XCP has no token."))?;
+                self.shown.print_line(
+                    out,
+                    &format!(
+                        "XCP on {transport}: {address}, open to anyone who can reach this address: XCP has no token."
+                    ),
+                )?;
             }
         }
         for warning in warnings {
             self.shown.print_line(out, &format!("Note: {warning}"))?;
         }
         let project = self.project.display();
-        self.shown.print_line(out, &format!("In another terminal: stickslip status --project {project}. Ctrl-C ends the bench."))?;
+        self.shown.print_line(
+            out,
+            &format!("In another terminal: stickslip status --project {project}. Ctrl-C ends the bench."),
+        )?;
         let polls = self.seconds.map_or(u64::MAX, |seconds| (seconds / POLL_INTERVAL.as_secs_f64()).max(0.0) as u64);
         for _ in 0..polls {
             if watch.check().is_err() {

@@ -57,9 +57,9 @@ impl Client {
         let text = response.body_mut().with_config().limit(256 << 20).read_to_string().map_err(unreachable)?;
         if response.status().is_success() {
             let value = serde_json::from_str(&text).map_err(|error| error.to_string());
-            return value
-                .and_then(Answer::from_json)
-                .map_err(|error| Failure::Served(format!("the answer is from another version of stickslip ({error})")));
+            return value.and_then(Answer::from_json).map_err(|error| {
+                Failure::Served(format!("the answer is from another version of stickslip ({error})"))
+            });
         }
         let body: Option<serde_json::Value> = serde_json::from_str(&text).ok();
         let message = body.as_ref().and_then(|body| body["error"].as_str()).unwrap_or(&text);

@@ -56,7 +56,10 @@ impl Door {
         let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
         // Other names that resolve to this address are refused (DNS rebinding).
         if !text(header::HOST).is_some_and(|host| self.is_this_host(host)) {
-            return Err((StatusCode::MISDIRECTED_REQUEST, "unknown host: use the address that `stickslip serve` printed"));
+            return Err((
+                StatusCode::MISDIRECTED_REQUEST,
+                "unknown host: use the address that `stickslip serve` printed",
+            ));
         }
         if let Some(origin) = text(header::ORIGIN)
             && !origin.strip_prefix("http://").is_some_and(|host| self.is_this_host(host))

@@ -199,7 +199,10 @@ async fn call(
     match tokio::time::timeout(CALL, answer).await {
         Ok(Ok(Ok(answer))) => Json(answer.to_json()).into_response(),
         Ok(Ok(Err(error))) => refused(status(&error), error.to_string()),
-        Ok(Err(_)) => refused(StatusCode::INTERNAL_SERVER_ERROR, "internal error of the bench in this call; please report it".into()),
+        Ok(Err(_)) => refused(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            "internal error of the bench in this call; please report it".into(),
+        ),
         Err(_) => refused(StatusCode::GATEWAY_TIMEOUT, "the call takes longer than two minutes".into()),
     }
 }

@@ -163,7 +163,10 @@ pub(super) async fn implementation(
                     (fields, bytes).into_response()
                 }
                 Ok(Err(error)) => text(StatusCode::NOT_FOUND, format!("{error}\n")),
-                Err(_) => text(StatusCode::INTERNAL_SERVER_ERROR, "internal error while generating the file; please report it\n".into()),
+                Err(_) => text(
+                    StatusCode::INTERNAL_SERVER_ERROR,
+                    "internal error while generating the file; please report it\n".into(),
+                ),
             }
         }
     };

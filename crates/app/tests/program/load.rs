@@ -35,7 +35,10 @@ fn the_example_is_ranked_with_the_built_in_controllers() {
         text(&ranked.stdout)
     };
     let printed = ranked();
-    assert!(printed.contains("./p_pi.so") && !printed.contains("would have stopped") && !printed.contains("failed"), "{printed}");
+    assert!(
+        printed.contains("./p_pi.so") && !printed.contains("would have stopped") && !printed.contains("failed"),
+        "{printed}"
+    );
     let alone = run(env!("CARGO_BIN_EXE_stickslip"), &["serve", "--trust"], folder);
     assert!(!alone.status.success() && text(&alone.stderr).contains("--controller FILE"), "{}", text(&alone.stderr));
     let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
@@ -170,7 +173,8 @@ fn the_example_is_compiled_loaded_and_replayed_without_its_file() {
     let print = "    struct sched_param own;\n    static int printed;\n    \
                 if (sample->time > 0.2 && !printed++ && !sched_getparam(0, &own)) {\n        \
                 fprintf(stderr, \"priority %d.\", own.sched_priority);\n    }\n";
-    let with_print = format!("#include <sched.h>\n#include <stdio.h>\n{}", source.replace(end, &(print.to_owned() + end)));
+    let with_print =
+        format!("#include <sched.h>\n#include <stdio.h>\n{}", source.replace(end, &(print.to_owned() + end)));
     assert!(with_print.contains(print));
     std::fs::write(folder.join("prints.c"), with_print).expect("the folder takes files");
     assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "prints.c"], folder).status.success());

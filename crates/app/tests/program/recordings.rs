@@ -73,7 +73,9 @@ fn a_spreadsheet_and_eleven_answers_give_the_mass() {
     // Enter for name, time, its unit, position, its unit, axis, reference, command and its unit.
     let answers = "\n".repeat(9) + "35,15065188248547 N/V\nunknown\n";
     let printed = succeeded(stickslip(folder.path(), &init, &answers));
-    assert!(printed.contains("Column of the measured position [Istposition]") && printed.contains("achse-machine.toml"));
+    assert!(
+        printed.contains("Column of the measured position [Istposition]") && printed.contains("achse-machine.toml")
+    );
     let second = stickslip(folder.path(), &init, &answers);
     assert_eq!(second.status.code(), Some(1));
     assert!(stderr(&second).contains("exists already") && stderr(&second).contains("--force"), "{}", stderr(&second));
@@ -135,7 +137,9 @@ fn a_model_of_the_first_half_is_validated_on_the_second_as_the_library_does() {
     let signals = machine.signals(&second).expect("it is even");
     let motion = Motion::of(&signals, &machine).expect("it is long enough");
     let closed_loop = Loop::of(&signals, &motion, &machine).expect("the controller is known");
-    let run = closed_loop.simulate(&identified.model, 2..motion.samples(), &Watch::silent()).expect("the run is not cancelled");
+    let run = closed_loop
+        .simulate(&identified.model, 2..motion.samples(), &Watch::silent())
+        .expect("the run is not cancelled");
     let comparison = closed_loop.compare(&run, 48);
     let out = folder.path().join("out");
     assert_eq!(value(&out, "prediction.voltage_error"), comparison.voltage_error);
