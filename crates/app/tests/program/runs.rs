@@ -14,7 +14,7 @@ fn run(folder: &Path, line: &str) -> Output {
 }
 
 /// The output of a command that must succeed.
-fn output(folder: &Path, line: &str) -> String {
+fn stdout_of(folder: &Path, line: &str) -> String {
     let result = run(folder, line);
     assert!(result.status.success(), "{line}: {}", String::from_utf8_lossy(&result.stderr));
     String::from_utf8_lossy(&result.stdout).into_owned()
@@ -34,40 +34,40 @@ const DESIGN: &str = "design --quiet --from clm-bench --point 0=0.3 --point 2=0.
 fn a_run_is_found_renamed_replayed_by_number_deleted_and_restored() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();
-    assert_eq!(output(here, "runs"), "No runs.\n");
-    output(here, &format!("{MEASURE} --record --preset clm-soft"));
-    output(here, &format!("{DESIGN} --out designs/steep"));
-    let list = output(here, "runs");
+    assert_eq!(stdout_of(here, "runs"), "No runs.\n");
+    stdout_of(here, &format!("{MEASURE} --record --preset clm-soft"));
+    stdout_of(here, &format!("{DESIGN} --out designs/steep"));
+    let list = stdout_of(here, "runs");
     let lines: Vec<&str> = list.lines().collect();
     assert!(lines.len() == 2 && lines[0].contains("design") && lines[1].contains("breakaway"), "{list}");
-    assert!(output(here, "runs law:paper preset:soft").contains("run 1"), "{list}");
-    assert_eq!(output(here, "runs desired.breakaway_torque>9"), "No runs.\n");
-    assert!(output(here, "runs M_S>").contains("Note: M_S>"));
-    assert!(output(here, "runs rename 1 loose").contains("loose"));
-    assert!(output(here, "runs tag 1 +good -bad").contains("+good"));
-    let shown = output(here, "runs show 1");
+    assert!(stdout_of(here, "runs law:paper preset:soft").contains("run 1"), "{list}");
+    assert_eq!(stdout_of(here, "runs desired.breakaway_torque>9"), "No runs.\n");
+    assert!(stdout_of(here, "runs M_S>").contains("Note: M_S>"));
+    assert!(stdout_of(here, "runs rename 1 loose").contains("loose"));
+    assert!(stdout_of(here, "runs tag 1 +good -bad").contains("+good"));
+    let shown = stdout_of(here, "runs show 1");
     for part in ["loose", "clm-soft", "stickslip-out/measure-breakaway", "run.mf4", "measure.breakaway_torque"] {
         assert!(shown.contains(part), "{part} in {shown}");
     }
-    assert!(output(here, "replay 1").contains("every bit is the same"));
-    output(here, "export 1 --out run.csv --until 0.01");
-    assert!(output(here, "report 1 --out page.html").contains("page.html"));
+    assert!(stdout_of(here, "replay 1").contains("every bit is the same"));
+    stdout_of(here, "export 1 --out run.csv --until 0.01");
+    assert!(stdout_of(here, "report 1 --out page.html").contains("page.html"));
 
-    let json: serde_json::Value = serde_json::from_str(&output(here, "runs tag:good --json")).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&stdout_of(here, "runs tag:good --json")).expect("JSON");
     assert_eq!((&json["of"], &json["runs"][0]["number"]), (&1.into(), &1.into()));
-    output(here, "runs delete 1");
+    stdout_of(here, "runs delete 1");
     assert!(error(here, "replay 1").contains("`stickslip runs restore`"));
-    assert!(output(here, "runs is:deleted").contains("in the bin"));
-    output(here, "runs restore 1");
-    assert!(output(here, "replay 1").contains("every bit is the same"));
+    assert!(stdout_of(here, "runs is:deleted").contains("in the bin"));
+    stdout_of(here, "runs restore 1");
+    assert!(stdout_of(here, "replay 1").contains("every bit is the same"));
     assert!(error(here, "replay 9").contains("there is no run 9"));
 
     // The catalogue is lost and rebuilt from the folders.
     std::fs::remove_dir_all(here.join("stickslip-out/catalogue")).expect("it can be removed");
     std::fs::rename(here.join("designs/steep"), here.join("designs/flat")).expect("it moves");
-    assert_eq!(output(here, "runs --rebuild"), "2 runs in the catalogue, 0 of them new to it.\n");
-    assert!(output(here, "runs loose tag:good").contains("+good"));
-    assert!(output(here, "runs show 2").contains("designs/flat"));
+    assert_eq!(stdout_of(here, "runs --rebuild"), "2 runs in the catalogue, 0 of them new to it.\n");
+    assert!(stdout_of(here, "runs loose tag:good").contains("+good"));
+    assert!(stdout_of(here, "runs show 2").contains("designs/flat"));
 }
 
 #[test]
@@ -82,7 +82,7 @@ fn many_programs_at_the_same_time_enter_all_their_runs() {
         let output = child.wait_with_output().expect("it ends");
         assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
     }
-    let json: serde_json::Value = serde_json::from_str(&output(folder.path(), "runs --json")).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&stdout_of(folder.path(), "runs --json")).expect("JSON");
     let numbers: Vec<i64> =
         json["runs"].as_array().expect("a list").iter().filter_map(|r| r["number"].as_i64()).collect();
     assert_eq!(numbers, [8, 7, 6, 5, 4, 3, 2, 1]);
@@ -103,13 +103,13 @@ fn a_catalogue_that_cannot_be_written_is_a_warning() {
     let output = run(folder.path(), &format!("{DESIGN} --out results"));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && message.contains("stickslip runs --rebuild"), "{message}");
-    assert_eq!(output(folder.path(), "runs --rebuild"), "1 runs in the catalogue, 1 of them new to it.\n");
+    assert_eq!(stdout_of(folder.path(), "runs --rebuild"), "1 runs in the catalogue, 1 of them new to it.\n");
 }
 
 #[test]
 fn results_outside_the_working_folder_are_not_in_the_catalogue() {
     let (here, elsewhere) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
-    output(here.path(), &format!("{DESIGN} --out {}", elsewhere.path().join("d").display()));
+    stdout_of(here.path(), &format!("{DESIGN} --out {}", elsewhere.path().join("d").display()));
     assert!(!here.path().join("stickslip-out").exists());
     assert!(!elsewhere.path().join("d/run.json").exists());
 }
