@@ -71,7 +71,7 @@ mod tests {
         run(folder, &["commit", "--quiet", "--message", "A commit"]);
     }
 
-    fn found(folder: &tempfile::TempDir) -> (String, Vec<String>) {
+    fn changes_in(folder: &tempfile::TempDir) -> (String, Vec<String>) {
         let Changes { since, files } = Changes::find(folder.path()).unwrap();
         (since, files.iter().map(|file| file.display().to_string()).collect())
     }
@@ -90,19 +90,19 @@ mod tests {
         write(&folder, "new.rs", "1");
         std::fs::remove_file(folder.path().join("gone.rs")).expect("it exists");
         let expected = ["committed.rs", "gone.rs", "new.rs", "old.rs"].map(String::from).to_vec();
-        assert_eq!(found(&folder), ("since main".into(), expected));
+        assert_eq!(changes_in(&folder), ("since main".into(), expected));
     }
 
     #[test]
     fn main_is_compared_with_its_upstream_or_else_with_its_last_commit() {
         let folder = repository();
-        assert_eq!(found(&folder), ("not committed".into(), vec![]));
+        assert_eq!(changes_in(&folder), ("not committed".into(), vec![]));
         run(&folder, &["update-ref", "refs/remotes/origin/main", "HEAD"]);
         write(&folder, "old.rs", "2");
         commit(&folder);
-        assert_eq!(found(&folder), ("since origin/main".into(), vec!["old.rs".into()]));
+        assert_eq!(changes_in(&folder), ("since origin/main".into(), vec!["old.rs".into()]));
         run(&folder, &["update-ref", "-d", "refs/remotes/origin/main"]);
         write(&folder, "new.rs", "1");
-        assert_eq!(found(&folder), ("not committed".into(), vec!["new.rs".into()]));
+        assert_eq!(changes_in(&folder), ("not committed".into(), vec!["new.rs".into()]));
     }
 }

@@ -32,7 +32,7 @@ pub(crate) fn check() -> Result<(), String> {
     outcome
 }
 
-/// What is checked for a set of changed files.
+/// The checks for a set of changed files.
 struct Plan<'a> {
     workspace: &'a Workspace,
     /// Packages with changed files.

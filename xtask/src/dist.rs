@@ -45,7 +45,7 @@ pub(crate) fn dist() -> Result<(), String> {
     run(Command::new("tar").current_dir(&dist).args(tar).arg(&archive).arg(&name))?;
     let bytes = fs::metadata(&archive).map_err(|error| format!("cannot read {}: {error}", archive.display()))?.len();
     println!("{}: {:.1} MB", archive.display(), bytes as f64 / 1e6);
-    try_alone(&dist, &archive, &name)
+    test_archive(&dist, &archive, &name)
 }
 
 /// Fills the folder of the archive.
@@ -75,7 +75,7 @@ fn fill(root: &Path, built: &Path, folder: &Path) -> Result<(), String> {
 
 /// Unpacks the archive into an empty folder and runs the demonstration there, with that folder as the root of the file
 /// system: no libraries, no Rust, no /proc. Skipped with a message if this machine does not allow it.
-fn try_alone(dist: &Path, archive: &Path, name: &str) -> Result<(), String> {
+fn test_archive(dist: &Path, archive: &Path, name: &str) -> Result<(), String> {
     let world = dist.join("alone");
     if world.exists() {
         fs::remove_dir_all(&world).map_err(|error| format!("cannot empty {}: {error}", world.display()))?;

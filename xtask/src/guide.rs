@@ -43,15 +43,15 @@ fn build(program: &str, tree: &Path, into: &Path) -> Result<Outcome, String> {
 /// The result of a program with this output and exit status.
 fn judge(program: &str, succeeded: bool, output: &str) -> Result<Outcome, String> {
     // mdBook reports an included file that is missing and builds the book without it.
-    let complaints: Vec<&str> = output.lines().filter(|line| is_complaint(line)).collect();
-    if succeeded && complaints.is_empty() {
+    let problems: Vec<&str> = output.lines().filter(|line| is_problem(line)).collect();
+    if succeeded && problems.is_empty() {
         return Ok(Outcome::Passed);
     }
     eprint!("{output}");
-    Err(format!("{program} complains: {}", complaints.join("; ")))
+    Err(format!("{program} reports: {}", problems.join("; ")))
 }
 
-fn is_complaint(line: &str) -> bool {
+fn is_problem(line: &str) -> bool {
     ["ERROR", "WARN"].iter().any(|word| line.contains(word))
 }
 
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_complaint_and_a_failure_are_errors() {
+    fn a_warning_and_a_failure_are_errors() {
         let start = " INFO Book building has started";
         assert!(matches!(judge("mdbook", true, start), Ok(Outcome::Passed)));
         assert!(judge("mdbook", false, start).is_err());

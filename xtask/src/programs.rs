@@ -23,7 +23,7 @@ pub(crate) struct Program {
     pub(crate) executable: PathBuf,
     /// The folder of the package, in which it runs.
     pub(crate) package: PathBuf,
-    /// Whether it runs alone, since it holds a bench to the clock of the machine: `alone` in the manifest's
+    /// Whether it runs alone, because it runs a bench in real time: `alone` in the manifest's
     /// `[package.metadata.stickslip]` lists its target, `lib` the unit tests of the library.
     pub(crate) alone: bool,
     /// Fingerprint of what its result depends on; `None` if a file cannot be read.
@@ -75,7 +75,7 @@ fn program(workspace: &Workspace, record: &Record, message: &Value, started: &[P
 }
 
 /// The largest number of failed tests of one program that are tried again. More failures are not due to a busy machine.
-const AGAIN: usize = 4;
+const RETRIED: usize = 4;
 
 /// The command that runs a program as cargo does.
 pub(crate) fn command(program: &Program, target: &Path) -> Command {
@@ -85,8 +85,8 @@ pub(crate) fn command(program: &Program, target: &Path) -> Command {
     command
 }
 
-/// Runs the programs in the order of `times`, one per core; those that need the machine run first, alone. A test that holds
-/// a bench to the clock may fail because other programs use the core: a few failed tests of a program run once more, alone,
+/// Runs the programs in the order of `times`, one per core; those that need the machine run first, alone. A test in real
+/// time may fail because other programs use the core: a few failed tests of a program run once more, alone,
 /// one after the other. Returns those that pass then and the times. `Err` with the programs of those that fail twice.
 /// Programs that passed with the same inputs, by `record`, do not run.
 pub(crate) fn run(
@@ -99,19 +99,19 @@ pub(crate) fn run(
     if programs.is_empty() {
         return Err("no test program was compiled".into());
     }
-    let (mut again, mut twice) = (Vec::new(), Vec::new());
+    let (mut retried, mut failed) = (Vec::new(), Vec::new());
     let programs = programs.into_iter().filter(|it| !record.is_unchanged(&it.source, it.inputs)).collect();
     for Failed { program, tests } in run_all(programs, times, record, counts, &command) {
         if passes_alone(command(&program), &tests) {
             counts.failed -= tests.len() as u32;
             counts.passed += tests.len() as u32;
-            again.extend(tests);
+            retried.extend(tests);
         } else {
-            twice.push(program.source);
+            failed.push(program.source);
         }
     }
-    twice.sort();
-    if twice.is_empty() { Ok(again) } else { Err(format!("failed: {}", twice.join(", "))) }
+    failed.sort();
+    if failed.is_empty() { Ok(retried) } else { Err(format!("failed: {}", failed.join(", "))) }
 }
 
 /// A program with failed tests.
@@ -158,7 +158,7 @@ fn run_all(
 /// Whether the tests pass when they run alone. Fewer passed tests than names are a failure: a name without a test, or a
 /// program that ended early.
 fn passes_alone(mut command: Command, tests: &[String]) -> bool {
-    if !(1..=AGAIN).contains(&tests.len()) {
+    if !(1..=RETRIED).contains(&tests.len()) {
         return false;
     }
     let (passed, output) = execute(command.args(["--exact", "--test-threads=1"]).args(tests));
@@ -216,11 +216,11 @@ mod tests {
         let workspace = sample(&[("rt", &[])]);
         let (_folder, record) = empty_record();
         let read = |line: &str| programs(&workspace, &record, &[line.into()]).pop();
-        let found = read(&message("true", r#""/t/slot-1""#)).expect("a test program");
-        assert_eq!(found.source, "crates/rt/tests/slot.rs");
-        assert_eq!(found.executable, Path::new("/t/slot-1"));
-        assert_eq!(found.package, Path::new("/w/crates/rt"));
-        assert!(!found.alone);
+        let program = read(&message("true", r#""/t/slot-1""#)).expect("a test program");
+        assert_eq!(program.source, "crates/rt/tests/slot.rs");
+        assert_eq!(program.executable, Path::new("/t/slot-1"));
+        assert_eq!(program.package, Path::new("/w/crates/rt"));
+        assert!(!program.alone);
         // A library, a program that a test starts, other messages, other output.
         assert_eq!(read(&message("true", "null")), None);
         assert_eq!(read(&message("false", r#""/t/slot-1""#)), None);
@@ -299,7 +299,7 @@ mod tests {
         assert!(!ran("true"));
     }
 
-    /// A program of tests of which the given ones fail, and the result when they run alone.
+    /// Runs a test program in which these tests fail; `alone` is the script for them when they run alone.
     fn harness(failing: &[&str], alone: &str) -> (Result<Vec<String>, String>, Counts) {
         let list: String = failing.iter().map(|name| format!("    {name}\n")).collect();
         let script = format!(

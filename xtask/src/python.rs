@@ -1,4 +1,4 @@
-//! The part `python`: the Python package as its users have it, in an environment of its own.
+//! The part `python`: the Python package in a separate environment, as users install it.
 //!
 //! The compiled part is the one that the tests of the workspace are built with: `pip install .` would compile it again,
 //! which takes minutes.
@@ -32,7 +32,7 @@ const SOURCES: &str = "python/stickslip";
 /// An environment with the packages, or the reason why there is none.
 type Prepared = JoinHandle<Result<Outcome, String>>;
 
-/// Makes the environment in the target folder, beside other work.
+/// Makes the environment in the target folder, while other stages run.
 pub(crate) fn prepare(target: &Path) -> Prepared {
     let environment = environment(target);
     std::thread::spawn(move || {
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_failed_installation_is_a_reason_to_skip() {
-        // Programs in place of Python: Python would ask the package index.
+        // Programs in place of Python, which would contact the package index.
         let reason = install(Path::new("false"), &["numpy", "pytest"]).expect("nothing is installed");
         assert_eq!(reason, "pip cannot install numpy, pytest");
         assert_eq!(install(Path::new("true"), &["numpy"]), None);

@@ -17,7 +17,7 @@ pub(crate) enum Reads {
     All,
 }
 
-/// What has passed, kept in the target folder.
+/// The test programs and stages that passed, in a file of the target folder.
 pub(crate) struct Record {
     file: PathBuf,
     /// Fingerprints by the name of the test program or stage.
@@ -26,12 +26,12 @@ pub(crate) struct Record {
     tree: [Option<u64>; 2],
     /// Whether everything runs.
     runs_all: bool,
-    /// What did not run, since it passed with the same inputs.
+    /// The test programs and stages that did not run, since they passed with the same inputs.
     unchanged: Vec<String>,
 }
 
 impl Record {
-    /// The record of the last runs for a tree of these files. `environment` is what else the results depend on.
+    /// The record of the last runs for a tree of these files. `environment` has the other inputs of the results.
     pub(crate) fn new(
         target: &Path,
         tree: &Path,
@@ -102,7 +102,7 @@ impl Record {
         Ok(Outcome::Passed)
     }
 
-    /// What did not run.
+    /// The test programs and stages that did not run.
     pub(crate) fn into_unchanged(self) -> Vec<String> {
         self.unchanged
     }
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn what_passed_runs_again_when_a_file_that_it_may_read_has_changed() {
+    fn a_passed_program_runs_again_when_a_file_that_it_may_read_has_changed() {
         for reads in [Reads::NoSources, Reads::All] {
             assert!(unchanged_after(reads, |_| ()));
             assert!(!unchanged_after(reads, |folder| write(folder, "data.csv", "2")));

@@ -11,7 +11,7 @@ use crate::tools::{BARE_TARGET, Tools, WINDOWS_TARGET};
 use crate::workspace::Workspace;
 use crate::{documentation, licences, programs};
 
-/// So many of the slowest test programs are listed.
+/// Number of slowest test programs in the summary.
 const SLOWEST: usize = 10;
 
 pub(crate) fn check(Run { suite, tools, cargo, record }: &mut Run) {
@@ -65,11 +65,11 @@ fn tests(suite: &mut Suite, cargo: &Cargo, record: &mut Record) {
     let mut times = Times::of_last_run(&cargo.target);
     suite.stage(TESTS, |counts| {
         let command = |program: &Program| programs::command(program, &cargo.target);
-        let again = programs::run(compiled, &mut times, record, counts, command)?;
-        Ok(if again.is_empty() { Outcome::Passed } else { Outcome::Again(again) })
+        let retried = programs::run(compiled, &mut times, record, counts, command)?;
+        Ok(if retried.is_empty() { Outcome::Passed } else { Outcome::Retried(retried) })
     });
     if were_compiled {
-        times.keep(&cargo.target);
+        times.store(&cargo.target);
         suite.slowest = times.slowest(SLOWEST);
     }
     suite.stage(DOC_TESTS, |counts| {
@@ -83,12 +83,12 @@ fn document(cargo: &Cargo) -> Result<Outcome, String> {
     let output = cargo.command(["doc", "--workspace", "--lib", "--no-deps", "--locked"]).output();
     let output = output.map_err(|error| format!("cannot start cargo doc: {error}"))?;
     let stderr = String::from_utf8_lossy(&output.stderr);
-    let complaints = documentation::complaints(&stderr);
-    if output.status.success() && complaints.is_empty() {
+    let problems = documentation::problems(&stderr);
+    if output.status.success() && problems.is_empty() {
         return Ok(Outcome::Passed);
     }
     eprint!("{stderr}");
-    Err(format!("{} complaints: {}", complaints.len(), complaints.join("; ")))
+    Err(format!("{} problems: {}", problems.len(), problems.join("; ")))
 }
 
 /// Runs a check that needs a part of the tool chain.

@@ -24,8 +24,8 @@ impl Times {
         Self { all: times.collect(), now: BTreeSet::new() }
     }
 
-    /// Keeps the times for the next run. Without them the next run is slower, not different, so a failure is ignored.
-    pub(crate) fn keep(&self, target: &Path) {
+    /// Stores the times for the next run. Without them the next run is only slower, so a failure is ignored.
+    pub(crate) fn store(&self, target: &Path) {
         let seconds: BTreeMap<_, _> = self.all.iter().map(|(name, time)| (name, time.as_secs_f64())).collect();
         let _ = std::fs::write(file(target), serde_json::json!(seconds).to_string());
     }
@@ -89,15 +89,15 @@ mod tests {
     }
 
     #[test]
-    fn times_are_kept_for_the_next_run_and_a_damaged_file_is_ignored() {
+    fn times_are_stored_for_the_next_run_and_a_damaged_file_is_ignored() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         assert_eq!(together(&Times::of_last_run(folder.path()), &["b", "a"]), ["b", "a"]);
-        times(&[("one", 1), ("two", 2), ("three", 3)]).keep(folder.path());
-        let mut kept = Times::of_last_run(folder.path());
-        assert_eq!(together(&kept, &["one", "two", "three"]), ["three", "two", "one"]);
-        assert_eq!(kept.slowest(10), [], "none has run yet");
-        kept.add(&program("two", false), Duration::from_secs(4));
-        assert_eq!(kept.slowest(10), [("two".into(), Duration::from_secs(4))]);
+        times(&[("one", 1), ("two", 2), ("three", 3)]).store(folder.path());
+        let mut times = Times::of_last_run(folder.path());
+        assert_eq!(together(&times, &["one", "two", "three"]), ["three", "two", "one"]);
+        assert_eq!(times.slowest(10), [], "none has run yet");
+        times.add(&program("two", false), Duration::from_secs(4));
+        assert_eq!(times.slowest(10), [("two".into(), Duration::from_secs(4))]);
         std::fs::write(file(folder.path()), "{").expect("it can be written");
         assert_eq!(together(&Times::of_last_run(folder.path()), &["one", "two"]), ["one", "two"]);
     }

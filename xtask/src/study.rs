@@ -27,9 +27,9 @@ pub(crate) fn list() -> Result<(), String> {
 /// Runs a study, optimised as the program of users.
 pub(crate) fn study(name: &str) -> Result<(), String> {
     let root = tree::root()?;
-    let known = studies(&Workspace::read(&root)?);
-    if !known.iter().any(|study| study == name) {
-        return Err(format!("unknown study \"{name}\"; the studies are {}", known.join(", ")));
+    let names = studies(&Workspace::read(&root)?);
+    if !names.iter().any(|study| study == name) {
+        return Err(format!("unknown study \"{name}\"; the studies are {}", names.join(", ")));
     }
     let cargo = Cargo::new(&root, &root);
     if let Some((_, package, program, arguments)) = PROGRAMS.iter().find(|(study, ..)| *study == name) {

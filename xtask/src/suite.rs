@@ -10,7 +10,7 @@ pub(crate) enum Outcome {
     /// All checked.
     Passed,
     /// All checked, but these tests failed at the first try. They are listed, since a test must not pass by chance.
-    Again(Vec<String>),
+    Retried(Vec<String>),
     /// Not checked, with the reason.
     Skipped(String),
 }
@@ -49,7 +49,7 @@ impl Counts {
 struct Finished {
     stage: Stage,
     took: Duration,
-    /// How many times slower than the reference machine this machine was during the stage.
+    /// Slowness of this machine during the stage, relative to the reference machine.
     slowness: f64,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Suite {
     /// Tests, plus each stage that was skipped or failed without a failed test.
     counts: Counts,
     skipped: Vec<String>,
-    again: Vec<String>,
+    retried: Vec<String>,
     failed: Vec<String>,
     finished: Vec<Finished>,
     /// The slowest test programs with their times.
@@ -94,7 +94,7 @@ impl Suite {
         self.counts.skipped += counts.skipped;
         match outcome.and_then(|outcome| within(budget, took, slowness).map(|()| outcome)) {
             Ok(Outcome::Passed) => {}
-            Ok(Outcome::Again(names)) => self.again.extend(names.iter().map(|which| format!("{name}: {which}"))),
+            Ok(Outcome::Retried(names)) => self.retried.extend(names.iter().map(|which| format!("{name}: {which}"))),
             Ok(Outcome::Skipped(reason)) => self.skip(format!("{name}: {reason}")),
             Err(reason) => {
                 self.counts.failed += u32::from(counts.failed == 0);
@@ -135,7 +135,7 @@ impl Suite {
             list("slow test program", &slowest.collect::<Vec<_>>()),
             list("unchanged, not run", &self.unchanged),
             list("skipped", &self.skipped),
-            list("passed at the second try", &self.again),
+            list("passed at the second try", &self.retried),
             list("failed", &self.failed),
         )
     }
@@ -153,7 +153,7 @@ impl Suite {
         lines.chain([format!("{:8.1} s 100 %  all stages", total.as_secs_f64())]).collect()
     }
 
-    /// Whether there is no failure.
+    /// Whether all stages passed.
     pub(crate) fn passed(&self) -> bool {
         self.failed.is_empty() && self.counts.failed == 0
     }
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_run_since_its_inputs_are_unchanged_is_listed() {
+    fn unchanged_programs_that_did_not_run_are_listed() {
         let unchanged = vec!["crates/rt/tests/causes.rs".into()];
         let suite = Suite { unchanged, ..Suite::default() };
         assert!(suite.summary().contains("unchanged, not run: crates/rt/tests/causes.rs\n"));
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_test_that_passes_at_the_second_try_is_listed() {
-        let suite = finished(SECOND, Counts::default(), Ok(Outcome::Again(vec!["by::clock".into()])));
+        let suite = finished(SECOND, Counts::default(), Ok(Outcome::Retried(vec!["by::clock".into()])));
         assert!(suite.passed());
         assert!(suite.summary().contains("passed at the second try: stage: by::clock\n"));
     }

@@ -36,13 +36,13 @@ impl FromStr for Part {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let known = Self::ALL.map(Self::name).join(", ");
-        let found = Self::ALL.into_iter().find(|part| part.name() == name);
-        found.ok_or_else(|| format!("unknown part \"{name}\"; the parts are {known}"))
+        let names = Self::ALL.map(Self::name).join(", ");
+        let part = Self::ALL.into_iter().find(|part| part.name() == name);
+        part.ok_or_else(|| format!("unknown part \"{name}\"; the parts are {names}"))
     }
 }
 
-/// What a run is asked for.
+/// Options of a run.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
     /// The only part that runs; default: all.
@@ -66,7 +66,7 @@ impl Options {
     }
 }
 
-/// What the parts share.
+/// State that the parts share.
 pub(crate) struct Run {
     pub(crate) suite: Suite,
     pub(crate) tools: Tools,
@@ -101,7 +101,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     let cargo = Cargo::new(&copy, &root);
     let record = Record::new(&cargo.target, &copy, &files, &environment_of(&tools), options.all);
     let mut run = Run { suite, tools, record, cargo };
-    // Mostly waits for the package index, beside the stages of Rust.
+    // Mostly waits for the package index, while the stages of Rust run.
     let mut environment = parts.contains(&Part::Python).then(|| python::prepare(&run.cargo.target));
     for part in &parts {
         match part {
@@ -114,8 +114,8 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     let Run { mut suite, record, .. } = run;
     suite.unchanged = record.into_unchanged();
     suite.stage(LEFTOVERS, |_| {
-        let litter = tree::litter(&root, &files, &copy)?;
-        let names: Vec<_> = litter.iter().map(|path| path.display().to_string()).collect();
+        let leftovers = tree::leftovers(&root, &files, &copy)?;
+        let names: Vec<_> = leftovers.iter().map(|path| path.display().to_string()).collect();
         if names.is_empty() { Ok(Outcome::Passed) } else { Err(format!("a test wrote {}", names.join(", "))) }
     });
     if options.part.is_none() {
@@ -125,7 +125,7 @@ pub(crate) fn test(options: &Options) -> Result<(), String> {
     if suite.passed() { Ok(()) } else { Err("not passed: see `failed:` above".into()) }
 }
 
-/// What results depend on besides files: missing tools, and the variables that choose tools.
+/// Inputs of the results other than files: missing tools, and the variables that choose tools.
 fn environment_of(tools: &Tools) -> Vec<String> {
     let chosen = ["PATH", "CC", "CHROMIUM"].map(|name| std::env::var(name).unwrap_or_default());
     [&tools.missing[..], &chosen].concat()

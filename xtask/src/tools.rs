@@ -122,9 +122,9 @@ pub(crate) fn ensure(parts: &[Part]) -> Tools {
     let absent = || -> Vec<&Program> {
         PROGRAMS.iter().filter(needed).filter(|program| !runs("sh", &["-c", program.probe])).collect()
     };
-    let wanted: Vec<_> = absent().iter().flat_map(|program| program.packages).collect();
-    if !wanted.is_empty() && may_install() {
-        install(&wanted);
+    let packages: Vec<_> = absent().iter().flat_map(|program| program.packages).collect();
+    if !packages.is_empty() && may_install() {
+        install(&packages);
     }
     let rust = parts.contains(&Part::Rust);
     let component = |name: &str, command: &str| {
@@ -187,10 +187,10 @@ fn install(packages: &[&&str]) {
     };
     apt(&["update"]);
     // A name that is unknown to this release of Debian would prevent the installation of all.
-    let known = packages.iter().map(|package| **package).filter(|package| runs("apt-cache", &["show", package]));
-    let known: Vec<&str> = known.collect();
-    println!("installing {}", known.join(", "));
-    apt(&[&["install", "-y", "--no-install-recommends"], &known[..]].concat());
+    let available = packages.iter().map(|package| **package).filter(|package| runs("apt-cache", &["show", package]));
+    let available: Vec<&str> = available.collect();
+    println!("installing {}", available.join(", "));
+    apt(&[&["install", "-y", "--no-install-recommends"], &available[..]].concat());
 }
 
 /// Whether C can be compiled for linking with musl.

@@ -37,7 +37,7 @@ pub(crate) fn files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
 
 /// All files in a folder, relative to it, without build outputs.
 fn all_files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
-    let mut found = BTreeSet::new();
+    let mut files = BTreeSet::new();
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
         let path = root.join(&folder);
@@ -53,11 +53,11 @@ fn all_files(root: &Path) -> Result<BTreeSet<PathBuf>, String> {
             if entry.path().is_dir() {
                 folders.push(name);
             } else {
-                found.insert(name);
+                files.insert(name);
             }
         }
     }
-    Ok(found)
+    Ok(files)
 }
 
 /// Makes `copy` contain these files and no others. Files with the same content keep their time.
@@ -77,7 +77,7 @@ pub(crate) fn mirror(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Res
 }
 
 /// The files that were changed, added or removed in the copy.
-pub(crate) fn litter(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Result<Vec<PathBuf>, String> {
+pub(crate) fn leftovers(root: &Path, files: &BTreeSet<PathBuf>, copy: &Path) -> Result<Vec<PathBuf>, String> {
     let now = all_files(copy)?;
     let changed = files.iter().filter(|name| !same(&root.join(name), &copy.join(name)));
     Ok(now.difference(files).chain(changed).cloned().collect())
@@ -114,7 +114,7 @@ mod tests {
         mirror(root.path(), &files, copy.path()).unwrap();
         assert_eq!(all_files(copy.path()).unwrap(), files);
         assert_eq!(fs::read_to_string(copy.path().join("a.rs")).unwrap(), "1");
-        assert_eq!(litter(root.path(), &files, copy.path()).unwrap(), Vec::<PathBuf>::new());
+        assert_eq!(leftovers(root.path(), &files, copy.path()).unwrap(), Vec::<PathBuf>::new());
     }
 
     #[test]
@@ -131,8 +131,8 @@ mod tests {
     fn files_that_a_test_adds_changes_or_removes_are_found() {
         let (root, files) = tree(&[("a.rs", "1"), ("b.rs", "2"), ("c.rs", "3")]);
         let (copy, _) = tree(&[("a.rs", "1"), ("b.rs", "changed"), ("left.txt", "?")]);
-        let found = litter(root.path(), &files, copy.path()).unwrap();
-        assert_eq!(found, ["left.txt", "b.rs", "c.rs"].map(PathBuf::from));
+        let files = leftovers(root.path(), &files, copy.path()).unwrap();
+        assert_eq!(files, ["left.txt", "b.rs", "c.rs"].map(PathBuf::from));
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub struct Dependency {
 pub struct Target {
     /// Name for cargo.
     pub name: String,
-    /// What cargo builds of it.
+    /// Kind of the target.
     pub kind: Kind,
     /// Root file, relative to the root of the workspace.
     pub source: PathBuf,
@@ -101,7 +101,7 @@ impl Workspace {
         self.packages.iter().find(|package| package.name == name)
     }
 
-    /// The package whose folder holds a file, given relative to the root.
+    /// The package whose folder contains a file; the path is relative to the root.
     pub(crate) fn package_of(&self, file: &Path) -> Option<&Package> {
         let holding = self.packages.iter().filter(|package| file.starts_with(&package.folder));
         holding.max_by_key(|package| package.folder.components().count())
@@ -120,13 +120,13 @@ impl Workspace {
     }
 
     fn closure<'a>(&'a self, names: &[&'a str], next: impl Fn(&'a Package) -> Vec<&'a str>) -> BTreeSet<&'a str> {
-        let (mut found, mut left) = (BTreeSet::new(), names.to_vec());
+        let (mut closure, mut left) = (BTreeSet::new(), names.to_vec());
         while let Some(name) = left.pop() {
-            if found.insert(name) {
+            if closure.insert(name) {
                 left.extend(self.package(name).map(&next).unwrap_or_default());
             }
         }
-        found
+        closure
     }
 }
 

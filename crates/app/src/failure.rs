@@ -1,4 +1,4 @@
-//! What ends a command.
+//! Errors of a command and their exit codes.
 
 use std::io;
 use std::path::PathBuf;
@@ -6,31 +6,31 @@ use std::path::PathBuf;
 /// Exit code of a command that was cancelled.
 pub(crate) const CANCELLED: u8 = 130;
 
-/// Why a command did not do its work.
+/// Error of a command.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// The laboratory says what, where and how to mend it.
+    /// An error of the library: cause, place and remedy.
     #[error(transparent)]
     Lab(#[from] stickslip::Error),
-    /// Several files were wrong; one message each.
+    /// Errors in several files, one message each.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Several(Vec<stickslip::Error>),
-    /// Cancelled, with results so far.
-    #[error("cancelled before its end; what was measured until then is in {}", .0.display())]
+    /// Cancelled; the folder has partial results.
+    #[error("cancelled; partial results are in {}", .0.display())]
     Incomplete(PathBuf),
-    /// A controller that was brought along ended its run.
+    /// An external controller, friction or law stopped the bench.
     #[error("the bench stopped: {0}")]
     Stopped(String),
-    /// A bench that is served, or should be.
+    /// An error of the running bench or of the server.
     #[error("{0}")]
     Served(String),
-    /// Standard output takes no more.
-    #[error("standard output: cannot write it ({0}). Send it elsewhere, or make room.")]
+    /// Standard output cannot be written.
+    #[error("standard output: cannot write it ({0}). Redirect it, or free disk space.")]
     Output(#[from] io::Error),
 }
 
 impl Failure {
-    /// The exit code: 130, as shells have it for Ctrl-C, where the user cancelled, else 1.
+    /// The exit code: 130 if the user cancelled, as shells report Ctrl-C; otherwise 1.
     pub(crate) fn code(&self) -> u8 {
         match self {
             Failure::Incomplete(_) | Failure::Lab(stickslip::Error::Cancelled) => CANCELLED,
@@ -38,7 +38,7 @@ impl Failure {
         }
     }
 
-    /// Whether the reader of a pipe has gone, which is its right.
+    /// Whether the reader of a pipe has closed it. This is not reported as an error.
     pub(crate) fn is_closed_pipe(&self) -> bool {
         matches!(self, Failure::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }

@@ -5,9 +5,9 @@
 
 mod commands;
 mod failure;
+mod output_options;
 mod progress;
 mod serve;
-mod shown;
 mod source;
 
 use std::io::{self, BufWriter, Write};
@@ -17,16 +17,16 @@ use clap::Parser;
 
 use crate::commands::Command;
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// The friction bench: measure, fit, design, render, re-measure, rank, report.
+/// Friction bench: measure, fit, design, render, measure again, rank, report.
 #[derive(Parser)]
 #[command(
     name = "stickslip",
     version,
-    after_help = "Without a command: demo, and then serve.\n\n\
-                  Exit code: 0 done; 1 failed, the message says why; 2 the command line was not understood; \
-                  130 cancelled by Ctrl-C, with results so far kept where there are any.\n\n\
+    after_help = "Default: demo, then serve.\n\n\
+                  Exit codes: 0 success; 1 failure, with the reason on stderr; 2 invalid command line; \
+                  130 cancelled by Ctrl-C, partial results are kept.\n\n\
                   Example: stickslip demo --out results --seed 7"
 )]
 struct Cli {
@@ -38,11 +38,11 @@ fn main() -> ExitCode {
     let result = run(Cli::parse());
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // `stickslip … | head` has read all it wanted.
+        // `stickslip … | head` closes the pipe early.
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
         Err(failure) => {
             for line in failure.to_string().lines() {
-                // Nobody is left to tell if stderr is closed as well.
+                // Ignored: stderr may be closed as well.
                 let _ = writeln!(io::stderr(), "error: {line}");
             }
             ExitCode::from(failure.code())
@@ -50,12 +50,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs the command; all that it prints is out when this returns.
+/// Runs the command and flushes its output.
 fn run(cli: Cli) -> Result<(), Failure> {
     let mut out = BufWriter::new(io::stdout().lock());
     match cli.command {
         Some(command) => command.run(&mut out, progress::watch)?,
-        None => commands::start(&mut out, &progress::watch(Shown::default()))?,
+        None => commands::start(&mut out, &progress::watch(OutputOptions::default()))?,
     }
     Ok(out.flush()?)
 }

@@ -1,4 +1,4 @@
-//! Progress on stderr: a line that counts on a terminal, nothing elsewhere unless it is asked for. Ctrl-C cancels.
+//! Progress on stderr: one updated line on a terminal, otherwise nothing, or lines with `--progress`. Ctrl-C cancels.
 
 use std::io::{self, IsTerminal, Write};
 use std::process;
@@ -9,10 +9,10 @@ use std::time::Instant;
 use stickslip::Watch;
 
 use crate::failure::CANCELLED;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// The watch of a command: shows its stages on stderr and cancels at the first Ctrl-C; the second ends at once.
-pub(crate) fn watch(shown: Shown) -> Watch {
+/// The watch of a command: shows its stages on stderr. The first Ctrl-C cancels, the second ends the program at once.
+pub(crate) fn watch(options: OutputOptions) -> Watch {
     let cancelled = Arc::new(AtomicBool::new(false));
     let flag = cancelled.clone();
     let handler = ctrlc::set_handler(move || {
@@ -21,10 +21,10 @@ pub(crate) fn watch(shown: Shown) -> Watch {
         }
     });
     if let Err(error) = handler {
-        // The work is possible without it: Ctrl-C then ends at once, unfinished files are not left behind.
-        let _ = writeln!(io::stderr(), "note: Ctrl-C will not wait for a good place to stop ({error})");
+        // Not fatal: Ctrl-C then ends the program at once. Files are written atomically.
+        let _ = writeln!(io::stderr(), "Note: Ctrl-C ends the program at once, without partial results ({error}).");
     }
-    let form = match (shown.quiet, io::stderr().is_terminal(), shown.progress) {
+    let form = match (options.quiet, io::stderr().is_terminal(), options.progress) {
         (true, ..) | (false, false, false) => Form::Silent,
         (false, true, _) => Form::Terminal,
         (false, false, true) => Form::Lines,
@@ -35,30 +35,30 @@ pub(crate) fn watch(shown: Shown) -> Watch {
     })
 }
 
-/// Where progress goes.
+/// Form of the progress output.
 #[derive(Clone, Copy, PartialEq)]
 enum Form {
-    /// A terminal: a line that counts.
+    /// A terminal: one updated line.
     Terminal,
-    /// A line each tenth.
+    /// A line for each 10 %.
     Lines,
-    /// Nowhere.
+    /// No output.
     Silent,
 }
 
-/// Shows one stage after the other.
+/// Output of the progress of successive stages.
 struct Progress<W: Write> {
     sink: W,
     form: Form,
     stage: String,
     percent: u32,
-    begin: Instant,
+    start: Instant,
     width: usize,
 }
 
 impl<W: Write> Progress<W> {
     fn new(sink: W, form: Form) -> Self {
-        Progress { sink, form, stage: String::new(), percent: 0, begin: Instant::now(), width: 0 }
+        Progress { sink, form, stage: String::new(), percent: 0, start: Instant::now(), width: 0 }
     }
 
     fn report(&mut self, stage: &str, fraction: f64) {
@@ -69,14 +69,14 @@ impl<W: Write> Progress<W> {
             return;
         }
         if new {
-            self.begin = Instant::now();
+            self.start = Instant::now();
         }
-        let text = format!("{stage} {percent} %{}", left(self.begin.elapsed().as_secs_f64(), fraction));
-        // Progress is a courtesy: work goes on where nobody takes it.
+        let text = format!("{stage} {percent} %{}", time_left(self.start.elapsed().as_secs_f64(), fraction));
+        // A failed write of progress does not stop the work.
         let _ = match (self.form, new && !self.stage.is_empty()) {
             (Form::Lines, _) => writeln!(self.sink, "{stage} {percent} %"),
             (_, true) => write!(self.sink, "\n{text}"),
-            // What was longer is wiped out.
+            // Spaces overwrite the rest of a longer line.
             (_, false) => write!(self.sink, "\r{text:width$}", width = self.width),
         };
         let _ = self.sink.flush();
@@ -86,8 +86,8 @@ impl<W: Write> Progress<W> {
     }
 }
 
-/// The time that a stage still takes, at the pace so far; nothing before that means something.
-fn left(elapsed: f64, fraction: f64) -> String {
+/// Estimate of the remaining time of a stage; empty during the first second and below 2 %.
+fn time_left(elapsed: f64, fraction: f64) -> String {
     if elapsed < 1.0 || !(0.02..1.0).contains(&fraction) {
         return String::new();
     }
@@ -96,7 +96,7 @@ fn left(elapsed: f64, fraction: f64) -> String {
 }
 
 impl<W: Write> Drop for Progress<W> {
-    /// What comes next on the terminal begins a line of its own.
+    /// Ends the line on a terminal.
     fn drop(&mut self) {
         if self.form == Form::Terminal && !self.stage.is_empty() {
             let _ = writeln!(self.sink);
@@ -108,7 +108,7 @@ impl<W: Write> Drop for Progress<W> {
 mod tests {
     use super::*;
 
-    fn shown(form: Form) -> String {
+    fn output(form: Form) -> String {
         let mut out = Vec::new();
         let mut progress = Progress::new(&mut out, form);
         for (stage, fraction) in
@@ -121,20 +121,22 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_counts_on_one_line_a_stage() {
-        assert_eq!(shown(Form::Terminal), "\rmeasure 0 %\rmeasure 50 %\rmeasure 51 %\nfit 100 %\n");
+    fn a_terminal_has_one_updated_line_for_each_stage() {
+        assert_eq!(output(Form::Terminal), "\rmeasure 0 %\rmeasure 50 %\rmeasure 51 %\nfit 100 %\n");
     }
 
     #[test]
-    fn a_file_gets_a_line_each_tenth_where_that_is_asked_for() {
-        assert_eq!(shown(Form::Lines), "measure 0 %\nmeasure 50 %\nfit 100 %\n");
-        assert_eq!(shown(Form::Silent), "");
+    fn the_option_progress_prints_a_line_for_each_10_percent() {
+        assert_eq!(output(Form::Lines), "measure 0 %\nmeasure 50 %\nfit 100 %\n");
+        assert_eq!(output(Form::Silent), "");
     }
 
     #[test]
-    fn the_time_left_follows_from_the_pace() {
-        assert_eq!(left(10.0, 0.25), ", 30 s left");
-        assert_eq!(left(60.0, 0.1), ", 9 min left");
-        assert_eq!((left(0.5, 0.5), left(10.0, 0.0), left(10.0, 1.0)), (String::new(), String::new(), String::new()));
+    fn the_remaining_time_is_extrapolated_from_the_elapsed_time() {
+        assert_eq!(time_left(10.0, 0.25), ", 30 s left");
+        assert_eq!(time_left(60.0, 0.1), ", 9 min left");
+        for (elapsed, fraction) in [(0.5, 0.5), (10.0, 0.0), (10.0, 1.0)] {
+            assert_eq!(time_left(elapsed, fraction), "");
+        }
     }
 }

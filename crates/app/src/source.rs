@@ -1,4 +1,4 @@
-//! Where parameters come from: a preset or a file, with single values changed by `--set`.
+//! Source of parameters: a preset or a file, with single values changed by `--set`.
 
 use stickslip::parameters::presets::{self, Source};
 use stickslip::{Preset, parameters};
@@ -10,7 +10,7 @@ use crate::failure::Failure;
 pub(crate) struct Setting {
     /// Dotted path.
     pub(crate) path: String,
-    /// As in a file.
+    /// Value as written in a file.
     pub(crate) value: String,
 }
 
@@ -24,7 +24,7 @@ impl std::str::FromStr for Setting {
     }
 }
 
-/// The preset of a source with these values changed.
+/// The preset of a source after these changes of values.
 pub(crate) fn preset<'a>(
     source: &str,
     settings: impl IntoIterator<Item = (&'a str, &'a str)>,
@@ -32,7 +32,7 @@ pub(crate) fn preset<'a>(
     Ok(read(source, settings)?.read()?)
 }
 
-/// The file of a source with these values changed.
+/// The file of a source after these changes of values.
 pub(crate) fn read<'a>(
     source: &str,
     settings: impl IntoIterator<Item = (&'a str, &'a str)>,
@@ -47,7 +47,7 @@ pub(crate) fn read<'a>(
 /// Paths and values of a preset.
 pub(crate) type Values<'a> = Vec<(&'a str, &'a str)>;
 
-/// The settings of a preset, and those of a plan without their `plan.`.
+/// The settings of the preset, and those of the plan without the prefix `plan.`.
 pub(crate) fn split(settings: &[Setting]) -> (Values<'_>, Values<'_>) {
     let all = settings.iter().map(|setting| (setting.path.as_str(), setting.value.as_str()));
     let (plan, preset): (Values<'_>, Values<'_>) = all.partition(|(path, _)| path.starts_with(PLAN));
@@ -56,12 +56,12 @@ pub(crate) fn split(settings: &[Setting]) -> (Values<'_>, Values<'_>) {
 
 const PLAN: &str = "plan.";
 
-/// The command line, as a report keeps it: without what only says where or how to show the results.
+/// The command line for a report, without the options of the output.
 pub(crate) fn command_line() -> String {
-    said(std::env::args().skip(1))
+    without_output_options(std::env::args().skip(1))
 }
 
-fn said(arguments: impl Iterator<Item = String>) -> String {
+fn without_output_options(arguments: impl Iterator<Item = String>) -> String {
     let mut line = String::from("stickslip");
     let mut arguments = arguments.filter(|a| !["--json", "--quiet", "-q", "--progress"].contains(&a.as_str()));
     while let Some(argument) = arguments.next() {
@@ -87,9 +87,9 @@ mod tests {
     }
 
     #[test]
-    fn what_a_report_keeps_gives_the_same_results_wherever_they_go() {
-        let line = |text: &str| said(text.split(' ').map(String::from));
-        assert_eq!(line("fit curve.csv --out there --side each --json"), "stickslip fit curve.csv --side each");
-        assert_eq!(line("fit my*.csv --out=there -q"), "stickslip fit 'my*.csv'");
+    fn the_command_line_of_a_report_has_no_output_options() {
+        let line = |text: &str| without_output_options(text.split(' ').map(String::from));
+        assert_eq!(line("fit curve.csv --out results --side each --json"), "stickslip fit curve.csv --side each");
+        assert_eq!(line("fit my*.csv --out=results -q"), "stickslip fit 'my*.csv'");
     }
 }

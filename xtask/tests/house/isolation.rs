@@ -1,4 +1,4 @@
-//! What code must not reach: `std` in the core, the virtual machine where something is measured, locks within the
+//! Forbidden uses: `std` in the core, the virtual machine where something is measured, locks within the
 //! deadline.
 
 use std::collections::BTreeSet;
@@ -62,8 +62,8 @@ fn controllers_laws_and_experiments_do_not_use_the_virtual_machine() {
 
 #[test]
 fn a_use_of_the_virtual_machine_is_found() {
-    let cheat = "use stickslip_core::plant::Plant;\nlet x = 1;\n#[cfg(test)]\nuse crate::true_friction::own_curve;\n";
-    assert_eq!(uses_of_the_truth(cheat), ["use stickslip_core::plant::Plant;"]);
+    let source = "use stickslip_core::plant::Plant;\nlet x = 1;\n#[cfg(test)]\nuse crate::true_friction::own_curve;\n";
+    assert_eq!(uses_of_the_truth(source), ["use stickslip_core::plant::Plant;"]);
 }
 
 /// Words of types and functions that wait for another thread.

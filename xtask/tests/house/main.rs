@@ -39,7 +39,7 @@ fn sample(packages: &[(&str, &[&str], serde_json::Value)]) -> Workspace {
 
 /// The Rust files in a folder, without files and folders of tests.
 fn sources(folder: &Path) -> Vec<PathBuf> {
-    let (mut found, mut left) = (Vec::new(), vec![folder.to_path_buf()]);
+    let (mut files, mut left) = (Vec::new(), vec![folder.to_path_buf()]);
     while let Some(next) = left.pop() {
         let list = std::fs::read_dir(&next).unwrap_or_else(|error| panic!("{}: {error}", next.display()));
         for path in list.map(|entry| entry.expect("an entry can be read").path()) {
@@ -49,11 +49,11 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
             if path.is_dir() {
                 left.push(path);
             } else if path.extension().is_some_and(|ending| ending == "rs") {
-                found.push(path);
+                files.push(path);
             }
         }
     }
-    found
+    files
 }
 
 /// The text of a Rust file without the tests at its end.

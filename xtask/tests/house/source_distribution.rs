@@ -18,13 +18,13 @@ fn packed() -> Vec<PathBuf> {
 
 /// A path without `..`.
 fn plain(path: &Path) -> PathBuf {
-    path.components().fold(PathBuf::new(), |mut found, part| {
+    path.components().fold(PathBuf::new(), |mut path, part| {
         if part == Component::ParentDir {
-            found.pop();
+            path.pop();
         } else {
-            found.push(part);
+            path.push(part);
         }
-        found
+        path
     })
 }
 
@@ -42,16 +42,16 @@ fn included(file: &Path, text: &str) -> Vec<PathBuf> {
 /// The files outside of their crate that the crates include, relative to the root of the repository.
 fn from_elsewhere() -> BTreeSet<String> {
     let root = root();
-    let mut found = BTreeSet::new();
+    let mut paths = BTreeSet::new();
     for folder in packed() {
         let build = Some(folder.join("build.rs")).filter(|file| file.exists());
         for file in sources(&folder.join("src")).into_iter().chain(build) {
             let text = std::fs::read_to_string(&file).expect("a source is text");
             let outside = included(&file, &text).into_iter().filter(|path| !path.starts_with(&folder));
-            found.extend(outside.map(|path| path.strip_prefix(&root).unwrap_or(&path).display().to_string()));
+            paths.extend(outside.map(|path| path.strip_prefix(&root).unwrap_or(&path).display().to_string()));
         }
     }
-    found
+    paths
 }
 
 /// The patterns of files in the source distribution besides the crates.
@@ -99,8 +99,8 @@ fn missing_files_and_unused_patterns_are_found() {
 fn an_included_file_is_found_and_one_in_tests_is_not() {
     let text = "const A: &str = include_str!(\n    \"../../../data/a.toml\"\n);\nconst B: &[u8] = include_bytes!(\"b\");\n\
                 #[cfg(test)]\nmod tests {\n    const C: &str = include_str!(\"c\");\n}\n";
-    let found = included(Path::new("/w/crates/base/src/one.rs"), text);
-    assert_eq!(found, [Path::new("/w/data/a.toml"), Path::new("/w/crates/base/src/b")]);
+    let paths = included(Path::new("/w/crates/base/src/one.rs"), text);
+    assert_eq!(paths, [Path::new("/w/data/a.toml"), Path::new("/w/crates/base/src/b")]);
 }
 
 #[test]

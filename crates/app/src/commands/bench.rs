@@ -1,4 +1,4 @@
-//! `stickslip bench`: orders to the bench that is served.
+//! `stickslip bench`: control of the running bench.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -14,84 +14,84 @@ use crate::failure::Failure;
 use crate::serve::{Client, unexpected};
 use crate::source::Setting;
 
-/// What the bench shall do.
+/// Action of the running bench.
 #[derive(Args)]
 pub(crate) struct BenchCommand {
-    /// Folder of the served bench's project.
+    /// Project folder of the running bench.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT, global = true)]
     project: PathBuf,
     #[command(subcommand)]
-    order: Order,
+    action: Action,
 }
 
 #[derive(Subcommand)]
-enum Order {
-    /// Switch on and search the index; ends when the axis is homed.
+enum Action {
+    /// Switch on and search the index; returns when the axis is homed.
     #[command(after_help = "Example: stickslip bench home")]
     Home,
-    /// Torque, under control, where the zero is known.
+    /// Enable torque under control; the zero must be known.
     #[command(after_help = "Example: stickslip bench start")]
     Start,
-    /// Be ready again without homing, where the zero is still known.
+    /// Become ready again without homing; the zero must still be known.
     #[command(after_help = "Example: stickslip bench arm")]
     Arm,
-    /// To rest by the brake of supervision, then no more torque.
+    /// Brake to rest by the safety supervision, then disable torque.
     #[command(after_help = "Example: stickslip bench stop")]
     Stop,
-    /// Switch off: no torque at once.
+    /// Switch off: disable torque at once.
     #[command(after_help = "Example: stickslip bench off")]
     Off,
-    /// The fault is seen.
+    /// Acknowledge the fault.
     #[command(after_help = "Example: stickslip bench acknowledge")]
     Acknowledge,
-    /// End the motion or measurement that runs: the set-point comes to rest under control.
+    /// End the running motion or measurement: the set-point comes to rest under control.
     #[command(after_help = "Example: stickslip bench halt")]
     Halt,
-    /// Follow a reference from where the axis is, until it ends or `halt`.
+    /// Follow a reference from the present position, until its end or `halt`.
     #[command(after_help = "Example: stickslip bench move sine --set amplitude=0.5 --set frequency=1 --render")]
     Move {
-        /// sine, steps, ramp, chirp, multisine, point-to-point, …
+        /// Reference: sine, steps, ramp, chirp, multisine, point-to-point, …
         reference: String,
         /// A value of the reference; may be given several times.
         #[arg(long, value_name = "NAME=VALUE")]
         set: Vec<Setting>,
-        /// Let the load motor render the desired friction.
+        /// Render the desired friction with the load motor.
         #[arg(long)]
         render: bool,
     },
-    /// Press the linings of the friction wheel on, 0 … 1.
+    /// Set the preload of the friction wheel's linings, 0 … 1.
     #[command(after_help = "Example: stickslip bench preload 0.3")]
     Preload {
-        /// How far.
+        /// Preload: 0 released, 1 fully pressed.
         preload: f64,
     },
-    /// Break something of the virtual machine on purpose, until the bench is started anew.
+    /// Inject a fault into the virtual machine, until restart.
     #[command(after_help = "Example: stickslip bench inject accelerometer-jump=0.01")]
     Inject {
-        /// What, and how much: encoder-stuck, counts-lost=0.02, power-loss, … as the guide's page on safety lists them.
+        /// Fault and its size: encoder-stuck, counts-lost=0.02, power-loss, …; the guide lists them under safety.
         fault: String,
     },
-    /// Measure; ends when the results are there.
+    /// Measure; returns when the results are available.
     #[command(after_help = "Example: stickslip bench measure friction --set speeds=4 --set slowest=5\n\
                             Example: stickslip bench measure friction --render --set speeds=4 --set slowest=5")]
     Measure {
-        /// What.
-        what: What,
+        /// Quantity to measure.
+        quantity: MeasuredQuantity,
         /// A value of the plan; may be given several times.
         #[arg(long, value_name = "NAME=VALUE")]
         set: Vec<Setting>,
-        /// While the load motor renders the desired friction.
+        /// Measure while the load motor renders the desired friction.
         #[arg(long)]
         render: bool,
     },
-    /// Write the report of what was measured last: own, desired and rendered friction.
+    /// Write the report of the last measurement: own, desired and rendered friction.
     #[command(after_help = "Example: stickslip bench report")]
     Report,
-    /// Record every cycle from now on, into a run of its own, whatever the bench does; replayable from there.
+    /// Record every cycle from now on into a new run, which can be replayed.
     #[command(after_help = "Example: stickslip bench record grease\n\
                             Example: stickslip bench record --stop")]
     Record {
-        /// What to call it: letters, digits, - and _.
+        /// Name of the run: letters, digits, - and _.
         #[arg(default_value = "recording", conflicts_with = "stop")]
         name: String,
         /// End the recording.
@@ -101,48 +101,48 @@ enum Order {
     /// List the signals that can be captured.
     #[command(after_help = "Example: stickslip bench signals")]
     Signals,
-    /// Open the file of `serve --controller`, `--friction` or `--law` again, as it is now: it begins at rest, with the values
-    /// of before.
+    /// Reopen the file of `serve --controller`, `--friction` or `--law`, with its present content: its state is reset, its
+    /// parameters keep their values.
     #[command(after_help = "Example: stickslip bench open-again")]
     OpenAgain,
-    /// Be the operator, whoever is now.
+    /// Become the operator, in place of the present one.
     #[command(after_help = "Example: stickslip bench operate")]
     Operate,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum What {
+enum MeasuredQuantity {
     /// The friction curve.
     Friction,
     /// The breakaway torque.
     Breakaway,
-    /// The bristles.
+    /// Stiffness and damping of the bristles.
     Presliding,
 }
 
 impl BenchCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
         let client = Client::of(&self.project)?;
-        match self.order {
-            Order::Home => follow(&client, &Call::Home {}, out, &watch()),
-            Order::Measure { what, set, render } => {
-                let what = match what {
-                    What::Friction => Quantity::Friction,
-                    What::Breakaway => Quantity::Breakaway,
-                    What::Presliding => Quantity::Presliding,
+        match self.action {
+            Action::Home => make_and_wait(&client, &Call::Home {}, out, &watch()),
+            Action::Measure { quantity, set, render } => {
+                let what = match quantity {
+                    MeasuredQuantity::Friction => Quantity::Friction,
+                    MeasuredQuantity::Breakaway => Quantity::Breakaway,
+                    MeasuredQuantity::Presliding => Quantity::Presliding,
                 };
                 let plan = set.into_iter().map(|setting| (setting.path, setting.value)).collect();
-                follow(&client, &Call::Measure { what, plan, render }, out, &watch())
+                make_and_wait(&client, &Call::Measure { what, plan, render }, out, &watch())
             }
-            Order::Move { reference, set, render } => {
+            Action::Move { reference, set, render } => {
                 let number = |setting: Setting| match setting.value.parse() {
                     Ok(number) => Ok((setting.path, number)),
-                    Err(_) => Err(Failure::Served(format!("{}={} is no number.", setting.path, setting.value))),
+                    Err(_) => Err(Failure::Served(format!("{} = {} is not a number.", setting.path, setting.value))),
                 };
                 let values = set.into_iter().map(number).collect::<Result<_, _>>()?;
-                tell(&client, &Call::Move { reference, values, render }, out)
+                make_and_print_status(&client, &Call::Move { reference, values, render }, out)
             }
-            Order::Signals => match client.call(&Call::Signals {})? {
+            Action::Signals => match client.call(&Call::Signals {})? {
                 Answer::Signals { signals, .. } => {
                     for signal in signals {
                         let head = format!("{} [{}]", signal.name, signal.unit);
@@ -152,64 +152,65 @@ impl BenchCommand {
                 }
                 other => Err(unexpected(&other)),
             },
-            Order::Report => match client.call(&Call::SaveReport {})? {
+            Action::Report => match client.call(&Call::SaveReport {})? {
                 Answer::Report { folder, .. } => Ok(writeln!(out, "Report with figures: {folder}/report.html")?),
                 other => Err(unexpected(&other)),
             },
-            Order::Record { stop: true, .. } => {
+            Action::Record { stop: true, .. } => {
                 let before = client.status()?;
-                done(&client, &Call::EndRecord {})?;
+                make(&client, &Call::EndRecord {})?;
                 let file = before.recording.unwrap_or_default();
-                let much = before.recorded.map_or(String::new(), |recorded| format!(": {}", amount(&recorded)));
-                Ok(writeln!(out, "Recorded into {file}{much}")?)
+                let length = before.recorded.map_or(String::new(), |recorded| format!(": {}", amount(&recorded)));
+                Ok(writeln!(out, "Recorded into {file}{length}")?)
             }
-            Order::Record { name, .. } => {
-                done(&client, &Call::Record { name })?;
+            Action::Record { name, .. } => {
+                make(&client, &Call::Record { name })?;
                 let file = client.status()?.recording.unwrap_or_default();
                 Ok(writeln!(out, "Recording into {file}; `stickslip bench record --stop` ends it.")?)
             }
-            Order::Preload { preload } => follow(&client, &Call::Preload { preload }, out, &watch()),
-            Order::Inject { fault } => tell(&client, &Call::Inject { fault }, out),
-            Order::Start => tell(&client, &Call::Start {}, out),
-            Order::Arm => tell(&client, &Call::Arm {}, out),
-            Order::Stop => tell(&client, &Call::Stop {}, out),
-            Order::Off => tell(&client, &Call::Off {}, out),
-            Order::Acknowledge => tell(&client, &Call::Acknowledge {}, out),
-            Order::Halt => {
-                done(&client, &Call::Halt {})?;
-                // It comes to rest first.
+            Action::Preload { preload } => make_and_wait(&client, &Call::Preload { preload }, out, &watch()),
+            Action::Inject { fault } => make_and_print_status(&client, &Call::Inject { fault }, out),
+            Action::Start => make_and_print_status(&client, &Call::Start {}, out),
+            Action::Arm => make_and_print_status(&client, &Call::Arm {}, out),
+            Action::Stop => make_and_print_status(&client, &Call::Stop {}, out),
+            Action::Off => make_and_print_status(&client, &Call::Off {}, out),
+            Action::Acknowledge => make_and_print_status(&client, &Call::Acknowledge {}, out),
+            Action::Halt => {
+                make(&client, &Call::Halt {})?;
+                // The axis comes to rest first.
                 while client.status()?.doing.is_some() {
-                    thread::sleep(LOOK);
+                    thread::sleep(POLL_INTERVAL);
                 }
                 Ok(writeln!(out, "{}", line(&client.status()?))?)
             }
-            Order::OpenAgain => tell(&client, &Call::OpenAgain {}, out),
-            Order::Operate => tell(&client, &Call::Operate {}, out),
+            Action::OpenAgain => make_and_print_status(&client, &Call::OpenAgain {}, out),
+            Action::Operate => make_and_print_status(&client, &Call::Operate {}, out),
         }
     }
 }
 
-fn done(client: &Client, call: &Call) -> Result<(), Failure> {
+/// Makes a call without results.
+fn make(client: &Client, call: &Call) -> Result<(), Failure> {
     match client.call(call)? {
         Answer::Done {} => Ok(()),
         other => Err(unexpected(&other)),
     }
 }
 
-/// Orders something, and says how the bench is then.
-fn tell(client: &Client, call: &Call, out: &mut dyn Write) -> Result<(), Failure> {
-    done(client, call)?;
-    // What is told is a look behind what is.
-    thread::sleep(LOOK);
+/// Makes a call and prints the status afterwards.
+fn make_and_print_status(client: &Client, call: &Call, out: &mut dyn Write) -> Result<(), Failure> {
+    make(client, call)?;
+    // The published status follows the bench with a delay.
+    thread::sleep(POLL_INTERVAL);
     Ok(writeln!(out, "{}", line(&client.status()?))?)
 }
 
-/// From look to look.
-const LOOK: Duration = Duration::from_millis(50);
+/// Interval between two requests of the status.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Orders something and waits for its end; Ctrl-C ends it.
-fn follow(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-    done(client, call)?;
+/// Makes a call and waits for its end; Ctrl-C halts it.
+fn make_and_wait(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
+    make(client, call)?;
     let mut halted = false;
     loop {
         let status = client.status()?;
@@ -217,7 +218,7 @@ fn follow(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> R
             Some(doing) if !halted => {
                 let name = format!("{}: {}", doing.what, doing.stage);
                 if watch.stage(&name, doing.fraction).is_err() {
-                    done(client, &Call::Halt {})?;
+                    make(client, &Call::Halt {})?;
                     halted = true;
                 }
             }
@@ -232,6 +233,6 @@ fn follow(client: &Client, call: &Call, out: &mut dyn Write, watch: &Watch) -> R
                 };
             }
         }
-        thread::sleep(LOOK);
+        thread::sleep(POLL_INTERVAL);
     }
 }

@@ -1,4 +1,4 @@
-//! `stickslip benchmark`: which controller is the best for which friction.
+//! `stickslip benchmark`: controllers ranked for each friction.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,52 +9,52 @@ use stickslip::benchmark::{Entrant, FRICTIONS, HOUSE, MANOEUVRES, Plan, entrants
 use stickslip::fidelity::known;
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// What to compare. Without any of the selections all that the benchmark has; each may be given several times.
+/// Cases of the benchmark. Default: all. Each selection may be given several times.
 #[derive(Args)]
 pub(crate) struct Benchmark {
-    /// The short benchmark: two frictions, two seeds, four set-points to rest at, a belief that is 30 % off.
+    /// Run the short benchmark: two frictions, two seeds, four set-points to hold, friction modelled 30 % too low or high.
     #[arg(long)]
     quick: bool,
-    /// Name of a preset, or a parameter file: the machine. Its friction is replaced by those that are compared.
+    /// Name of a preset, or a parameter file: the machine. The compared frictions replace its friction.
     #[arg(long, value_name = "NAME|FILE", default_value = "prototype")]
     pub(super) preset: String,
     /// Change a value of the preset (bench.tick_rate=1000); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    // Help from what there is.
+    // The help lists the built-in controllers.
     #[arg(long, value_name = "NAME|FILE", help = controller_help())]
     controller: Vec<String>,
     /// Name of a friction: mild, nominal, vicious.
     #[arg(long, value_name = "NAME")]
     friction: Vec<String>,
-    /// Name of a manoeuvre: reversal, sine_0.5hz, sine_2hz, step_10um, creep, point_to_point, hold; strokes, which is run
-    /// where it is named.
+    /// Name of a manoeuvre: reversal, sine_0.5hz, sine_2hz, step_10um, creep, point_to_point, hold; strokes runs only if
+    /// it is named.
     #[arg(long, value_name = "NAME")]
     manoeuvre: Vec<String>,
-    /// How many noise seeds a number has; 6, or 2 with --quick.
+    /// Number of noise seeds for each result [default: 6, or 2 with --quick].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
-    /// How many set-points are held; 12, or 4 with --quick.
+    /// Number of set-points to hold [default: 12, or 4 with --quick].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     places: Option<u64>,
-    /// Threads that share the work; as many as there are processors. The numbers do not depend on it.
+    /// Number of threads [default: all processors]. Results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Folder for figures, report and summary.json. What is finished lies in cells; the same command goes on from there.
+    /// Folder for figures, report and summary.json. Finished cases are in its folder cells; the same command resumes.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/benchmark")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 fn controller_help() -> String {
     format!(
-        "A controller: {}; a parameter file (*.toml), whose controller, filter, compensation and hold run as they are \
-         stated; or one of your own, as `stickslip load` takes one: a shared library, an FMU or a function in Python, \
-         with values of its parameters where some are set (servo.so,gain=6). The first is the reference of the others",
+        "A controller: {}; a parameter file (*.toml) with controller, filter, compensation and hold; or an external \
+         controller as for `stickslip load`: a shared library, an FMU or a function in Python, optionally with values of \
+         its parameters (servo.so,gain=6). The first is the reference for the others",
         entrants()
     )
 }

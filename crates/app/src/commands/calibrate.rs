@@ -1,4 +1,4 @@
-//! `stickslip calibrate`: the bench identifies itself.
+//! `stickslip calibrate`: automatic identification of the bench.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,20 +11,20 @@ use stickslip::workflow::calibrate::{CALIBRATED, calibrate_remote, calibrate_run
 use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Which bench to calibrate.
+/// Bench and plan of the calibration.
 #[derive(Args)]
 pub(crate) struct CalibrateCommand {
-    /// Name of a preset, or a parameter file: what the bench believes before.
+    /// Name of a preset, or a parameter file: the model before the calibration.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     pub(super) preset: String,
     /// Change a value of the bench (plant.servo.torque_per_volt=0.145), or of the plan (plan.duration=2); may be given
     /// several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Where the machine is served (`stickslip plant`); without, it is the virtual one of the preset.
+    /// Address of a machine in another process (see `stickslip plant`) [default: the virtual machine of the preset].
     #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
     io: Option<Address>,
     /// Seed of the noise: the same seed gives the same numbers.
@@ -34,7 +34,7 @@ pub(crate) struct CalibrateCommand {
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/calibrate")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl CalibrateCommand {
@@ -43,7 +43,8 @@ impl CalibrateCommand {
         let plan = parameters::changed(&CalibrationPlan::default(), "--set plan", &of_plan)?;
         let preset = source::preset(&self.preset, of_preset)?;
         let duration = number(plan.bench_time(&preset.model, &preset.bench), 0);
-        self.shown.say(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
+        self.shown
+            .print_line(out, &format!("Both motors, friction and bristles: {duration} s on the bench after homing."))?;
         let run = match self.io {
             Some(address) => calibrate_remote(&plan, &preset, address, watch)?,
             None => calibrate_run(&plan, &preset, self.seed, watch)?,
@@ -56,7 +57,7 @@ impl CalibrateCommand {
             for warning in &run.calibration.warnings {
                 writeln!(out, "Note: {warning}")?;
             }
-            writeln!(out, "What to believe from now on: --preset {}", self.out.join(CALIBRATED).display())?;
+            writeln!(out, "Calibrated preset: --preset {}", self.out.join(CALIBRATED).display())?;
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })
     }

@@ -1,4 +1,4 @@
-//! `stickslip capture`: what happens around a trigger on the bench that is served.
+//! `stickslip capture`: signals of the running bench around a trigger.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,43 +11,43 @@ use stickslip::live::capture_report::Capture;
 use stickslip::live::protocol::{Answer, Call};
 
 use crate::failure::Failure;
+use crate::output_options::OutputOptions;
 use crate::serve::{Client, unexpected};
-use crate::shown::Shown;
 use crate::source;
 
-/// What to capture, and when.
+/// Signals and trigger of the capture.
 #[derive(Args)]
 pub(crate) struct CaptureCommand {
-    /// Folder of the served bench's project.
+    /// Project folder of the running bench.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
     project: PathBuf,
-    /// A signal; may be given several times, or several with commas. `stickslip bench signals` lists them.
+    /// Name of a signal; may be given several times, or several names with commas. `stickslip bench signals` lists them.
     #[arg(long = "signal", short, value_name = "NAME", value_delimiter = ',', required = true)]
     signals: Vec<String>,
-    /// When: "S rises through X", "S leaves A..B", "S becomes N" and so on.
+    /// Condition of the trigger: "S rises through X", "S leaves A..B", "S becomes N" and so on.
     #[arg(long, short, value_name = "SENTENCE", default_value = "immediate")]
     trigger: String,
     /// Time before the trigger [s].
     #[arg(long, value_name = "S", default_value_t = 0.1)]
     before: f64,
-    /// Time after it [s].
+    /// Time after the trigger [s].
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     after: f64,
-    /// Of so many ticks one is kept.
+    /// Decimation: one of N ticks is captured.
     #[arg(long, value_name = "N", default_value_t = 1)]
     decimation: u64,
     /// Folder for data, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/capture")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl CaptureCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let client = Client::of(&self.project)?;
-        let Answer::Signals { signals: known, .. } = client.call(&Call::Signals {})? else {
-            return Err(Failure::Served("the bench does not tell its signals".into()));
+        let Answer::Signals { signals: descriptions, .. } = client.call(&Call::Signals {})? else {
+            return Err(Failure::Served("the bench returns no list of signals".into()));
         };
         let call = Call::Capture {
             signals: self.signals,
@@ -77,7 +77,7 @@ impl CaptureCommand {
             Answer::Text { text } => text,
             other => return Err(unexpected(&other)),
         };
-        let capture = Capture { captured, signals: known, trigger: self.trigger, parameters };
+        let capture = Capture { captured, signals: descriptions, trigger: self.trigger, parameters };
         let summary = capture.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for line in capture.table().lines() {

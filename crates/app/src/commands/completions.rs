@@ -1,4 +1,4 @@
-//! `stickslip completions`: what a shell needs to complete the command line.
+//! `stickslip completions`: scripts that complete the command line in a shell.
 
 use std::io::Write;
 
@@ -8,10 +8,10 @@ use clap_complete::Shell;
 use crate::Cli;
 use crate::failure::Failure;
 
-/// For which shell.
+/// The shell for the completions.
 #[derive(Args)]
 pub(crate) struct Completions {
-    /// The shell; put what is printed where it looks for completions.
+    /// Shell; write the output to a file where the shell looks for completions.
     shell: Shell,
 }
 

@@ -10,9 +10,9 @@ use stickslip::run::{About, Recorder};
 use stickslip::{Preset, Watch, parameters};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// What `demo` can be told.
+/// Options of the demo.
 #[derive(Args)]
 pub(crate) struct DemoCommand {
     /// Folder for figures, tables, report and summary.json.
@@ -24,25 +24,25 @@ pub(crate) struct DemoCommand {
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     pub(super) preset: String,
-    /// For scripts: end when the results are written, as it does.
+    /// Without effect; accepted for older scripts.
     #[arg(long, hide = true)]
     no_serve: bool,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl DemoCommand {
-    /// Runs it, writes the files, prints the main numbers.
+    /// Runs the demo, writes the files and prints the main results.
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         let preset: Preset<f64> = parameters::presets::find(&self.preset)?.read()?;
         let command = format!("stickslip demo --preset {} --seed {}", self.preset, self.seed);
         stickslip::output::create_folder(&self.out)?;
         let about = About { command: command.clone(), preset, seed: Some(self.seed) };
         let (recorder, tap) = Recorder::start(&self.out.join("run.mf4"), &about)?;
-        let ran = Demo::run(&preset, self.seed, Some(tap), watch);
-        // What was recorded until a failure is kept, too.
+        let result = Demo::run(&preset, self.seed, Some(tap), watch);
+        // The recording is complete up to a failure.
         let recorded = recorder.finish();
-        let demo = ran?;
+        let demo = result?;
         let mut summary = demo.write(&self.out, &command)?;
         recorded?;
         summary.file("run.mf4").write(&self.out)?;

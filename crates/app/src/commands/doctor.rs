@@ -1,4 +1,4 @@
-//! `stickslip doctor`: what this machine does with a deadline.
+//! `stickslip doctor`: the real-time settings of this computer, and how late cycles start on it.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -9,23 +9,23 @@ use stickslip::Watch;
 use stickslip::realtime::{Checkup, Examination, Finding, Outcome, Verdict};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source;
 
-/// How to look at the machine.
+/// Duration, rate and output of the check.
 #[derive(Args)]
 pub(crate) struct DoctorCommand {
-    /// How long to measure, all together [s]. Rare holes take their time to show: a night tells more.
+    /// Total time of the measurement [s]. Rare delays show in long measurements only, for example over a night.
     #[arg(long, value_name = "S", default_value_t = Checkup::default().seconds)]
     seconds: f64,
-    /// Cycles a second [Hz].
+    /// Rate of the cycles [Hz].
     #[arg(long, value_name = "HZ", default_value_t = Checkup::default().rate)]
     rate: f64,
-    /// Folder for figure, report and summary.json; without, nothing is written.
+    /// Folder for figure, report and summary.json [default: no files].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl DoctorCommand {
@@ -46,13 +46,13 @@ impl DoctorCommand {
     }
 }
 
-/// What costs, with its remedy; then what is good and what is not known, in a line each; then the measurement.
+/// Prints the findings that cost determinism, with remedies; the good and the unknown ones, a line each; the measurement.
 fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let of = |verdict: Verdict| examination.findings.iter().filter(move |finding| finding.verdict == verdict);
-    let mut said = BTreeSet::new();
-    let mut remedy = |out: &mut dyn Write, mend: Option<String>| match mend {
-        // What mends two things is said once.
-        Some(mend) if said.insert(mend.clone()) => writeln!(out, "    {mend}"),
+    let mut printed = BTreeSet::new();
+    let mut remedy = |out: &mut dyn Write, text: Option<String>| match text {
+        // A remedy for two findings is printed once.
+        Some(text) if printed.insert(text.clone()) => writeln!(out, "    {text}"),
         _ => Ok(()),
     };
     for Finding { what, found, costs, mend, .. } in of(Verdict::Costs) {
@@ -62,7 +62,7 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let list = |findings: Vec<String>| findings.join(", ");
     let good = list(of(Verdict::Good).map(|finding| format!("{} ({})", finding.what, finding.found)).collect());
     let unknown = list(of(Verdict::Unknown).map(|finding| finding.what.to_string()).collect());
-    for (name, text) in [("Good", good), ("Not told by the system", unknown)] {
+    for (name, text) in [("Good", good), ("Unknown", unknown)] {
         if !text.is_empty() {
             writeln!(out, "{name}: {text}.")?;
         }
@@ -73,7 +73,7 @@ fn show(examination: &Examination, out: &mut dyn Write) -> Result<(), Failure> {
     let names = granted.granted().map(|outcome| outcome.wish.to_string()).collect();
     writeln!(out, "Measured at {rate} Hz on a thread with: {}.", list(names))?;
     for Outcome { wish, refused } in granted.refused() {
-        writeln!(out, "Refused: {wish} ({}). {}", refused.as_deref().unwrap_or_default(), wish.costs())?;
+        writeln!(out, "Refused by the system: {wish} ({}). {}", refused.as_deref().unwrap_or_default(), wish.costs())?;
         remedy(out, wish.mend())?;
     }
     writeln!(out)?;

@@ -9,30 +9,31 @@ use stickslip::recording::mdf;
 use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// What to export, and into what.
+/// Run, signals and file of an export.
 #[derive(Args)]
 pub(crate) struct ExportCommand {
     /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
-    /// The file to write; its name ends with .csv, .parquet, .mat or .mcap.
+    /// File to write; the ending .csv, .parquet, .mat or .mcap selects the format.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// A signal; may be given several times, or several with commas. Without, all; `time` is always there.
+    /// Name of a signal; may be given several times, or several names with commas [default: all]. `time` is always
+    /// included.
     #[arg(long = "signal", short, value_name = "NAME", value_delimiter = ',')]
     signals: Vec<String>,
-    /// From this time of the run on [s].
+    /// Start time within the run [s].
     #[arg(long, value_name = "S")]
     from: Option<f64>,
-    /// Until before this time [s].
+    /// End time within the run, excluded [s].
     #[arg(long, value_name = "S")]
     until: Option<f64>,
-    /// Of so many cycles one is kept.
+    /// Decimation: one of N cycles is exported.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl ExportCommand {
@@ -57,13 +58,13 @@ impl ExportCommand {
     }
 }
 
-/// Which file.
+/// Run to recover.
 #[derive(Args)]
 pub(crate) struct RecoverCommand {
     /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl RecoverCommand {
@@ -75,13 +76,13 @@ impl RecoverCommand {
             .result("recover.bytes", recovered.bytes as f64, "bytes")
             .result("recover.discarded", recovered.discarded as f64, "bytes");
         self.shown.show(out, &summary, |out| {
-            Ok(writeln!(out, "{} rows are whole; {} bytes were left aside.", recovered.rows, recovered.discarded)?)
+            Ok(writeln!(out, "{} complete rows; {} bytes discarded.", recovered.rows, recovered.discarded)?)
         })
     }
 }
 
-/// A run's file, or the one in its folder; by its number in the catalogue, too.
+/// The file of a run, from a file, a folder, or a number in the catalogue.
 pub(super) fn file(run: &Path) -> Result<PathBuf, Failure> {
-    let run = super::runs::named(run)?;
+    let run = super::runs::run_path(run)?;
     Ok(if run.is_dir() { run.join("run.mf4") } else { run })
 }

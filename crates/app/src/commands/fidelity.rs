@@ -1,4 +1,4 @@
-//! `stickslip fidelity`: whether a controller notices that its friction is rendered.
+//! `stickslip fidelity`: a controller with rendered friction compared to the same friction in the machine.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,51 +8,51 @@ use stickslip::Watch;
 use stickslip::fidelity::{Selection, run_plan};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source;
 
-/// What to compare. Without any of the selections all that the benchmark has; each may be given several times.
+/// Cases of the comparison. Default: all. Each selection may be given several times.
 #[derive(Args)]
 pub(crate) struct Fidelity {
-    /// The short benchmark: the paper's law and the picked one, in closed loop, 3 seeds.
+    /// Run the short comparison: the paper's law and the automatic one, in closed loop, 3 seeds.
     #[arg(long)]
     quick: bool,
-    /// How many noise seeds a cell has; 10, or 3 with --quick.
+    /// Number of noise seeds for each case [default: 10, or 3 with --quick].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
     seeds: Option<u64>,
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE")]
     preset: Vec<String>,
-    /// Name of a law: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow; auto is the one that the bench picks.
+    /// Name of a law: paper, smooth, karnopp, bristle, residual, residual_slow, admittance, admittance_slow; auto is the automatic choice of the bench.
     #[arg(long, value_name = "NAME")]
     law: Vec<String>,
-    /// Rate of sensors, observer, law and current control.
+    /// Rate of sensors, observer, law and current control [Hz].
     #[arg(long, value_name = "HZ")]
     rate: Vec<f64>,
-    /// Only with the friction wheel pressed on, or only with it released.
+    /// State of the friction wheel [default: both].
     #[arg(long, value_name = "STATE")]
     wheel: Option<Linings>,
-    /// How the machine differs from the model: perfect, real, own+10%, gaussian, kt-2%, …
+    /// Difference between machine and model: perfect, real, own+10%, gaussian, kt-2%, …
     #[arg(long, value_name = "NAME")]
     mismatch: Vec<String>,
     /// Name of a scenario: sine_0.5hz, sine_2hz, point_to_point, hunting, stick_slip, breakaway, presliding, curve.
     #[arg(long, value_name = "NAME")]
     scenario: Vec<String>,
-    /// Threads that share the work; as many as there are processors. The numbers do not depend on it.
+    /// Number of threads [default: all processors]. Results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
     /// Folder for figures, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/fidelity")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
 enum Linings {
-    /// On the disc.
+    /// Linings on the disc.
     Pressed,
-    /// Off it.
+    /// Linings off the disc.
     Released,
 }
 

@@ -8,19 +8,19 @@ use stickslip::curve_file::CurveColumns;
 use stickslip::workflow::fit::fit_file;
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source;
 
-/// What to fit.
+/// Friction curve to fit.
 #[derive(Args)]
 pub(crate) struct Fit {
-    /// Friction curve (CSV, MAT, Parquet or MDF 4: a row a speed, with velocity and torque), or the folder of a measurement
-    /// or its number in the catalogue.
+    /// Friction curve (CSV, MAT, Parquet or MDF 4: a row for each speed, with velocity and torque), the folder of a
+    /// measurement, or its number in the catalogue.
     curve: PathBuf,
-    /// Both directions as one curve, or each as one of its own.
+    /// One curve for both directions, or one for each direction.
     #[arg(long, value_enum, default_value_t = Directions::Both)]
     side: Directions,
-    /// Column of the velocity, where its name does not say so.
+    /// Column of the velocity, if its name does not identify it.
     #[arg(long, value_name = "NAME")]
     velocity: Option<String>,
     /// Column of the friction torque or force.
@@ -29,14 +29,14 @@ pub(crate) struct Fit {
     /// Column of the torque's standard error.
     #[arg(long, value_name = "NAME")]
     standard_error: Option<String>,
-    /// Column of a number that tells several curves in one file apart.
+    /// Column of the number that separates several curves in one file.
     #[arg(long, value_name = "NAME")]
     group: Option<String>,
     /// Folder for fit.toml, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/fit")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 #[derive(Clone, Copy, PartialEq, ValueEnum)]
@@ -49,7 +49,7 @@ impl Fit {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let Fit { velocity, torque, standard_error, group, .. } = self;
         let columns = CurveColumns { velocity, torque, standard_error, group };
-        let fits = fit_file(&super::runs::named(&self.curve)?, &columns, self.side == Directions::Each)?;
+        let fits = fit_file(&super::runs::run_path(&self.curve)?, &columns, self.side == Directions::Each)?;
         let (summary, missing) = fits.write(&self.out, &source::command_line())?;
         self.shown.show(out, &summary, |out| {
             for fitted in &fits.fits {

@@ -1,4 +1,4 @@
-//! `stickslip friction`: friction that was identified on real machines.
+//! `stickslip friction`: friction identified on physical machines.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,47 +9,47 @@ use stickslip::report::{Cell, Table};
 use stickslip::{output, parameters};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source;
 
-/// Which friction to look at, and on what machine.
+/// Friction to show, and the machine for it.
 #[derive(Args)]
 pub(crate) struct FrictionCommand {
-    /// Name of a friction of the library, or a file like those of data/friction; without it all are listed.
+    /// Name of a friction of the library, or a file like those of data/friction [default: list all].
     name: Option<String>,
-    /// Multiplies all torques, for a machine of another size.
+    /// Factor for all torques, for a machine of another size.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = factor)]
     scale: f64,
-    /// A preset, or a parameter file, that gets this friction: it is left in preset.toml.
+    /// Name of a preset, or a parameter file, to combine with this friction; the result is preset.toml.
     #[arg(long, value_name = "NAME|FILE")]
     onto: Option<String>,
-    /// As what it gets it.
+    /// Role of the friction in this preset.
     #[arg(long = "as", value_name = "ROLE", default_value = "desired", requires = "onto")]
     role: RoleName,
     /// Folder for figures, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/friction")]
     out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
-/// What a friction is to be on a bench.
+/// Role of a friction on a bench.
 #[derive(Clone, Copy, ValueEnum)]
 enum RoleName {
-    /// What the load motor shall render.
+    /// Desired friction, which the load motor renders.
     Desired,
-    /// What the machine has, and believes that it has; the friction wheel is lifted off.
+    /// Own friction of the machine and of the controller's model; the friction wheel is released.
     Own,
 }
 
 fn factor(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number"))?;
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
     if value.is_finite() && value > 0.0 { Ok(value) } else { Err("choose a factor above 0".into()) }
 }
 
 impl FrictionCommand {
-    /// Where it leaves something; a list leaves nothing.
-    pub(super) fn leaves(&self) -> Option<PathBuf> {
+    /// Folder of the results; `None` for a list.
+    pub(super) fn destination(&self) -> Option<PathBuf> {
         self.name.is_some().then(|| self.out.clone())
     }
 
@@ -77,16 +77,16 @@ impl FrictionCommand {
                 writeln!(out, "{remark}")?;
             }
             if self.onto.is_some() {
-                writeln!(out, "A bench with it: {}", self.out.join("preset.toml").display())?;
+                writeln!(out, "Preset with this friction: {}", self.out.join("preset.toml").display())?;
             }
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })
     }
 }
 
-/// All that there are.
+/// Prints the names and titles of all frictions.
 fn list(out: &mut dyn Write) -> Result<(), Failure> {
-    let mut table = Table::new(["name", "what it is"]);
+    let mut table = Table::new(["name", "description"]);
     for name in library::names() {
         table = table.row([Cell::from(name), Cell::from(library::find(name)?.about.title)]);
     }

@@ -1,4 +1,4 @@
-//! `stickslip generate`: code and diagrams of the blocks of the bench.
+//! `stickslip generate`: C, FMU, A2L and diagrams of the blocks of the bench.
 
 use std::io::Write;
 use std::net::SocketAddr;
@@ -11,34 +11,34 @@ use stickslip::{Summary, output};
 
 use super::xcp::{PORT, XcpDoors, address};
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Into what to turn a block.
+/// Output to generate of a block.
 #[derive(Args)]
 #[command(arg_required_else_help = true)]
 pub(crate) struct Generate {
-    /// Name all blocks.
+    /// List all blocks.
     #[arg(long)]
     list: bool,
     #[command(subcommand)]
     target: Option<Target>,
 }
 
-/// What can be made of a block.
+/// Kinds of output.
 #[derive(Subcommand)]
 enum Target {
-    /// C99 with the bits of the program: header, source, self-test, example, page, diagram.
+    /// Generate C99 that computes the same bits: header, source, self-test, example, page, diagram.
     #[command(after_help = "Example: stickslip generate c velocity_observer --out observer\n\
                             Example: stickslip generate c tick --preset clm-soft --single --prefix axis")]
     C(CCommand),
-    /// The description for CANape, INCA and their like (ASAP2 1.61): of a bench that is served by XCP, or of the generated
+    /// Generate an A2L (ASAP2 1.61) for CANape, INCA or similar tools: of a running bench with XCP, or of the generated
     /// code of a block in your program.
     #[command(after_help = "Example: stickslip generate a2l bench --out tools\n\
                             Example: stickslip generate a2l bench --set bench.tick_rate=10000 --xcp-udp 192.168.0.5:5555\n\
                             Example: stickslip generate a2l pid --variable parameters=axis_parameters --single")]
     A2l(A2lCommand),
-    /// An FMU, FMI 2.0 and 3.0 for co-simulation: the block in Simulink, OpenModelica, dSPACE, FMPy.
+    /// Generate an FMU (FMI 2.0 and 3.0, co-simulation) for Simulink, OpenModelica, dSPACE, FMPy.
     #[command(after_help = "Example: stickslip generate fmu plant --out fmu\n\
                             Example: stickslip generate fmu bench --preset clm-soft --fmi 3 --prefix axis\n\
                             Example: stickslip generate fmu plant --xcp 5556 --out fmu\n\
@@ -47,12 +47,12 @@ enum Target {
     Fmu(FmuCommand),
 }
 
-/// Which block, with which numbers.
+/// Block, values and output.
 #[derive(Args)]
 struct CCommand {
-    /// The block; `stickslip generate --list` names them.
+    /// Name of the block; `stickslip generate --list` lists them.
     name: String,
-    /// Where numbers and choices come from: a preset, or a parameter file.
+    /// Source of values and variants: name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
     /// Change a value of the preset.
@@ -61,43 +61,43 @@ struct CCommand {
     /// Compute in `float` instead of `double`.
     #[arg(long)]
     single: bool,
-    /// What types and functions begin with; the block's name without it.
+    /// Prefix of types and functions [default: name of the block].
     #[arg(long, value_name = "WORD")]
     prefix: Option<String>,
     /// Folder for the files and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
     out: PathBuf,
     #[command(flatten)]
-    shown: Shown,
+    shown: OutputOptions,
 }
 
-/// Which block, with which numbers.
+/// Block, values and output.
 #[derive(Args)]
 struct FmuCommand {
-    /// The block: `plant` is the machine, `bench` machine and software, `tick` the software, `position_controller` the
-    /// controller of the preset; `stickslip generate --list` names them all.
+    /// Name of the block: `plant` is the machine, `bench` machine and software, `tick` the software, `position_controller`
+    /// the controller of the preset; `stickslip generate --list` lists them all.
     name: String,
-    /// Where numbers and choices come from: a preset, or a parameter file.
+    /// Source of values and variants: name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
     /// Change a value of the preset.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// The version of the standard: 2 or 3; both without it.
+    /// Version of the standard: 2 or 3 [default: both].
     #[arg(long, value_name = "2|3", value_parser = clap::value_parser!(u32).range(2..=3))]
     fmi: Option<u32>,
-    /// What it is called; the block's name without it.
+    /// Name of the FMU [default: name of the block].
     #[arg(long, value_name = "WORD")]
     prefix: Option<String>,
-    /// Serve an XCP master (CANape, INCA, pyxcp) from within the FMU, as FMI-LS-XCP describes it, with its A2L [at
-    /// 127.0.0.1:5555 unless told otherwise; the importer may choose another place].
+    /// Serve an XCP master (CANape, INCA, pyxcp) from within the FMU, according to FMI-LS-XCP, with its A2L [default:
+    /// 127.0.0.1:5555; the importer may choose another address].
     #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = PORT, value_parser = address)]
     xcp: Option<SocketAddr>,
     /// Folder for the FMU and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
     out: PathBuf,
     #[command(flatten)]
-    shown: Shown,
+    shown: OutputOptions,
 }
 
 impl FmuCommand {
@@ -106,7 +106,7 @@ impl FmuCommand {
         let preset = source::preset(&self.preset, settings)?;
         output::create_folder(&self.out)?;
         let mut summary = Summary::new("generate");
-        let mut told = Vec::new();
+        let mut lines = Vec::new();
         for version in [Version::Two, Version::Three] {
             if self.fmi.is_some_and(|number| number != version.number()) {
                 continue;
@@ -115,19 +115,19 @@ impl FmuCommand {
             let path = self.out.join(&fmu.file);
             output::write(&path, &fmu.bytes)?;
             summary.file(&fmu.file);
-            if told.is_empty() {
+            if lines.is_empty() {
                 summary.result("generate.variables", fmu.variables as f64, "1");
                 summary.result("generate.step", fmu.step, "s");
             }
             let library = match fmu.platform {
                 Some(platform) => format!("with its library for {platform} and the sources"),
-                None => "with the sources alone: no C compiler (CC, or cc) was found here".into(),
+                None => "with the sources only: no C compiler (CC, or cc) was found on this computer".into(),
             };
-            told.push(format!("{}: {} variables, {library}", path.display(), fmu.variables));
+            lines.push(format!("{}: {} variables, {library}", path.display(), fmu.variables));
         }
         summary.write(&self.out)?;
         self.shown.show(out, &summary, |out| {
-            for line in &told {
+            for line in &lines {
                 writeln!(out, "{line}")?;
             }
             Ok(())
@@ -135,14 +135,14 @@ impl FmuCommand {
     }
 }
 
-/// Of which bench, and where it is served.
+/// Bench or block of a description, and its addresses.
 #[derive(Args)]
 struct A2lCommand {
-    /// What is described: `bench` is the bench that is served, any other a block whose code is in your program;
-    /// `stickslip generate --list` names them.
+    /// Subject of the description: `bench` is the running bench, any other name a block whose code is in your program;
+    /// `stickslip generate --list` lists them.
     name: String,
-    /// Where numbers and choices come from: a preset, or a parameter file. Of a served bench only the rate, all presets have
-    /// the same addresses.
+    /// Source of values and variants: name of a preset, or a parameter file. For a running bench only the rate matters:
+    /// all presets have the same addresses.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
     /// Change a value of the preset.
@@ -150,23 +150,23 @@ struct A2lCommand {
     set: Vec<Setting>,
     #[command(flatten)]
     xcp: XcpDoors,
-    /// Of a block: the linked program, from which the addresses are read. Without it tools take them by SYMBOL_LINK.
+    /// For a block: linked program with the addresses [default: placeholders with SYMBOL_LINK].
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
-    /// Of a block: the variable that holds its parameters, state, input or output; PREFIX_parameters and so on without it.
+    /// For a block: name of the variable for parameters, state, input or output [default: PREFIX_parameters and so on].
     #[arg(long, value_name = "STRUCT=NAME", value_parser = variable)]
     variable: Vec<(usize, String)>,
-    /// Of a block: its code computes in `float` instead of `double`.
+    /// For a block: its code computes in `float` instead of `double`.
     #[arg(long)]
     single: bool,
-    /// Of a block: what its types and functions begin with; its name without it.
+    /// For a block: prefix of types and functions [default: name of the block].
     #[arg(long, value_name = "WORD")]
     prefix: Option<String>,
     /// Folder for the file and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/generate")]
     out: PathBuf,
     #[command(flatten)]
-    shown: Shown,
+    shown: OutputOptions,
 }
 
 impl A2lCommand {
@@ -196,13 +196,13 @@ impl A2lCommand {
     }
 }
 
-/// Which struct of a block a variable holds, and its name.
+/// The index of the struct that a variable contains, and the name of the variable.
 fn variable(text: &str) -> Result<(usize, String), String> {
-    let found = text.split_once('=').and_then(|(group, name)| {
-        let place = generate::STRUCTS.iter().position(|known| *known == group)?;
+    let variable = text.split_once('=').and_then(|(group, name)| {
+        let place = generate::STRUCTS.iter().position(|name| *name == group)?;
         (!name.is_empty()).then(|| (place, name.to_owned()))
     });
-    found.ok_or_else(|| format!("write STRUCT=NAME, where STRUCT is one of {}", generate::STRUCTS.join(", ")))
+    variable.ok_or_else(|| format!("write STRUCT=NAME, where STRUCT is one of {}", generate::STRUCTS.join(", ")))
 }
 
 impl A2lCommand {
@@ -215,26 +215,26 @@ impl A2lCommand {
             variables.names[place] = Some(name);
         }
         let prefix = self.prefix.as_deref();
-        let made = generate::code_description(&self.name, &preset, precision, prefix, &variables)?;
+        let description = generate::code_description(&self.name, &preset, precision, prefix, &variables)?;
         let file = format!("{}.a2l", prefix.unwrap_or(&self.name));
         let path = self.out.join(&file);
         output::create_folder(&self.out)?;
-        output::write(&path, &made.text)?;
+        output::write(&path, &description.text)?;
         let mut summary = Summary::new("generate");
-        summary.result("generate.measurements", made.measurements as f64, "1");
-        summary.result("generate.parameters", made.parameters as f64, "1");
+        summary.result("generate.measurements", description.measurements as f64, "1");
+        summary.result("generate.parameters", description.parameters as f64, "1");
         summary.file(&file);
         summary.write(&self.out)?;
         self.shown.show(out, &summary, |out| {
-            let (measurements, parameters) = (made.measurements, made.parameters);
+            let (measurements, parameters) = (description.measurements, description.parameters);
             writeln!(out, "{}: {measurements} measurements, {parameters} parameters", path.display())?;
-            for (name, address) in &made.variables {
+            for (name, address) in &description.variables {
                 writeln!(out, "{address:#010x}  {name}")?;
             }
             if self.elf.is_none() {
                 writeln!(
                     out,
-                    "These addresses are placeholders: give the linked program (--elf), or link by SYMBOL_LINK."
+                    "These addresses are placeholders: name the linked program with --elf, or use SYMBOL_LINK in the tool."
                 )?;
             }
             Ok(())

@@ -1,4 +1,4 @@
-//! `stickslip hunting`: whether a controller hunts, predicted from what is believed of the machine.
+//! `stickslip hunting`: prediction of hunting from the controller's model of the machine.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -9,34 +9,34 @@ use stickslip::design::HuntingPlan;
 use stickslip::workflow::hunting::HuntingRun;
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Which loop to look at.
+/// Loop and duration of the prediction.
 #[derive(Args)]
 pub(crate) struct HuntingCommand {
-    /// Name of a preset, or a parameter file: its model is the axis, its bench.controller, compensation and hold act.
+    /// Name of a preset, or a parameter file: its model is the axis; its controller, compensation and hold are active.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     pub(super) preset: String,
     /// Change a value of the preset (bench.controller.integral_gain=9); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// With the desired friction, which the load motor renders, instead of the machine's own.
+    /// Use the desired friction, which the load motor renders, instead of the machine's own.
     #[arg(long)]
     desired: bool,
-    /// How long the drive is followed, in s: slow controllers hunt slowly.
+    /// Simulated time [s]; slow controllers hunt slowly.
     #[arg(long, value_name = "S", default_value_t = HuntingPlan::default().duration, value_parser = positive)]
     duration: f64,
     /// Folder for figures, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/hunting")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
-/// A duration that can be simulated.
+/// Reads a duration between 1 s and 3600 s.
 fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("`{text}` is no number of seconds"))?;
+    let value: f64 = text.parse().map_err(|_| format!("`{text}` is not a number of seconds"))?;
     if (1.0..=3600.0).contains(&value) { Ok(value) } else { Err("choose 1 s to 3600 s".into()) }
 }
 

@@ -12,21 +12,21 @@ use stickslip::recording::Recording;
 use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// What to identify.
+/// Recording and machine of the identification.
 #[derive(Args)]
 pub(crate) struct Identify {
-    /// Recording: CSV (a header, then one row a sample; may be gzipped), MAT, Parquet or MDF 4.
+    /// Recording: CSV (a header, then one row for each sample; may be gzipped), MAT, Parquet or MDF 4.
     recording: PathBuf,
-    /// What is known of the machine: columns, units, drive, controller. `stickslip machine init` writes one.
+    /// Machine file: columns, units, drive, controller. `stickslip machine init` writes one.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
     /// Folder for report.html, figures, model.toml, feedforward.csv and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/identify")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl Identify {
@@ -36,23 +36,23 @@ impl Identify {
         let recording = Recording::read(&self.recording)?;
         let command = format!("stickslip identify {} --machine {}", self.recording.display(), self.machine.display());
         if machine.pendulum.is_some() {
-            let found = identify_servo(&recording, &machine, watch)?;
+            let identification = identify_servo(&recording, &machine, watch)?;
             watch.stage("write", 0.0)?;
-            let summary = servo::write(&found, &machine, &recording, &command, &self.out)?;
-            show_servo(&found, &summary, &machine, out)?;
+            let summary = servo::write(&identification, &machine, &recording, &command, &self.out)?;
+            show_servo(&identification, &summary, &machine, out)?;
             return Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?);
         }
-        let found = identify(&recording, &machine, watch)?;
+        let identification = identify(&recording, &machine, watch)?;
         watch.stage("write", 0.0)?;
-        let summary = write(&found, &machine, &recording, &command, &self.out)?;
+        let summary = write(&identification, &machine, &recording, &command, &self.out)?;
         self.shown.show(out, &summary, |out| {
-            show(&found, &summary, &machine, out)?;
+            show(&identification, &summary, &machine, out)?;
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)
         })
     }
 }
 
-fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut dyn Write) -> io::Result<()> {
+fn show(identification: &Identification, summary: &Summary, machine: &Machine, out: &mut dyn Write) -> io::Result<()> {
     let heads = ["A friction for each direction:", "One friction for both directions, and an offset:"];
     for (head, lines) in heads.into_iter().zip(parameter_lines(summary, machine)) {
         writeln!(out, "{head}")?;
@@ -61,14 +61,14 @@ fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut 
             writeln!(out, "  {name:36} {identified}{published}")?;
         }
     }
-    writeln!(out, "What this recording cannot tell:")?;
-    for limit in found.limits() {
+    writeln!(out, "Not identifiable from this recording:")?;
+    for limit in identification.limits() {
         writeln!(out, "  {limit}")?;
     }
-    writeln!(out, "Error on halves of the recording that the fit has not seen, and its square above the least:")?;
-    for (index, candidate) in found.candidates.iter().enumerate() {
-        let best = if candidate.kind == found.best().kind { "   best" } else { "" };
-        let behind = found.behind(index).map_or_else(|| "least".into(), |behind| behind.to_string());
+    writeln!(out, "Error in cross-validation on halves of the recording, and its square above the least:")?;
+    for (index, candidate) in identification.candidates.iter().enumerate() {
+        let best = if candidate.kind == identification.best().kind { "   best" } else { "" };
+        let behind = identification.behind(index).map_or_else(|| "least".into(), |behind| behind.to_string());
         let error = number(100.0 * candidate.held_out, 2);
         writeln!(out, "  {:44} {error} %   {behind}{best}", candidate.kind.title())?;
     }
@@ -76,23 +76,23 @@ fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut 
 }
 
 fn show_servo(
-    found: &ServoIdentification,
+    identification: &ServoIdentification,
     summary: &Summary,
     machine: &Machine,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let best = found.best().fitted.kind;
+    let best = identification.best().fitted.kind;
     writeln!(out, "Best model: {}", best.title())?;
     for field in servo::fields().iter().filter(|field| best.has(field.name)) {
         let Some(estimate) = summary.estimate(&servo::result_name(field)) else { continue };
         writeln!(out, "  {:28} {estimate}", field.name.replace('_', " "))?;
     }
-    writeln!(out, "What these runs cannot tell:")?;
-    for limit in found.limits(machine) {
+    writeln!(out, "Not identifiable from these runs:")?;
+    for limit in identification.limits(machine) {
         writeln!(out, "  {limit}")?;
     }
-    writeln!(out, "Error of the angle on the runs that no fit saw:")?;
-    for candidate in &found.candidates {
+    writeln!(out, "Error of the angle on the runs excluded from the fits:")?;
+    for candidate in &identification.candidates {
         let degrees = |rms: f64| format!("{} °", number(rms.to_degrees(), 2));
         let published = candidate.published.map_or(String::new(), |(_, rms)| format!("   published {}", degrees(rms)));
         let mark = if candidate.fitted.kind == best { "   best" } else { "" };

@@ -1,5 +1,5 @@
-//! `stickslip load`: a controller, friction or law of one's own, as a shared library or an FMU, in the loop of the virtual
-//! bench, simulated or by the clock.
+//! `stickslip load`: an external controller, friction or law, as a shared library, an FMU or a function in Python, in the
+//! loop of the virtual bench, simulated or in real time.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -12,31 +12,31 @@ use stickslip::load::{load, load_by_the_clock};
 use stickslip::{Error, Watch};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Which file, and on which bench.
+/// External file and bench.
 #[derive(Args)]
 pub(crate) struct LoadCommand {
-    /// The file: a shared library with the functions of stickslip_module.h, an FMU for co-simulation (FMI 2.0 or 3.0),
-    /// or a function in Python (law.py), which the Python package then makes a library of; the variable PYTHON says which
-    /// Python has it.
+    /// File: a shared library with the functions of stickslip_module.h, an FMU for co-simulation (FMI 2.0 or 3.0), or a
+    /// function in Python (law.py), which the Python package compiles to a library; the variable PYTHON names the Python
+    /// that has this package.
     #[arg(value_name = "FILE", required_unless_present = "header")]
     file: Option<PathBuf>,
-    /// Write stickslip_module.h into this folder, and nothing else.
+    /// Only write stickslip_module.h into this folder.
     #[arg(long, value_name = "DIR", conflicts_with = "file")]
     header: Option<PathBuf>,
-    /// What it is in the loop: controller, friction (a friction that the load motor renders) or law (all of the load
-    /// motor's torque).
+    /// Role in the loop: controller, friction (which the load motor renders) or law (the whole torque of the load
+    /// motor).
     #[arg(long = "as", value_name = "ROLE", value_parser = role(), default_value = "controller")]
     role: Role,
     #[command(flatten)]
-    how: HowLoaded,
-    /// Run by the clock, as a bench of steel does, instead of as fast as it goes: a torque that is not there when its
-    /// sample ends is a fault. It takes as long as the manoeuvres do, once for each controller.
+    options: ExternalOptions,
+    /// Run in real time, as physical hardware does [default: as fast as possible]: a torque that is missing at the end of
+    /// its sample is a fault. The run takes as long as the manoeuvres, once for each controller.
     #[arg(long, visible_alias = "clock")]
     real_time: bool,
-    /// Value of a parameter of it; may be given several times.
+    /// Value of a parameter of the file; may be given several times.
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
     /// Name of a preset, or a parameter file.
@@ -45,8 +45,8 @@ pub(crate) struct LoadCommand {
     /// Change a value of the preset; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     preset_set: Vec<Setting>,
-    /// Manoeuvres are followed as long as they fit into this time [s], the first one always; under a friction or a law it is
-    /// measured at as many speeds as fit, two always.
+    /// Bench time for manoeuvres [s]: those that fit, at least one. For a friction or a law: for speeds of the
+    /// measurement, at least two.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     duration: f64,
     /// Seed of the noise.
@@ -56,38 +56,37 @@ pub(crate) struct LoadCommand {
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/load")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 /// The names of the roles.
 pub(super) fn role() -> impl TypedValueParser<Value = Role> {
     let names = PossibleValuesParser::new(Role::ALL.map(Role::name));
-    names.map(|name| Role::find(&name).expect("it is one of them"))
+    names.map(|name| Role::find(&name).expect("the parser accepts only these names"))
 }
 
-/// How a file of one's own is opened.
+/// Options of an external file.
 #[derive(Args)]
-pub(super) struct HowLoaded {
-    /// Run it in this process, faster; a crash of it then ends the program. Without it: in a process of its
-    /// own.
+pub(super) struct ExternalOptions {
+    /// Run the file in this process: faster, but a crash of the file ends the program [default: a separate process].
     #[arg(long)]
     trust: bool,
-    /// Which variable of an FMU is a signal, where its name does not say so; may be given several times. Signals are
-    /// measured_angle, measured_velocity, torque, and, if it wants them, time and torque_limit; of a controller
-    /// reference_position, reference_velocity, reference_acceleration; of a friction or a law estimated_velocity,
-    /// measured_load_torque, commanded_torque.
+    /// Variable of an FMU for a signal, if its name does not identify it; may be given several times. Signals:
+    /// measured_angle, measured_velocity, torque; optionally time and torque_limit; for a controller reference_position,
+    /// reference_velocity, reference_acceleration; for a friction or a law estimated_velocity, measured_load_torque,
+    /// commanded_torque.
     #[arg(long, value_name = "SIGNAL=VARIABLE")]
     map: Vec<Setting>,
 }
 
-impl HowLoaded {
-    /// Whether anything was said of it.
-    pub(super) fn is_said(&self) -> bool {
+impl ExternalOptions {
+    /// Whether an option was given.
+    pub(super) fn is_set(&self) -> bool {
         self.trust || !self.map.is_empty()
     }
 
-    /// A file in a role with these values of its parameters.
-    pub(super) fn of(self, path: PathBuf, role: Role, values: &[Setting]) -> Result<ExternalFile, Error> {
+    /// The file in a role with these values of its parameters.
+    pub(super) fn file(self, path: PathBuf, role: Role, values: &[Setting]) -> Result<ExternalFile, Error> {
         let number = |Setting { path, value }: &Setting| {
             let (question, answer) = (path.clone(), value.clone());
             let refused = |_| Error::Answer { question, answer, remedy: "Give a number.".into() };
@@ -104,14 +103,14 @@ impl LoadCommand {
             stickslip::external::write_header(folder)?;
             writeln!(
                 out,
-                "{}: a controller, a friction and a law have these five functions.",
+                "{}: the five functions of an external controller, friction or law.",
                 folder.join("stickslip_module.h").display()
             )?;
-            return Ok(writeln!(out, "Compile yours by: cc -O2 -shared -fPIC -o my_controller.so my_controller.c")?);
+            return Ok(writeln!(out, "Compile with: cc -O2 -shared -fPIC -o my_controller.so my_controller.c")?);
         }
         let preset = source::preset(&self.preset, self.preset_set.iter().map(|s| (s.path.as_str(), s.value.as_str())))?;
         std::fs::create_dir_all(&self.out).map_err(|error| Error::file(&self.out, "create", error))?;
-        let file = self.how.of(self.file.unwrap_or_default(), self.role, &self.set)?;
+        let file = self.options.file(self.file.unwrap_or_default(), self.role, &self.set)?;
         let external = file.open(&self.out, &mut |line| eprintln!("{line}"))?;
         let (run, duration, seed) = (self.out.join("run.mf4"), self.duration, self.seed);
         let loaded = if self.real_time {
@@ -139,20 +138,20 @@ impl LoadCommand {
     }
 }
 
-/// Signals and variables.
+/// Pairs of signal and variable.
 fn pairs(map: Vec<Setting>) -> Vec<(String, String)> {
     map.into_iter().map(|Setting { path, value }| (path, value)).collect()
 }
 
-/// The process of a file.
+/// The separate process of an external file.
 #[derive(Args)]
 pub(crate) struct HostCommand {
-    /// The library.
+    /// External file.
     file: PathBuf,
-    /// What it is in the loop.
+    /// Role in the loop.
     #[arg(long = "as", value_name = "ROLE", value_parser = role(), default_value = "controller")]
     role: Role,
-    /// Which variable of an FMU is a signal.
+    /// Variable of an FMU for a signal.
     #[arg(long, value_name = "SIGNAL=VARIABLE")]
     map: Vec<Setting>,
 }
@@ -165,7 +164,7 @@ impl HostCommand {
 
     #[cfg(not(unix))]
     pub(crate) fn run(self) -> Result<(), Failure> {
-        // Nobody starts it where there are no such processes: it is refused as the file itself.
+        // These systems have no such process: opening the file reports the error.
         let file = ExternalFile { path: self.file, role: self.role, map: pairs(self.map), ..ExternalFile::default() };
         Ok(file.open(".".as_ref(), &mut |_| {}).map(drop)?)
     }

@@ -1,4 +1,4 @@
-//! `stickslip machine`: files that say what is known of a machine.
+//! `stickslip machine`: files that describe a machine.
 
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -10,24 +10,26 @@ use stickslip::{Error, output};
 
 use crate::failure::Failure;
 
-/// What can be done with machine files.
+/// Actions on machine files.
 #[derive(Subcommand)]
 pub(crate) enum Machine {
-    /// Write a machine file for a recording: which column is what, in which unit, and what the drive makes of it.
-    #[command(after_help = "Each answer has a guess; Enter takes it. In a pipe, answers are read line by line.\n\n\
-                      Example: stickslip machine init axis.csv --out my-axis.toml")]
+    /// Write a machine file for a recording: meaning and unit of the columns, gain of the drive.
+    #[command(
+        after_help = "Each question has a default; Enter accepts it. From a pipe, answers are read line by line.\n\n\
+                      Example: stickslip machine init axis.csv --out my-axis.toml"
+    )]
     Init(Init),
 }
 
-/// For which recording.
+/// Recording and machine file.
 #[derive(Args)]
 pub(crate) struct Init {
     /// Recording: CSV, MAT, Parquet or MDF 4.
     recording: PathBuf,
-    /// The file to write; without it NAME-machine.toml beside the recording.
+    /// File to write [default: NAME-machine.toml in the folder of the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Take all guesses.
+    /// Accept all defaults.
     #[arg(long)]
     yes: bool,
     /// Replace the file if it exists.
@@ -56,31 +58,32 @@ impl Init {
         let columns: Vec<_> = recording.columns().iter().map(|c| c.name.as_str()).collect();
         writeln!(out, "{} rows, columns: {}", recording.rows(), columns.join(", "))?;
         let mut draft = Draft::new(&recording);
-        self.ask(&mut draft, out)?;
+        self.answer_questions(&mut draft, out)?;
         let (text, _) = draft.toml(&file)?;
         output::write(&file, text)?;
         writeln!(out, "Written: {}. Look through it, then:", file.display())?;
         Ok(writeln!(out, "  stickslip identify {} --machine {}", self.recording.display(), file.display())?)
     }
 
-    /// All questions, on the terminal, from a pipe, or with no answer but the guess.
-    fn ask(&self, draft: &mut Draft<'_>, out: &mut dyn Write) -> Result<(), Failure> {
+    /// Answers all questions: on the terminal, from a pipe, or with the defaults.
+    fn answer_questions(&self, draft: &mut Draft<'_>, out: &mut dyn Write) -> Result<(), Failure> {
         let terminal = io::stdin().is_terminal();
         let mut answers = io::stdin().lock().lines();
         while let Some(question) = draft.next() {
             write!(out, "{} [{}]: ", question.text, question.guess)?;
             out.flush()?;
             let unreadable = |source| Error::file(Path::new("standard input"), "read", source);
-            let said = if self.yes { Some(String::new()) } else { answers.next().transpose().map_err(unreadable)? };
-            let Some(said) = said else {
-                let remedy = "Give one answer a line, an empty one for the guess, or take all guesses with --yes.";
+            let line = if self.yes { Some(String::new()) } else { answers.next().transpose().map_err(unreadable)? };
+            let Some(line) = line else {
+                let remedy =
+                    "Give one answer a line, an empty line for the default, or accept all defaults with --yes.";
                 let (question, answer) = (question.text, "the end of the input".into());
                 return Err(Error::Answer { question, answer, remedy: remedy.into() }.into());
             };
             if self.yes || !terminal {
-                writeln!(out, "{said}")?;
+                writeln!(out, "{line}")?;
             }
-            match draft.answer(&question, &said) {
+            match draft.answer(&question, &line) {
                 Err(error) if terminal && !self.yes => writeln!(out, "{error}")?,
                 result => result?,
             }

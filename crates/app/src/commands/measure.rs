@@ -13,46 +13,46 @@ use stickslip::workflow::measure::{Outcome, Plan, measure, measure_by_the_clock,
 use stickslip::{Watch, parameters};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// What to measure.
+/// Measurements.
 #[derive(Subcommand)]
 pub(crate) enum Measure {
-    /// Friction at constant speeds in both directions: the curve that `fit` reads.
+    /// Measure friction at constant speeds in both directions: the curve that `fit` reads.
     #[command(after_help = "Example: stickslip measure friction --linings released --plan thorough --dry-run\n\
                             Example: stickslip measure friction --set plan.speeds=8 --set plan.slowest=0.5 --record\n\
                             Example: stickslip measure friction --real-time --set plan.speeds=4 --set plan.slowest=5")]
-    Friction(How),
-    /// Breakaway torque by slow torque ramps from rest.
+    Friction(MeasureOptions),
+    /// Measure the breakaway torque by slow torque ramps from rest.
     #[command(after_help = "Example: stickslip measure breakaway --set plan.angles=1 --set plan.repetitions=2")]
-    Breakaway(How),
-    /// Bristle stiffness and damping by small torque cycles below breakaway, after a friction curve.
+    Breakaway(MeasureOptions),
+    /// Measure bristle stiffness and damping by small torque cycles below breakaway, after a friction curve.
     #[command(after_help = "Example: stickslip measure presliding --set plan.quick_cycles=4")]
-    Presliding(How),
-    /// Frequency response from the commanded torque to encoder and tacho, under control, beside that of the axis that is
-    /// believed.
+    Presliding(MeasureOptions),
+    /// Measure the frequency response from the commanded torque to encoder and tacho, under control, and compare it with
+    /// the controller's model.
     #[command(after_help = "Example: stickslip measure response --linings released\n\
                             Example: stickslip measure response --set plan.velocity=0 --set plan.chirp=true")]
-    Response(How),
-    /// Iterative learning: which torque a sine needs besides the controller's, learnt from repetition to repetition, until
-    /// nothing is gained any more.
+    Response(MeasureOptions),
+    /// Learn the torque that a sine requires in addition to the controller's, by iterative learning control, until the
+    /// error no longer decreases.
     #[command(after_help = "Example: stickslip measure learning --set plan.frequency=2 --set plan.repetitions=6")]
-    Learning(How),
-    /// Tracking: the controller under test follows sines and moves, slow and fast, with every sample on record. What a
-    /// network for the compensation of friction is trained on.
+    Learning(MeasureOptions),
+    /// Track sines and moves, slow and fast, and record every sample: training data for a friction compensation by a
+    /// network.
     #[command(after_help = "Example: stickslip measure tracking --preset prototype\n\
                             Example: stickslip measure tracking --set plan.speed=20 --set plan.stroke=10 --dry-run")]
-    Tracking(How),
+    Tracking(MeasureOptions),
 }
 
-/// On which bench, how long, and where to.
+/// Bench, duration and output of a measurement.
 #[derive(Args)]
-pub(crate) struct How {
+pub(crate) struct MeasureOptions {
     /// Name of a preset, or a parameter file.
     #[arg(long, value_name = "NAME|FILE", default_value = "clm-bench")]
     preset: String,
-    /// How much bench time it may take.
+    /// Length of the measurement.
     #[arg(long, value_enum, default_value_t = Length::Quick)]
     plan: Length,
     /// Change a value of the preset, or of the plan (plan.speeds=8); may be given several times.
@@ -61,81 +61,81 @@ pub(crate) struct How {
     /// Seed of the noise: the same seed gives the same numbers.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Measure on a machine in another process, as `stickslip plant` serves one; the preset says what is believed of it.
+    /// Address of a machine in another process (see `stickslip plant`); the preset is the controller's model of it.
     #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT", conflicts_with = "seed")]
     io: Option<Address>,
-    /// Run by the clock, as a bench of steel does, instead of as fast as it goes.
+    /// Run in real time, as physical hardware does [default: as fast as possible].
     #[arg(long)]
     real_time: bool,
     /// Record every cycle into run.mf4, which other tools read and `stickslip replay` replays.
     #[arg(long, conflicts_with = "io")]
     record: bool,
-    /// Linings of the friction wheel; without it as the preset has them.
+    /// Linings of the friction wheel [default: as in the preset].
     #[arg(long, value_enum)]
     linings: Option<Linings>,
-    /// Say what would be done and how long it takes on the bench, and end.
+    /// Print the plan and its duration on the bench without measuring.
     #[arg(long)]
     dry_run: bool,
-    /// Folder for data, report and summary.json; by default stickslip-out/measure-friction and so on.
+    /// Folder for data, report and summary.json [default: stickslip-out/measure-friction and so on].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Length {
-    /// Enough for a fit.
+    /// Sufficient for a fit.
     Quick,
-    /// Longer, and sharper.
+    /// Longer, with smaller uncertainty.
     Thorough,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Linings {
-    /// Off the disc: the friction of screw, nut and guide.
+    /// Linings off the disc: friction of screw, nut and guide.
     Released,
-    /// On the disc with full preload.
+    /// Linings on the disc with full preload.
     Pressed,
 }
 
 impl Measure {
-    pub(crate) fn shown(&self) -> Shown {
-        let (Measure::Friction(how)
-        | Measure::Breakaway(how)
-        | Measure::Presliding(how)
-        | Measure::Response(how)
-        | Measure::Learning(how)
-        | Measure::Tracking(how)) = self;
-        how.shown
+    pub(crate) fn shown(&self) -> OutputOptions {
+        let (Measure::Friction(options)
+        | Measure::Breakaway(options)
+        | Measure::Presliding(options)
+        | Measure::Response(options)
+        | Measure::Learning(options)
+        | Measure::Tracking(options)) = self;
+        options.shown
     }
 
-    /// Where its results go, and the preset.
-    pub(super) fn leaves(&self) -> (PathBuf, String) {
-        let (how, kind) = match self {
-            Measure::Friction(how) => (how, FrictionPlan::<f64>::KIND),
-            Measure::Breakaway(how) => (how, BreakawayPlan::<f64>::KIND),
-            Measure::Presliding(how) => (how, PreslidingPlan::<f64>::KIND),
-            Measure::Response(how) => (how, ResponsePlan::<f64>::KIND),
-            Measure::Learning(how) => (how, LearningPlan::<f64>::KIND),
-            Measure::Tracking(how) => (how, TrackingPlan::<f64>::KIND),
+    /// Folder of the results, and the preset.
+    pub(super) fn destination(&self) -> (PathBuf, String) {
+        let (options, kind) = match self {
+            Measure::Friction(options) => (options, FrictionPlan::<f64>::KIND),
+            Measure::Breakaway(options) => (options, BreakawayPlan::<f64>::KIND),
+            Measure::Presliding(options) => (options, PreslidingPlan::<f64>::KIND),
+            Measure::Response(options) => (options, ResponsePlan::<f64>::KIND),
+            Measure::Learning(options) => (options, LearningPlan::<f64>::KIND),
+            Measure::Tracking(options) => (options, TrackingPlan::<f64>::KIND),
         };
-        (how.folder(kind), how.preset.clone())
+        (options.folder(kind), options.preset.clone())
     }
 
     pub(crate) fn run(self, out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
         match self {
-            Measure::Friction(how) => how.run::<FrictionPlan<f64>>(out, watch),
-            Measure::Breakaway(how) => how.run::<BreakawayPlan<f64>>(out, watch),
-            Measure::Presliding(how) => how.run::<PreslidingPlan<f64>>(out, watch),
-            Measure::Response(how) => how.run::<ResponsePlan<f64>>(out, watch),
-            Measure::Learning(how) => how.run::<LearningPlan<f64>>(out, watch),
-            Measure::Tracking(how) => how.run::<TrackingPlan<f64>>(out, watch),
+            Measure::Friction(options) => options.run::<FrictionPlan<f64>>(out, watch),
+            Measure::Breakaway(options) => options.run::<BreakawayPlan<f64>>(out, watch),
+            Measure::Presliding(options) => options.run::<PreslidingPlan<f64>>(out, watch),
+            Measure::Response(options) => options.run::<ResponsePlan<f64>>(out, watch),
+            Measure::Learning(options) => options.run::<LearningPlan<f64>>(out, watch),
+            Measure::Tracking(options) => options.run::<TrackingPlan<f64>>(out, watch),
         }
     }
 }
 
-impl How {
+impl MeasureOptions {
     fn folder(&self, kind: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| format!("stickslip-out/measure-{kind}").into())
     }
@@ -154,7 +154,7 @@ impl How {
         });
         let duration = number(plan.duration(&preset), 0);
         let linings = number(preload.unwrap_or(preset.plant.wheel.preload), 2);
-        self.shown.say(out, &format!("{}, linings at {linings}: {duration} s on the bench.", plan.about()))?;
+        self.shown.print_line(out, &format!("{}, linings at {linings}: {duration} s on the bench.", plan.about()))?;
         if self.dry_run {
             return Ok(());
         }
@@ -165,7 +165,7 @@ impl How {
             let about = About { command: source::command_line(), preset, seed: Some(self.seed) };
             (recorder, tap) = Some(Recorder::start(&folder.join("run.mf4"), &about)?).unzip();
         }
-        let measured = match self.io {
+        let result = match self.io {
             Some(address) if self.real_time => {
                 let bench = ClockedBench::connect(&preset, &address, ThreadSettings::default(), tap)?;
                 measure_by_the_clock(plan, &preset, bench, preload, None, watch)
@@ -177,9 +177,9 @@ impl How {
             }
             None => measure(plan, &preset, preload, self.seed, tap, watch),
         };
-        // What was recorded until a failure is kept, too.
+        // The recording is complete up to a failure.
         let recorded = recorder.map(Recorder::finish).transpose();
-        let measurement = measured?;
+        let measurement = result?;
         let mut summary = measurement.write(&folder, &source::command_line())?;
         let recorded = recorded?;
         if recorded.is_some() {

@@ -1,4 +1,4 @@
-//! One file a command.
+//! The commands, one file each.
 
 mod bench;
 mod benchmark;
@@ -37,70 +37,68 @@ use clap::{Args, Subcommand};
 use stickslip::Watch;
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// Folder of the project, unless another is named: where a served bench is found.
+/// Default folder of the project; it contains the address of the running bench.
 const PROJECT: &str = "stickslip-out/project";
 
-/// What the program can do.
+/// The commands of the program.
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// The paper's experiment on the virtual bench: measure, fit, design, render, measure again.
+    /// Run the paper's experiment on the virtual bench: measure, fit, design, render, measure again.
     #[command(after_help = "Example: stickslip demo --out results --seed 7")]
     Demo(demo::DemoCommand),
-    /// Measure on the virtual bench.
+    /// Measure friction, breakaway, presliding, frequency response, learning or tracking.
     #[command(subcommand, after_help = "Example: stickslip measure friction --linings pressed --seed 7")]
     Measure(measure::Measure),
-    /// Let the bench identify itself: scales, masses, coupling, lags, load motor and own friction.
+    /// Calibrate the bench: scales, masses, coupling, lags, load motor and own friction.
     #[command(after_help = "Example: stickslip calibrate --preset clm-real --seed 7")]
     Calibrate(calibrate::CalibrateCommand),
-    /// The Stribeck curve through a measured friction curve, and what the data leave open.
+    /// Fit a Stribeck curve to a measured friction curve.
     #[command(after_help = "Example: stickslip fit stickslip-out/measure-friction\n\
                             Example: stickslip fit data/direct_drive_joint/friction_curve.csv --side each")]
     Fit(fit::Fit),
-    /// The desired friction, from reference points or single values, and what the load motor can do about it.
+    /// Design the desired friction, and check whether the load motor can render it.
     #[command(
         after_help = "Example: stickslip design --from stickslip-out/fit/fit.toml --set desired.stribeck_velocity=1.5\n\
                             Example: stickslip design --from clm-bench --point 0=0.3 --point 2=0.17 --point 12=0.13"
     )]
     Design(design::DesignCommand),
-    /// Friction that was identified on real machines: its curve, its presliding, what it cannot represent; and a bench with it.
+    /// Show friction identified on physical machines, or write a preset with it.
     #[command(after_help = "Example: stickslip friction\n\
                             Example: stickslip friction dc-servo --onto prototype --as desired")]
     Friction(friction::FrictionCommand),
-    /// How far the loop of a position controller is from oscillation, the load sliding and stuck: margins, sensitivity, noise.
+    /// Analyse the robustness of a position loop: margins, sensitivity, noise, load sliding and stuck.
     #[command(name = "loop", after_help = "Example: stickslip loop\nExample: stickslip loop --control pid --tune")]
     Loop(position_loop::LoopCommand),
-    /// Whether a controller hunts at a set-point that rests, how far and how often, predicted without a run.
+    /// Predict whether a controller hunts at a constant set-point, with amplitude and frequency.
     #[command(
         after_help = "Example: stickslip hunting --preset prototype --set model.own.breakaway_torque=0.45 --set model.own.kinetic_torque=0.2 --set model.own.stribeck_velocity=0.5\n\
                             Example: stickslip hunting --set bench.hold.kind=stiction --set bench.hold.dead_zone=1.2e-3"
     )]
     Hunting(hunting::HuntingCommand),
-    /// Let the load motor render the difference of desired and own friction, and measure again.
+    /// Render the desired friction with the load motor, and measure it.
     #[command(
         after_help = "Example: stickslip render --own stickslip-out/fit/fit.toml --desired stickslip-out/design/desired.toml"
     )]
     Render(render::RenderCommand),
-    /// Trajectory equivalence: the same controller on a machine that truly has the desired friction, and on the bench that
-    /// renders it.
+    /// Compare trajectories with rendered friction to those of a machine that has this friction.
     #[command(after_help = "Example: stickslip fidelity --quick\n\
                             Example: stickslip fidelity --preset clm-bench --law auto --scenario sine_2hz --seeds 3")]
     Fidelity(fidelity::Fidelity),
-    /// Your own position controller, friction or rendering law, a shared library in C or an FMU, on the virtual bench, beside
-    /// what the preset has in its place.
+    /// Run an external position controller, friction or rendering law on the virtual bench.
     #[command(after_help = "Example: stickslip load --header .\n\
                             Example: stickslip load fmu/position_controller-fmi3.fmu --map torque=output.torque --duration 2\n\
                             Example: stickslip load fmu/friction-fmi3.fmu --as friction --preset-set bench.law.kind=residual --duration 2 --out stickslip-out/load-friction")]
     Load(load::LoadCommand),
-    /// The process that a loaded file runs in.
+    /// Run an external file in a separate process.
     #[command(hide = true, after_help = "Example: stickslip load my_controller.so")]
     Host(load::HostCommand),
-    /// Which controller is the best for which friction: controllers, compensations and frictions on the virtual bench, ranked.
+    /// Rank controllers and compensations for each friction on the virtual bench.
     #[command(after_help = "Example: stickslip benchmark --quick\n\
                             Example: stickslip benchmark --quick --controller pid --controller my-bench.toml --friction vicious")]
     Benchmark(benchmark::Benchmark),
-    /// What becomes of a manoeuvre when parameters of machine, belief or controller change: grids, samples, sensitivities.
+    /// Vary parameters of machine, model or controller: grids, samples, sensitivities.
     #[command(after_help = "A study is a file:\n\n\
                             preset = \"prototype\"\n\
                             manoeuvres = [\"reversal\"]\n\n\
@@ -111,104 +109,104 @@ pub(crate) enum Command {
                             points = 7\n\n\
                             Example: stickslip study examples/study/belief.toml")]
     Study(study::Study),
-    /// Inertia and friction of an axis from a recording of it.
+    /// Identify inertia and friction of an axis from a recording.
     #[command(
         after_help = "Example: stickslip identify data/emps/emps.csv.gz --machine data/emps/emps-machine.toml --out emps"
     )]
     Identify(identify::Identify),
-    /// An identified model on another recording: simulate its closed loop there, and say how far off it is.
+    /// Validate an identified model on another recording: simulate the closed loop and report the error.
     #[command(
         after_help = "Example: stickslip validate other.csv --model emps/model.toml --machine data/emps/emps-machine.toml"
     )]
     Validate(validate::Validate),
-    /// Turn a block of the bench into C that computes the same bits, and into a signal-flow diagram.
+    /// Generate C, an FMU, an A2L or a diagram of a block.
     #[command(after_help = "Example: stickslip generate --list\n\
                             Example: stickslip generate c velocity_observer --out observer")]
     Generate(generate::Generate),
-    /// Describe a machine in a file.
+    /// Create a file that describes a machine: columns, units, drive.
     #[command(subcommand, after_help = "Example: stickslip machine init axis.csv")]
     Machine(machine::Machine),
-    /// Serve the virtual machine to a bench in another process, frame by frame.
+    /// Serve the virtual machine to a bench in another process.
     #[command(after_help = "Example: stickslip plant --io udp:127.0.0.1:9750 --preset clm-real --seed 7\n\
                             Example: stickslip plant --io shm:axis")]
     Plant(plant::PlantCommand),
-    /// Run the bench by the clock and serve it: to other terminals, to scripts, to browsers.
+    /// Run the bench in real time and serve it to terminals, scripts and browsers.
     #[command(after_help = "Example: stickslip serve --seconds 1 --listen 127.0.0.1:0\n\
                             Example: stickslip serve --preset clm-real --project real --listen 127.0.0.1:0 --seconds 2\n\
                             Example: stickslip serve --xcp-udp 0 --xcp-tcp 0 --listen 127.0.0.1:0 --seconds 1")]
     Serve(serve::ServeCommand),
-    /// Order the bench that is served: home, move, measure, stop.
+    /// Control the running bench: home, move, measure, stop.
     #[command(after_help = "Example: stickslip bench home")]
     Bench(bench::BenchCommand),
-    /// How the bench is that is served.
+    /// Show the status of the running bench.
     #[command(after_help = "Example: stickslip status")]
     Status(status::StatusCommand),
-    /// Capture signals of the bench that is served around a trigger.
+    /// Capture signals of the running bench around a trigger.
     #[command(
         after_help = "Example: stickslip capture --signal setpoint.velocity,software.estimated_velocity --after 0.2"
     )]
     Capture(capture::CaptureCommand),
-    /// Replay a recorded run: the same inputs and changes once more, and every bit compared.
+    /// Replay a recorded run and compare every bit.
     #[command(after_help = "Example: stickslip replay results")]
     Replay(replay::ReplayCommand),
-    /// A recorded run as a file for another tool: CSV, Parquet, MATLAB, MCAP.
+    /// Export a recorded run to CSV, Parquet, MATLAB or MCAP.
     #[command(
         after_help = "Example: stickslip export results --out run.mat --signal setpoint.velocity,angle --until 10\n\
                             Example: stickslip export results/run.mf4 --out run.parquet --every 10"
     )]
     Export(export::ExportCommand),
-    /// Make a whole file of what an interrupted recording has left, in place, for other tools; stickslip reads it anyway.
+    /// Recover an interrupted recording in place, so that other tools can read it.
     #[command(after_help = "Example: stickslip recover results")]
     Recover(export::RecoverCommand),
-    /// What this machine does with a deadline: what of its set-up costs determinism, and how late a cycle begins on it.
+    /// Check the real-time settings of this computer, and measure how late cycles start.
     #[command(after_help = "Example: stickslip doctor --seconds 1 --rate 1000")]
     Doctor(doctor::DoctorCommand),
-    /// Look at, check, compare and change parameter files.
+    /// Show, check, compare and change parameters.
     #[command(after_help = "Example: stickslip params list\nExample: stickslip params diff clm-bench live")]
     Params(params::ParamsCommand),
-    /// The catalogue of runs: search it, name and tag what is in it, tidy it.
+    /// Search, name, tag and delete runs in the catalogue.
     #[command(after_help = "Example: stickslip runs\n\
                             Example: stickslip runs 'M_S>0.2 law:paper -tag:bad'\n\
                             Example: stickslip runs --rebuild")]
     Runs(runs::RunsCommand),
-    /// The page of saved results again, or one page of several with their curves over each other.
+    /// Write the report of saved results again, or one report that compares several.
     #[command(after_help = "Example: stickslip report stickslip-out/demo other/demo --out comparison.html")]
     Report(report::ReportCommand),
-    /// Print the completions of the command line for a shell.
+    /// Print the command-line completions for a shell.
     #[command(after_help = "Example: stickslip completions bash")]
     Completions(completions::Completions),
 }
 
-/// What the program does without a command: the demo, and then the bench by the clock until Ctrl-C.
+/// The program without a command: the demo, then the bench in real time until Ctrl-C.
 pub(crate) fn start(out: &mut dyn Write, watch: &Watch) -> Result<(), Failure> {
-    Command::Demo(alone()).run(out, |_| watch.clone())?;
-    writeln!(out, "\nThe bench by the clock, to work on:")?;
-    Command::Serve(alone()).run(out, |_| watch.clone())
+    Command::Demo(with_defaults()).run(out, |_| watch.clone())?;
+    writeln!(out, "\nBench in real time:")?;
+    Command::Serve(with_defaults()).run(out, |_| watch.clone())
 }
 
-/// A command as without any argument.
-fn alone<C: Args>() -> C {
+/// A command without arguments.
+fn with_defaults<C: Args>() -> C {
     let matches = C::augment_args(clap::Command::new("stickslip")).get_matches_from(["stickslip"]);
     C::from_arg_matches(&matches).expect("each argument has a default")
 }
 
 impl Command {
-    /// Does it, with results to `out`. A command that takes long calls `watch` first: from then on the first Ctrl-C
-    /// asks it to stop, and does not end the program.
-    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
-        let leaving = self.leaves();
-        let ended = self.carry_out(out, watch);
-        // Also of a run that was cancelled there may be results.
-        leaving.into_iter().for_each(runs::Leaving::enter);
-        ended
+    /// Runs the command; results go to `out`. A long command calls `watch` first: from then on the first Ctrl-C cancels
+    /// it instead of ending the program.
+    pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce(OutputOptions) -> Watch) -> Result<(), Failure> {
+        let entry = self.catalogue_entry();
+        let result = self.carry_out(out, watch);
+        // A cancelled run may have partial results.
+        entry.into_iter().for_each(runs::PendingEntry::enter);
+        result
     }
 
-    /// The run that it leaves, for the catalogue.
-    fn leaves(&self) -> Option<runs::Leaving> {
+    /// The entry in the catalogue for the run that the command writes.
+    fn catalogue_entry(&self) -> Option<runs::PendingEntry> {
         let (folder, preset) = match self {
             Command::Demo(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Measure(command) => {
-                let (folder, preset) = command.leaves();
+                let (folder, preset) = command.destination();
                 (folder, Some(preset))
             }
             Command::Calibrate(command) => (command.out.clone(), Some(command.preset.clone())),
@@ -216,7 +214,7 @@ impl Command {
             Command::Loop(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Hunting(command) => (command.out.clone(), Some(command.preset.clone())),
             Command::Render(command) => (command.out.clone(), Some(command.preset.clone())),
-            Command::Friction(command) => (command.leaves()?, None),
+            Command::Friction(command) => (command.destination()?, None),
             Command::Fit(command) => (command.out.clone(), None),
             Command::Fidelity(command) => (command.out.clone(), None),
             Command::Benchmark(command) => (command.out.clone(), Some(command.preset.clone())),
@@ -227,11 +225,11 @@ impl Command {
             Command::Capture(command) => (command.out.clone(), None),
             _ => return None,
         };
-        Some(runs::Leaving::into(folder, preset))
+        Some(runs::PendingEntry::new(folder, preset))
     }
 
     /// The form of the output of a command that can be watched; the default for the others.
-    fn shown(&self) -> Shown {
+    fn shown(&self) -> OutputOptions {
         match self {
             Command::Demo(command) => command.shown,
             Command::Measure(command) => command.shown(),
@@ -263,11 +261,11 @@ impl Command {
             | Command::Params(_)
             | Command::Report(_)
             | Command::Runs(_)
-            | Command::Completions(_) => Shown::default(),
+            | Command::Completions(_) => OutputOptions::default(),
         }
     }
 
-    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(Shown) -> Watch) -> Result<(), Failure> {
+    fn carry_out(self, out: &mut dyn Write, watch: impl FnOnce(OutputOptions) -> Watch) -> Result<(), Failure> {
         let shown = self.shown();
         match self {
             Command::Demo(command) => command.run(out, &watch(shown)),

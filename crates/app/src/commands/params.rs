@@ -1,4 +1,4 @@
-//! `stickslip params`: parameter files at the command line.
+//! `stickslip params`: parameters of presets, files and the running bench.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -13,52 +13,52 @@ use stickslip::parameters::{self, Difference, Entry};
 use crate::failure::Failure;
 use crate::serve::{Client, unexpected};
 
-/// What a parameter file describes.
+/// Content of a parameter file.
 pub(crate) type Preset = stickslip::Preset<f64>;
 
-/// Parameters: of presets and files, and of the bench that is served.
+/// Parameters of presets, files and the running bench.
 #[derive(Args)]
 pub(crate) struct ParamsCommand {
-    /// Folder of the served bench's project, for the source `live`.
+    /// Project folder of the running bench, for the source `live`.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT, global = true)]
     project: PathBuf,
     #[command(subcommand)]
-    what: Params,
+    action: Action,
 }
 
-/// What can be done. A SOURCE is the name of a preset, the path of a file, or `live`: what is in force on the bench that
-/// is served.
+/// Actions on parameters. A SOURCE is the name of a preset, the path of a file, or `live`: the active parameters of the
+/// running bench.
 #[derive(Subcommand)]
-enum Params {
+enum Action {
     /// List the presets, or all values of one.
     #[command(after_help = "Example: stickslip params list clm-bench")]
     List {
         /// Preset or file.
         source: Option<String>,
     },
-    /// Say what a parameter is: symbol, unit, range, default.
+    /// Describe a parameter: symbol, unit, range, default.
     #[command(after_help = "Example: stickslip params describe plant.drive")]
     Describe {
-        /// Dotted path of a parameter or group; all without it.
+        /// Dotted path of a parameter or group [default: all].
         #[arg(default_value = "")]
         path: String,
     },
-    /// Check files: names, types, ranges, laws between parameters. All problems are reported at once.
+    /// Check files: names, types, ranges, conditions between parameters. All errors are reported together.
     #[command(after_help = "Example: stickslip params check my-bench.toml")]
     Check {
         /// Presets or files.
         #[arg(required = true)]
         sources: Vec<String>,
     },
-    /// Show the values that are not the same.
+    /// Show the values that differ.
     #[command(after_help = "Example: stickslip params diff clm-bench my-bench.toml")]
     Diff {
-        /// Preset or file.
+        /// First preset or file.
         before: String,
-        /// Preset or file.
+        /// Second preset or file.
         after: String,
     },
-    /// Print a file with one value changed; comments and layout stay. Of `live`: put it in force.
+    /// Change one value and print the file, with its comments and layout; for `live`: activate it on the running bench.
     #[command(
         after_help = "Example: stickslip params set clm-bench plant.drive.motor_inertia 4.2e-4 --out my-bench.toml\n\
                       Example: stickslip params set live bench.controller.position_gain 12"
@@ -68,38 +68,38 @@ enum Params {
         source: String,
         /// Dotted path of the parameter.
         path: String,
-        /// As in a file, in SI units.
+        /// Value as written in a file, in SI units.
         #[arg(allow_hyphen_values = true)]
         value: String,
-        /// Write it here instead of printing it; may be the same file.
+        /// File to write instead of printing; may be the same file.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// On the served bench: the parameters before the last change.
+    /// Undo the last change on the running bench.
     #[command(after_help = "Example: stickslip params undo")]
     Undo,
-    /// On the served bench: the parameters before the last undo.
+    /// Redo the last undone change on the running bench.
     #[command(after_help = "Example: stickslip params redo")]
     Redo,
-    /// On the served bench: the parameters that it began with.
+    /// Restore the start parameters of the running bench.
     #[command(after_help = "Example: stickslip params reset")]
     Reset,
-    /// On the served bench: save what is in force under a name.
+    /// Save the active parameters of the running bench under a name.
     #[command(after_help = "Example: stickslip params save stiff")]
     Save {
-        /// Letters, digits, `-` and `_`.
+        /// Name: letters, digits, `-` and `_`.
         name: String,
     },
-    /// On the served bench: put in force what is saved under a name; without a name, list them.
+    /// Activate saved parameters on the running bench, or list the saved names.
     #[command(after_help = "Example: stickslip params load stiff")]
     Load {
-        /// As it was saved.
+        /// Name of the saved parameters [default: list all].
         name: Option<String>,
     },
-    /// Print a complete file: every parameter, its unit, range and meaning as comments.
+    /// Print a complete file with all parameters; units, ranges and meanings are comments.
     #[command(after_help = "Example: stickslip params write clm-bench > my-bench.toml")]
     Write {
-        /// Preset or file; defaults only without it.
+        /// Preset or file [default: the defaults of all parameters].
         source: Option<String>,
     },
 }
@@ -107,33 +107,33 @@ enum Params {
 impl ParamsCommand {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let read = |source: &str| Ok::<_, Failure>(self.find(source)?.read::<Preset>()?);
-        match &self.what {
-            Params::List { source: None } => {
+        match &self.action {
+            Action::List { source: None } => {
                 for (name, about) in presets::list() {
                     writeln!(out, "{name:12} {about}")?;
                 }
             }
-            Params::List { source: Some(source) } => {
+            Action::List { source: Some(source) } => {
                 for entry in parameters::flatten(&read(source)?) {
                     writeln!(out, "{} = {entry}", entry.path)?;
                 }
             }
-            Params::Describe { path } => {
+            Action::Describe { path } => {
                 for description in parameters::describe::<Preset>(path)? {
                     write!(out, "{description}")?;
                 }
             }
-            Params::Check { sources } => check(sources, out)?,
-            Params::Diff { before, after } => {
+            Action::Check { sources } => check(sources, out)?,
+            Action::Diff { before, after } => {
                 for difference in parameters::diff(&read(before)?, &read(after)?) {
                     show(&difference, out)?;
                 }
             }
-            Params::Set { source, path, value, out: None } if source == LIVE => {
+            Action::Set { source, path, value, out: None } if source == LIVE => {
                 let values = BTreeMap::from([(path.clone(), value.clone())]);
-                self.enter(&Call::Set { values }, out)?;
+                self.activate(&Call::Set { values }, out)?;
             }
-            Params::Set { source, path, value, out: file } => {
+            Action::Set { source, path, value, out: file } => {
                 let source = self.find(source)?;
                 let text = parameters::set::<Preset>(&source.text, &source.file, path, value)?;
                 match file {
@@ -141,19 +141,19 @@ impl ParamsCommand {
                     None => out.write_all(text.as_bytes())?,
                 }
             }
-            Params::Undo => self.enter(&Call::Undo {}, out)?,
-            Params::Redo => self.enter(&Call::Redo {}, out)?,
-            Params::Reset => self.enter(&Call::Reset {}, out)?,
-            Params::Load { name: Some(name) } => self.enter(&Call::Load { name: name.clone() }, out)?,
-            Params::Load { name: None } => match Client::of(&self.project)?.call(&Call::Sets {})? {
+            Action::Undo => self.activate(&Call::Undo {}, out)?,
+            Action::Redo => self.activate(&Call::Redo {}, out)?,
+            Action::Reset => self.activate(&Call::Reset {}, out)?,
+            Action::Load { name: Some(name) } => self.activate(&Call::Load { name: name.clone() }, out)?,
+            Action::Load { name: None } => match Client::of(&self.project)?.call(&Call::Sets {})? {
                 Answer::Names { names } => names.iter().try_for_each(|name| writeln!(out, "{name}"))?,
                 other => return Err(unexpected(&other)),
             },
-            Params::Save { name } => match Client::of(&self.project)?.call(&Call::Save { name: name.clone() })? {
+            Action::Save { name } => match Client::of(&self.project)?.call(&Call::Save { name: name.clone() })? {
                 Answer::Done {} => writeln!(out, "Saved as {name}.")?,
                 other => return Err(unexpected(&other)),
             },
-            Params::Write { source } => {
+            Action::Write { source } => {
                 let preset = source.as_ref().map_or(Ok(Preset::default()), |source| read(source))?;
                 out.write_all(parameters::write_commented(&preset).as_bytes())?;
             }
@@ -172,15 +172,15 @@ impl ParamsCommand {
         }
     }
 
-    /// Puts parameters in force, and says what became another.
-    fn enter(&self, call: &Call, out: &mut dyn Write) -> Result<(), Failure> {
+    /// Activates parameters on the running bench and prints the differences.
+    fn activate(&self, call: &Call, out: &mut dyn Write) -> Result<(), Failure> {
         match Client::of(&self.project)?.call(call)? {
             Answer::Entered { cycle, differences, margin } => {
                 let text = |value: Option<String>| value.unwrap_or_else(|| "none".into());
                 for Changed { path, before, after } in differences {
                     writeln!(out, "{path}: {} → {}", text(before), text(after))?;
                 }
-                writeln!(out, "In force from cycle {cycle} on.")?;
+                writeln!(out, "Active from cycle {cycle}.")?;
                 if let Some(margin) = margin {
                     writeln!(out, "Margin of the rendering law: {margin}.")?;
                 }
@@ -191,7 +191,7 @@ impl ParamsCommand {
     }
 }
 
-/// The name of what is in force on the served bench.
+/// Source name of the active parameters of the running bench.
 const LIVE: &str = "live";
 
 fn read(source: &str) -> Result<Preset, stickslip::Error> {
@@ -199,17 +199,17 @@ fn read(source: &str) -> Result<Preset, stickslip::Error> {
 }
 
 fn check(sources: &[String], out: &mut dyn Write) -> Result<(), Failure> {
-    let mut wrong = Vec::new();
+    let mut errors = Vec::new();
     for source in sources {
         match read(source) {
             Ok(preset) => {
                 let count = parameters::flatten(&preset).len();
                 writeln!(out, "{source}: {count} values, all in order")?;
             }
-            Err(error) => wrong.push(error),
+            Err(error) => errors.push(error),
         }
     }
-    if wrong.is_empty() { Ok(()) } else { Err(Failure::Several(wrong)) }
+    if errors.is_empty() { Ok(()) } else { Err(Failure::Several(errors)) }
 }
 
 fn show(difference: &Difference, out: &mut dyn Write) -> std::io::Result<()> {

@@ -7,13 +7,13 @@ use stickslip::Watch;
 use stickslip::bench::remote::{Address, PlantServer};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Which machine, and where.
+/// Machine and address.
 #[derive(Args)]
 pub(crate) struct PlantCommand {
-    /// Where it is reached; port 0 takes a free one. Who can reach the address can run the machine.
+    /// Address; port 0 selects a free one. Anyone who can reach the address can control the machine.
     #[arg(long, value_name = "udp:ADDRESS:PORT|shm:NAME|serial:PORT")]
     io: Address,
     /// Name of a preset, or a parameter file.
@@ -22,14 +22,14 @@ pub(crate) struct PlantCommand {
     /// Change a value of the preset; may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Seed of the noise: each bench that begins gets it from its start.
+    /// Seed of the noise, the same for each bench that connects.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// End with the first bench.
+    /// End when the first bench disconnects.
     #[arg(long)]
     once: bool,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl PlantCommand {
@@ -37,9 +37,9 @@ impl PlantCommand {
         let settings = self.set.iter().map(|s| (s.path.as_str(), s.value.as_str()));
         let preset = source::preset(&self.preset, settings)?;
         let mut server = PlantServer::bind(&self.io, &preset, self.seed)?;
-        self.shown.say(out, &server.address().to_string())?;
+        self.shown.print_line(out, &server.address().to_string())?;
         let served = server.serve(self.once, watch)?;
         let text = format!("{} benches, {} ticks, {} frames refused.", served.sessions, served.ticks, served.refused);
-        self.shown.say(out, &text)
+        self.shown.print_line(out, &text)
     }
 }

@@ -1,4 +1,4 @@
-//! `stickslip loop`: how far the loop of a position controller is from oscillation.
+//! `stickslip loop`: robustness of the loop of a position controller.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,10 +8,10 @@ use stickslip::Watch;
 use stickslip::workflow::position_loop::{LoopRun, PRESET, as_cascade, as_pid, as_predictive, as_state_feedback};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// Which loop to judge.
+/// Loop to analyse.
 #[derive(Args)]
 pub(crate) struct LoopCommand {
     /// Name of a preset, or a parameter file: its model is the axis, its bench.controller the controller.
@@ -20,32 +20,32 @@ pub(crate) struct LoopCommand {
     /// Change a value of the preset (bench.controller.velocity_gain=0.2); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// The controller as the PID controller that it is, as a cascade, or a state feedback in its place.
+    /// Kind of controller: PID or cascade, equivalent to that of the preset, or a state feedback in its place.
     #[arg(long, value_enum)]
     control: Option<Control>,
-    /// Tune its gains first, as every controller is tuned: the least deviation after a step of the load torque within limits
-    /// of sensitivity and noise. Takes seconds.
+    /// Tune the gains first: least deviation after a step of the load torque within limits of sensitivity and noise. Takes
+    /// some seconds.
     #[arg(long)]
     tune: bool,
-    /// Speed at which the load slides, in rad/s.
+    /// Speed of the sliding load [rad/s].
     #[arg(long, value_name = "RAD/S", default_value_t = 10.0)]
     speed: f64,
     /// Folder for the preset with this controller, figures, report and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/loop")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Control {
-    /// One PID controller of the position.
+    /// PID control of the position.
     Pid,
     /// P control of the position around PI control of the velocity.
     Cascade,
-    /// Feedback of all states of the drive, which an observer estimates.
+    /// Feedback of all states of the drive, estimated by an observer.
     StateFeedback,
-    /// The same, with the limits of torque, its rate and velocity seen beforehand.
+    /// State feedback that predicts the limits of torque, torque rate and velocity.
     Predictive,
 }
 

@@ -1,4 +1,4 @@
-//! `stickslip render`: the load motor renders the desired friction, and it is measured again.
+//! `stickslip render`: the load motor renders the desired friction, which is then measured.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -12,13 +12,13 @@ use stickslip::workflow::render::render_run;
 use stickslip::{Preset, Watch};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source::{self, Setting};
 
-/// What to render on which bench.
+/// Own and desired friction, and the bench.
 #[derive(Args)]
 pub(crate) struct RenderCommand {
-    /// Own friction, which the law subtracts: the fit.toml of a fit. The linings are as it says, if it does.
+    /// Own friction, which the law subtracts: the fit.toml of a fit. Its preload of the linings is used if it has one.
     #[arg(long, value_name = "FILE|NAME")]
     own: String,
     /// Desired friction: the desired.toml of a design, or a preset.
@@ -30,8 +30,8 @@ pub(crate) struct RenderCommand {
     /// Change a value of the bench (bench.fade_velocity=0.2); may be given several times.
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<Setting>,
-    /// Measure, correct the torque over the speed by what is missing, and measure again, at most so many times; it ends
-    /// where it no longer helps.
+    /// Largest number of corrections: the torque over speed is corrected by the measured difference and measured again,
+    /// until the difference no longer decreases.
     #[arg(long, value_name = "N", default_value_t = 0)]
     corrections: usize,
     /// Seed of the noise: the same seed gives the same numbers.
@@ -41,7 +41,7 @@ pub(crate) struct RenderCommand {
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/render")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl RenderCommand {
@@ -59,8 +59,10 @@ impl RenderCommand {
         let plan = FrictionPlan::quick();
         let duration = number(Plan::duration(&plan, &preset), 0);
         let linings = number(preset.plant.wheel.preload, 2);
-        self.shown
-            .say(out, &format!("{} under the law, linings at {linings}: {duration} s on the bench.", plan.about()))?;
+        self.shown.print_line(
+            out,
+            &format!("{} under the law, linings at {linings}: {duration} s on the bench.", plan.about()),
+        )?;
         let run = render_run(&plan, &preset, self.corrections, self.seed, watch)?;
         let summary = run.write(&self.out, &source::command_line())?;
         let rendering = run.rendering();

@@ -1,4 +1,4 @@
-//! `stickslip replay`: a recorded run once more, every bit compared.
+//! `stickslip replay`: replay of a recorded run, compared bit by bit.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,18 +8,18 @@ use stickslip::run::Stored;
 use stickslip::{Summary, Watch};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// Which run.
+/// Run to replay.
 #[derive(Args)]
 pub(crate) struct ReplayCommand {
     /// The run's file, the folder with its run.mf4, or its number in the catalogue.
     run: PathBuf,
-    /// Folder for summary.json; without, nothing is written.
+    /// Folder for summary.json [default: no file].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl ReplayCommand {
@@ -47,6 +47,6 @@ impl ReplayCommand {
             summary.write(folder)?;
         }
         self.shown.show(out, &summary, |out| Ok(writeln!(out, "{replayed}")?))?;
-        if replayed.identical() { Ok(()) } else { Err(Failure::Served("the run does not replay to the bit".into())) }
+        if replayed.identical() { Ok(()) } else { Err(Failure::Served("the replay differs from the recording".into())) }
     }
 }

@@ -1,4 +1,4 @@
-//! `stickslip report`: the page of saved results again, or of several together.
+//! `stickslip report`: the report of saved results, or one that compares several.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,22 +9,23 @@ use stickslip::report::Report;
 
 use crate::failure::Failure;
 
-/// Which results.
+/// Results and page of the report.
 #[derive(Args)]
 pub(crate) struct ReportCommand {
-    /// Folders with a report.json, as other commands leave them, or numbers of runs in the catalogue. Several are put over each other.
+    /// Folders with a report.json, or numbers of runs in the catalogue. Curves of several results are overlaid.
     #[arg(required = true, value_name = "DIR")]
     results: Vec<PathBuf>,
-    /// The page. By default report.html beside the data; stickslip-out/comparison.html of several.
+    /// Page to write [default: report.html in the folder of the data; stickslip-out/comparison.html for several].
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
 }
 
 impl ReportCommand {
-    /// Reads, renders, writes. All folders that are no result are named at once.
+    /// Reads the results and writes the page. All invalid folders are reported together.
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let (mut reports, mut errors) = (Vec::new(), Vec::new());
-        let results: Vec<PathBuf> = self.results.iter().map(|run| super::runs::named(run)).collect::<Result<_, _>>()?;
+        let results: Vec<PathBuf> =
+            self.results.iter().map(|run| super::runs::run_path(run)).collect::<Result<_, _>>()?;
         for (path, name) in results.iter().zip(names(&results)) {
             match Report::read(path) {
                 Ok(report) => reports.push((name, report)),
@@ -34,12 +35,12 @@ impl ReportCommand {
         if !errors.is_empty() {
             return Err(Failure::Several(errors));
         }
-        let beside = |path: &Path| match path.is_dir() {
+        let default_page = |path: &Path| match path.is_dir() {
             true => path.join("report.html"),
             false => path.with_file_name("report.html"),
         };
         let page = self.out.unwrap_or_else(|| match results.as_slice() {
-            [one] => beside(one),
+            [one] => default_page(one),
             _ => "stickslip-out/comparison.html".into(),
         });
         let report = match reports.len() {
@@ -54,7 +55,7 @@ impl ReportCommand {
     }
 }
 
-/// The folders' own names; the paths as given where two of them are the same.
+/// The names of the folders; the given paths if two names are the same.
 fn names(paths: &[PathBuf]) -> Vec<String> {
     let short = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
     let distinct: std::collections::BTreeSet<_> = paths.iter().map(short).collect();
@@ -67,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_of_the_same_name_are_told_apart_by_their_paths() {
+    fn results_with_the_same_name_have_their_paths_as_names() {
         let names = |paths: &[&str]| names(&paths.iter().map(PathBuf::from).collect::<Vec<_>>());
         assert_eq!(names(&["old/demo", "new/emps/"]), ["demo", "emps"]);
         assert_eq!(names(&["old/demo", "new/demo"]), ["old/demo", "new/demo"]);

@@ -1,4 +1,4 @@
-//! `stickslip runs`: the catalogue of runs, searched, named, tidied.
+//! `stickslip runs`: the catalogue of runs: search, name, tag, delete.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -11,28 +11,28 @@ use stickslip::quantity::Estimate;
 
 use crate::failure::Failure;
 
-/// Which runs.
+/// Query or action on the catalogue.
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct RunsCommand {
-    /// What to look for: words; law:bristle, tag:good; M_S>0.2 over parameters and results; -word for what must not be.
+    /// Query: words; law:bristle, tag:good; M_S>0.2 for parameters and results; -word excludes a word.
     query: Vec<String>,
-    /// At most so many, the newest.
+    /// Largest number of runs, the newest first.
     #[arg(long, value_name = "N", default_value_t = 50)]
     limit: u64,
-    /// Look through the folders again: after the catalogue was lost, or runs were moved by hand.
+    /// Rebuild the catalogue from the folders: after it was lost, or runs were moved by hand.
     #[arg(long)]
     rebuild: bool,
     #[command(flatten)]
-    whose: Whose,
+    scope: Scope,
     #[command(subcommand)]
-    order: Option<Order>,
+    action: Option<Action>,
 }
 
-/// Of which project, in which form.
+/// Project and form of the output.
 #[derive(Args)]
-struct Whose {
-    /// Folder of a served bench's project outside the working folder.
+struct Scope {
+    /// Project folder of a running bench outside the working folder.
     #[arg(long, value_name = "DIR", global = true)]
     project: Option<PathBuf>,
     /// Print JSON.
@@ -41,49 +41,49 @@ struct Whose {
 }
 
 #[derive(Subcommand)]
-enum Order {
-    /// All that is known of a run.
+enum Action {
+    /// Show all data of a run.
     #[command(after_help = "Example: stickslip runs show 1")]
     Show {
-        /// Its number.
+        /// Number of the run.
         number: i64,
     },
-    /// Give a run another name.
+    /// Rename a run.
     #[command(after_help = "Example: stickslip runs rename 1 \"before the repair\"")]
     Rename {
-        /// Its number.
+        /// Number of the run.
         number: i64,
-        /// In words.
+        /// New name.
         name: String,
     },
-    /// Add tags to a run, and take others away.
+    /// Add tags to a run, or remove tags.
     #[command(after_help = "Example: stickslip runs tag 1 +good -bad")]
     Tag {
-        /// Its number.
+        /// Number of the run.
         number: i64,
-        /// +TAG or TAG adds, -TAG takes away.
+        /// Tags: +TAG or TAG adds, -TAG removes.
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         tags: Vec<String>,
     },
-    /// Write a note to a run; an empty one takes it away.
+    /// Write a note for a run; an empty text removes it.
     #[command(after_help = "Example: stickslip runs note 1 \"new grease\"")]
     Note {
-        /// Its number.
+        /// Number of the run.
         number: i64,
-        /// In words.
+        /// Text of the note.
         text: String,
     },
-    /// Move runs into the bin, where they lie for 30 days.
+    /// Move runs into the bin, which keeps them for 30 days.
     #[command(after_help = "Example: stickslip runs delete 1")]
     Delete {
-        /// Their numbers.
+        /// Numbers of the runs.
         #[arg(required = true)]
         numbers: Vec<i64>,
     },
-    /// Bring runs back from the bin.
+    /// Restore runs from the bin.
     #[command(after_help = "Example: stickslip runs restore 1")]
     Restore {
-        /// Their numbers.
+        /// Numbers of the runs.
         #[arg(required = true)]
         numbers: Vec<i64>,
     },
@@ -92,7 +92,7 @@ enum Order {
 impl RunsCommand {
     pub(crate) fn run(self, out: &mut dyn Write) -> Result<(), Failure> {
         let here = Path::new(".");
-        let catalogue = match &self.whose.project {
+        let catalogue = match &self.scope.project {
             Some(project) => Catalogue::of_project(project, here),
             None => Catalogue::in_folder(here),
         };
@@ -101,41 +101,42 @@ impl RunsCommand {
             let new = rebuilt.unlabelled;
             return Ok(writeln!(out, "{} runs in the catalogue, {new} of them new to it.", rebuilt.runs)?);
         }
-        match self.order {
-            None => list(&catalogue.runs(&self.query.join(" "), self.limit)?, self.whose.json, out),
-            Some(Order::Show { number }) => show(&catalogue.details(number)?, self.whose.json, out),
-            Some(Order::Rename { number, name }) => {
+        match self.action {
+            None => list(&catalogue.runs(&self.query.join(" "), self.limit)?, self.scope.json, out),
+            Some(Action::Show { number }) => show(&catalogue.details(number)?, self.scope.json, out),
+            Some(Action::Rename { number, name }) => {
                 catalogue.rename(number, &name)?;
-                tell(&catalogue, number, self.whose.json, out)
+                print_run(&catalogue, number, self.scope.json, out)
             }
-            Some(Order::Tag { number, tags }) => {
+            Some(Action::Tag { number, tags }) => {
                 let (remove, add): (Vec<String>, Vec<String>) = tags.into_iter().partition(|tag| tag.starts_with('-'));
-                let plain = |tags: Vec<String>, sign| tags.iter().map(|tag| bare(tag, sign)).collect::<Vec<_>>();
+                let plain =
+                    |tags: Vec<String>, sign| tags.iter().map(|tag| without_sign(tag, sign)).collect::<Vec<_>>();
                 catalogue.tag(number, &plain(add, '+'), &plain(remove, '-'))?;
-                tell(&catalogue, number, self.whose.json, out)
+                print_run(&catalogue, number, self.scope.json, out)
             }
-            Some(Order::Note { number, text }) => {
+            Some(Action::Note { number, text }) => {
                 catalogue.note(number, &text)?;
-                tell(&catalogue, number, self.whose.json, out)
+                print_run(&catalogue, number, self.scope.json, out)
             }
-            Some(Order::Delete { numbers }) => numbers.into_iter().try_for_each(|number| {
+            Some(Action::Delete { numbers }) => numbers.into_iter().try_for_each(|number| {
                 catalogue.delete(number)?;
-                tell(&catalogue, number, self.whose.json, out)
+                print_run(&catalogue, number, self.scope.json, out)
             }),
-            Some(Order::Restore { numbers }) => numbers.into_iter().try_for_each(|number| {
+            Some(Action::Restore { numbers }) => numbers.into_iter().try_for_each(|number| {
                 catalogue.restore(number)?;
-                tell(&catalogue, number, self.whose.json, out)
+                print_run(&catalogue, number, self.scope.json, out)
             }),
         }
     }
 }
 
-fn bare(tag: &str, sign: char) -> String {
+fn without_sign(tag: &str, sign: char) -> String {
     tag.strip_prefix(sign).unwrap_or(tag).into()
 }
 
-/// How a run is now, in a line.
-fn tell(catalogue: &Catalogue, number: i64, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
+/// Prints the current state of a run in one line.
+fn print_run(catalogue: &Catalogue, number: i64, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
     let run = catalogue.details(number)?.run;
     match json {
         true => Ok(writeln!(out, "{}", json!(run))?),
@@ -143,30 +144,30 @@ fn tell(catalogue: &Catalogue, number: i64, json: bool, out: &mut dyn Write) -> 
     }
 }
 
-fn list(found: &Found, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
+fn list(result: &Found, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
     if json {
-        let told = json!({ "runs": found.runs, "of": found.of, "hints": found.hints });
-        return Ok(writeln!(out, "{told}")?);
+        let list = json!({ "runs": result.runs, "of": result.of, "hints": result.hints });
+        return Ok(writeln!(out, "{list}")?);
     }
-    for hint in &found.hints {
+    for hint in &result.hints {
         writeln!(out, "Note: {hint}")?;
     }
-    table(&found.runs, out)?;
-    match found.of as usize - found.runs.len() {
-        0 if found.runs.is_empty() => Ok(writeln!(out, "No runs.")?),
+    table(&result.runs, out)?;
+    match result.of as usize - result.runs.len() {
+        0 if result.runs.is_empty() => Ok(writeln!(out, "No runs.")?),
         0 => Ok(()),
-        more => Ok(writeln!(out, "and {more} more: see --limit")?),
+        more => Ok(writeln!(out, "{more} more, see --limit")?),
     }
 }
 
-/// A run a line, its cells below each other.
+/// Prints a line for each run, with aligned columns.
 fn table(runs: &[Run], out: &mut dyn Write) -> Result<(), Failure> {
     let rows: Vec<[String; 7]> = runs.iter().map(cells).collect();
     let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
     let widths: [usize; 7] = std::array::from_fn(width);
     for row in &rows {
         let cell = |(k, text): (usize, &String)| format!("{text:width$}", width = widths[k]);
-        // An empty column has no place.
+        // Empty columns are omitted.
         let shown = row.iter().enumerate().filter(|(k, _)| widths[*k] > 0);
         let line: Vec<String> = shown.map(cell).collect();
         writeln!(out, "{}", line.join("  ").trim_end())?;
@@ -184,7 +185,7 @@ fn cells(run: &Run) -> [String; 7] {
     let law = if run.law.is_empty() { String::new() } else { format!("law {}", run.law) };
     [
         format!("{:>4}", run.number),
-        when(&run.begun),
+        start_time(&run.begun),
         run.name.clone(),
         [run.controller.clone(), law].into_iter().filter(|text| !text.is_empty()).collect::<Vec<_>>().join(", "),
         key(run),
@@ -193,14 +194,15 @@ fn cells(run: &Run) -> [String; 7] {
     ]
 }
 
-/// To the minute.
-fn when(begun: &str) -> String {
+/// Start of a run, to the minute.
+fn start_time(begun: &str) -> String {
     begun.get(..16).unwrap_or(begun).replace('T', " ")
 }
 
+/// The main result of a run.
 fn key(run: &Run) -> String {
     let Some(key) = &run.key else { return String::new() };
-    // A result has a path; what is none is in words already.
+    // Results have dotted paths; other names are texts already.
     let name = match key.name.contains(' ') {
         true => key.name.clone(),
         false => key.name.rsplit('.').next().unwrap_or_default().replace('_', " "),
@@ -211,14 +213,14 @@ fn key(run: &Run) -> String {
 fn show(details: &Details, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
     let Details { run, values } = details;
     if json {
-        let told = json!({ "run": run, "values": values });
-        return Ok(writeln!(out, "{told}")?);
+        let details = json!({ "run": run, "values": values });
+        return Ok(writeln!(out, "{details}")?);
     }
     table(std::slice::from_ref(run), out)?;
     let duration = run.duration.map_or(String::new(), |duration| Estimate::new(duration, "s").to_string());
     let lines = [
         ("command", run.command.clone()),
-        ("begun", run.begun.clone()),
+        ("started", run.begun.clone()),
         ("duration", duration),
         ("preset", run.preset.clone()),
         ("version", run.version.clone()),
@@ -237,50 +239,50 @@ fn show(details: &Details, json: bool, out: &mut dyn Write) -> Result<(), Failur
         writeln!(out, "{}", format!("  {:width$}  {} {unit}", value.path, value.text).trim_end())?;
     }
     let parameters = values.iter().filter(|value| !value.result).count();
-    Ok(writeln!(out, "  {parameters} parameters: see its report, or --json")?)
+    Ok(writeln!(out, "  {parameters} parameters: see the report, or --json")?)
 }
 
-/// A run that a command is about to leave.
-pub(crate) struct Leaving {
+/// The entry in the catalogue for the results that a command is about to write.
+pub(crate) struct PendingEntry {
     folder: PathBuf,
     preset: Option<String>,
-    begun: SystemTime,
-    before: Option<SystemTime>,
+    start: SystemTime,
+    written_before: Option<SystemTime>,
 }
 
-impl Leaving {
-    pub(crate) fn into(folder: PathBuf, preset: Option<String>) -> Self {
-        let before = written(&folder);
-        Leaving { folder, preset, begun: SystemTime::now(), before }
+impl PendingEntry {
+    pub(crate) fn new(folder: PathBuf, preset: Option<String>) -> Self {
+        let written_before = time_written(&folder);
+        PendingEntry { folder, preset, start: SystemTime::now(), written_before }
     }
 
-    /// Enters it, if it was left within the working folder. A catalogue that cannot be written costs a warning.
+    /// Adds the run to the catalogue if it has new results within the working folder. An error is only a warning.
     pub(crate) fn enter(self) {
         let catalogue = Catalogue::in_folder(Path::new("."));
-        let after = written(&self.folder);
-        if after.is_none() || after == self.before || !catalogue.covers(&self.folder) {
+        let written = time_written(&self.folder);
+        if written.is_none() || written == self.written_before || !catalogue.covers(&self.folder) {
             return;
         }
-        if let Err(error) = catalogue.enter(&RunOrigin::now(&self.folder, self.begun, self.preset)) {
+        if let Err(error) = catalogue.enter(&RunOrigin::now(&self.folder, self.start, self.preset)) {
             warn(&error);
         }
     }
 }
 
-/// When a folder got its results.
-fn written(folder: &Path) -> Option<SystemTime> {
+/// Time when results were written into a folder.
+fn time_written(folder: &Path) -> Option<SystemTime> {
     let time = |name: &str| folder.join(name).metadata().and_then(|file| file.modified()).ok();
     time("summary.json").max(time("run.mf4"))
 }
 
-/// Says that a run is not in the catalogue.
+/// Warns that a run is not in the catalogue.
 fn warn(error: &stickslip::Error) {
-    // Nobody is left to tell if stderr is closed as well.
+    // Ignored: stderr may be closed.
     let _ = writeln!(io::stderr(), "Note: the run is not in the catalogue. {error}");
 }
 
-/// A run's folder or file: a path, or its number in the catalogue.
-pub(crate) fn named(run: &Path) -> Result<PathBuf, Failure> {
+/// The folder or file of a run, from a path or its number in the catalogue.
+pub(crate) fn run_path(run: &Path) -> Result<PathBuf, Failure> {
     match run.to_str().and_then(|text| text.parse().ok()) {
         Some(number) if !run.exists() => Ok(Catalogue::in_folder(Path::new(".")).folder(number)?),
         _ => Ok(run.to_owned()),
@@ -292,14 +294,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_path_is_itself_and_a_number_that_is_no_run_is_refused() {
-        assert_eq!(named(Path::new("somewhere/42")).unwrap(), Path::new("somewhere/42"));
-        let refused = named(Path::new("4711")).unwrap_err().to_string();
+    fn a_path_is_unchanged_and_the_number_of_an_unknown_run_is_refused() {
+        assert_eq!(run_path(Path::new("somewhere/42")).unwrap(), Path::new("somewhere/42"));
+        let refused = run_path(Path::new("4711")).unwrap_err().to_string();
         assert!(refused.contains("no run 4711"), "{refused}");
     }
 
     #[test]
-    fn a_tag_loses_its_sign() {
-        assert_eq!([bare("+good", '+'), bare("good", '+'), bare("-bad", '-')], ["good", "good", "bad"]);
+    fn the_sign_of_a_tag_is_removed() {
+        assert_eq!(
+            [without_sign("+good", '+'), without_sign("good", '+'), without_sign("-bad", '-')],
+            ["good", "good", "bad"]
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! `stickslip status`: how the bench is that is served.
+//! `stickslip status`: the status of the running bench.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -13,19 +13,19 @@ use stickslip::live::protocol::{CurrentTask, LoadedStatus, Recorded, Status, Xcp
 use crate::failure::Failure;
 use crate::serve::Client;
 
-/// Of which bench.
+/// Bench and form of the status.
 #[derive(Args)]
 pub(crate) struct StatusCommand {
-    /// Folder of the served bench's project.
+    /// Project folder of the running bench.
     #[arg(long, value_name = "DIR", default_value = super::PROJECT)]
     project: PathBuf,
-    /// Tell it again and again, a line each time, until Ctrl-C.
+    /// Print a line repeatedly, until Ctrl-C.
     #[arg(long, short)]
     watch: bool,
-    /// With --watch: from line to line [s].
+    /// Interval between lines with --watch [s].
     #[arg(long, value_name = "S", default_value_t = 0.5, requires = "watch")]
     every: f64,
-    /// Print it as JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
 }
@@ -34,18 +34,18 @@ impl StatusCommand {
     pub(crate) fn run(self, out: &mut dyn Write, watch: impl FnOnce() -> Watch) -> Result<(), Failure> {
         let client = Client::of(&self.project)?;
         if !self.watch {
-            return self.tell(&client.status()?, out);
+            return self.print(&client.status()?, out);
         }
         let watch = watch();
         while watch.check().is_ok() {
-            self.tell(&client.status()?, out)?;
+            self.print(&client.status()?, out)?;
             out.flush()?;
             thread::sleep(Duration::try_from_secs_f64(self.every).unwrap_or(Duration::from_secs(1)));
         }
         Ok(())
     }
 
-    fn tell(&self, status: &Status, out: &mut dyn Write) -> Result<(), Failure> {
+    fn print(&self, status: &Status, out: &mut dyn Write) -> Result<(), Failure> {
         let text = match (self.json, self.watch) {
             (true, _) => serde_json::to_string(status).unwrap_or_default(),
             (false, true) => line(status),
@@ -55,30 +55,30 @@ impl StatusCommand {
     }
 }
 
-/// What runs, and how far it is where that is known.
+/// The running task and its progress, if known.
 fn progress(doing: &CurrentTask) -> String {
     let percent = if doing.fraction > 0.0 { format!(", {:.0} %", 100.0 * doing.fraction) } else { String::new() };
     format!("{}: {}{percent}", doing.what, doing.stage)
 }
 
-/// A door for tools.
+/// An address for XCP masters.
 fn tool(door: &XcpStatus) -> String {
-    let master = door.master.as_deref().unwrap_or("nobody");
+    let master = door.master.as_deref().unwrap_or("no master");
     let measuring = if door.measuring { ", measuring" } else { "" };
     format!("{} {}: {master}{measuring}, {} rows lost", door.transport, door.address, door.lost)
 }
 
-/// How much was recorded.
+/// Length, size and lost cycles of a recording.
 pub(super) fn amount(recorded: &Recorded) -> String {
     let Recorded { length, bytes, lost, .. } = recorded;
     format!("{length:.1} s, {:.1} MB, {lost} cycles lost", *bytes as f64 / 1e6)
 }
 
-/// In one line.
+/// The status in one line.
 pub(super) fn line(status: &Status) -> String {
     let doing = status.doing.as_ref().map_or(String::new(), |doing| format!("  {}", progress(doing)));
     format!(
-        "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N·m  load {:7.3} N·m  held {} lost {}{doing}",
+        "{:8} {:9.2} s {:9.4} rad {:9.3} rad/s  drive {:7.3} N·m  load {:7.3} N·m  missed {} lost {}{doing}",
         status.state,
         status.cycle as f64 / status.rate,
         status.angle,
@@ -90,7 +90,7 @@ pub(super) fn line(status: &Status) -> String {
     )
 }
 
-/// On a few.
+/// The status in several lines.
 fn page(status: &Status) -> String {
     let micros = |times: [f64; 4]| {
         let [p50, p99, p999, longest] = times.map(|time| 1e6 * time);
@@ -98,7 +98,7 @@ fn page(status: &Status) -> String {
     };
     let mut lines = vec![
         ("bench", format!("{} at {} Hz", status.preset, status.rate)),
-        ("state", status.reason.as_ref().map_or(status.state.clone(), |why| format!("{}: {why}", status.state))),
+        ("state", status.reason.as_ref().map_or(status.state.clone(), |reason| format!("{}: {reason}", status.state))),
         ("time", format!("{:.2} s, cycle {}", status.cycle as f64 / status.rate, status.cycle)),
         ("axis", format!("{:.4} rad, {:.3} rad/s", status.angle, status.velocity)),
         (
@@ -113,52 +113,52 @@ fn page(status: &Status) -> String {
         ("linings", format!("preload {}", status.preload)),
     ];
     if let Some(doing) = &status.doing {
-        lines.push(("runs", progress(doing)));
+        lines.push(("running", progress(doing)));
     }
     if let Some(last) = &status.last {
-        let how = match (&last.error, &last.folder) {
+        let result = match (&last.error, &last.folder) {
             (Some(error), _) => format!(": {error}"),
             (None, Some(folder)) => format!(": results in {folder}"),
             (None, None) => ": done".into(),
         };
-        lines.push(("last", format!("{}{how}", last.what)));
+        lines.push(("last", format!("{}{result}", last.what)));
     }
-    let back = match (status.undo, status.redo) {
+    let history = match (status.undo, status.redo) {
         (true, true) => ", undo and redo possible",
         (true, false) => ", undo possible",
         (false, true) => ", redo possible",
         (false, false) => "",
     };
-    lines.push(("changed", format!("{} parameters since the begin{back}", status.changed)));
-    lines.push(("operator", status.operator.clone().unwrap_or_else(|| "nobody".into())));
+    lines.push(("changed", format!("{} parameters since the start{history}", status.changed)));
+    lines.push(("operator", status.operator.clone().unwrap_or_else(|| "none".into())));
     if let Some(recording) = &status.recording {
-        let much = status.recorded.map_or(String::new(), |recorded| format!(", {}", amount(&recorded)));
-        lines.push(("recording", format!("{recording}{much}")));
+        let length = status.recorded.map_or(String::new(), |recorded| format!(", {}", amount(&recorded)));
+        lines.push(("recording", format!("{recording}{length}")));
     }
-    if let Some(why) = &status.not_entered {
-        lines.push(("catalogue", format!("the run that ended last is not in it: {why}")));
+    if let Some(reason) = &status.not_entered {
+        lines.push(("catalogue", format!("the last run is not in the catalogue: {reason}")));
     }
     lines.extend(status.xcp.iter().map(|door| ("xcp", tool(door))));
     if let Some(link) = status.link {
         let Counts { answered, missing, late, doubled, garbled, begun } = link;
-        let ticks = format!("{answered} ticks answered, {missing} not; {late} answers late, {doubled} doubled");
-        lines.push(("link", format!("{ticks}, {garbled} garbled; begun {begun} times")));
+        let ticks = format!("{answered} ticks answered, {missing} missing; {late} answers late, {doubled} doubled");
+        lines.push(("link", format!("{ticks}, {garbled} garbled; started {begun} times")));
     }
     if let Some(loaded) = &status.loaded {
         let LoadedStatus { role, name, kind, file, hash, failed, calls, call, budget, over_budget, .. } = loaded;
-        let how = if *failed { ", has failed: open it again (stickslip bench open-again)" } else { "" };
-        lines.push((role, format!("{name}, {kind}, {file}, SHA-256 {hash:.12}{how}")));
+        let failure = if *failed { ", failed: correct it, then run `stickslip bench open-again`" } else { "" };
+        lines.push((role, format!("{name}, {kind}, {file}, SHA-256 {hash:.12}{failure}")));
         if *calls > 0 {
             lines.push((
-                "its calls",
+                "call time",
                 format!("{}; {over_budget} of {calls} over {:.0} µs", micros(*call), 1e6 * budget),
             ));
         }
-        lines.extend(loaded.response.map(|times| ("its answers", format!("{}; {} late", micros(times), loaded.late))));
+        lines.extend(loaded.response.map(|times| ("response", format!("{}; {} late", micros(times), loaded.late))));
     }
     lines.push(("lateness", micros(status.clock.lateness)));
     lines.push(("cycle", micros(status.clock.cycle)));
-    lines.push(("held, lost", format!("{} cycles, {} samples", status.clock.held, status.clock.lost)));
+    lines.push(("missed", format!("{} cycles; {} samples lost", status.clock.held, status.clock.lost)));
     lines.iter().map(|(name, text)| format!("{name:10} {text}\n")).collect()
 }
 
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_status_says_what_runs_and_why_something_ended() {
+    fn a_status_has_the_running_task_and_the_reason_of_the_last_end() {
         let mut status = Status { state: "running".into(), rate: 4000.0, cycle: 10_000, ..Status::default() };
         assert!(line(&status).starts_with("running       2.50 s"));
         status.doing = Some(CurrentTask { what: "sine".into(), stage: "moving".into(), fraction: 0.5 });
@@ -190,16 +190,16 @@ mod tests {
         let page = page(&status);
         for part in [
             "run.mf4, 2.5 s, 1.2 MB, 3 cycles lost",
-            "is not in it: the disk is full",
+            "is not in the catalogue: the disk is full",
             "udp 127.0.0.1:5555: 127.0.0.1:40000, measuring, 3 rows lost",
-            "tcp 127.0.0.1:5555: nobody, 3 rows",
-            "0 ticks answered, 3 not",
-            "begun 2 times",
+            "tcp 127.0.0.1:5555: no master, 3 rows",
+            "0 ticks answered, 3 missing",
+            "started 2 times",
             "running: too fast",
             "sine: moving, 50 %",
             "home: no index",
-            "0 cycles, 0 samples",
-            "nobody",
+            "0 cycles; 0 samples lost",
+            "operator   none",
         ] {
             assert!(page.contains(part), "{part} in {page}");
         }

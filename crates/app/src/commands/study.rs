@@ -1,4 +1,4 @@
-//! `stickslip study`: parameters changed on the virtual bench.
+//! `stickslip study`: parameters varied on the virtual bench.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -8,24 +8,24 @@ use stickslip::Watch;
 use stickslip::study::{read, run_study};
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 use crate::source;
 
-/// A study, and where it goes.
+/// File and output of a study.
 #[derive(Args)]
 pub(crate) struct Study {
-    /// The study: machine, controller, manoeuvres, axes and design, in TOML.
+    /// File of the study (TOML): machine, controller, manoeuvres, axes and design.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Threads that share the work; as many as there are processors. The numbers do not depend on it.
+    /// Number of threads [default: all processors]. Results do not depend on it.
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
-    /// Folder for study.parquet, report and summary.json. What is finished lies in parts; the same command goes on from
-    /// there.
+    /// Folder for study.parquet, report and summary.json. Finished parts are in its folder parts; the same command
+    /// resumes.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/study")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl Study {

@@ -1,4 +1,4 @@
-//! `stickslip validate`: an identified model on another recording.
+//! `stickslip validate`: an identified model simulated on another recording.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -10,24 +10,24 @@ use stickslip::machine::Machine;
 use stickslip::recording::Recording;
 
 use crate::failure::Failure;
-use crate::shown::Shown;
+use crate::output_options::OutputOptions;
 
-/// What to validate on what.
+/// Model, machine and recording of the validation.
 #[derive(Args)]
 pub(crate) struct Validate {
-    /// Recording that the model has not seen: CSV, MAT, Parquet or MDF 4.
+    /// Recording that was not used for the fit: CSV, MAT, Parquet or MDF 4.
     recording: PathBuf,
     /// The model.toml of an identification.
     #[arg(long, value_name = "FILE")]
     model: PathBuf,
-    /// What is known of the machine: columns, units, drive, controller.
+    /// Machine file: columns, units, drive, controller.
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
     /// Folder for report.html, figures and summary.json.
     #[arg(long, value_name = "DIR", default_value = "stickslip-out/validate")]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(crate) shown: Shown,
+    pub(crate) shown: OutputOptions,
 }
 
 impl Validate {
@@ -36,17 +36,17 @@ impl Validate {
         let model = read_model(&self.model)?;
         let machine = Machine::read(&self.machine)?;
         let recording = Recording::read(&self.recording)?;
-        let found = validate(&recording, &model, &machine, watch)?;
+        let validation = validate(&recording, &model, &machine, watch)?;
         let command = format!(
             "stickslip validate {} --model {} --machine {}",
             self.recording.display(),
             self.model.display(),
             self.machine.display()
         );
-        let summary = found.write(&machine, &recording, &command, &self.out)?;
+        let summary = validation.write(&machine, &recording, &command, &self.out)?;
         self.shown.show(out, &summary, |out| {
-            writeln!(out, "{}", found.verdict().replace('\u{a0}', " "))?;
-            for note in &found.signals.notes {
+            writeln!(out, "{}", validation.verdict().replace('\u{a0}', " "))?;
+            for note in &validation.signals.notes {
                 writeln!(out, "  {note}")?;
             }
             Ok(writeln!(out, "Report with figures: {}", self.out.join("report.html").display())?)

@@ -1,4 +1,4 @@
-//! The bench behind an address, for whoever has its token.
+//! The server of a running bench, and its client. A token protects the access.
 
 mod client;
 mod door;
@@ -9,7 +9,7 @@ mod socket;
 mod tests;
 
 pub(crate) use client::{Client, unexpected};
-pub(crate) use http::{Patience, Server};
+pub(crate) use http::{Server, Timeouts};
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -18,17 +18,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 
-/// Where a served bench is found, kept in its project's folder while it runs.
+/// Address and token of a running bench, in a file of the project's folder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Place {
-    /// Its address.
+    /// Address of the server.
     pub(crate) address: SocketAddr,
-    /// Who has it may do everything that the bench can.
+    /// Secret that gives full control of the bench.
     pub(crate) token: String,
 }
 
 impl Place {
-    /// For people: a page that a browser can open.
+    /// Address of the page for a browser.
     pub(crate) fn url(&self) -> String {
         format!("http://{}/?token={}", self.address, self.token)
     }
@@ -37,14 +37,14 @@ impl Place {
         project.join("serve.json")
     }
 
-    /// Of the bench that is served for a project.
+    /// Address and token of the bench that runs for a project.
     ///
     /// # Errors
-    /// None is, or its file cannot be read.
+    /// No bench is running for the project, or the file cannot be read.
     pub(crate) fn find(project: &Path) -> Result<Self, Failure> {
-        let none = |why: String| {
+        let none = |reason: String| {
             Failure::Served(format!(
-                "no bench is served for {} ({why}). Start one with `stickslip serve`, or name its project with --project.",
+                "no bench is running for {} ({reason}). Start one with `stickslip serve`, or name its folder with --project.",
                 project.display()
             ))
         };
@@ -52,16 +52,16 @@ impl Place {
         serde_json::from_str(&text).map_err(|error| none(error.to_string()))
     }
 
-    /// Leaves it where others of the same user find it.
-    fn leave(&self, project: &Path) -> std::io::Result<Left> {
+    /// Writes the file, readable for the same user only.
+    fn write(&self, project: &Path) -> std::io::Result<PlaceFile> {
         let path = Self::file(project);
         let text = serde_json::to_string(self)?;
         write_for_user(&path, &text)?;
-        Ok(Left { path, text })
+        Ok(PlaceFile { path, text })
     }
 }
 
-/// The token of a project: that of the last time, so that an open page finds its bench again, or a new one.
+/// The token of a project: the one of the last run, so that open pages reconnect, otherwise a new one.
 fn token(project: &Path) -> std::io::Result<String> {
     let path = project.join("serve-token");
     if let Ok(token) = std::fs::read_to_string(&path)
@@ -77,13 +77,13 @@ fn token(project: &Path) -> std::io::Result<String> {
     Ok(token)
 }
 
-/// Writes a file that its user alone can read.
+/// Writes a file that only its user can read.
 fn write_for_user(path: &Path, text: &str) -> std::io::Result<()> {
     #[cfg(unix)]
     {
         use std::io::Write as _;
         use std::os::unix::fs::OpenOptionsExt as _;
-        // A file that others can read is not written over: its mode would stay.
+        // An existing file would keep its mode.
         let _ = std::fs::remove_file(path);
         let mut options = std::fs::OpenOptions::new();
         options.write(true).create_new(true).mode(0o600).open(path)?.write_all(text.as_bytes())
@@ -92,13 +92,13 @@ fn write_for_user(path: &Path, text: &str) -> std::io::Result<()> {
     std::fs::write(path, text)
 }
 
-/// Takes the file away again, unless it is another bench's by now.
-struct Left {
+/// The file with address and token. It is removed at the end, unless another bench has replaced it.
+struct PlaceFile {
     path: PathBuf,
     text: String,
 }
 
-impl Drop for Left {
+impl Drop for PlaceFile {
     fn drop(&mut self) {
         if std::fs::read_to_string(&self.path).is_ok_and(|text| text == self.text) {
             let _ = std::fs::remove_file(&self.path);

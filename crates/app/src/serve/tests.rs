@@ -1,4 +1,4 @@
-//! A served bench, as terminals and hostile neighbours find it.
+//! A running bench with well-behaved, slow and hostile clients.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -13,20 +13,20 @@ use serde_json::json;
 
 use super::*;
 
-fn served() -> (Server, tempfile::TempDir) {
+fn start_server() -> (Server, tempfile::TempDir) {
     let mut source = presets::find("clm-bench").unwrap();
     source.text =
         stickslip::parameters::set::<stickslip::Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let project = tempfile::tempdir().unwrap();
     let start = Start { wishes: ThreadSettings::PLAIN, ..Start::new(source, project.path()) };
     let live = Live::start(start).unwrap();
-    let patience =
-        Patience { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };
-    (Server::start(live, &["127.0.0.1:0".parse().unwrap()], project.path(), patience).unwrap(), project)
+    let timeouts =
+        Timeouts { head: Duration::from_millis(500), whole: Duration::from_secs(3), silence: Duration::from_secs(1) };
+    (Server::start(live, &["127.0.0.1:0".parse().unwrap()], project.path(), timeouts).unwrap(), project)
 }
 
-/// What comes back for these bytes.
-fn raw(server: &Server, request: &str) -> String {
+/// The response to these bytes.
+fn send_raw(server: &Server, request: &str) -> String {
     let mut stream = TcpStream::connect(server.place.address).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
@@ -35,11 +35,11 @@ fn raw(server: &Server, request: &str) -> String {
     answer
 }
 
-/// A call with these header lines.
-fn posted(server: &Server, lines: &str, body: &str) -> String {
+/// Makes a call with these header lines.
+fn post(server: &Server, lines: &str, body: &str) -> String {
     let place = &server.place;
     let length = body.len();
-    raw(
+    send_raw(
         server,
         &format!(
             "POST /api HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Length: {length}\r\n{lines}\r\n{body}",
@@ -48,13 +48,13 @@ fn posted(server: &Server, lines: &str, body: &str) -> String {
     )
 }
 
-fn allowed(server: &Server) -> String {
+fn header_lines(server: &Server) -> String {
     format!("Authorization: Bearer {}\r\nContent-Type: application/json\r\n", server.place.token)
 }
 
 #[test]
-fn a_terminal_finds_the_bench_by_its_project_and_leaves_with_it() {
-    let (server, project) = served();
+fn a_client_finds_the_bench_by_its_project_until_the_bench_stops() {
+    let (server, project) = start_server();
     let client = Client::of(project.path()).unwrap();
     assert_eq!(client.status().unwrap().state, "off");
     #[cfg(unix)]
@@ -68,48 +68,48 @@ fn a_terminal_finds_the_bench_by_its_project_and_leaves_with_it() {
     let refused = client.call(&Call::Start {}).unwrap_err().to_string();
     assert!(refused.contains("Home or arm first"), "{refused}");
     assert!(server.stop().is_some());
-    let gone = Client::of(project.path()).err().unwrap().to_string();
-    assert!(gone.contains("stickslip serve"), "{gone}");
-    let gone = client.status().unwrap_err().to_string();
-    assert!(gone.contains("does not answer"), "{gone}");
+    let error = Client::of(project.path()).err().unwrap().to_string();
+    assert!(error.contains("stickslip serve"), "{error}");
+    let error = client.status().unwrap_err().to_string();
+    assert!(error.contains("does not answer"), "{error}");
 }
 
 #[test]
-fn the_file_of_another_bench_is_left() {
-    let (server, project) = served();
+fn the_address_file_of_another_bench_is_not_removed() {
+    let (server, project) = start_server();
     let other = Place { token: "other".into(), ..server.place.clone() };
-    let left = other.leave(project.path()).unwrap();
+    let file = other.write(project.path()).unwrap();
     assert!(server.stop().is_some());
     assert_eq!(Place::find(project.path()).unwrap(), other);
-    drop(left);
+    drop(file);
     assert!(Place::find(project.path()).is_err());
 }
 
 #[test]
-fn a_page_of_another_origin_a_form_and_a_stranger_are_refused() {
-    let (server, _project) = served();
+fn pages_of_another_origin_forms_and_calls_without_token_are_refused() {
+    let (server, _project) = start_server();
     let status = r#"{"call":"status"}"#;
-    let good = posted(&server, &allowed(&server), status);
+    let good = post(&server, &header_lines(&server), status);
     assert!(good.starts_with("HTTP/1.1 200") && good.contains(r#""state":"off""#), "{good}");
     let token = format!("Authorization: Bearer {}\r\n", server.place.token);
     for (lines, body, expected) in [
         ("Content-Type: application/json\r\n".into(), status, "401"),
-        (format!("{}Origin: http://evil.example\r\n", allowed(&server)), status, "403"),
+        (format!("{}Origin: http://evil.example\r\n", header_lines(&server)), status, "403"),
         (format!("{token}Content-Type: text/plain\r\n"), status, "415"),
-        (allowed(&server), r#"{"call":"fly"}"#, "400"),
-        (allowed(&server), "{\"call\":", "400"),
-        (allowed(&server), "\u{0}", "400"),
-        (allowed(&server), r#"{"call":"load","name":"../serve"}"#, "422"),
-        (allowed(&server), r#"{"call":"undo"}"#, "409"),
+        (header_lines(&server), r#"{"call":"fly"}"#, "400"),
+        (header_lines(&server), "{\"call\":", "400"),
+        (header_lines(&server), "\u{0}", "400"),
+        (header_lines(&server), r#"{"call":"load","name":"../serve"}"#, "422"),
+        (header_lines(&server), r#"{"call":"undo"}"#, "409"),
     ] {
-        let answer = posted(&server, &lines, body);
+        let answer = post(&server, &lines, body);
         assert!(answer.starts_with(&format!("HTTP/1.1 {expected}")), "{lines} {body}: {answer}");
         assert!(answer.contains(r#"{"error":"#), "{answer}");
     }
-    let foreign =
-        raw(&server, "POST /api HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
-    assert!(foreign.starts_with("HTTP/1.1 421"), "{foreign}");
-    let schema = raw(
+    let other_host =
+        send_raw(&server, "POST /api HTTP/1.1\r\nHost: evil.example\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+    assert!(other_host.starts_with("HTTP/1.1 421"), "{other_host}");
+    let schema = send_raw(
         &server,
         &format!("GET /api/schema HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", server.place.address),
     );
@@ -117,12 +117,12 @@ fn a_page_of_another_origin_a_form_and_a_stranger_are_refused() {
 }
 
 #[test]
-fn what_is_too_large_too_slow_or_no_http_ends_and_the_bench_goes_on() {
-    let (server, project) = served();
+fn requests_that_are_too_large_too_slow_or_not_http_end_and_the_bench_continues() {
+    let (server, project) = start_server();
     let large = format!("{{\"call\":\"save\",\"name\":\"{}\"}}", "x".repeat(300 << 10));
-    assert!(posted(&server, &allowed(&server), &large).starts_with("HTTP/1.1 413"));
-    assert!(raw(&server, "\u{1}\u{2}\u{3} no http\r\n\r\n").starts_with("HTTP/1.1 400"));
-    // One that never finishes the head of its request, beside others: it is cut off, they are not kept waiting.
+    assert!(post(&server, &header_lines(&server), &large).starts_with("HTTP/1.1 413"));
+    assert!(send_raw(&server, "\u{1}\u{2}\u{3} no http\r\n\r\n").starts_with("HTTP/1.1 400"));
+    // A client that never finishes the head of its request is disconnected; other clients do not wait.
     let mut slow = TcpStream::connect(server.place.address).unwrap();
     slow.write_all(b"POST /api HTTP/1.1\r\nHost: ").unwrap();
     let half_open: Vec<_> = (0..30).map(|_| TcpStream::connect(server.place.address).unwrap()).collect();
@@ -131,10 +131,10 @@ fn what_is_too_large_too_slow_or_no_http_ends_and_the_bench_goes_on() {
     let mut rest = Vec::new();
     let _ = slow.read_to_end(&mut rest);
     drop(half_open);
-    // One that never finishes its body.
+    // A client that never finishes its body.
     let mut slow = TcpStream::connect(server.place.address).unwrap();
     let head = format!("POST /api HTTP/1.1\r\nHost: {}\r\nContent-Length: 100\r\n", server.place.address);
-    slow.write_all(format!("{head}{}\r\n{{", allowed(&server)).as_bytes()).unwrap();
+    slow.write_all(format!("{head}{}\r\n{{", header_lines(&server)).as_bytes()).unwrap();
     slow.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
     assert_eq!(slow.read_to_end(&mut rest).unwrap(), 0, "cut off without an answer");
     let after = Client::of(project.path()).unwrap().status().unwrap();
@@ -143,7 +143,7 @@ fn what_is_too_large_too_slow_or_no_http_ends_and_the_bench_goes_on() {
 
 type Socket = tungstenite::WebSocket<tungstenite::stream::MaybeTlsStream<TcpStream>>;
 
-fn connected(server: &Server, query: &str, origin: Option<&str>) -> Result<Socket, String> {
+fn connect(server: &Server, query: &str, origin: Option<&str>) -> Result<Socket, String> {
     use tungstenite::client::IntoClientRequest as _;
     let mut request = format!("ws://{}/api/live{query}", server.place.address).into_client_request().unwrap();
     if let Some(origin) = origin {
@@ -153,7 +153,7 @@ fn connected(server: &Server, query: &str, origin: Option<&str>) -> Result<Socke
 }
 
 fn open(server: &Server, client: &str) -> Socket {
-    connected(server, &format!("?token={}&client={client}", server.place.token), None).unwrap()
+    connect(server, &format!("?token={}&client={client}", server.place.token), None).unwrap()
 }
 
 fn next(socket: &mut Socket) -> serde_json::Value {
@@ -164,8 +164,8 @@ fn next(socket: &mut Socket) -> serde_json::Value {
     }
 }
 
-/// The answer with this number; points that come before it are left out.
-fn asked(socket: &mut Socket, call: serde_json::Value) -> serde_json::Value {
+/// Makes a call and returns its answer; points before it are ignored.
+fn call(socket: &mut Socket, call: serde_json::Value) -> serde_json::Value {
     socket.send(call.to_string().into()).unwrap();
     loop {
         let message = next(socket);
@@ -176,16 +176,16 @@ fn asked(socket: &mut Socket, call: serde_json::Value) -> serde_json::Value {
 }
 
 #[test]
-fn streams_come_by_themselves_without_a_gap_and_end_with_their_reader() {
-    let (server, project) = served();
+fn streams_are_sent_without_a_gap_and_end_with_their_connection() {
+    let (server, project) = start_server();
     let mut socket = open(&server, "page");
-    let begun = asked(&mut socket, json!({"id": 1, "call": "stream", "signals": ["angle", "state"], "every": 0.02}));
-    assert_eq!(begun["stage"], "streaming", "{begun}");
+    let started = call(&mut socket, json!({"id": 1, "call": "stream", "signals": ["angle", "state"], "every": 0.02}));
+    assert_eq!(started["stage"], "streaming", "{started}");
     let mut last: Option<u64> = None;
     let mut points = 0;
     while points < 40 {
         let message = next(&mut socket);
-        assert_eq!(message["stream"], begun["capture"], "{message}");
+        assert_eq!(message["stream"], started["capture"], "{message}");
         for point in message["points"].as_array().unwrap() {
             assert_eq!((&point["missing"], point["min"].as_array().unwrap().len()), (&json!(0), 2), "{point}");
             let from = point["from"].as_u64().unwrap();
@@ -194,22 +194,22 @@ fn streams_come_by_themselves_without_a_gap_and_end_with_their_reader() {
             points += 1;
         }
     }
-    // Calls go on beside it, by the same rules.
-    let set = asked(&mut socket, json!({"id": "a", "call": "save", "name": "mine"}));
+    // Calls are possible at the same time, by the same rules.
+    let set = call(&mut socket, json!({"id": "a", "call": "save", "name": "mine"}));
     assert_eq!(set["answer"], "done", "{set}");
-    let other = asked(&mut open(&server, "another"), json!({"id": 2, "call": "save", "name": "mine"}));
+    let other = call(&mut open(&server, "another"), json!({"id": 2, "call": "save", "name": "mine"}));
     assert!(other["error"].as_str().unwrap().contains("page"), "{other}");
-    let number = begun["capture"].as_u64().unwrap();
+    let number = started["capture"].as_u64().unwrap();
     drop(socket);
     let client = Client::of(project.path()).unwrap();
     let ended = (0..200).any(|_| {
         std::thread::sleep(Duration::from_millis(20));
         client.call(&Call::Points { capture: number }).is_err()
     });
-    assert!(ended, "a stream that nobody takes ends");
+    assert!(ended, "the stream ends with its connection");
 }
 
-/// What a binary message says: stream, first cycle, missing before, rows, columns.
+/// A binary message: stream, first cycle, missing cycles before it, rows, columns.
 struct Frame {
     words: [u64; 3],
     rows: u64,
@@ -239,17 +239,17 @@ fn next_frame(socket: &mut Socket) -> Frame {
 }
 
 #[test]
-fn every_cycle_of_a_stream_is_delivered_or_told_to_be_missing() {
-    let (server, project) = served();
+fn every_cycle_of_a_stream_is_delivered_or_counted_as_missing() {
+    let (server, project) = start_server();
     let client = Client::of(project.path()).unwrap();
     let mut socket = open(&server, "scope");
     let signals = ["setpoint.velocity", "angle", "state"];
-    let begun = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
-    assert_eq!(begun["answer"], "samples", "{begun}");
+    let started = call(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
+    assert_eq!(started["answer"], "samples", "{started}");
     let (mut first, mut next, mut delivered, mut missing) = (None, 0, 0, 0);
     let mut account = |frame: Frame| {
         let [stream, from, before] = frame.words;
-        assert_eq!((stream, frame.columns.len()), (begun["capture"].as_u64().unwrap(), 3));
+        assert_eq!((stream, frame.columns.len()), (started["capture"].as_u64().unwrap(), 3));
         assert_eq!(from - before, *first.get_or_insert(from - before).max(&mut next), "no cycle twice, none left out");
         assert!(frame.columns[2].iter().all(|state| *state == 0.0), "switched off");
         next = from + frame.rows;
@@ -260,7 +260,7 @@ fn every_cycle_of_a_stream_is_delivered_or_told_to_be_missing() {
     for _ in 0..30 {
         account(next_frame(&mut socket));
     }
-    // One who does not look for a while delays nobody.
+    // A client that pauses delays no other.
     std::thread::sleep(Duration::from_millis(400));
     assert_eq!(client.status().unwrap().clock.lost, 0);
     let until = client.status().unwrap().cycle;
@@ -269,16 +269,16 @@ fn every_cycle_of_a_stream_is_delivered_or_told_to_be_missing() {
         (produced, got, lacking) = account(next_frame(&mut socket));
     }
     assert_eq!(produced, got + lacking);
-    // It ends by a call, and the connection goes on.
-    let number = begun["capture"].as_u64().unwrap();
-    let dropped = asked(&mut socket, json!({"id": 2, "call": "drop", "capture": number}));
+    // The call `drop` ends the stream, not the connection.
+    let number = started["capture"].as_u64().unwrap();
+    let dropped = call(&mut socket, json!({"id": 2, "call": "drop", "capture": number}));
     assert_eq!(dropped["answer"], "done", "{dropped}");
-    assert_eq!(asked(&mut socket, json!({"id": 3, "call": "status"}))["answer"], "status");
+    assert_eq!(call(&mut socket, json!({"id": 3, "call": "status"}))["answer"], "status");
 }
 
 #[test]
-fn what_happened_is_told_with_its_cycle() {
-    let (server, project) = served();
+fn marks_have_the_cycle_of_each_event() {
+    let (server, project) = start_server();
     let client = Client::of(project.path()).unwrap();
     let values = [("bench.controller.position_gain".to_owned(), "11".to_owned())].into();
     let Answer::Entered { cycle, .. } = client.call(&Call::Set { values }).unwrap() else { panic!("not entered") };
@@ -296,13 +296,13 @@ fn what_happened_is_told_with_its_cycle() {
 }
 
 #[test]
-fn who_never_reads_is_cut_off_and_costs_nobody_anything() {
-    let (server, project) = served();
+fn a_client_that_never_reads_is_disconnected_and_delays_no_other() {
+    let (server, project) = start_server();
     let client = Client::of(project.path()).unwrap();
     let Answer::Signals { signals, .. } = client.call(&Call::Signals {}).unwrap() else { panic!("no signals") };
     let names: Vec<_> = signals.iter().map(|signal| &signal.name).collect();
     let mut deaf = open(&server, "deaf");
-    // As many streams as there may be, so that the system's own buffers fill soon.
+    // The largest number of streams, so that the buffers of the system fill soon.
     for id in 0..16 {
         deaf.send(json!({"id": id, "call": "samples", "signals": names}).to_string().into()).unwrap();
     }
@@ -312,39 +312,39 @@ fn who_never_reads_is_cut_off_and_costs_nobody_anything() {
             let status = client.status().unwrap();
             assert_eq!(status.clock.lost, 0, "{status:?}");
             let mut socket = open(&server, "other");
-            let begun = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": ["angle"]}));
-            begun["answer"] == "samples"
+            let started = call(&mut socket, json!({"id": 1, "call": "samples", "signals": ["angle"]}));
+            started["answer"] == "samples"
         })
     };
-    assert!(free(), "the streams of one who was cut off have ended");
+    assert!(free(), "the streams of a disconnected client have ended");
     drop(deaf);
 }
 
 #[test]
-fn a_stream_of_every_cycle_that_cannot_be_is_refused_with_what_can() {
-    let (server, _project) = served();
+fn an_invalid_stream_of_every_cycle_is_refused_with_the_valid_choices() {
+    let (server, _project) = start_server();
     let mut socket = open(&server, "scope");
     let many: Vec<_> = (0..65).map(|n| format!("s{n}")).collect();
-    for (signals, said) in [
+    for (signals, message) in [
         (json!(["angel"]), "Did you mean angle?"),
         (json!(many), "At most 64"),
         (json!(["angle", "state", "angle"]), "angle twice"),
         (json!([]), "Choose one at least"),
-        (json!("angle"), "no call"),
-        (json!([1]), "no call"),
+        (json!("angle"), "invalid call"),
+        (json!([1]), "invalid call"),
     ] {
-        let refused = asked(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
-        assert!(refused["error"].as_str().is_some_and(|error| error.contains(said)), "{signals} {refused}");
+        let refused = call(&mut socket, json!({"id": 1, "call": "samples", "signals": signals}));
+        assert!(refused["error"].as_str().is_some_and(|error| error.contains(message)), "{signals} {refused}");
     }
-    let points = asked(&mut socket, json!({"id": 2, "call": "points", "capture": 1}));
+    let points = call(&mut socket, json!({"id": 2, "call": "points", "capture": 1}));
     assert!(points["error"].is_string(), "{points}");
-    let elsewhere = posted(&server, &allowed(&server), r#"{"call":"samples","signals":["angle"]}"#);
+    let elsewhere = post(&server, &header_lines(&server), r#"{"call":"samples","signals":["angle"]}"#);
     assert!(elsewhere.starts_with("HTTP/1.1 422") && elsewhere.contains("WebSocket"), "{elsewhere}");
 }
 
 #[test]
-fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
-    let (server, project) = served();
+fn a_socket_of_another_origin_without_token_or_with_invalid_messages_does_no_harm() {
+    let (server, project) = start_server();
     let token = format!("?token={}", server.place.token);
     for (query, origin, status) in [
         ("", None, "401"),
@@ -352,22 +352,22 @@ fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
         (&*token, Some("http://evil.example"), "403"),
         (&*token, Some("null"), "403"),
     ] {
-        let refused = connected(&server, query, origin).err().unwrap();
+        let refused = connect(&server, query, origin).err().unwrap();
         assert!(refused.contains(status), "{query} {origin:?}: {refused}");
     }
-    assert!(connected(&server, &token, Some(&format!("http://{}", server.place.address))).is_ok());
+    assert!(connect(&server, &token, Some(&format!("http://{}", server.place.address))).is_ok());
     let mut socket = open(&server, "x");
     for nonsense in ["", "{", "7", "[]", "null", "{\"id\":1}", "{\"id\":1,\"call\":\"fly\"}"] {
         socket.send(nonsense.into()).unwrap();
         assert!(next(&mut socket)["error"].is_string(), "{nonsense}");
     }
-    // A flood is told, and the next second is heard.
+    // Calls above the rate are refused.
     for _ in 0..600 {
         socket.send("{\"call\":\"sets\"}".into()).unwrap();
     }
     let flooded = (0..600).filter(|_| next(&mut socket)["error"].as_str().is_some_and(|e| e.contains("too many")));
     assert!(flooded.count() > 50);
-    // What is too large ends the connection; what says nothing for too long as well.
+    // A message that is too large ends the connection, and so does silence.
     let _ = socket.send(format!("\"{}\"", "x".repeat(300 << 10)).into());
     assert!((0..1000).any(|_| socket.read().is_err()));
     let silent = TcpStream::connect(server.place.address).unwrap();
@@ -376,14 +376,14 @@ fn a_socket_of_another_page_of_a_stranger_or_of_nonsense_does_no_harm() {
     let (mut silent, _) = tungstenite::client(url, silent).unwrap();
     let stream = silent.get_mut();
     let mut bytes = [0; 4096];
-    // Its pings are read and not answered.
+    // Pings are read and not answered.
     while stream.read(&mut bytes).unwrap() > 0 {}
     let status = Client::of(project.path()).unwrap().status().unwrap();
     assert!(status.clock.lost == 0, "{status:?}");
 }
 
 /// Status and text of a page.
-fn fetched(server: &Server, path: &str, headers: &str) -> (String, String) {
+fn fetch(server: &Server, path: &str, headers: &str) -> (String, String) {
     let head = format!("GET {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n", server.place.address);
     let mut stream = TcpStream::connect(server.place.address).unwrap();
     stream.write_all(format!("{head}{headers}\r\n").as_bytes()).unwrap();
@@ -394,30 +394,30 @@ fn fetched(server: &Server, path: &str, headers: &str) -> (String, String) {
 }
 
 #[test]
-fn the_printed_address_makes_the_browser_known_and_a_stranger_is_told_what_to_do() {
-    let (server, _project) = served();
-    let (status, text) = fetched(&server, "/", "");
+fn the_printed_address_gives_access_and_other_requests_get_instructions() {
+    let (server, _project) = start_server();
+    let (status, text) = fetch(&server, "/", "");
     assert!(status == "401" && text.contains("Open the address that the program printed"), "{text}");
-    let (status, _) = fetched(&server, "/?token=0", "");
+    let (status, _) = fetch(&server, "/?token=0", "");
     assert_eq!(status, "401");
-    let (status, text) = fetched(&server, &format!("/?token={}", server.place.token), "");
+    let (status, text) = fetch(&server, &format!("/?token={}", server.place.token), "");
     let port = server.place.address.port();
     let cookie = format!("stickslip-{port}={}", server.place.token);
     assert!(status == "303" && text.contains("location: /\r\n"), "{text}");
     assert!(text.contains(&format!("set-cookie: {cookie}; HttpOnly; SameSite=Strict")), "{text}");
-    let (status, text) = fetched(&server, "/friction", &format!("Cookie: {cookie}\r\n"));
+    let (status, text) = fetch(&server, "/friction", &format!("Cookie: {cookie}\r\n"));
     assert_eq!(status, "200");
     for header in ["content-security-policy: default-src 'self'", "nosniff", "no-referrer", "frame-ancestors 'none'"] {
         assert!(text.contains(header), "{header}: {text}");
     }
-    // Without Node the program says what it takes.
+    // A program that was built without Node has instructions in place of the page.
     assert_eq!(text.contains("built without its page"), stickslip_page::missing().is_some());
-    let (status, _) = fetched(&server, "/none.js", &format!("Cookie: {cookie}\r\n"));
+    let (status, _) = fetch(&server, "/none.js", &format!("Cookie: {cookie}\r\n"));
     assert!(status == "404" || stickslip_page::missing().is_some());
 }
 
 #[test]
-fn the_token_outlives_a_restart_and_a_broken_one_does_not() {
+fn a_valid_token_is_kept_after_a_restart_and_an_invalid_one_is_replaced() {
     let project = tempfile::tempdir().unwrap();
     let first = super::token(project.path()).unwrap();
     assert_eq!(super::token(project.path()).unwrap(), first);
@@ -427,25 +427,25 @@ fn the_token_outlives_a_restart_and_a_broken_one_does_not() {
 }
 
 #[test]
-fn files_of_a_run_and_of_what_runs_leave_with_the_token_and_no_other_file_does() {
-    let (server, project) = served();
+fn files_of_runs_and_of_the_implementation_require_the_token_and_other_files_are_refused() {
+    let (server, project) = start_server();
     let cookie = format!("Cookie: stickslip-{}={}\r\n", server.place.address.port(), server.place.token);
     for order in [r#"{"call":"record","name":"taken"}"#, r#"{"call":"end_record"}"#] {
-        let answer = posted(&server, &allowed(&server), order);
+        let answer = post(&server, &header_lines(&server), order);
         assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     }
-    let listed = || posted(&server, &allowed(&server), r#"{"call":"runs"}"#);
+    let listed = || post(&server, &header_lines(&server), r#"{"call":"runs"}"#);
     while !listed().contains("\"number\":1") {
         std::thread::sleep(Duration::from_millis(20));
     }
-    let (status, text) = fetched(&server, "/run/1/run.mf4", &cookie);
+    let (status, text) = fetch(&server, "/run/1/run.mf4", &cookie);
     assert!(status == "200" && text.contains("filename=\"run-1-run.mf4\"") && text.contains("\r\nMDF"), "{text:.400}");
-    let (status, text) = fetched(&server, "/run/1/run.mf4?as=csv", &cookie);
+    let (status, text) = fetch(&server, "/run/1/run.mf4?as=csv", &cookie);
     assert!(
         status == "200" && text.contains("filename=\"run-1-run.csv\"") && text.contains("\r\ntime [s],"),
         "{text:.400}"
     );
-    let (status, text) = fetched(&server, "/implementation/tick.h", &cookie);
+    let (status, text) = fetch(&server, "/implementation/tick.h", &cookie);
     assert!(status == "200" && text.contains("#ifndef"), "{text:.400}");
     std::fs::write(project.path().join("secret"), "hidden").unwrap();
     for path in [
@@ -459,10 +459,10 @@ fn files_of_a_run_and_of_what_runs_leave_with_the_token_and_no_other_file_does()
         "/run/1/run.json?as=csv",
         "/implementation/..%2Fsecret",
     ] {
-        let (status, text) = fetched(&server, path, &cookie);
+        let (status, text) = fetch(&server, path, &cookie);
         assert!(status.starts_with('4') && !text.contains("hidden"), "{path}: {text}");
     }
     for path in ["/run/1/run.mf4", "/implementation/tick.h"] {
-        assert_eq!(fetched(&server, path, "").0, "401", "{path}");
+        assert_eq!(fetch(&server, path, "").0, "401", "{path}");
     }
 }

@@ -1,4 +1,4 @@
-//! `stickslip doctor`: the machine that runs the tests, as a user sees it.
+//! `stickslip doctor` on the computer that runs the tests.
 
 use std::process::{Command, Output};
 
@@ -13,15 +13,15 @@ fn doctor(arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn the_machine_is_judged_and_measured_and_the_page_has_the_same_numbers() {
+fn the_terminal_the_summary_and_the_report_have_the_same_numbers() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().to_str().expect("its name is text");
     let output = doctor(&["--out", out]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("Measured at 1000 Hz on a thread with: "), "{said}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(printed.contains("Measured at 1000 Hz on a thread with: "), "{printed}");
     for name in ["the machine itself", "asleep until its deadline", "spinning for the last 40 µs"] {
-        assert!(said.contains(name), "{said}");
+        assert!(printed.contains(name), "{printed}");
     }
 
     let text = std::fs::read_to_string(folder.path().join("summary.json")).expect("the command wrote it");
@@ -30,7 +30,7 @@ fn the_machine_is_judged_and_measured_and_the_page_has_the_same_numbers() {
     for name in ["floor", "asleep", "spinning"] {
         let [p50, p99, p999, max] = ["p50", "p99", "p999", "max"].map(|part| value(&format!("timing.{name}.{part}")));
         assert!(p50 <= p99 && p99 <= p999 && p999 <= max, "{name}: {p50} {p99} {p999} {max}");
-        assert!(said.contains(&format!("{:.2}", p99 * 1e6)), "{p99} is not in\n{said}");
+        assert!(printed.contains(&format!("{:.2}", p99 * 1e6)), "{p99} is not in\n{printed}");
     }
     assert!(value("timing.asleep.p50") > 0.0);
     let rows = summary["rows"].as_array().expect("the findings");
@@ -42,7 +42,7 @@ fn the_machine_is_judged_and_measured_and_the_page_has_the_same_numbers() {
 }
 
 #[test]
-fn without_a_folder_nothing_is_written_and_scripts_get_the_numbers() {
+fn without_a_folder_no_file_is_written_and_the_summary_is_printed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = Command::new(env!("CARGO_BIN_EXE_stickslip"))
         .args(["doctor", "--rate", "1000", "--seconds", "0.3", "--json"])
@@ -55,12 +55,12 @@ fn without_a_folder_nothing_is_written_and_scripts_get_the_numbers() {
 }
 
 #[test]
-fn a_rate_that_cannot_be_is_refused_with_its_range() {
+fn an_invalid_rate_is_refused_with_its_range() {
     let output = doctor(&["--seconds", "0"]);
-    assert_eq!(output.status.code(), Some(2), "given twice");
+    assert_eq!(output.status.code(), Some(2), "the option is given twice");
     let output = Command::new(env!("CARGO_BIN_EXE_stickslip")).args(["doctor", "--rate", "0"]).output();
     let output = output.expect("the program starts");
-    let said = String::from_utf8_lossy(&output.stderr);
+    let printed = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
-    assert!(said.contains("rate = 0 Hz is outside 2 … 100000 Hz"), "{said}");
+    assert!(printed.contains("rate = 0 Hz is outside 2 … 100000 Hz"), "{printed}");
 }

@@ -1,4 +1,4 @@
-//! Machines that are not ours: the C examples, as programs of their own and on a processor in QEMU.
+//! External machines: the C examples as separate programs and on a processor in QEMU.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use stickslip::{Preset, parameters};
 use tempfile::TempDir;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_stickslip");
-/// As `mass.h` has it, and what the motor's own friction takes of it in the belief of the preset: brushes and bearings.
+/// Friction of `mass.h`, and the part of it that the preset's model assigns to the motor's brushes and bearings [N m].
 const FRICTION: f64 = 0.1;
 const MOTOR: f64 = 0.010;
 
@@ -18,7 +18,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A process that ends with the test.
+/// A process that is stopped at the end of the test.
 struct Running(Child);
 
 impl Drop for Running {
@@ -28,12 +28,12 @@ impl Drop for Running {
     }
 }
 
-/// The first line of a program's output in which something is found.
+/// Starts a program. Returns it with the first result of `find` in its output.
 fn started(command: &mut Program, find: impl Fn(&str) -> Option<String>) -> (Running, String) {
     let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().expect("the program starts");
     let out = BufReader::new(child.stdout.take().expect("a pipe"));
-    let found = out.lines().map_while(Result::ok).find_map(|line| find(&line));
-    (Running(child), found.expect("it says where it is reached"))
+    let result = out.lines().map_while(Result::ok).find_map(|line| find(&line));
+    (Running(child), result.expect("it prints its address"))
 }
 
 fn compiled(compiler: &str, arguments: &[&str]) {
@@ -44,14 +44,14 @@ fn compiled(compiler: &str, arguments: &[&str]) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// The mass as a program, where it is reached.
-fn mass(folder: &TempDir, how: &[&str]) -> (Running, String) {
+/// The mass as a program, and its address.
+fn mass(folder: &TempDir, options: &[&str]) -> (Running, String) {
     let program = folder.path().join("mass");
     compiled("gcc", &["-o", &program.display().to_string(), "mass.c", "-lm"]);
-    started(Program::new(program).args(how), |line| Some(line.to_owned()))
+    started(Program::new(program).args(options), |line| Some(line.to_owned()))
 }
 
-/// The breakaway torque that the bench measures on a machine [N m], or what it says instead.
+/// The breakaway torque that the bench measures on a machine [N m], or the error.
 fn breakaway(folder: &TempDir, io: &str, more: &[&str]) -> Result<f64, String> {
     let out = folder.path().join("measured");
     let mut command = Program::new(PROGRAM);
@@ -68,8 +68,8 @@ fn breakaway(folder: &TempDir, io: &str, more: &[&str]) -> Result<f64, String> {
 
 #[track_caller]
 fn agrees(measured: Result<f64, String>) {
-    let measured = measured.expect("it is measured");
-    // The ramp of the torque goes on until a count shows that it moves.
+    let measured = measured.expect("the measurement succeeds");
+    // The torque ramp continues until an encoder count shows the motion.
     assert!((measured - (FRICTION - MOTOR)).abs() < 0.01, "{measured}");
 }
 
@@ -83,17 +83,17 @@ fn the_mass_in_c_is_measured_over_datagrams_and_shared_memory() {
     let (mass, address) = mass(&folder, &["shm", &axis]);
     let slow = ["--set", "bench.tick_rate=1000", "--set", "bench.safety.missed_ticks=1000"];
     agrees(breakaway(&folder, &address, &slow));
-    // Another bench after the first, by the clock: where a computer is so busy that the link is silent for long, again.
+    // A second bench, in real time: repeated if a busy computer interrupts the link.
     let in_real_time = [&slow[..], &["--real-time"]].concat();
     let measured = (0..5).map(|_| breakaway(&folder, &address, &in_real_time)).find(Result::is_ok);
-    agrees(measured.expect("five times the machine was away for too long"));
+    agrees(measured.expect("the link was interrupted five times"));
     drop(mass);
     let gone = Program::new(PROGRAM).args(["measure", "breakaway", "--io", &address]).output().expect("it starts");
-    let said = String::from_utf8_lossy(&gone.stderr).into_owned();
-    assert!(!gone.status.success() && said.contains("the machine that served there has ended"), "{said}");
+    let error = String::from_utf8_lossy(&gone.stderr).into_owned();
+    assert!(!gone.status.success() && error.contains("the machine that served there has ended"), "{error}");
 }
 
-/// Whether compiler and emulator are there; else a line says what is not checked.
+/// Whether compiler and emulator are installed; otherwise prints the missing ones.
 fn available() -> bool {
     let starts = |name: &&str| Program::new(name).arg("--version").stdout(Stdio::null()).status().is_ok();
     let missing: Vec<_> = ["arm-none-eabi-gcc", "qemu-system-arm"].into_iter().filter(|name| !starts(name)).collect();
@@ -103,17 +103,17 @@ fn available() -> bool {
     missing.is_empty()
 }
 
-/// Pushed from rest, tick after tick, as a bench begins to home.
-fn pushed(address: &str) -> Vec<Frame> {
+/// The frames of a push from rest at the start of homing.
+fn push(address: &str) -> Vec<Frame> {
     let mut preset: Preset<f64> = parameters::presets::find("clm-bench").and_then(|it| it.read()).expect("a preset");
     preset.bench.tick_rate = 1000.0;
     let mut bench = RemoteBench::connect(&preset, &address.parse().expect("an address")).expect("it answers");
     bench.change(Change::Request(Request::Home)).expect("a bench that is off homes");
-    let push = Command { added_torque: 0.3, ..Command::default() };
-    (0..120).map(|_| bench.step(push).expect("nothing is wrong")).collect()
+    let command = Command { added_torque: 0.3, ..Command::default() };
+    (0..120).map(|_| bench.step(command).expect("no fault occurs")).collect()
 }
 
-/// An emulator takes milliseconds for a tick's bytes: few ticks, and each of them compared.
+/// The emulator takes milliseconds for the bytes of a tick, so that only a few ticks are compared.
 #[test]
 fn the_mass_on_a_microcontroller_gives_the_same_bits_over_its_serial_port() {
     if !available() {
@@ -132,11 +132,11 @@ fn the_mass_on_a_microcontroller_gives_the_same_bits_over_its_serial_port() {
     let (_board, port) = started(board.arg(&image), |line| {
         line.split_whitespace().find(|word| word.starts_with("/dev/")).map(String::from)
     });
-    let there = pushed(&format!("serial:{port}"));
+    let on_board = push(&format!("serial:{port}"));
     let (_mass, address) = mass(&folder, &["udp", "0"]);
-    assert_eq!(there, pushed(&address));
+    assert_eq!(on_board, push(&address));
     // 0.2 N m more than its friction, on 1.01e-3 kg m², for somewhat less than 0.12 s.
-    assert!((1.0..1.5).contains(&there[119].angle), "{}", there[119].angle);
+    assert!((1.0..1.5).contains(&on_board[119].angle), "{}", on_board[119].angle);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What holds a machine to its clock: run without other work beside it.
+//! Tests in real time: they run without other work on the computer.
 
 mod doctor;
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! The program as its users start it.
+//! The command line of the program: parameters, exit codes, errors.
 
 use std::path::Path;
 #[cfg(unix)]
@@ -18,7 +18,7 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A folder with a file that only names what is not default, and one with two mistakes.
+/// A folder with a file of the values that are not default, and one with two errors.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("the temporary folder takes files");
     for (name, text) in [
@@ -31,14 +31,14 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_file_in_order_is_said_to_be() {
+fn a_valid_file_is_reported_as_valid() {
     let output = stickslip(&["params", "check", "mine.toml"], folder().path());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stdout(&output).starts_with("mine.toml: ") && stderr(&output).is_empty());
 }
 
 #[test]
-fn every_preset_is_listed_and_in_order() {
+fn every_preset_is_listed_and_valid() {
     let folder = folder();
     let list = stdout(&stickslip(&["params", "list"], folder.path()));
     let names: Vec<_> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();
@@ -49,7 +49,7 @@ fn every_preset_is_listed_and_in_order() {
 }
 
 #[test]
-fn all_problems_of_all_files_are_told_on_stderr() {
+fn all_errors_of_all_files_are_on_stderr() {
     let output = stickslip(&["params", "check", "wrong.toml", "mine.toml", "absent.toml"], folder().path());
     assert_eq!(output.status.code(), Some(1));
     assert!(stdout(&output).starts_with("mine.toml: "));
@@ -112,7 +112,7 @@ fn a_parameter_is_described_and_a_wrong_name_gets_the_right_one() {
 }
 
 #[test]
-fn a_command_line_not_understood_is_exit_code_2() {
+fn an_invalid_command_line_has_exit_code_2() {
     let folder = folder();
     for arguments in [&["parms"][..], &["params"], &["params", "check"], &["params", "list", "a", "b"]] {
         let output = stickslip(arguments, folder.path());
@@ -131,8 +131,8 @@ fn a_command_line_not_understood_is_exit_code_2() {
 
 #[cfg(unix)]
 #[test]
-fn a_closed_pipe_is_no_error() {
-    // `describe` writes more than a pipe holds, and nobody reads it.
+fn a_closed_pipe_is_not_an_error() {
+    // `describe` writes more than the pipe can hold, and the reader is closed.
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let program = env!("CARGO_BIN_EXE_stickslip");
@@ -153,10 +153,10 @@ fn a_full_disk_behind_stdout_is_an_error() {
 
 #[cfg(unix)]
 #[test]
-fn without_a_command_the_demo_runs_and_then_the_bench_is_served_until_ctrl_c() {
+fn without_a_command_the_demo_runs_and_then_the_server_until_ctrl_c() {
     use std::io::{BufRead as _, BufReader};
-    // Whether this test holds it or another program: it is taken.
-    let _taken = std::net::TcpListener::bind("127.0.0.1:9740");
+    // The default port is in use, by this test or another program.
+    let _listener = std::net::TcpListener::bind("127.0.0.1:9740");
     let folder = folder();
     let mut program = Command::new(env!("CARGO_BIN_EXE_stickslip"));
     let mut served = program.current_dir(folder.path()).stdout(Stdio::piped()).spawn().expect("the program starts");
@@ -169,6 +169,6 @@ fn without_a_command_the_demo_runs_and_then_the_bench_is_served_until_ctrl_c() {
     assert!(stdout(&status).contains(r#""state":"off""#), "{}{}", stdout(&status), stderr(&status));
     let kill = Command::new("kill").args(["-INT", &served.id().to_string()]).status().expect("kill is there");
     assert!(kill.success());
-    assert!(lines.any(|line| line.contains("by the clock, µs")), "it says how the clock was kept");
+    assert!(lines.any(|line| line.contains("by the clock, µs")), "the timing report follows");
     assert_eq!(served.wait().expect("it runs").code(), Some(0));
 }

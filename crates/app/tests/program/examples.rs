@@ -10,7 +10,7 @@ fn run(words: &[&str], folder: &Path) -> Output {
     let mut program = Command::new(PROGRAM);
     let program = program.args(words).current_dir(folder).stdin(Stdio::piped());
     let mut run = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    // Who is asked takes every guess; who is not asked may have ended before.
+    // Empty answers accept the defaults; a program without questions may have ended before.
     let _ = run.stdin.take().expect("a pipe").write_all("\n".repeat(40).as_bytes());
     run.wait_with_output().expect("the program ends")
 }
@@ -23,7 +23,7 @@ fn help(words: &[String]) -> String {
 /// The examples of a command and of all below it.
 fn examples(command: &[String], found: &mut Vec<String>) {
     let help = help(command);
-    // A line of the help is wrapped: an example ends with its paragraph, or where the next one begins.
+    // Lines of the help are wrapped: an example ends with its paragraph, or at the next example.
     let flat = help.split("Example: stickslip").skip(1);
     found.extend(flat.map(|example| {
         example.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
@@ -44,28 +44,28 @@ fn every_example_in_the_help_runs() {
     assert!(found.len() >= 20, "{found:?}");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    // What an example takes from its reader: a recording of his, a parameter file of his.
+    // Files that the examples expect: a recording and a parameter file of the user.
     let table = "t [s],x [mm],u [V]\n0,0,1\n0.001,0.1,1\n0.002,0.3,1.5\n0.003,0.6,2\n";
     std::fs::write(folder.path().join("axis.csv"), table).expect("the folder takes files");
     std::fs::write(folder.path().join("my-bench.toml"), "[plant.drive]\nmotor_inertia = 4.2e-4\n")
         .expect("the folder takes files");
     found.sort();
     found.dedup();
-    // Another recording of the same machine is the reader's own.
+    // Requires a second recording of the same machine.
     found.retain(|example| !example.starts_with("validate"));
-    // Serves a machine until it is stopped; the tests of the remote bench measure on one.
+    // Serves a machine until it is stopped; the tests of the remote bench cover it.
     found.retain(|example| !example.starts_with("plant"));
     // Minutes of work; the other examples of the same commands take seconds.
     found.retain(|example| example != "fidelity --quick" && example != "benchmark --quick");
-    // There is no fault that could be seen, and no controller that was loaded.
+    // There is neither a fault to acknowledge nor an external controller.
     found.retain(|example| !["bench acknowledge", "bench open-again"].contains(&example.as_str()));
-    // What is in the catalogue is known when all others have run.
+    // The examples of the catalogue follow all others, whose runs they use.
     let (mut catalogued, rest): (Vec<String>, Vec<String>) = found.into_iter().partition(|it| it.starts_with("runs"));
-    // Looked at before it is moved away.
+    // Runs are shown before they are deleted.
     catalogued.sort_by_key(|example| ["delete", "restore"].iter().position(|last| example.contains(last)));
     let mut found = rest;
     let served = Served::start(folder.path());
-    // What leaves files or a state that others need comes before them; the chains need nothing of each other.
+    // Within a chain, commands use the files or the state of earlier ones; the chains are independent.
     let orders = "status bench-signals bench-operate bench-home bench-record-grease bench-stop bench-start bench-preload \
                   bench-move capture";
     let parameters = "params-set-live params-diff params-undo params-redo params-reset params-save params-load";
@@ -92,7 +92,7 @@ fn every_example_in_the_help_runs() {
     catalogued.iter().for_each(|example| must_run(example, folder.path(), &root));
 }
 
-/// A bench by the clock, for as long as this lives.
+/// A running bench, which is stopped when dropped.
 struct Served(std::process::Child);
 
 impl Served {
@@ -120,31 +120,31 @@ fn must_run(example: &str, folder: &Path, root: &Path) {
             copy(&folder.join("results"), &folder.join(place));
         }
     }
-    // What is behind > is the shell's.
+    // The redirection after > belongs to the shell.
     let line = example.split(" > ").next().unwrap_or_default();
-    let words: Vec<String> = words(line).iter().map(|word| at_home(word, root)).collect();
-    // A project has one bench, and this folder's is served.
+    let words: Vec<String> = words(line).iter().map(|word| with_absolute_path(word, root)).collect();
+    // A project has one bench, and that of this folder is already running.
     let apart = folder.join("apart");
     let folder = if example.starts_with("serve") { &*apart } else { folder };
     std::fs::create_dir_all(folder).expect("the folder takes folders");
     let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>(), folder);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "stickslip {example}: {errors}");
-    assert!(!output.stdout.is_empty() || line.contains("--out"), "stickslip {example} says nothing");
+    assert!(!output.stdout.is_empty() || line.contains("--out"), "stickslip {example} prints nothing");
 }
 
-/// As a shell splits it: what stands in quotes is one word.
+/// The words of a line as a shell splits them: a text in quotes is one word.
 fn words(line: &str) -> Vec<String> {
     let quote = line.find(['"', '\'']).map(|at| line.split_at(at));
     let Some((before, rest)) = quote else { return line.split_whitespace().map(Into::into).collect() };
     let quote = &rest[..1];
-    let (quoted, behind) = rest[1..].split_once(quote).expect("a quote is closed");
+    let (quoted, after) = rest[1..].split_once(quote).expect("a quote is closed");
     let before = before.split_whitespace().map(Into::into);
-    before.chain([quoted.to_owned()]).chain(words(behind)).collect()
+    before.chain([quoted.to_owned()]).chain(words(after)).collect()
 }
 
-/// Data of the repository wherever the test runs.
-fn at_home(word: &str, root: &Path) -> String {
+/// A word with an absolute path to data of the repository.
+fn with_absolute_path(word: &str, root: &Path) -> String {
     if ["data/", "examples/"].iter().any(|folder| word.starts_with(folder)) {
         root.join(word).display().to_string()
     } else {

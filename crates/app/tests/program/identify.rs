@@ -1,4 +1,4 @@
-//! `stickslip identify` as its users start it.
+//! `stickslip identify`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -34,7 +34,7 @@ fn identify(folder: &Path, recording: &str) -> Output {
         .expect("the program starts")
 }
 
-/// The only error, of a run that left nothing behind.
+/// The only error of a run that writes no files.
 fn refusal(folder: &Path, recording: &str) -> String {
     let output = identify(folder, recording);
     assert_eq!(output.status.code(), Some(1));
@@ -54,7 +54,7 @@ fn rows(rows: usize, cell: impl Fn(usize) -> String) -> String {
 fn a_bad_recording_is_refused_with_file_line_and_remedy() {
     let folder = folder();
     let sine = |i: usize| format!("{}", (i as f64 * 0.01).sin());
-    for (recording, says) in [
+    for (recording, parts) in [
         (rows(900, |i| if i == 40 { "lost".into() } else { sine(i) }), &["axis.csv", "42", "`q`", "lost"][..]),
         (rows(900, sine).replace("t,q,u", "t,pos,u"), &["axis.csv", "`q`", "t, pos, u"]),
         (rows(900, sine).replace("\n0.020,", "\n0.018,"), &["axis.csv", "22", "Sort the rows"]),
@@ -63,7 +63,7 @@ fn a_bad_recording_is_refused_with_file_line_and_remedy() {
         (String::new(), &["axis.csv"]),
     ] {
         let error = refusal(folder.path(), &recording);
-        assert!(says.iter().all(|part| error.contains(part)), "{error}\nlacks one of {says:?}");
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}\nlacks one of {parts:?}");
     }
 }
 
@@ -92,7 +92,7 @@ fn emps_into(out: &Path) -> Command {
 }
 
 #[test]
-fn a_recording_becomes_a_report_and_the_terminal_says_where() {
+fn a_recording_gives_a_report_whose_path_is_printed() {
     let folder = folder();
     let output = emps_into(folder.path()).output().expect("the program starts");
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -106,7 +106,7 @@ fn a_recording_becomes_a_report_and_the_terminal_says_where() {
 
 #[cfg(unix)]
 #[test]
-fn the_first_ctrl_c_during_the_fits_is_heard() {
+fn the_first_ctrl_c_cancels_the_fits() {
     use std::io::{BufRead, BufReader};
     let folder = folder();
     let out = folder.path().join("out");

@@ -1,4 +1,4 @@
-//! The examples in C, as their heads say that they are compiled and loaded, and FMUs of the program itself.
+//! The examples in C, compiled and loaded as their comments describe, and generated FMUs.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,7 +11,7 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The example in a folder, as its head says that it is compiled.
+/// Compiles the example in a folder by the command in its comments.
 fn compile(folder: &Path, options: &[&str]) {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/controller/p_pi.c");
     std::fs::copy(example, folder.join("p_pi.c")).expect("the folder takes files");
@@ -22,7 +22,7 @@ fn compile(folder: &Path, options: &[&str]) {
 }
 
 #[test]
-fn the_example_is_ranked_among_the_controllers_of_the_house() {
+fn the_example_is_ranked_with_the_built_in_controllers() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     compile(folder, &[]);
@@ -34,8 +34,11 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
         assert!(ranked.status.success(), "{}{}", text(&ranked.stdout), text(&ranked.stderr));
         text(&ranked.stdout)
     };
-    let said = ranked();
-    assert!(said.contains("./p_pi.so") && !said.contains("would have stopped") && !said.contains("failed"), "{said}");
+    let printed = ranked();
+    assert!(
+        printed.contains("./p_pi.so") && !printed.contains("would have stopped") && !printed.contains("failed"),
+        "{printed}"
+    );
     let alone = run(env!("CARGO_BIN_EXE_stickslip"), &["serve", "--trust"], folder);
     assert!(!alone.status.success() && text(&alone.stderr).contains("--controller FILE"), "{}", text(&alone.stderr));
     let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
@@ -44,13 +47,13 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
         .find(|path| path.to_string_lossy().ends_with("__p_pi_so_nominal_as_believed.json"))
         .expect("its");
     let before = std::fs::read_to_string(&cell).expect("text");
-    // Deviation and torque noise: the torque is its own.
+    // Deviation and torque noise are those of the example.
     let runs = serde_json::from_str::<serde_json::Value>(&before).expect("JSON")["runs"].clone();
-    let measures = runs[0][1].as_array().expect("it came to the end").clone();
+    let measures = runs[0][1].as_array().expect("it ran to the end").clone();
     assert!(measures.len() == 2 && measures.iter().all(|it| it.as_f64().is_some_and(|it| it > 1e-6)), "{measures:?}");
-    assert_eq!(ranked(), said, "from what is kept");
+    assert_eq!(ranked(), printed, "from the stored results");
 
-    // The same with other gains is another one; without them it is that from before, to the digit.
+    // With other gains it is another controller; without them the stored results are used.
     let both = "benchmark --quick --controller ./p_pi.so --controller ./p_pi.so,position_gain=15 --friction nominal \
                  --manoeuvre sine_0.5hz --out out";
     let two = run(env!("CARGO_BIN_EXE_stickslip"), &both.split_whitespace().collect::<Vec<_>>(), folder);
@@ -64,18 +67,18 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     let [as_it_is, softer] =
         ["__p_pi_so", "__p_pi_so_position_gain_15"].map(|name| deviation(name).expect("a deviation"));
     assert!(softer > 1.5 * as_it_is, "{as_it_is} {softer} rad");
-    // A comma may be in the name of a file.
+    // The name of a file may contain a comma.
     std::fs::copy(folder.join("p_pi.so"), folder.join("p,pi.so")).expect("it can be copied");
     let comma = ["benchmark", "--controller", "p,pi.so,position_gian=1"];
     let opened = text(&run(env!("CARGO_BIN_EXE_stickslip"), &comma, folder).stderr);
     assert!(opened.contains("position_gain"), "{opened}");
-    for (set, told) in [("position_gain=soft", "position_gain=soft"), ("position_gian=15", "position_gain")] {
+    for (set, message) in [("position_gain=soft", "position_gain=soft"), ("position_gian=15", "position_gain")] {
         let refused = format!("benchmark --controller ./p_pi.so,{set} --out out");
         let refused = run(env!("CARGO_BIN_EXE_stickslip"), &refused.split(' ').collect::<Vec<_>>(), folder);
-        assert!(!refused.status.success() && text(&refused.stderr).contains(told), "{}", text(&refused.stderr));
+        assert!(!refused.status.success() && text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
     }
 
-    // Another file of this name is another controller: one that fails is named, and the others are ranked.
+    // Another file of the same name is another controller. A controller that fails is named, the others are ranked.
     compile(folder, &["-Dstickslip_step=elsewhere"]);
     let missing = text(&run(env!("CARGO_BIN_EXE_stickslip"), &words, folder).stderr);
     assert!(missing.contains("p_pi.so") && missing.contains("no function stickslip_step"), "{missing}");
@@ -87,13 +90,13 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     assert_ne!(fails, source);
     std::fs::write(folder.join("fails.c"), fails).expect("the folder takes files");
     assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "fails.c"], folder).status.success());
-    let said = ranked();
-    assert!(said.contains("./p_pi.so failed, at first of this: ") && said.contains("(code 7)"), "{said}");
-    assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "what was kept is of another file");
+    let printed = ranked();
+    assert!(printed.contains("./p_pi.so failed, at first of this: ") && printed.contains("(code 7)"), "{printed}");
+    assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "the stored results were those of another file");
 }
 
-/// Another example, of a role, loaded for two speeds.
-fn loaded_as(role: &str, source: &str, folder: &Path) -> String {
+/// Loads the example of a role for two speeds.
+fn load_as(role: &str, source: &str, folder: &Path) -> String {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples").join(role).join(format!("{source}.c"));
     std::fs::copy(example, folder.join(format!("{source}.c"))).expect("the folder takes files");
     assert!(run(env!("CARGO_BIN_EXE_stickslip"), &["load", "--header", "."], folder).status.success());
@@ -103,28 +106,28 @@ fn loaded_as(role: &str, source: &str, folder: &Path) -> String {
     let law = "bench.law.kind=residual";
     let words = ["load", &library, "--as", role, "--preset-set", law, "--duration", "1", "--out", role];
     let loaded = run(env!("CARGO_BIN_EXE_stickslip"), &words, folder);
-    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
-    assert!(loaded.status.success(), "{said}{told}");
+    let (printed, errors) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{printed}{errors}");
     let replayed = run(env!("CARGO_BIN_EXE_stickslip"), &["replay", role], folder);
     assert!(text(&replayed.stdout).contains("every bit is the same"), "{}", text(&replayed.stderr));
-    said
+    printed
 }
 
 #[test]
-fn the_examples_of_a_friction_and_a_law_are_felt_and_replayed() {
+fn the_examples_of_a_friction_and_a_law_are_rendered_and_replayed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
-    let said = loaded_as("friction", "maxwell_slip", folder);
+    let printed = load_as("friction", "maxwell_slip", folder);
     for part in
         ["Maxwell slip, SHA-256 ", "The friction of the file is felt within ", "of the file", "stiffness = 100 N m/rad"]
     {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
     let summary = std::fs::read_to_string(folder.join("friction/summary.json")).expect("it wrote one");
     assert!(summary.contains("rendered.largest") && summary.contains("\"kind\": \"friction\""), "{summary}");
-    let said = loaded_as("law", "difference", folder);
+    let printed = load_as("law", "difference", folder);
     for part in ["difference torque, SHA-256 ", "The desired friction is met within ", "Under the preset's law: "] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
 
     let refused = |words: &[&str]| {
@@ -144,47 +147,48 @@ fn the_examples_of_a_friction_and_a_law_are_felt_and_replayed() {
 }
 
 #[test]
-fn the_example_is_compiled_loaded_and_replayed_without_it() {
+fn the_example_is_compiled_loaded_and_replayed_without_its_file() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     let stickslip = |words: &[&str]| run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
     compile(folder, &[]);
     let words = ["load", "p_pi.so", "--set", "position_gain=50", "--duration", "1", "--out", "there"];
     let loaded = stickslip(&words);
-    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
-    assert!(loaded.status.success(), "{said}{told}");
+    let (printed, errors) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{printed}{errors}");
     for part in ["P-PI cascade, SHA-256 ", "position_gain = 50 1/s", "sine_0.5hz", "A call took ", "of 5"] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
-    // The record says which file gave its torques.
-    let hash = said.split("SHA-256 ").nth(1).and_then(|rest| rest.get(..64)).expect("64 digits");
+    // The recording identifies the file by its hash.
+    let hash = printed.split("SHA-256 ").nth(1).and_then(|rest| rest.get(..64)).expect("64 digits");
     let record = std::fs::read(folder.join("there/run.mf4")).expect("it wrote one");
     assert!(
         String::from_utf8_lossy(&record).contains(&format!("stickslip load (controller P-PI cascade, SHA-256 {hash})"))
     );
     let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
     assert!(summary.contains("controller.sine_0.5hz.rms") && summary.contains("call.over_budget"), "{summary}");
-    // By the clock it may be late on a busy machine, which is said as well. It says which real-time priority it has.
+    // In real time it may be late on a busy computer, which is reported. The example prints its real-time priority.
     let source = std::fs::read_to_string(folder.join("p_pi.c")).expect("text");
     let end = "    return 0;\n}\n\nvoid stickslip_end";
-    let says = "    struct sched_param own;\n    static int said;\n    \
-                if (sample->time > 0.2 && !said++ && !sched_getparam(0, &own)) {\n        \
+    let print = "    struct sched_param own;\n    static int printed;\n    \
+                if (sample->time > 0.2 && !printed++ && !sched_getparam(0, &own)) {\n        \
                 fprintf(stderr, \"priority %d.\", own.sched_priority);\n    }\n";
-    let tells = format!("#include <sched.h>\n#include <stdio.h>\n{}", source.replace(end, &(says.to_owned() + end)));
-    assert!(tells.contains(says));
-    std::fs::write(folder.join("tells.c"), tells).expect("the folder takes files");
-    assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "tells.c"], folder).status.success());
+    let with_print =
+        format!("#include <sched.h>\n#include <stdio.h>\n{}", source.replace(end, &(print.to_owned() + end)));
+    assert!(with_print.contains(print));
+    std::fs::write(folder.join("prints.c"), with_print).expect("the folder takes files");
+    assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "prints.c"], folder).status.success());
     let in_real_time = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
-    let (said, told) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
-    assert!(in_real_time.status.success() || told.contains("ms after its sample began"), "{said}{told}");
+    let (printed, errors) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
+    assert!(in_real_time.status.success() || errors.contains("ms after its sample began"), "{printed}{errors}");
     for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the begin"] {
-        assert!(said.contains(part), "{part}: {said}{told}");
+        assert!(printed.contains(part), "{part}: {printed}{errors}");
     }
-    // Below that of the loop, where it has one and leaves it room.
-    let ordinary = said.contains("refuses real-time priority 80")
+    // Below the priority of the loop, if the loop has a real-time priority and there is a second processor.
+    let ordinary = printed.contains("refuses real-time priority 80")
         || std::thread::available_parallelism().is_ok_and(|it| it.get() < 2);
     let priority = if ordinary { "priority 0." } else { "priority 79." };
-    assert!(told.contains(priority) || !in_real_time.status.success(), "{told}{said}");
+    assert!(errors.contains(priority) || !in_real_time.status.success(), "{errors}{printed}");
     let summary = std::fs::read_to_string(folder.join("clocked/summary.json")).expect("it wrote one");
     for name in ["response.p99", "response.late", "own.sine_0.5hz.rms", "timing.lateness.p99"] {
         assert!(summary.contains(name), "{name}: {summary}");
@@ -197,12 +201,12 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     let gone = stickslip(&words);
     assert_eq!(gone.status.code(), Some(1));
     assert!(text(&gone.stderr).contains("p_pi.so: cannot read it"), "{}", text(&gone.stderr));
-    let outside = stickslip(&["load", "p_pi.c", "--trust"]);
-    assert!(text(&outside.stderr).contains("cc -shared -fPIC"), "{}", text(&outside.stderr));
+    let source = stickslip(&["load", "p_pi.c", "--trust"]);
+    assert!(text(&source.stderr).contains("cc -shared -fPIC"), "{}", text(&source.stderr));
 }
 
 #[test]
-fn an_fmu_that_the_program_wrote_is_loaded_and_replayed_without_it() {
+fn a_generated_fmu_is_loaded_and_replayed_without_its_file() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     let stickslip = |words: &[&str]| run(env!("CARGO_BIN_EXE_stickslip"), words, folder);
@@ -211,10 +215,10 @@ fn an_fmu_that_the_program_wrote_is_loaded_and_replayed_without_it() {
     let mapped = "measured_velocity=input.measured_velocity";
     let words = ["load", file, "--map", mapped, "--set", "input.integrates=0", "--duration", "1", "--out", "there"];
     let loaded = stickslip(&words);
-    let (said, told) = (text(&loaded.stdout), text(&loaded.stderr));
-    assert!(loaded.status.success(), "{said}{told}");
+    let (printed, errors) = (text(&loaded.stdout), text(&loaded.stderr));
+    assert!(loaded.status.success(), "{printed}{errors}");
     for part in ["FMU 3.0 by stickslip ", "torque is output.torque [N.m]", "input.integrates = 0", "A call took "] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
     let summary = std::fs::read_to_string(folder.join("there/summary.json")).expect("it wrote one");
     assert!(summary.contains("input.measured_angle") && summary.contains("FMU 3.0"), "{summary}");

@@ -1,4 +1,4 @@
-//! The program as its users start it. One program of tests, linked once.
+//! Tests that start the program. They are one test program, which is linked once.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod calibrate;

@@ -1,5 +1,5 @@
-//! The page's types are those of the protocol: `web/src/protocol.ts` is generated from its schema.
-//! `UPDATE_EXPECT=1 cargo test -p stickslip-cli --test program protocol` writes it anew.
+//! `web/src/protocol.ts` has the types of the protocol and is generated from its schema.
+//! `UPDATE_EXPECT=1 cargo test -p stickslip-cli --test program protocol` regenerates it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ fn the_page_has_the_types_of_the_protocol() {
     let mut definitions = BTreeMap::new();
     let mut text =
         String::from("// Generated from the schema of the protocol; do not edit. See crates/app/tests/protocol.rs.\n");
-    // What the page sends may leave out what has a default; what it receives has every field.
+    // Calls may omit fields with a default; answers have all fields.
     let schema = stickslip::live::protocol::schema(true);
     for (name, schema) in [("Call", &schema["call"]), ("Answer", &schema["answer"])] {
         let schema = schema.as_object().unwrap().clone();
@@ -28,9 +28,9 @@ fn the_page_has_the_types_of_the_protocol() {
     if std::env::var_os("UPDATE_EXPECT").is_some() {
         std::fs::write(&path, &text).unwrap();
     }
-    let known = std::fs::read_to_string(&path).unwrap_or_default();
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
     assert!(
-        known == text,
+        committed == text,
         "web/src/protocol.ts is stale: UPDATE_EXPECT=1 cargo test -p stickslip-cli --test program protocol"
     );
 }
@@ -53,7 +53,7 @@ fn type_of(schema: &Value, indent: &str) -> String {
     let Some(object) = schema.as_object() else { return "unknown".into() };
     if let Some(name) = object.get("$ref").and_then(Value::as_str) {
         let name = name.rsplit('/').next().unwrap().to_owned();
-        // What stands beside the reference is added to it, as the tag of an answer.
+        // Properties next to a reference, such as the tag of an answer, are added to it.
         return if object.contains_key("properties") { format!("{name} & {}", fields(object, indent)) } else { name };
     }
     if let Some(value) = object.get("const") {

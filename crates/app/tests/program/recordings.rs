@@ -1,4 +1,4 @@
-//! From a bare table to a validated model, as users type it.
+//! From a table of measured values to a validated model, by commands.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ fn recording() -> Recording {
     Recording::read(&emps("emps.csv.gz")).expect("it is part of the repository")
 }
 
-/// Starts the program in a folder, with lines for its questions.
+/// Starts the program in a folder, with answers to its questions.
 fn stickslip(folder: &Path, arguments: &[&str], answers: &str) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_stickslip"))
         .args(arguments)
@@ -27,7 +27,7 @@ fn stickslip(folder: &Path, arguments: &[&str], answers: &str) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    // Who is refused before the first question reads no answer.
+    // Ignored: the program may end before it reads an answer.
     let _ = child.stdin.take().expect("it is piped").write_all(answers.as_bytes());
     child.wait_with_output().expect("it ends")
 }
@@ -53,7 +53,7 @@ fn value(folder: &Path, name: &str) -> f64 {
     number.and_then(|text| text.trim().parse().ok()).expect("a number")
 }
 
-/// The recorded EMPS as a spreadsheet would export it: other names, millimetres, semicolons, decimal commas.
+/// The EMPS recording as exported by a spreadsheet: other names, millimetres, semicolons, decimal commas.
 fn spreadsheet(recording: &Recording) -> String {
     let column = |name: &str| &recording.column(name).expect("it is there").values;
     let [t, q, r, u] = ["t", "qm", "qg", "vir"].map(column);
@@ -66,30 +66,32 @@ fn spreadsheet(recording: &Recording) -> String {
 }
 
 #[test]
-fn a_bare_spreadsheet_and_eleven_answers_give_the_mass() {
+fn a_spreadsheet_and_eleven_answers_give_the_mass() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("achse.csv"), spreadsheet(&recording())).expect("the folder takes files");
     let init = ["machine", "init", "achse.csv"];
     // Enter for name, time, its unit, position, its unit, axis, reference, command and its unit.
     let answers = "\n".repeat(9) + "35,15065188248547 N/V\nunknown\n";
-    let said = succeeded(stickslip(folder.path(), &init, &answers));
-    assert!(said.contains("Column of the measured position [Istposition]") && said.contains("achse-machine.toml"));
-    let again = stickslip(folder.path(), &init, &answers);
-    assert_eq!(again.status.code(), Some(1));
-    assert!(stderr(&again).contains("exists already") && stderr(&again).contains("--force"), "{}", stderr(&again));
+    let printed = succeeded(stickslip(folder.path(), &init, &answers));
+    assert!(
+        printed.contains("Column of the measured position [Istposition]") && printed.contains("achse-machine.toml")
+    );
+    let second = stickslip(folder.path(), &init, &answers);
+    assert_eq!(second.status.code(), Some(1));
+    assert!(stderr(&second).contains("exists already") && stderr(&second).contains("--force"), "{}", stderr(&second));
     succeeded(stickslip(folder.path(), &[&init[..], &["--force"]].concat(), &answers));
     let identify = ["identify", "achse.csv", "--machine", "achse-machine.toml", "--out", "out"];
-    let said = succeeded(stickslip(folder.path(), &identify, ""));
-    assert!(said.contains("moving mass M"), "{said}");
+    let printed = succeeded(stickslip(folder.path(), &identify, ""));
+    assert!(printed.contains("moving mass M"), "{printed}");
     let mass = value(&folder.path().join("out"), "inertia.mass");
-    // As from the original file, but for the last digit of a millimetre.
+    // As from the original file, except for rounding to millimetres.
     assert!((mass / 95.147 - 1.0).abs() < 1e-4, "{mass}");
     let feedforward = std::fs::read_to_string(folder.path().join("out/feedforward.csv")).expect("it was written");
     assert!(feedforward.starts_with("velocity [mm/s],force [N],command [V]\n-1.2"), "{feedforward:.60}");
 }
 
 #[test]
-fn guesses_are_taken_on_request_and_an_input_that_ends_is_refused() {
+fn defaults_are_accepted_with_yes_and_too_few_answers_are_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("a.csv"), spreadsheet(&recording().rows_of(0..900))).expect("it takes files");
     let ends = stickslip(folder.path(), &["machine", "init", "a.csv", "--out", "m.toml"], "\n\n");
@@ -108,7 +110,7 @@ fn a_model_of_the_first_half_is_validated_on_the_second_as_the_library_does() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let whole = recording();
     let middle = whole.rows() / 2;
-    // Time as recorded: only steps matter.
+    // The time keeps its offset: only its steps matter.
     let write = |name: &str, rows: std::ops::Range<usize>| {
         let half = whole.rows_of(rows);
         let mut text = half.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(",") + "\n";
@@ -126,28 +128,30 @@ fn a_model_of_the_first_half_is_validated_on_the_second_as_the_library_does() {
     succeeded(stickslip(folder.path(), &identify, ""));
     let model = "model/model.toml";
     let arguments = ["validate", "second.csv", "--model", model, "--machine", machine_path, "--out", "out"];
-    let said = succeeded(stickslip(folder.path(), &arguments, ""));
-    assert!(said.contains("gives the recorded command with an error of"), "{said}");
+    let printed = succeeded(stickslip(folder.path(), &arguments, ""));
+    assert!(printed.contains("gives the recorded command with an error of"), "{printed}");
 
     let machine = Machine::read(&machine_file).expect("it loads");
     let identified = read_model(&folder.path().join(model)).expect("it loads");
     let second = Recording::read(&folder.path().join("second.csv")).expect("it was written");
     let signals = machine.signals(&second).expect("it is even");
     let motion = Motion::of(&signals, &machine).expect("it is long enough");
-    let around = Loop::of(&signals, &motion, &machine).expect("the controller is known");
-    let run = around.simulate(&identified.model, 2..motion.samples(), &Watch::silent()).expect("nobody cancels");
-    let ours = around.compare(&run, 48);
+    let closed_loop = Loop::of(&signals, &motion, &machine).expect("the controller is known");
+    let run = closed_loop
+        .simulate(&identified.model, 2..motion.samples(), &Watch::silent())
+        .expect("the run is not cancelled");
+    let comparison = closed_loop.compare(&run, 48);
     let out = folder.path().join("out");
-    assert_eq!(value(&out, "prediction.voltage_error"), ours.voltage_error);
-    assert_eq!(value(&out, "prediction.position_rms"), ours.position_rms);
-    assert!(ours.voltage_error < 0.03 && ours.position_rms < 1e-6, "{ours:?}");
+    assert_eq!(value(&out, "prediction.voltage_error"), comparison.voltage_error);
+    assert_eq!(value(&out, "prediction.position_rms"), comparison.position_rms);
+    assert!(comparison.voltage_error < 0.03 && comparison.position_rms < 1e-6, "{comparison:?}");
     let page = std::fs::read_to_string(out.join("report.html")).expect("it was written");
     assert!(page.contains("the identified model on second.csv") && page.contains("Position of the axis"));
     validate(&second, &identified, &machine, &Watch::silent()).expect("as at the command line");
 
-    // The model is a preset, too.
-    let said = succeeded(stickslip(folder.path(), &["params", "check", model], ""));
-    assert!(said.contains("all in order"), "{said}");
+    // The model is also a preset.
+    let printed = succeeded(stickslip(folder.path(), &["params", "check", model], ""));
+    assert!(printed.contains("all in order"), "{printed}");
     let no_model = ["validate", "second.csv", "--model", machine_path, "--machine", machine_path];
     let refused = stickslip(folder.path(), &no_model, "");
     assert!(stderr(&refused).contains("no table [identified]"), "{}", stderr(&refused));

@@ -1,4 +1,4 @@
-//! `stickslip report` as users call it.
+//! `stickslip report`.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -26,7 +26,7 @@ fn folder() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_page_that_was_lost_comes_back_with_the_same_bytes() {
+fn a_deleted_page_is_written_again_with_the_same_bytes() {
     let folder = folder();
     let page = folder.path().join("old/report.html");
     let before = std::fs::read(&page).unwrap();
@@ -38,7 +38,7 @@ fn a_page_that_was_lost_comes_back_with_the_same_bytes() {
 }
 
 #[test]
-fn several_results_become_one_page() {
+fn several_results_are_compared_on_one_page() {
     let folder = folder();
     let output = stickslip(&["old", "new", "--out", "deep/both.html"], folder.path());
     assert!(output.status.success(), "{output:?}");
@@ -51,7 +51,7 @@ fn several_results_become_one_page() {
 }
 
 #[test]
-fn every_folder_that_is_no_result_is_named_with_a_remedy_and_nothing_is_written() {
+fn all_invalid_folders_are_reported_with_a_remedy_and_no_page_is_written() {
     let folder = folder();
     std::fs::write(folder.path().join("new/report.json"), "{\"schema\": \"stickslip.report/1\",\n \"title\": 3}")
         .unwrap();

@@ -1,4 +1,4 @@
-//! Measure, fit, design, render at the shell: the files of one step are the input of the next.
+//! Measure, fit, design, render by commands: the files of one step are the input of the next.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,16 +11,16 @@ fn stickslip(arguments: &str, folder: &Path) -> Output {
     Command::new(PROGRAM).args(arguments.split(' ')).current_dir(folder).output().expect("the program starts")
 }
 
-/// What a command prints that must succeed.
-fn done(arguments: &str, folder: &Path) -> String {
-    let output = stickslip(arguments, folder);
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    assert!(output.status.success() && output.stderr.is_empty(), "{arguments}: {}", said(&output.stderr));
-    said(&output.stdout)
+/// The output of a command that must succeed.
+fn output(arguments: &str, folder: &Path) -> String {
+    let result = stickslip(arguments, folder);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(result.status.success() && result.stderr.is_empty(), "{arguments}: {}", text(&result.stderr));
+    text(&result.stdout)
 }
 
 /// The error of a command that must fail with this code.
-fn refused(code: i32, arguments: &str, folder: &Path) -> String {
+fn error(code: i32, arguments: &str, folder: &Path) -> String {
     let output = stickslip(arguments, folder);
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments}: {text}");
@@ -45,25 +45,25 @@ fn result(folder: &Path, summary: &str, name: &str) -> (f64, f64) {
 fn measure_fit_design_render_gives_the_numbers_of_the_demo() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    done("demo --seed 5 --out demo", at);
+    output("demo --seed 5 --out demo", at);
     for linings in ["released", "pressed"] {
-        done(&format!("measure friction --seed 5 --linings {linings} --out {linings}"), at);
-        done(&format!("fit {linings} --out fit-{linings}"), at);
+        output(&format!("measure friction --seed 5 --linings {linings} --out {linings}"), at);
+        output(&format!("fit {linings} --out fit-{linings}"), at);
     }
-    done("design --from fit-pressed/fit.toml --out design", at);
-    let text = done("render --seed 5 --own fit-pressed/fit.toml --desired design/desired.toml --out render", at);
+    output("design --from fit-pressed/fit.toml --out design", at);
+    let text = output("render --seed 5 --own fit-pressed/fit.toml --desired design/desired.toml --out render", at);
     assert!(text.contains("outside the fade-out       0."), "{text}");
 
     for key in ["breakaway_torque", "kinetic_torque", "stribeck_velocity", "viscous_friction"] {
-        let [demo, ours] = [("demo", "measure.released"), ("fit-released", "fit")]
+        let [demo, single] = [("demo", "measure.released"), ("fit-released", "fit")]
             .map(|(summary, prefix)| result(at, summary, &format!("{prefix}.{key}")));
-        // The first measurement of the demo: the same ticks, the same noise, the same bits, through a file.
-        assert_eq!(ours, demo, "{key}");
-        // The later ones of the demo run on the same bench, into other noise: within the intervals of both, widened
-        // from 95 % to 4 standard errors.
+        // The first measurement of the demo: the same ticks, noise and bits, read back from a file.
+        assert_eq!(single, demo, "{key}");
+        // The later measurements of the demo have other noise: equal within the intervals of both, widened from 95 % to
+        // 4 standard errors.
         let (demo, demo_width) = result(at, "demo", &format!("measure.pressed.{key}"));
-        let (ours, width) = result(at, "fit-pressed", &format!("fit.{key}"));
-        assert!((ours - demo).abs() <= 2.0 * width.hypot(demo_width), "{key}: {ours} and {demo}");
+        let (single, width) = result(at, "fit-pressed", &format!("fit.{key}"));
+        assert!((single - demo).abs() <= 2.0 * width.hypot(demo_width), "{key}: {single} and {demo}");
     }
     for name in ["fade_velocity", "velocity_noise"] {
         let name = format!("render.{name}");
@@ -71,16 +71,16 @@ fn measure_fit_design_render_gives_the_numbers_of_the_demo() {
     }
     for name in ["rms_error_over_breakaway", "rms_error_inside_fade_over_breakaway", "step_at_fade"] {
         let name = format!("render.{name}");
-        let (demo, ours) = (result(at, "demo", &name).0, result(at, "render", &name).0);
-        // Other noise: 6 % at seed 1. Over three seeds the demo alone scatters by 15 %.
-        assert!((ours / demo - 1.0).abs() < 0.25, "{name}: {ours} and {demo}");
+        let (demo, single) = (result(at, "demo", &name).0, result(at, "render", &name).0);
+        // Other noise: 6 % at seed 1. Over three seeds the demo alone varies by 15 %.
+        assert!((single / demo - 1.0).abs() < 0.25, "{name}: {single} and {demo}");
     }
 }
 
 #[test]
-fn a_dry_run_says_how_long_it_takes_and_leaves_nothing() {
+fn a_dry_run_prints_the_duration_and_writes_no_files() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for (arguments, says) in [
+    for (arguments, expected) in [
         (
             "measure friction --dry-run",
             "Friction at 15 speeds from 0.1 to 50 rad/s in both directions, linings at 1.00: 44 s on the bench.\n",
@@ -94,26 +94,26 @@ fn a_dry_run_says_how_long_it_takes_and_leaves_nothing() {
             "Breakaway from rest, 3 ramps of 0.1 N·m/s at 2 angles in both directions, linings at 1.00: 46 s on the bench.\n",
         ),
     ] {
-        assert_eq!(done(arguments, folder.path()), says);
+        assert_eq!(output(arguments, folder.path()), expected);
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
-fn the_summary_goes_to_stdout_or_nothing_does() {
+fn stdout_has_the_summary_with_json_and_is_empty_with_quiet() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let design = "design --from clm-bench --point 0=0.3 --point 2=0.2 --out out";
-    let json = done(&format!("{design} --json"), folder.path());
+    let json = output(&format!("{design} --json"), folder.path());
     assert_eq!(json, std::fs::read_to_string(folder.path().join("out/summary.json")).unwrap());
     assert!(json.starts_with("{\n  \"schema\": \"stickslip.summary/1\",\n  \"command\": \"design\""));
-    assert_eq!(done(&format!("{design} --quiet"), folder.path()), "");
-    refused(2, &format!("{design} --quiet --json"), folder.path());
+    assert_eq!(output(&format!("{design} --quiet"), folder.path()), "");
+    error(2, &format!("{design} --quiet --json"), folder.path());
 }
 
 #[test]
-fn a_desired_curve_that_the_load_motor_cannot_make_is_told() {
+fn a_desired_curve_beyond_the_load_motor_is_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let text = done("design --from clm-bench --set desired.viscous_friction=0.05", folder.path());
+    let text = output("design --from clm-bench --set desired.viscous_friction=0.05", folder.path());
     assert!(text.contains("the load motor needs 3.924 N·m, its current limit gives 1.401 N·m."), "{text}");
     let file = std::fs::read_to_string(folder.path().join("stickslip-out/design/desired.toml")).unwrap();
     let preset: Preset<f64> = parameters::read(&file, "desired.toml").unwrap();
@@ -121,33 +121,33 @@ fn a_desired_curve_that_the_load_motor_cannot_make_is_told() {
     let (renderable, _) = result(folder.path(), "stickslip-out/design", "region.renderable");
     assert_eq!(renderable, 0.0);
     let render = "render --own clm-bench --desired stickslip-out/design/desired.toml";
-    let text = refused(1, render, folder.path());
-    // What would do at the speeds of the plan, which end before those of the design.
+    let text = error(1, render, folder.path());
+    // The remedy for the speeds of the plan, which end below those of the design.
     assert!(text.contains("or, alone, viscous friction b = 0.0294 N·m·s/rad."), "{text}");
     assert!(!folder.path().join("stickslip-out/render").exists());
 }
 
 #[test]
-fn curves_of_other_benches_are_fitted_with_what_they_leave_open() {
+fn curves_of_other_benches_are_fitted_and_undetermined_results_are_reported() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/direct_drive_joint/friction_curve.csv");
-    let text = done(&format!("fit {} --side each", data.display()), folder.path());
+    let text = output(&format!("fit {} --side each", data.display()), folder.path());
     assert!(text.contains("Stribeck curve through 20 points, joint 2 negative:"), "{text}");
     assert!(text.contains("There is no Stribeck effect in this data"), "{text}");
     assert!(text.contains("No fit.toml: a parameter file holds one curve for both directions"), "{text}");
     let rows = "speed [mm/s],friction [N]\n1,20\n2,19\n5,17\n10,16\n50,16.5\n100,18\n200,21\n";
     std::fs::write(folder.path().join("linear.csv"), rows).unwrap();
-    let text = done("fit linear.csv --out linear", folder.path());
+    let text = output("fit linear.csv --out linear", folder.path());
     assert!(text.contains("breakaway force F_S") && text.contains("N·s/m") && !text.contains("rad"), "{text}");
     assert!(text.contains("No fit.toml: a parameter file holds torques of a screw"), "{text}");
 }
 
 #[test]
-fn what_cannot_be_is_refused_with_what_would_mend_it() {
+fn invalid_input_is_refused_with_a_remedy() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("taken"), "").unwrap();
     std::fs::write(folder.path().join("few.csv"), "velocity,torque\n1,2\n2,3\n").unwrap();
-    for (code, arguments, says) in [
+    for (code, arguments, message) in [
         (1, "measure friction --preset clm-bensh", "clm-bensh is no preset. Did you mean clm-bench?"),
         (1, "measure friction --set plan.speeds=1", "speeds = 1 is outside 2 … 200"),
         (1, "measure friction --set plan.sped=1", "sped is no parameter. Did you mean speeds?"),
@@ -162,8 +162,8 @@ fn what_cannot_be_is_refused_with_what_would_mend_it() {
         (1, "design --from clm-bench --out taken/design", "taken/design: cannot create it"),
         (2, "completions csh", "possible values: bash"),
     ] {
-        let text = refused(code, arguments, folder.path());
-        assert!(text.contains(says), "{arguments}: {text}");
+        let text = error(code, arguments, folder.path());
+        assert!(text.contains(message), "{arguments}: {text}");
     }
 }
 
@@ -171,17 +171,17 @@ fn what_cannot_be_is_refused_with_what_would_mend_it() {
 fn every_shell_gets_completions_of_every_command() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for shell in ["bash", "zsh", "fish", "powershell"] {
-        let text = done(&format!("completions {shell}"), folder.path());
+        let text = output(&format!("completions {shell}"), folder.path());
         for word in ["measure", "presliding", "validate", "linings"] {
             assert!(text.contains(word), "{shell}: {word}");
         }
     }
 }
 
-/// Ctrl-C in the middle of a measurement, with a pipe that says when the middle is.
+/// Ctrl-C during a measurement, at a progress that is read from a pipe.
 #[cfg(unix)]
 #[test]
-fn a_cancelled_measurement_leaves_complete_files_that_say_so() {
+fn a_cancelled_measurement_writes_complete_files_that_are_marked() {
     use std::io::{BufRead, BufReader};
     use std::process::Stdio;
 
@@ -198,7 +198,7 @@ fn a_cancelled_measurement_leaves_complete_files_that_say_so() {
     let interrupt = Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill runs");
     assert!(interrupt.success());
     let rest: Vec<String> = progress.collect();
-    assert!(rest.last().is_some_and(|line| line.starts_with("error: cancelled before its end")), "{rest:?}");
+    assert!(rest.last().is_some_and(|line| line.starts_with("error: cancelled; partial results are in")), "{rest:?}");
     assert_eq!(run.wait().expect("it ends").code(), Some(130));
 
     let out = folder.path().join("out");
@@ -211,5 +211,5 @@ fn a_cancelled_measurement_leaves_complete_files_that_say_so() {
     assert!(std::fs::read_to_string(out.join("report.html")).unwrap().contains("(incomplete)"));
     let hidden =
         |entry: std::io::Result<std::fs::DirEntry>| entry.unwrap().file_name().to_string_lossy().starts_with('.');
-    assert!(!std::fs::read_dir(&out).unwrap().any(hidden), "a part of a file was left behind");
+    assert!(!std::fs::read_dir(&out).unwrap().any(hidden), "a temporary file was not removed");
 }

@@ -1,4 +1,4 @@
-//! How a command shows its results: text for people, the summary for scripts, or nothing.
+//! Options of the output of a command: text, the summary for scripts, or nothing.
 
 use std::io::Write;
 
@@ -7,22 +7,22 @@ use stickslip::Summary;
 
 use crate::failure::Failure;
 
-/// The form of the output.
+/// Options of the output.
 #[derive(Args, Clone, Copy, Default)]
-pub(crate) struct Shown {
+pub(crate) struct OutputOptions {
     /// Print summary.json instead of text.
     #[arg(long, conflicts_with = "quiet")]
     pub(crate) json: bool,
-    /// Print neither results nor progress; files, errors and the exit code tell.
+    /// Suppress all output except errors.
     #[arg(long, short)]
     pub(crate) quiet: bool,
-    /// Show progress where it is no terminal that reads it, too: a line each tenth, on stderr.
+    /// Print progress on stderr also if it is not a terminal: a line for each 10 %.
     #[arg(long, conflicts_with = "quiet")]
     pub(crate) progress: bool,
 }
 
-impl Shown {
-    /// Shows the results: `text` writes them for people.
+impl OutputOptions {
+    /// Prints the results: the summary, nothing, or the output of `text`.
     pub(crate) fn show(
         self,
         out: &mut dyn Write,
@@ -35,8 +35,8 @@ impl Shown {
         if self.quiet { Ok(()) } else { text(out) }
     }
 
-    /// Says something before the results are there, to people alone.
-    pub(crate) fn say(self, out: &mut dyn Write, text: &str) -> Result<(), Failure> {
+    /// Prints a line before the results, unless the output is JSON or suppressed.
+    pub(crate) fn print_line(self, out: &mut dyn Write, text: &str) -> Result<(), Failure> {
         if !self.json && !self.quiet {
             writeln!(out, "{text}")?;
             out.flush()?;
