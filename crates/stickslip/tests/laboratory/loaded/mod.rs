@@ -208,7 +208,7 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
 fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let said = [
-        "its functions are of version 2, version 1 is known",
+        "its functions have version 2, and version 1 is required",
         "stickslip_describe returns NULL",
         "parameters is NULL or too many",
         "name is NULL",
