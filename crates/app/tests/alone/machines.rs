@@ -90,7 +90,7 @@ fn the_mass_in_c_is_measured_over_datagrams_and_shared_memory() {
     drop(mass);
     let gone = Program::new(PROGRAM).args(["measure", "breakaway", "--io", &address]).output().expect("it starts");
     let said = String::from_utf8_lossy(&gone.stderr).into_owned();
-    assert!(!gone.status.success() && said.contains("the machine that served there has ended"), "{said}");
+    assert!(!gone.status.success() && said.contains("the machine at this address has ended"), "{said}");
 }
 
 /// Whether compiler and emulator are there; else a line says what is not checked.

@@ -177,7 +177,7 @@ fn the_example_is_compiled_loaded_and_replayed_without_it() {
     let in_real_time = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
     let (said, told) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
     assert!(in_real_time.status.success() || told.contains("ms after its sample began"), "{said}{told}");
-    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the begin"] {
+    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the start"] {
         assert!(said.contains(part), "{part}: {said}{told}");
     }
     // Below that of the loop, where it has one and leaves it room.

@@ -14,7 +14,7 @@ use super::Runs;
 use crate::protocol::{Alignment, Answer, Changed, OverlaidRun};
 use crate::{LiveError, lock};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::run::{self, Stored, Wanted, course, story};
+use stickslip_bench::run::{self, Stored, SimulationRequest, course, story};
 
 /// Of a record that is read beside a bench that runs: its memory is locked [bytes].
 const LARGEST: u64 = 500_000_000;
@@ -152,8 +152,8 @@ impl Runs {
         }
         let stored = self.opened(number)?;
         let values: Vec<_> = values.into_iter().collect();
-        let wanted = Wanted { values: &values, signals, length, parts: parts as usize };
-        let (simulated, differences) = stored.simulate(&wanted, &Watch::silent())?;
+        let request = SimulationRequest { values: &values, signals, length, parts: parts as usize };
+        let (simulated, differences) = stored.simulate(&request, &Watch::silent())?;
         Ok(Answer::Simulated { simulated: Box::new(simulated), differences: Changed::all(&differences) })
     }
 

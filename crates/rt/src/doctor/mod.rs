@@ -60,7 +60,7 @@ impl Finding {
     }
 
     fn unknown(what: &'static str, costs: &'static str) -> Self {
-        Finding { what, value: "not reported by the system".into(), verdict: Verdict::Unknown, costs, mend: None }
+        Finding { what, found: "not reported by the system".into(), verdict: Verdict::Unknown, costs, mend: None }
     }
 }
 
