@@ -50,7 +50,8 @@ pub enum BenchError {
     /// A sampling time too short for an external controller in a separate process.
     #[error(
         "the position controller runs in every tick of {tick_rate} Hz. In real time, the torque of a controller in a \
-         separate process is read one tick before it becomes active. Increase bench.control_divider to 2 or more, or run the controller in this process (--trust)."
+         separate process is read one tick before it becomes active. Increase bench.control_divider to 2 or more, or run \
+         the controller in this process (--trust)."
     )]
     ForeignRate {
         /// Ticks a second [Hz].
@@ -68,7 +69,7 @@ pub enum BenchError {
     /// An unknown or invalid injected fault.
     #[error("invalid fault \"{fault}\". {remedy}")]
     Injection {
-        /// The requested action.
+        /// The requested fault.
         fault: String,
         /// Available faults.
         remedy: String,

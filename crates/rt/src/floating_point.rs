@@ -26,7 +26,7 @@ impl FloatingPoint {
     }
 
     /// Sets the standard control word permanently. Returns whether it was standard before.
-    pub fn mend() -> bool {
+    pub fn set_standard() -> bool {
         let guard = Self::standard();
         let standard = guard.was_standard();
         std::mem::forget(guard);
@@ -123,8 +123,8 @@ mod tests {
             assert_eq!(black_box(1.0) + black_box(1e-17), 1.0);
         }
         assert_eq!(half_of_the_smallest_normal_number(), 0.0);
-        assert!(!FloatingPoint::mend());
-        assert!(FloatingPoint::mend() && half_of_the_smallest_normal_number() > 0.0);
+        assert!(!FloatingPoint::set_standard());
+        assert!(FloatingPoint::set_standard() && half_of_the_smallest_normal_number() > 0.0);
         control::write(clean);
         assert!(FloatingPoint::standard().was_standard());
     }

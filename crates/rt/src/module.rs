@@ -79,7 +79,7 @@ pub struct ModuleSample {
     pub estimated_velocity: f64,
     /// Torque of the load motor from its current, against positive motion [N m].
     pub measured_load_torque: f64,
-    /// Asked of the drive in the tick before [N m].
+    /// Torque command of the drive in the previous tick [N m].
     pub commanded_torque: f64,
 }
 

@@ -106,11 +106,11 @@ impl ClockedBench {
     pub fn virtual_machine(
         preset: &Preset<f64>,
         seed: u64,
-        thread: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
-        Self::over(preset, machine, readings, thread, tap)
+        Self::over(preset, machine, readings, thread_settings, tap)
     }
 
     /// Model and settings of a preset, with the machine at an address.
@@ -120,12 +120,12 @@ impl ClockedBench {
     pub fn connect(
         preset: &Preset<f64>,
         address: &Address,
-        thread: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (machine, readings) = Paced::begin(address, preset.bench.tick_time())
             .map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })?;
-        Self::over(preset, machine, readings, thread, tap)
+        Self::over(preset, machine, readings, thread_settings, tap)
     }
 
     /// Model and settings of a preset, with a machine that has these readings at rest; the tap receives all cycles.
@@ -136,7 +136,7 @@ impl ClockedBench {
         preset: &Preset<f64>,
         machine: impl Io + Send + 'static,
         readings: Measurement<f64>,
-        thread: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (samples, listener) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
@@ -167,7 +167,7 @@ impl ClockedBench {
             samples,
             keyframes: keyframe_responder,
         };
-        let (running, timings) = start(cycle, settings, stop_after, thread)?;
+        let (running, timings) = start(cycle, settings, stop_after, thread_settings)?;
         let (histograms, collector) = collect(timings);
         Ok(ClockedBench {
             model: *model,
@@ -479,12 +479,12 @@ fn start(
     cycle: BenchCycle<impl Io + Send + 'static>,
     settings: &Settings<f64>,
     stop_after: u32,
-    thread: ThreadSettings,
+    thread_settings: ThreadSettings,
 ) -> Result<(Running, Timings), BenchError> {
     let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
     let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
-    let clock = thread.clock(plan.period);
-    Running::start(plan, thread, clock, cycle).map_err(BenchError::RealTime)
+    let clock = thread_settings.clock(plan.period);
+    Running::start(plan, thread_settings, clock, cycle).map_err(BenchError::RealTime)
 }
 
 /// Histograms of the timings, and the thread that fills them until the end of the loop.

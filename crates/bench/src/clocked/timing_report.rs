@@ -76,7 +76,8 @@ impl TimingReport {
         if self.waited > 0 {
             warnings.push(format!(
                 "The virtual machine waited for late commands in {} of {} cycles. Results are unchanged, but the \
-                 experiment took longer than real time. Physical hardware does not wait. Close other programs, and run `stickslip doctor`.",
+                 experiment took longer than real time. Physical hardware does not wait. Close other programs, and run \
+                 `stickslip doctor`.",
                 self.waited, self.summary.cycles,
             ));
         }

@@ -43,7 +43,7 @@ impl Library {
             Err("the file is not an FMU and has no variables to map. Omit --map".into())
         };
         // Opening a library linked with fast-math changes the control word.
-        FloatingPoint::mend();
+        FloatingPoint::set_standard();
         Ok(opened.map_err(|problem| BenchError::External { path: path.into(), problem })?)
     }
 
@@ -71,10 +71,10 @@ impl Caller for Library {
         self.caller().step(sample, values)
     }
 
-    fn said(&self) -> Option<String> {
+    fn message(&self) -> Option<String> {
         match self {
-            Library::Module(module) => module.said(),
-            Library::Fmu(fmu) => fmu.said(),
+            Library::Module(module) => module.message(),
+            Library::Fmu(fmu) => fmu.message(),
         }
     }
 }
@@ -92,7 +92,7 @@ impl OpenModule {
 impl Caller for OpenModule {
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ExternalFault> {
         let started = self.module.begin(sample_time, torque_limit, values);
-        if !FloatingPoint::mend() {
+        if !FloatingPoint::set_standard() {
             return Err(ExternalFault::FloatingPoint);
         }
         if started { Ok(()) } else { Err(ExternalFault::Failed { code: -1 }) }
@@ -103,7 +103,7 @@ impl Caller for OpenModule {
         let begin = Instant::now();
         let torque = self.module.step(sample);
         let time = begin.elapsed().as_nanos() as u64;
-        if !FloatingPoint::mend() {
+        if !FloatingPoint::set_standard() {
             return Err(ExternalFault::FloatingPoint);
         }
         torque.map(|torque| Answer { torque, time, refused }).map_err(|code| ExternalFault::Failed { code })

@@ -113,7 +113,7 @@ pub(crate) trait Caller: Send {
     fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ExternalFault>;
 
     /// Most severe message since the start, if available.
-    fn said(&self) -> Option<String> {
+    fn message(&self) -> Option<String> {
         None
     }
 
@@ -282,7 +282,7 @@ impl External {
 
     /// Most severe message since the start, if there is one.
     pub fn said(&self) -> Option<String> {
-        self.caller.said()
+        self.caller.message()
     }
 
     /// Durations of its calls [ns], and number of calls longer than [`BUDGET`].

@@ -213,7 +213,7 @@ impl Caller for Process {
         cfg!(target_os = "linux").then_some(self.response)
     }
 
-    fn said(&self) -> Option<String> {
+    fn message(&self) -> Option<String> {
         let message = std::fs::read_to_string(self.folder.path().join(MESSAGES)).ok()?;
         (!message.is_empty()).then_some(message)
     }

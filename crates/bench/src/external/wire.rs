@@ -120,12 +120,8 @@ pub(super) fn encode_description(description: Result<&Description, String>) -> V
 
 /// Decodes a description, or its problem.
 pub(super) fn decode_description(bytes: &[u8]) -> Result<Description, String> {
-    let message: Value = serde_json::from_slice(bytes).map_err(|error| {
-        format!(
-            "invalid message from its process \
-        ({error})"
-        )
-    })?;
+    let message: Value =
+        serde_json::from_slice(bytes).map_err(|error| format!("invalid message from its process ({error})"))?;
     if message["version"] != VERSION {
         return Err("its process is another version of stickslip. Set the variable STICKSLIP to this program".into());
     }

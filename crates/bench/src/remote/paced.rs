@@ -38,9 +38,9 @@ pub struct Paced {
     sent: u64,
     answered: u64,
     started: u64,
-    /// Whether the machine knows this bench.
-    known: bool,
-    /// For a machine that does not: number of the last request, whether it can be started, number of that start.
+    /// Whether the machine recognizes this bench.
+    recognized: bool,
+    /// If it does not: number of the last request, whether it can be started, number of that start.
     requested: u64,
     free: bool,
     beginning: Option<u64>,
@@ -76,7 +76,7 @@ impl Paced {
             sent: 0,
             answered: 0,
             started: 0,
-            known: true,
+            recognized: true,
             requested: 0,
             free: false,
             beginning: None,
@@ -106,7 +106,7 @@ impl Paced {
             return None;
         };
         match message {
-            Message::Readings(readings) if self.known && number == self.sent && number > self.answered => {
+            Message::Readings(readings) if self.recognized && number == self.sent && number > self.answered => {
                 self.answered = number;
                 self.traffic.count(Event::Answered);
                 Some(Arrival::Readings(readings))
@@ -116,7 +116,7 @@ impl Paced {
                 None
             }
             Message::Begun(begun) if self.beginning == Some(number) => {
-                (self.known, self.started, self.answered, self.beginning) = (true, number, number, None);
+                (self.recognized, self.started, self.answered, self.beginning) = (true, number, number, None);
                 (self.preload, self.pressing) = (begun.preload, None);
                 self.traffic.count(Event::Begun);
                 Some(Arrival::Readings(begun.measurement))
@@ -144,7 +144,7 @@ impl Paced {
             reason => {
                 // No other bench uses it, or it has waited too long for this one.
                 self.free = reason != Some(Reason::Stranger) || due == 0.0;
-                return std::mem::take(&mut self.known).then_some(Arrival::Restarted);
+                return std::mem::take(&mut self.recognized).then_some(Arrival::Restarted);
             }
         }
         None
@@ -167,7 +167,7 @@ impl Io for Paced {
     fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
         // Number 0 was the start.
         let number = tick + 1;
-        if self.known {
+        if self.recognized {
             if self.pressing.is_some_and(|last| number - last >= self.retry) {
                 self.pressing = Some(number);
                 self.send(Message::Preload(Preload { preload: self.preload }), number);
@@ -189,7 +189,7 @@ impl Io for Paced {
 
     fn finish(&mut self) -> Arrival {
         let start = Instant::now();
-        let within = if self.known { self.grace } else { Duration::ZERO };
+        let within = if self.recognized { self.grace } else { Duration::ZERO };
         let mut bytes = [0; LONGEST];
         loop {
             match self.line.look(&mut bytes) {

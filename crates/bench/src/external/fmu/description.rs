@@ -71,10 +71,7 @@ pub(super) fn read(text: &str) -> Result<Model, String> {
         "2.0" => FmiVersion::Two,
         version if version.starts_with("3.") => FmiVersion::Three,
         other => {
-            return Err(format!(
-                "it has FMI version {other}; 2.0 and 3.0 are supported. Export it with one of \
-            them"
-            ));
+            return Err(format!("it has FMI version {other}; 2.0 and 3.0 are supported. Export it with one of them"));
         }
     };
     let Some(simulation) = child(root, "CoSimulation") else {

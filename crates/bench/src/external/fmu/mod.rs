@@ -78,15 +78,8 @@ impl Controller {
         };
         let mut fmu = Fmu::open(&files).map_err(|error| error.to_string())?;
         if !fmu.instantiate() {
-            let reason = fmu.message().map_or_else(
-                || "No message".into(),
-                |(message, _)| {
-                    format!(
-                        "Message: \
-                {message}"
-                    )
-                },
-            );
+            let reason =
+                fmu.message().map_or_else(|| "No message".into(), |(message, _)| format!("Message: {message}"));
             return Err(format!("it cannot be instantiated. {}", reason.trim_end_matches('.')));
         }
         let description = describe(&model, role, &mapped, &settable);
@@ -178,14 +171,14 @@ impl Caller for Controller {
         checked(answer)
     }
 
-    fn said(&self) -> Option<String> {
+    fn message(&self) -> Option<String> {
         self.fmu.message().map(|message| message.0)
     }
 }
 
 /// The result of calls, unless they changed the floating-point mode.
 fn watched<T>(done: Result<T, i32>) -> Result<T, ExternalFault> {
-    if !FloatingPoint::mend() {
+    if !FloatingPoint::set_standard() {
         return Err(ExternalFault::FloatingPoint);
     }
     done.map_err(|code| ExternalFault::Failed { code })

@@ -29,18 +29,17 @@ fn broken_xml_is_refused() {
         let without = right.replace(attribute, "other");
         assert!(refusal(&without).contains(&format!("has no {there}")), "{attribute}");
     }
-    assert!(refusal(&right.replace("valueReference=\"3\"", "valueReference=\"-3\"")).contains(
-        "not an unsigned 32-bit \
-        integer"
-    ));
-    assert!(refusal(&right.replace("valueReference=\"3\"", "valueReference=\"99999999999\"")).contains(
-        "not an \
-        unsigned 32-bit integer"
-    ));
-    assert!(refusal(&right.replace("name=\"bias\"", &format!("name=\"{}\"", "b".repeat(600)))).contains(
-        "600 \
-        characters"
-    ));
+    assert!(
+        refusal(&right.replace("valueReference=\"3\"", "valueReference=\"-3\""))
+            .contains("not an unsigned 32-bit integer")
+    );
+    assert!(
+        refusal(&right.replace("valueReference=\"3\"", "valueReference=\"99999999999\""))
+            .contains("not an unsigned 32-bit integer")
+    );
+    assert!(
+        refusal(&right.replace("name=\"bias\"", &format!("name=\"{}\"", "b".repeat(600)))).contains("600 characters")
+    );
     assert!(refusal(&right.replace("\"servo\"", "\"../servo\"")).contains("is not a valid library name"));
 }
 
