@@ -224,5 +224,5 @@ fn an_fmu_that_the_program_wrote_is_loaded_and_replayed_without_it() {
     std::fs::write(folder.join("no.fmu"), "text").expect("the folder takes files");
     let refused = stickslip(&["load", "no.fmu"]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(text(&refused.stderr).contains("no.fmu: it is no FMU"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("no.fmu: not an FMU"), "{}", text(&refused.stderr));
 }

@@ -14,7 +14,7 @@ use super::Runs;
 use crate::protocol::{Alignment, Answer, Changed, OverlaidRun};
 use crate::{LiveError, lock};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::run::{self, Stored, SimulationRequest, course, story};
+use stickslip_bench::run::{self, SimulationRequest, Stored, course, story};
 
 /// Of a record that is read beside a bench that runs: its memory is locked [bytes].
 const LARGEST: u64 = 500_000_000;

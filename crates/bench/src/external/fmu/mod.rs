@@ -177,7 +177,7 @@ impl Caller for Controller {
 }
 
 /// The result of calls, unless they changed the floating-point mode.
-fn watched<T>(done: Result<T, i32>) -> Result<T, ExternalFault> {
+fn checked<T>(done: Result<T, i32>) -> Result<T, ExternalFault> {
     if !FloatingPoint::set_standard() {
         return Err(ExternalFault::FloatingPoint);
     }
