@@ -565,13 +565,13 @@ export type AdvisedPreload = {
   /** Reason and action. */
   sentence: string
 }
-/** How courses are laid over each other. */
+/** Alignment of several courses. */
 export type Alignment = {
   by: "begin"
 }
   | {
   by: "rise"
-  /** In the signal's unit. */
+  /** Level in the unit of the signal. */
   level: number
 }
   | {
@@ -579,7 +579,7 @@ export type Alignment = {
 }
   | {
   by: "hand"
-  /** What is added to the time of each [s]. */
+  /** Offset added to the time of each [s]. */
   shifts: number[]
 }
 /** What an axis shows and how. */
@@ -699,32 +699,32 @@ export type CornerView = {
   /** Peak of the sensitivity; `null` if the loop is not stable. */
   sensitivity: number | null
 }
-/** What they say. */
+/** Values of the counters. */
 export type Counts = {
-  /** Ticks whose readings came in time. */
+  /** Ticks with readings in time. */
   answered: number
-  /** How often the machine was taken up. */
+  /** Number of starts of the machine. */
   begun: number
-  /** Answers that came a second time. */
+  /** Answers that arrived twice. */
   doubled: number
-  /** Frames that could not be read, on either side. */
+  /** Unreadable frames, on either side. */
   garbled: number
-  /** Answers that came behind their tick. */
+  /** Answers that arrived after their tick. */
   late: number
-  /** Ticks whose readings did not. */
+  /** Ticks without readings in time. */
   missing: number
 }
-/** A signal of a run over time. Of each part of the time the least and the largest value, so that no spike is lost. */
+/** Course of a signal of a run, with minimum and maximum in each part of the time, so that no spike is lost. */
 export type Course = {
-  /** Time of the record's first row [s]. */
+  /** Time of the first row of the record [s]. */
   begin: number
-  /** Time of its last [s]. */
+  /** Time of the last row [s]. */
   end: number
   /** Middle of each part of the time [s]. */
   time: number[]
   /** SI unit. */
   unit: string
-  /** Least and largest value in each; `null` where rows are lost. */
+  /** Minimum and maximum in each part; `null` for lost rows. */
   values: [(number | null)[], (number | null)[]]
 }
 /** A run with a friction curve. */
@@ -989,11 +989,11 @@ export type Handle = "breakaway_torque"
   | "stribeck_velocity"
   | "viscous_friction"
   | "line"
-/** Something that happened in a run. */
+/** An event of a run. */
 export type RunEvent = {
-  /** With this cycle. */
+  /** Number of the cycle. */
   cycle: number
-  /** More of it: what became another, why it was refused. */
+  /** Details: changed values, reason of a refusal. */
   details: string[]
   /** Time of the cycle [s]. */
   time: number
@@ -1548,21 +1548,21 @@ export type Signal = {
   /** Names of its values, from 0 on; empty for a measured quantity. */
   values: string[]
 }
-/** A run, as it was and as it would have been. */
+/** Simulation of a recorded run with other parameters. */
 export type Simulated = {
-  /** How many were simulated. */
+  /** Number of simulated cycles. */
   cycles: number
-  /** Why it ended before the record did. */
+  /** Reason of an end before the end of the record. */
   ended: string | null
   /** Time of the first cycle [s]. */
   from: number
-  /** Time on the bench over the time that the simulation took. */
+  /** Ratio of bench time to computing time. */
   speed: number
   /** Time of each part of a trace [s]. */
   time: number[]
-  /** Time of the last that was simulated [s]. */
+  /** Time of the last simulated cycle [s]. */
   to: number
-  /** The signals that were asked for. */
+  /** The requested signals. */
   traces: Trace[]
 }
 /** Availability of a run's files. */
@@ -1729,15 +1729,15 @@ export type ChatterMargin = {
   /** Largest stiffness of the desired bristles without chatter [N m/rad]; `null`: no limit found, or not stable. */
   stiffness_limit: number | null
 }
-/** A signal, as it was and as it would have been. Of each part of the time the least and the largest value, so that no spike is lost. */
+/** A recorded and a simulated signal, with minimum and maximum in each part of the time, so that no spike is lost. */
 export type Trace = {
-  /** Simulated less recorded. */
+  /** Simulated minus recorded. */
   difference: [(number | null)[], (number | null)[]]
   /** Its largest magnitude. */
   peak: number | null
-  /** As recorded: least and largest. */
+  /** As recorded: minimum and maximum. */
   recorded: [(number | null)[], (number | null)[]]
-  /** The difference over all cycles, RMS; `null` where one of them is no number. */
+  /** RMS of the difference over all cycles; `null` if a value is not finite. */
   rms: number | null
   /** Its name. */
   signal: string

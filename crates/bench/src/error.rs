@@ -1,77 +1,77 @@
-//! What only a bench can fail of.
+//! Errors of a bench.
 
 use std::path::PathBuf;
 
 use stickslip_core::supervise::Fault;
 
-/// A failure of a bench, beside those that every crate has.
+/// Errors of a bench, in addition to the common errors.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BenchError {
-    /// A record whose first state is not one of the bench of its preset.
-    #[error("the state that the record begins with does not fit its preset. Take the record as it was made.")]
+    /// The first state of a record does not match the bench of its preset.
+    #[error("the initial state of the record does not fit its preset. Use the unmodified record.")]
     RecordState,
-    /// No step back, or none forward.
+    /// No step to undo or redo.
     #[error("there is nothing to {what}.")]
     NothingToUndo {
-        /// What was asked for.
+        /// The requested action.
         what: &'static str,
     },
-    /// A parameter that a bench cannot change while it runs.
+    /// A parameter that cannot be changed while the bench runs.
     #[error("{path} cannot be changed while the bench runs. {remedy}")]
     NotWhileRunning {
         /// The parameter.
         path: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
-    /// A file that is nothing for the loop.
+    /// A file that cannot be loaded as external controller, friction or law.
     #[error("{}: {problem}.", path.display())]
     External {
-        /// Which file.
+        /// The file.
         path: PathBuf,
-        /// What is wrong with it, and what to do.
+        /// Problem and remedy.
         problem: String,
     },
-    /// A value that what was brought along does not admit.
+    /// A value outside the range of an external parameter.
     #[error("{name} = {value} {unit} is outside {minimum} … {maximum} {unit}. Choose a value within.")]
     ForeignValue {
-        /// Its parameter.
+        /// Name of the parameter.
         name: String,
-        /// As given.
+        /// The value.
         value: f64,
-        /// Its unit.
+        /// Unit of the parameter.
         unit: String,
         /// Smallest value.
         minimum: f64,
         /// Largest value.
         maximum: f64,
     },
-    /// Samples that leave a controller which was brought along no time.
+    /// A sampling time too short for an external controller in a separate process.
     #[error(
-        "the position controller runs in every tick of {tick_rate} Hz, and by the clock the torque of one in a process of \
-         its own is taken a tick before it comes into force. Let a sample have two ticks or more (bench.control_divider), \
-         or trust it (--trust)."
+        "the position controller runs in every tick of {tick_rate} Hz. In real time, the torque of a controller in a \
+         separate process is read one tick before it becomes active. Increase bench.control_divider to 2 or more, or run \
+         the controller in this process (--trust)."
     )]
     ForeignRate {
         /// Ticks a second [Hz].
         tick_rate: f64,
     },
-    /// What was brought along does not begin.
+    /// The external controller, friction or law does not start.
     #[error("{0}")]
-    ExternalTorques(Fault),
-    /// A law that renders the friction of a file away.
+    ExternalNotStarted(Fault),
+    /// A law that compensates the external friction.
     #[error(
-        "the admittance law makes the load follow one that does not feel the friction of a file. Choose another law beside \
-         it (bench.law.kind = \"residual\")."
+        "the admittance law cannot be used with an external friction: its reference load is not subject to that \
+         friction. Choose another law (bench.law.kind = \"residual\")."
     )]
     FollowsNoFriction,
-    /// A fault on purpose that there is not.
-    #[error("no fault \"{fault}\". {remedy}")]
+    /// An unknown or invalid injected fault.
+    #[error("invalid fault \"{fault}\". {remedy}")]
     Injection {
-        /// What was asked for.
+        /// The requested fault.
         fault: String,
-        /// What can be injected, and where.
+        /// Available faults.
         remedy: String,
     },
     /// A cycle that cannot run in real time.

@@ -5,13 +5,13 @@ use stickslip_core::supervise::{Homing, HomingInput, HomingProgress, Request};
 use crate::{Bench, Change, Command};
 use stickslip_base::{Error, Watch};
 
-/// Searches the index and makes it the screw's zero; the bench is then running, at rest near its zero.
+/// Searches the index pulse and sets it as the zero of the screw; the bench is then running, at rest near its zero.
 ///
 /// # Errors
-/// [`Error::BenchFault`] where no index comes, or supervision stops the search; [`Error::Cancelled`].
+/// [`Error::BenchFault`] if no index pulse occurs or supervision stops the search; [`Error::Cancelled`].
 pub fn home(bench: &mut dyn Bench, watch: &Watch) -> Result<(), Error> {
     bench.change(Change::Request(Request::Home))?;
-    // One tick without torque tells where the screw is.
+    // One tick without torque gives the angle of the screw.
     let first = bench.step(Command::default())?;
     let dt = bench.settings().tick_time();
     let mut search = Homing::begin(bench.settings().homing, first.angle);

@@ -1,4 +1,4 @@
-//! What lies between the software of the bench and its machine: voltages out, readings in.
+//! Interface between the software of the bench and its machine: voltages out, readings in.
 
 use crate::BenchError;
 use std::sync::Arc;
@@ -11,16 +11,16 @@ use super::Injection;
 use super::remote::{LinkFault, Traffic};
 use stickslip_base::Error;
 
-/// A machine behind converters and counters: here, in another process, or of steel.
+/// A machine behind converters and counters: in this process, in another process, or physical.
 pub trait Io {
     /// One tick under these voltages: the readings at its end.
     ///
     /// # Errors
-    /// What happened to the link; once it failed it stays so.
+    /// A fault of the link; it is permanent.
     fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault>;
 
-    /// By the clock: begins a tick under these voltages. The readings at its end where they are known at once; else
-    /// [`finish`](Io::finish) gives them when the tick has ended. Ticks have numbers; one that is left out has passed.
+    /// In real time: starts a tick with these voltages. Returns the readings at its end if available at once; otherwise
+    /// [`finish`](Io::finish) returns them after the tick. Ticks are numbered; skipped numbers have passed.
     ///
     /// # Errors
     /// As [`exchange`](Io::exchange): it ends the bench.
@@ -28,61 +28,61 @@ pub trait Io {
         self.exchange(voltages).map(Some)
     }
 
-    /// By the clock, at the begin of a tick: the readings at the end of the one that was started last.
+    /// In real time, at the start of a tick: the readings at the end of the last started tick.
     fn finish(&mut self) -> Arrival {
         Arrival::Missing
     }
 
-    /// What happened on the link to it, where there is one.
+    /// Traffic on the link to the machine, if there is one.
     fn traffic(&self) -> Option<Arc<Traffic>> {
         None
     }
 
-    /// Whether the machine stands still where nobody exchanges with it: a virtual one does.
+    /// Whether the machine pauses between exchanges, as a virtual machine does.
     fn waits(&self) -> bool {
         false
     }
 
-    /// Presses the friction wheel's linings on, 0 … 1: the operator's work.
+    /// Sets the preload of the friction wheel, 0 … 1; on hardware the operator sets it.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] beyond 0 … 1; [`Error::BenchFault`] where the link failed.
+    /// [`Error::OutOfRange`] outside 0 … 1; [`Error::BenchFault`] if the link failed.
     fn set_preload(&mut self, preload: f64) -> Result<(), Error>;
 
-    /// How far they are pressed on.
+    /// Preload of the friction wheel, 0 … 1.
     fn preload(&self) -> f64;
 
-    /// Injects a fault, where [`Faulty`](super::Faulty) is between.
+    /// Injects a fault if the machine is [`Faulty`](super::Faulty).
     ///
     /// # Errors
-    /// [`BenchError::Injection`] where it is not, or has no room.
+    /// [`BenchError::Injection`] if it is not, or its list is full.
     fn inject(&mut self, injection: Injection) -> Result<(), Error> {
-        let remedy = "This bench has no faults on purpose: its machine is not wrapped for them.".into();
+        let remedy = "This bench does not support injected faults.".into();
         Err(BenchError::Injection { fault: injection.to_string(), remedy }.into())
     }
 
-    /// Walks what a virtual machine of this process remembers; one elsewhere remembers it itself.
+    /// Visits the state of a virtual machine in this process; without effect for other machines.
     fn keep(&mut self, _: &mut dyn StateVisitor) {}
 
-    /// What befalls the software besides, behind an exchange: faults on purpose alone do it.
+    /// Disturbs the software after an exchange; used by injected faults only.
     fn disturb(&mut self, _: &mut Software) {}
 }
 
-/// What came of a tick by the clock.
+/// Result of a tick in real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrival {
-    /// The readings at its end.
+    /// The readings at the end of the tick.
     Readings(Measurement<f64>),
-    /// None came in time.
+    /// No readings in time.
     Missing,
-    /// The machine does not know this bench any more.
+    /// The machine has restarted and does not know this bench.
     Restarted,
 }
 
-/// Whether linings can be pressed on so far.
+/// Checks a preload.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] beyond 0 … 1.
+/// [`Error::OutOfRange`] outside 0 … 1.
 pub fn check_preload(preload: f64) -> Result<(), Error> {
     if (0.0..=1.0).contains(&preload) {
         return Ok(());

@@ -5,7 +5,7 @@
 //!
 //! | part | in |
 //! |-|-|
-//! | software over any [`Io`]: in lockstep, in real time | [`LockstepBench`], [`ClockedBench`] |
+//! | software with any [`Io`]: in lockstep, in real time | [`LockstepBench`], [`ClockedBench`] |
 //! | machine: virtual, in another process, on a board | [`VirtualBench`], [`remote`] (its frames: `docs/src/frame.md`) |
 //! | wrappers of the machine: injected faults | [`faults`] |
 //! | loaded controllers, frictions and laws | [`external`] |
@@ -13,9 +13,9 @@
 //! | every cycle and every change, for recorders and viewers | [`tap`] |
 //! | record, replay, simulation with other parameters | [`run`] |
 //!
-//! Parameters enter a real-time bench as one set with one cycle: in order behind the commands, or before all of them
-//! (`clocked/urgent.rs`). A record may begin in any cycle: `clocked/keyframe.rs` has the loop write the whole state into
-//! memory that was allocated before.
+//! A parameter set becomes active on a real-time bench with one cycle: in order after the queued commands, or before
+//! all of them (`clocked/immediate.rs`). A record may start in any cycle: `clocked/keyframe.rs` makes the loop write
+//! the whole state into preallocated memory.
 #![forbid(unsafe_code)]
 
 mod clocked;
@@ -58,50 +58,50 @@ use stickslip_design as design;
 
 /// A bench to experiment on.
 ///
-/// Where it runs by the clock, commands go some ticks ahead of what comes of them: [`hand_over`](Bench::hand_over) gives
-/// one and takes what is there, [`outstanding`](Bench::outstanding) fetches the rest. In lockstep each command's frame
-/// comes at once. Either way no frame is lost and all come in their order.
+/// In real time, commands are some ticks ahead of their frames: [`hand_over`](Bench::hand_over) sends a command and
+/// returns an available frame, [`outstanding`](Bench::outstanding) returns the remaining frames. In lockstep each
+/// command returns its frame at once. In both cases no frame is lost and all are in order.
 pub trait Bench {
-    /// What is believed of the machine.
+    /// The controller's model of the machine.
     fn model(&self) -> &Model<f64>;
 
-    /// How the bench runs.
+    /// Settings of the bench.
     fn settings(&self) -> &Settings<f64>;
 
-    /// Hands over the command of the next tick; returns the oldest frame that was not fetched yet, if it is there.
+    /// Sends the command of the next tick; returns the oldest frame that was not fetched yet, if available.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] once supervision has taken the torque away.
+    /// [`Error::BenchFault`] after supervision has removed the torque.
     fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error>;
 
-    /// Waits for the next frame of a command that was handed over; none where all were fetched.
+    /// Waits for the next outstanding frame; `None` if all were fetched.
     ///
     /// # Errors
     /// As [`hand_over`](Bench::hand_over).
     fn outstanding(&mut self) -> Result<Option<Frame>, Error>;
 
-    /// Hands over nothing until the set-point has come to rest, and the load with it.
+    /// Sends no commands until set-point and load have come to rest.
     ///
     /// # Errors
     /// As [`hand_over`](Bench::hand_over).
     fn come_to_rest(&mut self) -> Result<(), Error>;
 
-    /// Changes what runs, behind the commands that were handed over.
+    /// Makes a change after the queued commands.
     ///
     /// # Errors
-    /// [`Error::Refused`] for a request that the state of the bench does not admit.
+    /// [`Error::Refused`] for a request that the state of the bench does not permit.
     fn change(&mut self, change: Change) -> Result<(), Error>;
 
-    /// What the software computes with, behind the commands that were handed over.
+    /// Parameters of the software after the queued commands.
     fn parameters(&self) -> &Parameters<f64>;
 
-    /// What the bench may do.
+    /// Safety state of the bench.
     fn safety(&self) -> SafetyState;
 
-    /// Encoder angle of the screw's zero [rad], where known.
+    /// Encoder angle of the screw's zero [rad], if known.
     fn zero(&self) -> Option<f64>;
 
-    /// Carries one command out and waits for what comes of it. Frames that were not fetched are lost.
+    /// Executes one command and returns its frame. Frames that were not fetched are lost.
     ///
     /// # Errors
     /// As [`hand_over`](Bench::hand_over).
@@ -110,10 +110,10 @@ pub trait Bench {
         while let Some(frame) = self.outstanding()? {
             last = Some(frame);
         }
-        Ok(last.expect("a command that was handed over has a frame or an error"))
+        Ok(last.expect("every command has a frame or an error"))
     }
 
-    /// Waits for all frames of commands that were handed over.
+    /// Waits for all outstanding frames.
     ///
     /// # Errors
     /// As [`hand_over`](Bench::hand_over).
@@ -124,7 +124,8 @@ pub trait Bench {
         Ok(())
     }
 
-    /// This position controller alone in force from the next tick on, run every `divider` ticks; it takes the torque over.
+    /// Activates this position controller only, from the next tick on, run every `divider` ticks. It starts with the
+    /// present torque.
     ///
     /// # Errors
     /// As [`change`](Bench::change).
@@ -135,11 +136,11 @@ pub trait Bench {
         self.change(Change::Parameters(parameters))
     }
 
-    /// The rendering law in force from the next tick on, with the current control that belongs to it. It begins with the
-    /// torque of the law before.
+    /// Activates a rendering law from the next tick on, with its current control. It starts with the torque of the
+    /// previous law.
     ///
     /// # Errors
-    /// What the design of the current control refuses.
+    /// Errors of the design of the current control.
     fn set_law(&mut self, law: Law<f64>) -> Result<(), Error> {
         let mut parameters = *self.parameters();
         parameters.tick.current = design::load_current_control(&law, self.model(), self.settings())?;
@@ -147,7 +148,7 @@ pub trait Bench {
         self.change(Change::Parameters(parameters))
     }
 
-    /// What is added to the rendering law from the next tick on.
+    /// Activates a correction of the rendering law from the next tick on.
     ///
     /// # Errors
     /// As [`change`](Bench::change).
@@ -157,15 +158,15 @@ pub trait Bench {
         self.change(Change::Parameters(parameters))
     }
 
-    /// Presses the friction wheel's linings on, 0 … 1. On hardware it asks the operator to do it.
+    /// Sets the preload of the friction wheel, 0 … 1. On hardware the operator is prompted.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] beyond 0 … 1.
+    /// [`Error::OutOfRange`] outside 0 … 1.
     fn set_preload(&mut self, preload: f64) -> Result<(), Error>;
 
-    /// How far the linings are pressed on.
+    /// Preload of the friction wheel, 0 … 1.
     fn preload(&self) -> f64;
 
-    /// The load's own friction as just measured, friction wheel included: belief follows measurement.
+    /// Sets the own friction of the model to a measured one, friction wheel included.
     fn learn_own(&mut self, own: Stribeck<f64>);
 }

@@ -6,33 +6,33 @@ use stickslip_core::supervise::SafetyState;
 use stickslip_core::tick::{Measurement, Tick, TickInput, TickState};
 
 use super::io::Io;
-use super::tap::{Changed, Tap, What};
+use super::tap::{ChangeKind, Changed, Tap};
 use super::{Bench, Injection};
 use crate::external::{External, ExternalInLoop, role};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 use stickslip_design as design;
 
-/// How long a load takes to follow a set-point that has come to rest [s].
+/// Settling time of the load after the set-point has come to rest [s].
 pub(super) const SETTLING: f64 = 0.1;
 
-/// The software of the bench over a machine that it keeps step with: the software computes on the readings of the
-/// tick's begin; what it wrote in the tick before acts meanwhile.
+/// The software of the bench in lockstep with a machine. The software computes with the readings at the start of the
+/// tick; the voltages of the previous tick act meanwhile.
 pub struct LockstepBench<M> {
     pub(super) machine: M,
     model: Model<f64>,
     settings: Settings<f64>,
     software: Software,
-    /// Readings at the begin of the tick.
+    /// Readings at the start of the tick.
     readings: Measurement<f64>,
-    /// Who records or watches.
+    /// Recorder or viewer.
     tap: Option<Tap>,
-    /// Who controls the position instead, or gives the friction or the law.
-    guest: Option<ExternalInLoop>,
+    /// External controller, friction or law.
+    external: Option<ExternalInLoop>,
 }
 
 impl<M: Io> LockstepBench<M> {
-    /// The software for what is believed and set, over a machine with these readings at rest.
+    /// The software for a model and settings, with a machine that has these readings at rest.
     pub(super) fn over(
         model: &Model<f64>,
         settings: &Settings<f64>,
@@ -40,74 +40,74 @@ impl<M: Io> LockstepBench<M> {
         readings: Measurement<f64>,
     ) -> Result<Self, Error> {
         let software = Software::new(design::parameters(model, settings)?, settings.tick_time());
-        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None, guest: None })
+        Ok(LockstepBench { machine, model: *model, settings: *settings, software, readings, tap: None, external: None })
     }
 
-    /// Lets somebody record or watch from now on; the bench waits for it.
+    /// Connects a recorder or viewer; the bench waits for it.
     pub fn tap(&mut self, tap: Tap) {
         self.tap = Some(tap);
     }
 
-    /// Lets a file of one's own play its role from now on; what the preset has for it is out of force. Of a controller
-    /// these are controller, filter, compensation and holding.
+    /// Activates an external controller, friction or law. It replaces the corresponding settings of the preset: for a
+    /// controller, these are controller, filter, compensation and holding.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`](crate::BenchError::FollowsNoFriction).
+    /// Errors of the design of the bench; [`BenchError::FollowsNoFriction`](crate::BenchError::FollowsNoFriction).
     pub fn bring(&mut self, external: External) -> Result<(), Error> {
         let (role, mut parameters) = (external.role(), *self.software.parameters());
-        let guest = ExternalInLoop::new(external, &self.model, &self.settings)?;
+        let in_loop = ExternalInLoop::new(external, &self.model, &self.settings)?;
         role::enter(role, true, &mut parameters, &self.model, &self.settings)?;
         self.settings = role::without(role, &self.settings);
-        self.guest = Some(guest);
+        self.external = Some(in_loop);
         self.change(Change::Parameters(parameters))
     }
 
-    /// Takes it away again: these settings are in force, with what they have in its place.
+    /// Removes it: these settings become active again.
     ///
     /// # Errors
-    /// What the design of the bench refuses.
+    /// Errors of the design of the bench.
     pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<External>, Error> {
-        let Some(guest) = self.guest.take() else { return Ok(None) };
+        let Some(in_loop) = self.external.take() else { return Ok(None) };
         let mut parameters = *self.software.parameters();
-        role::enter(guest.external().role(), false, &mut parameters, &self.model, settings)?;
+        role::enter(in_loop.external().role(), false, &mut parameters, &self.model, settings)?;
         self.settings = *settings;
         self.change(Change::Parameters(parameters))?;
-        Ok(Some(guest.into_external()))
+        Ok(Some(in_loop.into_external()))
     }
 
     /// Injects a fault.
     ///
     /// # Errors
-    /// [`BenchError::Injection`](crate::BenchError::Injection) where the machine is not wrapped for it.
+    /// [`BenchError::Injection`](crate::BenchError::Injection) if the machine is not [`Faulty`](crate::Faulty).
     pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
         self.machine.inject(injection)?;
-        self.tell(What::Fault(injection));
+        self.report(ChangeKind::Fault(injection));
         Ok(())
     }
 
-    fn tell(&self, what: What) {
+    fn report(&self, what: ChangeKind) {
         if let Some(tap) = &self.tap {
-            // Who does not listen any more misses nothing.
+            // The listener may have ended.
             let _ = tap.changes.send(Changed { cycle: self.software.cycle(), what });
         }
     }
 
-    /// What the next tick computes on under this command: the software with its parameters, its state, what it reads.
-    /// A replay or another processor that is given the same gives the same.
+    /// Inputs of the next tick with this command: parameters, state and readings. A replay or another processor
+    /// computes the same result from them.
     pub fn next_tick(&self, command: &Command) -> (Tick<f64>, TickState<f64>, TickInput<f64>) {
         self.software.next_tick(self.readings, command)
     }
 
-    /// Torque of the guest in the next tick; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> ExternalTorques {
-        let Some(guest) = &mut self.guest else { return ExternalTorques::default() };
+    /// Torque of the external controller, friction or law in the next tick. If it fails, supervision brakes.
+    fn external_torques(&mut self, command: Option<&Command>) -> ExternalTorques {
+        let Some(external) = &mut self.external else { return ExternalTorques::default() };
         let sample = self.software.sample(&self.readings, command);
-        match guest.torque(&sample, &self.software.parameters().tick) {
+        match external.torque(&sample, &self.software.parameters().tick) {
             Ok(torque) => torque,
             Err(fault) => {
-                let failed = Change::ForeignFailed(guest.external().role(), fault);
-                // It cannot be refused. Told before: it is made before this cycle.
-                self.tell(What::Software(failed, None));
+                let failed = Change::ForeignFailed(external.external().role(), fault);
+                // This change is never refused. Reported first, since it is made before this cycle.
+                self.report(ChangeKind::Software(failed, None));
                 let _ = self.software.change(&failed);
                 ExternalTorques::default()
             }
@@ -117,8 +117,8 @@ impl<M: Io> LockstepBench<M> {
     /// One tick.
     fn tick(&mut self, command: Option<Command>) -> Result<Frame, Error> {
         let acting = self.software.voltages();
-        let brought = self.brought(command.as_ref());
-        let frame = self.software.step_with(self.readings, command, brought);
+        let external = self.external_torques(command.as_ref());
+        let frame = self.software.step_with(self.readings, command, external);
         if let Some(tap) = &mut self.tap {
             tap.samples.wait(&frame);
         }
@@ -150,7 +150,7 @@ impl<M: Io> Bench for LockstepBench<M> {
     }
 
     fn come_to_rest(&mut self) -> Result<(), Error> {
-        // Not `!= 0`: a set-point that is no number never rests.
+        // Not `!= 0`: a non-finite set-point never comes to rest.
         while self.tick(None)?.command.setpoint.velocity.abs() > 0.0 {}
         for _ in 0..(SETTLING * self.settings.tick_rate) as u64 {
             self.tick(None)?;
@@ -160,7 +160,7 @@ impl<M: Io> Bench for LockstepBench<M> {
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
         let changed = self.software.change(&change);
-        self.tell(What::Software(change, changed.err()));
+        self.report(ChangeKind::Software(change, changed.err()));
         Ok(changed?)
     }
 
@@ -178,7 +178,7 @@ impl<M: Io> Bench for LockstepBench<M> {
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         self.machine.set_preload(preload)?;
-        self.tell(What::Preload(preload));
+        self.report(ChangeKind::Preload(preload));
         Ok(())
     }
 

@@ -1,13 +1,13 @@
-//! A set-point that goes at one speed after another.
+//! A set-point with a sequence of speeds.
 
 use stickslip_core::control::reference::Setpoint;
 
 /// A set-point whose speed changes at a limited rate.
 #[derive(Clone, Copy, Debug)]
 pub struct SpeedRamp {
-    /// Where it is.
+    /// Present set-point.
     pub setpoint: Setpoint<f64>,
-    /// How fast its velocity changes [rad/s²].
+    /// Magnitude of the acceleration [rad/s²].
     acceleration: f64,
     /// Time of a tick [s].
     dt: f64,
@@ -19,7 +19,7 @@ impl SpeedRamp {
         SpeedRamp { setpoint: Setpoint { position, ..Setpoint::default() }, acceleration, dt }
     }
 
-    /// One tick on, towards a velocity [rad/s].
+    /// Advances by one tick towards a velocity [rad/s].
     pub fn toward(&mut self, velocity: f64) -> Setpoint<f64> {
         let most = self.acceleration * self.dt;
         let change = (velocity - self.setpoint.velocity).clamp(-most, most);
@@ -29,7 +29,7 @@ impl SpeedRamp {
         self.setpoint
     }
 
-    /// Way [rad] that it takes to change to another velocity [rad/s].
+    /// Distance [rad] required to change to another velocity [rad/s].
     pub fn way_to(&self, velocity: f64) -> f64 {
         let now = self.setpoint.velocity;
         0.5 * (now + velocity) * (velocity - now).abs() / self.acceleration

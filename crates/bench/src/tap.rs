@@ -1,7 +1,7 @@
-//! What happens on a bench, for whoever records or watches it: every cycle, and every change with its cycle.
+//! Stream of all cycles and changes of a bench, for recorders and viewers.
 //!
-//! Cycles come through a bounded ring. In lockstep the bench waits where it is full; by the clock it waits for nobody,
-//! and what finds no room is counted. Changes are rare and never lost.
+//! Cycles pass through a bounded ring. In lockstep the bench waits while it is full; in real time it never waits, and
+//! lost cycles are counted. Changes are rare and never lost.
 
 use std::sync::mpsc;
 use std::thread;
@@ -13,45 +13,45 @@ use stickslip_core::supervise::Refusal;
 
 use super::Injection;
 
-/// Until the next look at a ring that is full.
+/// Polling interval of a full ring.
 const LOOK: Duration = Duration::from_micros(200);
 
-/// A cycle, and what lies between it and the one before that came through.
+/// A cycle, and the numbers of cycles missing since the previous one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// What happened in the cycle.
+    /// Frame of the cycle.
     pub frame: Frame,
-    /// Cycles that found no room and are not known.
+    /// Cycles lost because the ring was full.
     pub lost: u64,
-    /// Deadlines that were missed: voltages stood and nothing was computed. A virtual machine waited meanwhile; of one
-    /// of steel the numbers of these cycles are passed over.
+    /// Missed deadlines: voltages were held and nothing was computed. A virtual machine paused meanwhile; with physical
+    /// hardware the numbers of these cycles are skipped.
     pub held: u64,
-    /// Ticks through which a virtual machine waited for a command that was late.
+    /// Ticks that a virtual machine waited for a late command.
     pub waited: u64,
 }
 
-/// What changed between two cycles.
+/// A change between two cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Changed {
-    /// The first cycle after it.
+    /// First cycle after the change.
     pub cycle: u64,
-    /// What it was.
-    pub what: What,
+    /// The change.
+    pub what: ChangeKind,
 }
 
-/// What can change.
+/// Kind of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "changes are rare")]
-pub enum What {
-    /// The software, or the reason why it did not.
+pub enum ChangeKind {
+    /// Change of the software; with the reason if it was refused.
     Software(Change, Option<Refusal>),
-    /// How far the linings of the friction wheel are pressed on, 0 … 1.
+    /// Preload of the friction wheel, 0 … 1.
     Preload(f64),
-    /// A fault was injected.
+    /// Injected fault.
     Fault(Injection),
 }
 
-/// Both ends, with room for so many cycles.
+/// Both ends, with room for `cycles` cycles.
 pub fn tap(cycles: usize) -> (Tap, Stream) {
     let (producer, consumer) = RingBuffer::new(cycles);
     let (changes, changes_out) = mpsc::channel();
@@ -59,14 +59,14 @@ pub fn tap(cycles: usize) -> (Tap, Stream) {
     (Tap { samples, changes }, Stream { samples: consumer, changes: changes_out })
 }
 
-/// The end at the bench.
+/// End of the bench.
 #[derive(Debug)]
 pub struct Tap {
     pub(super) samples: Samples,
     pub(super) changes: mpsc::Sender<Changed>,
 }
 
-/// Where cycles go in.
+/// Writing end of the ring of cycles.
 #[derive(Debug)]
 pub(super) struct Samples {
     ring: Producer<Sample>,
@@ -76,7 +76,7 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    /// A cycle. Where there is no room it is counted.
+    /// Adds a cycle, or counts it as lost if the ring is full.
     pub(super) fn offer(&mut self, frame: &Frame) {
         let Samples { ring, lost, held, waited } = self;
         match ring.push(Sample { frame: *frame, lost: *lost, held: *held, waited: *waited }) {
@@ -85,7 +85,7 @@ impl Samples {
         }
     }
 
-    /// A cycle. Where there is no room this waits, unless nobody is there any more.
+    /// Adds a cycle. Waits while the ring is full, unless the other end is closed.
     pub(super) fn wait(&mut self, frame: &Frame) {
         while self.ring.is_full() && !self.ring.is_abandoned() {
             thread::sleep(LOOK);
@@ -93,18 +93,18 @@ impl Samples {
         self.offer(frame);
     }
 
-    /// A cycle was held.
+    /// Counts a held cycle.
     pub(super) fn hold(&mut self) {
         self.held += 1;
     }
 
-    /// A tick passed without a cycle, since a command was late.
+    /// Counts a tick without a cycle, due to a late command.
     pub(super) fn wait_for_command(&mut self) {
         self.waited += 1;
     }
 }
 
-/// The end of whoever records or watches.
+/// End of the recorder or viewer.
 #[derive(Debug)]
 pub struct Stream {
     samples: Consumer<Sample>,
@@ -112,17 +112,17 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// The next cycle that is there.
+    /// The next available cycle.
     pub fn sample(&mut self) -> Option<Sample> {
         self.samples.pop().ok()
     }
 
-    /// The next change that is there; it may lie behind or ahead of the cycles that were taken.
+    /// The next available change; its cycle may be before or after the cycles taken so far.
     pub fn change(&mut self) -> Option<Changed> {
         self.changes.try_recv().ok()
     }
 
-    /// Whether the bench is gone. What it left can still be taken.
+    /// Whether the bench has ended. Remaining cycles and changes can still be taken.
     pub fn is_closed(&self) -> bool {
         self.samples.is_abandoned()
     }
@@ -136,22 +136,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_finds_no_room_is_counted_in_the_next_sample() {
+    fn lost_cycles_are_counted_in_the_next_sample() {
         let (mut tap, mut stream) = tap(2);
         let mut software = Software::new(stickslip_core::cycle::Parameters::default(), 1e-3);
-        let mut give = |tap: &mut Tap| tap.samples.offer(&software.step(Measurement::default(), None));
-        (0..5).for_each(|_| give(&mut tap));
+        let mut offer = |tap: &mut Tap| tap.samples.offer(&software.step(Measurement::default(), None));
+        (0..5).for_each(|_| offer(&mut tap));
         tap.samples.hold();
         tap.samples.wait_for_command();
         tap.samples.wait_for_command();
-        let known = |sample: Option<Sample>| sample.map(|s| (s.frame.cycle, s.lost, s.held, s.waited));
-        assert_eq!(known(stream.sample()), Some((0, 0, 0, 0)));
-        assert_eq!(known(stream.sample()), Some((1, 0, 0, 0)));
-        assert_eq!(known(stream.sample()), None);
-        give(&mut tap);
-        give(&mut tap);
-        assert_eq!(known(stream.sample()), Some((5, 3, 1, 2)), "2, 3 and 4 found no room");
-        assert_eq!(known(stream.sample()), Some((6, 0, 0, 0)));
+        let numbers = |sample: Option<Sample>| sample.map(|s| (s.frame.cycle, s.lost, s.held, s.waited));
+        assert_eq!(numbers(stream.sample()), Some((0, 0, 0, 0)));
+        assert_eq!(numbers(stream.sample()), Some((1, 0, 0, 0)));
+        assert_eq!(numbers(stream.sample()), None);
+        offer(&mut tap);
+        offer(&mut tap);
+        assert_eq!(numbers(stream.sample()), Some((5, 3, 1, 2)), "2, 3 and 4 were lost");
+        assert_eq!(numbers(stream.sample()), Some((6, 0, 0, 0)));
         assert!(!stream.is_closed());
         drop(tap);
         assert!(stream.is_closed());

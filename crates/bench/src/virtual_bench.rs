@@ -13,7 +13,7 @@ use stickslip_base::{Error, Preset};
 use stickslip_core::cycle::Voltages;
 use stickslip_simulate::integrator;
 
-/// The virtual machine with the noise of a seed.
+/// The virtual machine with noise from a seed.
 #[derive(Clone, Debug)]
 pub struct InProcess {
     machine: VirtualMachine<f64>,
@@ -61,7 +61,7 @@ impl Io for InProcess {
     }
 
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
-        // Its parts and the seed are those of the preset and the run.
+        // Its parts and the seed are given by the preset and the run.
         let InProcess { machine, state, normals: _, ticks: _, step: _, cycle } = self;
         keep.number(&mut machine.parts.plant.wheel.preload);
         fields(keep, state);
@@ -86,13 +86,13 @@ impl VirtualBench {
     /// The bench of a preset, switched on and at rest.
     ///
     /// # Errors
-    /// A step too long for the virtual machine; whatever the design of observer and current control refuses.
+    /// A step too long for the virtual machine; errors of the design of observer and current control.
     pub fn new(preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
         Self::over(&preset.model, &preset.bench, machine, readings)
     }
 
-    /// The virtual machine as it truly is. Nothing that measures may ask for it.
+    /// True parameters of the virtual machine. Measurements must not use them.
     pub fn truth(&self) -> &Plant<f64> {
         &self.machine.machine.parts.plant
     }

@@ -1,52 +1,51 @@
 //! Why a cycle missed its deadline.
 //!
-//! The part that exceeds its usual time most is guilty: the wake-up or a block. If a block, what the system has counted
-//! since a moment shortly before ([`Evidence`]) says whether it computed, waited, was interrupted, or met pages that
-//! were not there.
+//! The cause is the part that exceeds its typical time most: the wake-up or a block. For a block, the counters of the
+//! system since a moment shortly before ([`Evidence`]) distinguish computation, waiting, preemption and page faults.
 
 use std::fmt;
 
 use crate::clock::Nanoseconds;
 use crate::cycle::{Block, MAX_BLOCKS};
 
-/// So much a page fault without a disk is believed to take at most [ns]: enough of them to explain half of the excess
-/// are its cause, a few stray ones are not. Many times what a page of 4 KiB takes, and less than one of 2 MiB does: where
-/// the system gives huge pages unasked, faults may pass for a slow block.
+/// Assumed upper limit of the duration of a page fault without disk access [ns]. Page faults are the cause if they
+/// explain half of the excess; a few stray ones are not. The limit is many times the duration for a page of 4 KiB and
+/// less than that for 2 MiB: with automatic huge pages, page faults may be reported as a slow block.
 const FAULT: Nanoseconds = 10_000;
 
 /// A missed deadline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overrun {
-    /// The cycle.
+    /// Number of the cycle.
     pub cycle: u64,
     /// From its deadline to its wake-up [ns].
     pub late: Nanoseconds,
-    /// From the next deadline to the end of its work, or, where it woke too late to begin, from its own to its wake-up
-    /// [ns].
+    /// From the next deadline to the end of its work [ns]; for a cycle that woke too late to begin, from its own
+    /// deadline to its wake-up.
     pub by: Nanoseconds,
-    /// Why.
+    /// Cause.
     pub cause: Cause,
-    /// What the system had counted; `None` where it does not.
+    /// Counters of the system; `None` on systems without them.
     pub evidence: Option<Evidence>,
 }
 
-/// Why a cycle missed its deadline. Blocks by their index.
+/// Cause of a missed deadline. Blocks by their index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cause {
-    /// The thread was woken late: something above it ran, the timer came late, or the machine stood still.
+    /// The thread woke up late: a thread of higher priority ran, the timer was late, or the machine paused.
     LateWakeUp,
-    /// The block computed longer than usual. A machine that stood still below the system looks the same.
+    /// The block computed longer than usual. A pause of the machine below the operating system looks the same.
     Block(usize),
-    /// The block waited, for a lock, a sleep or a device, though it should not.
+    /// The block waited for a lock, a sleep or a device, which is not permitted.
     Wait(usize),
-    /// The block's device let it wait.
+    /// The block waited for its device.
     Io(usize),
-    /// The block touched memory that was not there.
+    /// The block touched memory that was not resident.
     PageFault {
-        /// Pages found without a disk.
+        /// Pages provided without disk access.
         minor: u32,
-        /// Pages read from a disk.
+        /// Pages read from disk.
         major: u32,
         /// The block.
         block: usize,
@@ -58,36 +57,36 @@ pub enum Cause {
     },
 }
 
-/// What the system counted from a moment shortly before the overrun to its end.
+/// Counters of the system from a moment shortly before the overrun to its end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Evidence {
-    /// How many sleeps before the cycle the count began.
+    /// Number of sleeps between the start of the count and the cycle.
     pub cycles: u32,
-    /// Pages found without a disk.
+    /// Pages provided without disk access.
     pub minor_faults: u32,
-    /// Pages read from a disk.
+    /// Pages read from disk.
     pub major_faults: u32,
-    /// How often another thread took the CPU.
+    /// Number of preemptions by other threads.
     pub preemptions: u32,
-    /// How often the thread waited, besides for its next cycle: at least.
+    /// Lower bound of the number of waits other than for the next cycle.
     pub waits: u32,
-    /// Time that the cycle took and that the thread was not on a CPU [ns].
+    /// Time during the cycle in which the thread was not on a CPU [ns].
     pub off_cpu: u32,
 }
 
-/// Times of a cycle: to its wake-up, of its blocks [ns].
+/// Times of a cycle: lateness of its wake-up, duration of its blocks [ns].
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Parts {
     pub(crate) lateness: u32,
     pub(crate) blocks: [u32; MAX_BLOCKS],
 }
 
-/// What the parts of a good cycle take: a mean that forgets.
+/// Duration of the parts of a cycle that met its deadline: a moving average.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TypicalCycle(Option<Parts>);
 
 impl TypicalCycle {
-    /// A cycle that met its deadline.
+    /// Includes a cycle that met its deadline.
     pub(crate) fn learn(&mut self, parts: &Parts) {
         let mean = self.0.get_or_insert(*parts);
         let follow = |mean: &mut u32, value: u32| {
@@ -97,13 +96,13 @@ impl TypicalCycle {
         mean.blocks.iter_mut().zip(parts.blocks).for_each(|(mean, value)| follow(mean, value));
     }
 
-    /// What is guilty.
+    /// The cause of a missed deadline.
     pub(crate) fn cause(&self, parts: &Parts, blocks: &[bool; MAX_BLOCKS], evidence: Option<Evidence>) -> Cause {
-        let usual = self.0.unwrap_or_default();
-        let late = parts.lateness.saturating_sub(usual.lateness);
+        let typical = self.0.unwrap_or_default();
+        let late = parts.lateness.saturating_sub(typical.lateness);
         let (mut block, mut excess) = (0, 0);
         for index in 0..MAX_BLOCKS {
-            let more = parts.blocks[index].saturating_sub(usual.blocks[index]);
+            let more = parts.blocks[index].saturating_sub(typical.blocks[index]);
             if more > excess {
                 (block, excess) = (index, more);
             }
@@ -113,62 +112,63 @@ impl TypicalCycle {
         }
         let io = blocks[block];
         let computed = if io { Cause::Io(block) } else { Cause::Block(block) };
-        let Some(seen) = evidence else { return computed };
-        let page_fault = Cause::PageFault { minor: seen.minor_faults, major: seen.major_faults, block };
-        let off_cpu = seen.off_cpu > excess / 2;
-        match seen {
-            _ if off_cpu && seen.major_faults > 0 => page_fault,
-            _ if off_cpu && seen.waits > 0 => {
+        let Some(counts) = evidence else { return computed };
+        let page_fault = Cause::PageFault { minor: counts.minor_faults, major: counts.major_faults, block };
+        let off_cpu = counts.off_cpu > excess / 2;
+        match counts {
+            _ if off_cpu && counts.major_faults > 0 => page_fault,
+            _ if off_cpu && counts.waits > 0 => {
                 if io {
                     Cause::Io(block)
                 } else {
                     Cause::Wait(block)
                 }
             }
-            _ if off_cpu && seen.preemptions > 0 => Cause::Preempted { block },
-            _ if u64::from(seen.minor_faults) * FAULT >= u64::from(excess / 2).max(1) => page_fault,
+            _ if off_cpu && counts.preemptions > 0 => Cause::Preempted { block },
+            _ if u64::from(counts.minor_faults) * FAULT >= u64::from(excess / 2).max(1) => page_fault,
             _ => computed,
         }
     }
 }
 
 impl Overrun {
-    /// What happened, for an engineer: blocks by their names.
+    /// Description of the overrun in one sentence, with the names of the blocks.
     pub fn sentence(&self, blocks: &[Block]) -> String {
         let by = Time(self.by);
         let name = |index: usize| blocks.get(index).map_or("cycle", |block| block.name);
-        let begin = format!("Cycle {} was {by} too late: ", self.cycle);
+        let start = format!("Cycle {} was {by} too late: ", self.cycle);
         let why = match self.cause {
             Cause::LateWakeUp => format!(
-                "its thread was woken {} after the deadline, by a thread above it, a late timer or a machine that stood \
-                 still.",
+                "its thread was woken {} after the deadline. Possible causes: a thread of higher priority, a late \
+                 timer, a paused machine.",
                 Time(self.late)
             ),
             Cause::Block(block) => format!("the block \"{}\" computed longer than usual.", name(block)),
             Cause::Wait(block) => {
                 format!(
-                    "the block \"{}\" waited, for a lock, a sleep or a device that is not flagged as one.",
+                    "the block \"{}\" waited for a lock, a sleep or a device that is not marked as I/O.",
                     name(block)
                 )
             }
-            Cause::Io(block) => format!("the device of \"{}\" let it wait.", name(block)),
+            Cause::Io(block) => format!("the block \"{}\" waited for its device.", name(block)),
             Cause::PageFault { minor, major, block } => format!(
-                "the block \"{}\" touched memory that was not there ({minor} pages, {major} more from a disk). Allocate and \
-                 touch it before the start, and let the memory be locked.",
+                "the block \"{}\" touched memory that was not resident ({minor} pages, {major} more from disk). \
+                 Allocate and touch it before the start, and lock the memory.",
                 name(block)
             ),
             Cause::Preempted { block } => {
                 format!(
-                    "another thread took the CPU during the block \"{}\". Raise the priority or pin the other.",
+                    "another thread took the CPU during the block \"{}\". Raise the priority, or move the other \
+                     thread to another CPU.",
                     name(block)
                 )
             }
         };
-        begin + &why
+        start + &why
     }
 }
 
-/// A duration as people read it.
+/// A duration in µs or ms.
 struct Time(Nanoseconds);
 
 impl fmt::Display for Time {
@@ -196,13 +196,13 @@ mod tests {
     }
 
     fn cause(bad: Parts, evidence: Option<Evidence>) -> Cause {
-        let mut usual = TypicalCycle::default();
-        usual.learn(&parts(5000, [20_000, 150_000, 30_000]));
-        usual.cause(&bad, &IO, evidence)
+        let mut typical = TypicalCycle::default();
+        typical.learn(&parts(5000, [20_000, 150_000, 30_000]));
+        typical.cause(&bad, &IO, evidence)
     }
 
     #[test]
-    fn the_part_that_exceeds_its_usual_time_most_is_guilty() {
+    fn the_cause_is_the_part_that_exceeds_its_typical_time_most() {
         assert_eq!(cause(parts(3 * MS, [20_000, 160_000, 30_000]), None), Cause::LateWakeUp);
         // The second block is the longest, as always.
         assert_eq!(cause(parts(5000, [90_000, 155_000, 30_000]), None), Cause::Block(0));
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_counted_says_why_a_block_was_slow() {
+    fn the_counters_of_the_system_distinguish_the_causes_of_a_slow_block() {
         let slow = |block: usize| {
             let mut times = [20_000, 150_000, 30_000];
             times[block] = 30 * MS;
@@ -225,7 +225,7 @@ mod tests {
             (2, Evidence { waits: 1, preemptions: 1, ..off }, Cause::Io(2)),
             (2, Evidence { preemptions: 1, ..off }, Cause::Preempted { block: 2 }),
             (1, Evidence { preemptions: 1, ..off }, Cause::Preempted { block: 1 }),
-            // Interrupted once, but not for long.
+            // One short preemption.
             (1, Evidence { preemptions: 1, off_cpu: MS, ..on }, Cause::Block(1)),
             (1, Evidence { minor_faults: 9000, ..on }, Cause::PageFault { minor: 9000, major: 0, block: 1 }),
             (1, Evidence { major_faults: 2, waits: 2, ..off }, Cause::PageFault { minor: 0, major: 2, block: 1 }),
@@ -237,20 +237,20 @@ mod tests {
     }
 
     #[test]
-    fn the_usual_follows_the_good_cycles() {
-        let mut usual = TypicalCycle::default();
+    fn the_typical_cycle_follows_the_cycles_that_met_their_deadlines() {
+        let mut typical = TypicalCycle::default();
         for _ in 0..200 {
-            usual.learn(&parts(0, [0, 80_000, 0]));
+            typical.learn(&parts(0, [0, 80_000, 0]));
         }
-        // From here on the second block is short and the first one long.
+        // Now the second block is short and the first one long.
         for _ in 0..200 {
-            usual.learn(&parts(0, [80_000, 0, 0]));
+            typical.learn(&parts(0, [80_000, 0, 0]));
         }
-        assert_eq!(usual.cause(&parts(0, [90_000, 60_000, 0]), &IO, None), Cause::Block(1));
+        assert_eq!(typical.cause(&parts(0, [90_000, 60_000, 0]), &IO, None), Cause::Block(1));
     }
 
     #[test]
-    fn an_engineer_understands_the_sentence() {
+    fn the_sentence_names_block_cause_and_remedy() {
         let overrun = |cause| Overrun { cycle: 812, late: 6000, by: 1_250_000, cause, evidence: None };
         let blocks = [Block::io("read"), Block::new("law")];
         assert_eq!(
@@ -258,6 +258,6 @@ mod tests {
             "Cycle 812 was 1250.0 µs too late: the block \"law\" computed longer than usual."
         );
         let sentence = overrun(Cause::PageFault { minor: 7, major: 0, block: 0 }).sentence(&blocks);
-        assert!(sentence.contains("\"read\" touched memory that was not there (7 pages"), "{sentence}");
+        assert!(sentence.contains("\"read\" touched memory that was not resident (7 pages"), "{sentence}");
     }
 }

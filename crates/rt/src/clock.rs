@@ -1,4 +1,4 @@
-//! Time as the executive sees it: a clock that can be waited on.
+//! Clocks of the executive: time, and waiting for a deadline.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,23 +9,23 @@ use crate::system;
 /// Time on a clock's own scale, or a difference of two such times [ns].
 pub type Nanoseconds = u64;
 
-/// So long before its deadline a spinning executive wakes up: longer than most wake-ups take.
+/// Time before its deadline at which a spinning executive wakes up: longer than most wake-ups take.
 pub const SPIN: Duration = Duration::from_micros(40);
 
 /// A clock that never goes back.
 pub trait Clock {
-    /// The time.
+    /// Present time.
     fn now(&self) -> Nanoseconds;
 
-    /// Returns once `deadline` has come, at once where it has passed; with the time at which it did.
+    /// Waits until `deadline`, or returns immediately if it has passed. Returns the present time.
     fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds;
 }
 
-/// The monotonic clock of the system, waited on by its absolute time: an interruption shifts no deadline.
+/// The monotonic clock of the system. It waits for absolute times, so that an interruption shifts no deadline.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MonotonicClock {
-    /// Sleep until so long before a deadline and spin the rest. Longer than the system's wake-up takes, it hides that,
-    /// and costs this part of each period on its CPU.
+    /// Time before a deadline at which sleeping ends and spinning starts. A value above the wake-up time of the system
+    /// hides the wake-up time and occupies the CPU for this part of each period.
     pub spin: Duration,
 }
 
@@ -51,12 +51,12 @@ impl Clock for MonotonicClock {
     }
 }
 
-/// A clock that stands until it is told: what is said of lateness and overruns can be tested without either.
+/// A clock that advances only on request, for deterministic tests of lateness and overruns.
 #[derive(Clone, Debug, Default)]
 pub struct SimulatedClock(Arc<AtomicU64>);
 
 impl SimulatedClock {
-    /// Lets so much time pass.
+    /// Advances the time.
     pub fn advance(&self, by: Nanoseconds) {
         self.0.fetch_add(by, Ordering::Relaxed);
     }
@@ -67,7 +67,7 @@ impl Clock for SimulatedClock {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Arrives on time, or is there already.
+    /// Advances to the deadline unless it has passed.
     fn wait_until(&self, deadline: Nanoseconds) -> Nanoseconds {
         self.0.fetch_max(deadline, Ordering::Relaxed).max(deadline)
     }
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_wakes_before_the_deadline_asleep_or_spinning() {
+    fn a_wait_never_ends_before_the_deadline() {
         for spin in [Duration::ZERO, Duration::from_micros(200), Duration::from_secs(1)] {
             let clock = MonotonicClock { spin };
             for _ in 0..20 {

@@ -1,26 +1,26 @@
-//! What is called in time: one cycle, made of blocks whose time is taken.
+//! One cycle of the executive, made of blocks whose durations are measured.
 
 use crate::clock::{Clock, Nanoseconds};
 
-/// The most blocks of a cycle: a [`Timing`](crate::Timing) has a fixed size.
+/// Maximum number of blocks of a cycle: a [`Timing`](crate::Timing) has a fixed size.
 pub const MAX_BLOCKS: usize = 16;
 
 /// A part of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// What it is called where its time is shown.
+    /// Name in timing reports.
     pub name: &'static str,
-    /// It talks to a device, which may let it wait.
+    /// It accesses a device and may wait for it.
     pub io: bool,
 }
 
 impl Block {
-    /// A block that computes.
+    /// A block of computations only.
     pub const fn new(name: &'static str) -> Self {
         Block { name, io: false }
     }
 
-    /// A block that talks to a device.
+    /// A block that accesses a device.
     pub const fn io(name: &'static str) -> Self {
         Block { name, io: true }
     }
@@ -29,31 +29,31 @@ impl Block {
 /// Whether there is a next cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// There is.
+    /// There is another cycle.
     Continue,
     /// This was the last.
     Stop,
 }
 
-/// What runs in every cycle.
+/// The work of every cycle.
 pub trait Cycle: Send {
-    /// Its blocks, at most [`MAX_BLOCKS`]; asked for once, before the first cycle.
+    /// Its blocks, at most [`MAX_BLOCKS`]; queried once, before the first cycle.
     fn blocks(&self) -> &[Block];
 
-    /// One cycle. The number is time: cycle k is that of k periods after the first. Says `lap.done(index)` after each
-    /// block.
+    /// One cycle. Its number counts periods: cycle k is due k periods after the first. Calls `lap.done(index)` after
+    /// each block.
     fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next;
 
-    /// Instead of `run` for a cycle that was missed, before the next one runs: the outputs have been held. An
-    /// integrator that counts cycles counts it here.
+    /// Called instead of `run` for each missed cycle, before the next one runs: the outputs were held. Counts the cycle
+    /// where cycles are counted.
     fn hold(&mut self, cycle: u64);
 
-    /// The last call, however it ends, after a panic in `run` as well: outputs to where they are safe. The state may
-    /// be half a cycle's: rely on the outputs alone.
+    /// The last call, also after a panic in `run`: sets the outputs to safe values. The state may be that of an
+    /// incomplete cycle; use the outputs only.
     fn end(&mut self);
 }
 
-/// Takes the time of each block.
+/// Stopwatch for the blocks of a cycle.
 pub struct Lap<'a> {
     clock: &'a dyn Clock,
     first: Nanoseconds,
@@ -66,8 +66,8 @@ impl<'a> Lap<'a> {
         Lap { clock, first: now, last: now, spent: [0; MAX_BLOCKS] }
     }
 
-    /// The time since the last call, or since the cycle began, was that of block `index`. Called twice with one index,
-    /// the block has both times.
+    /// Assigns the time since the last call, or since the start of the cycle, to block `index`. Repeated calls with one
+    /// index add up.
     #[inline]
     pub fn done(&mut self, index: usize) {
         let now = self.clock.now();
@@ -78,13 +78,13 @@ impl<'a> Lap<'a> {
         self.last = now;
     }
 
-    /// From the begin to the last mark, and of each block.
+    /// Duration from the start to the last mark, and of each block.
     pub(crate) fn end(self) -> (Nanoseconds, [u32; MAX_BLOCKS]) {
         (self.last - self.first, self.spent)
     }
 }
 
-/// A time as the records have it: what exceeds 4.29 s is that.
+/// A duration as stored in records, limited to 4.29 s.
 pub(crate) fn short(time: Nanoseconds) -> u32 {
     u32::try_from(time).unwrap_or(u32::MAX)
 }

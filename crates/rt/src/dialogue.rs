@@ -1,12 +1,11 @@
-//! One process asks, another answers, through memory that both see: without a system call where both are awake.
+//! Questions and answers between two processes through shared memory, without a system call while both are awake.
 //!
-//! There is one place for a question and one for an answer (`slot.rs`), each written by one side alone. The next question
-//! is put when the last one has its answer, and not before: it is refused until then. Whoever waits spins for a while,
-//! since an answer that is computed comes within microseconds, and then sleeps; the other side wakes it, which is a system
-//! call, only where it sleeps.
+//! There is one slot for a question and one for an answer (`slot.rs`), each written by one side only. A question is
+//! refused until the last one is answered. A waiting side first spins, since an answer is computed within microseconds,
+//! and then sleeps. The other side makes the system call that wakes it only if it sleeps.
 //!
-//! What stands in the memory, the other side can have written: a number that nobody waits for is no answer, and the words
-//! of one are any bits. Nothing here follows an index or a length from there unchecked.
+//! The contents of the memory are untrusted. An unexpected number is not an answer, and the words of an answer can be
+//! any bits. Every index and length from the memory is checked.
 
 use std::fs::File;
 use std::io;
@@ -18,23 +17,23 @@ use std::time::{Duration, Instant};
 use crate::segment::Segment;
 use crate::slot::{self, HEAD};
 
-/// Words of an answer.
+/// Number of words of an answer.
 pub const ANSWER: usize = 6;
 
-/// So long whoever waits spins before it sleeps: longer than most answers take.
+/// Spinning time before a waiting side sleeps: longer than most answers take.
 const SPIN: Duration = Duration::from_micros(50);
-/// Where spinning does not help, so often it is tried again.
-const AGAIN: u32 = 64;
+/// Where spinning did not help, it is retried with every `RETRY`-th question.
+const RETRY: u32 = 64;
 /// Words of a cache line.
 const LINE: usize = 8;
-/// Where whoever answers, and whoever asks, says that it sleeps; each has a line of its own.
-const ANSWERER_SLEEPS: usize = 0;
-const ASKER_SLEEPS: usize = LINE;
-/// Where the answer is, and behind it the question.
+/// Flags of the sleeping responder and requester, each in a separate cache line.
+const RESPONDER_SLEEPS: usize = 0;
+const REQUESTER_SLEEPS: usize = LINE;
+/// Positions of the answer and, after it, the question.
 const ANSWERS: usize = 2 * LINE;
 const QUESTIONS: usize = ANSWERS + (HEAD + ANSWER).next_multiple_of(LINE);
 
-/// Memory for questions of so many words.
+/// Size of the memory for questions of `question` words.
 fn words(question: usize) -> usize {
     QUESTIONS + HEAD + question
 }
@@ -47,13 +46,13 @@ fn questions(segment: &Segment) -> &[AtomicU64] {
     &segment.words()[QUESTIONS..]
 }
 
-/// How long to spin: not at all where nobody else could run meanwhile.
+/// Spinning time; zero on a single CPU, where the other side could not run meanwhile.
 fn spin() -> Duration {
     if thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1) { SPIN } else { Duration::ZERO }
 }
 
-/// Looks until something is there, for so long at most, spinning first: with whether it slept. It may give up early where
-/// it is woken.
+/// Waits up to `within` until `look` returns a value, first spinning, then sleeping. Also returns whether it slept. It
+/// may return early if it is woken.
 fn until<T>(
     segment: &Segment,
     [sleeps, word]: [usize; 2],
@@ -61,31 +60,31 @@ fn until<T>(
     within: Duration,
     mut look: impl FnMut() -> Option<T>,
 ) -> Option<(T, bool)> {
-    let begin = Instant::now();
+    let start = Instant::now();
     loop {
-        if let Some(found) = look() {
-            return Some((found, false));
+        if let Some(value) = look() {
+            return Some((value, false));
         }
-        if begin.elapsed() >= spin.min(within) {
+        if start.elapsed() >= spin.min(within) {
             break;
         }
         std::hint::spin_loop();
     }
-    let left = within.checked_sub(begin.elapsed())?;
+    let left = within.checked_sub(start.elapsed())?;
     let sleeps = &segment.words()[sleeps];
     sleeps.store(1, Ordering::Relaxed);
-    // Either this side sees what the other has put, or the other sees that this one sleeps.
+    // Either this side reads the new word, or the other side reads the sleep flag.
     fence(Ordering::SeqCst);
-    let seen = segment.words()[word].load(Ordering::Relaxed);
-    let found = look().or_else(|| {
-        segment.sleep(word, seen, left);
+    let present = segment.words()[word].load(Ordering::Relaxed);
+    let value = look().or_else(|| {
+        segment.sleep(word, present, left);
         look()
     });
     sleeps.store(0, Ordering::Relaxed);
-    found.map(|found| (found, true))
+    value.map(|value| (value, true))
 }
 
-/// Wakes the other side where it says that it sleeps: whether it did.
+/// Wakes the other side if its sleep flag is set. Returns whether it was set.
 fn wake(segment: &Segment, [sleeps, word]: [usize; 2]) -> bool {
     fence(Ordering::SeqCst);
     let slept = segment.words()[sleeps].load(Ordering::Relaxed) != 0;
@@ -95,46 +94,46 @@ fn wake(segment: &Segment, [sleeps, word]: [usize; 2]) -> bool {
     slept
 }
 
-/// The side that asks.
+/// The side that sends questions.
 #[derive(Debug)]
 pub struct Requester {
     segment: Arc<Segment>,
     spin: Duration,
-    /// Of the last question.
+    /// Number of the last question.
     number: u64,
-    /// It has no answer yet.
+    /// The last question has no answer yet.
     open: bool,
-    /// The other side had to be woken for it.
+    /// The other side had to be woken for the last question.
     woken: bool,
 }
 
 impl Requester {
-    /// Makes the memory for questions of at most so many words; its file is for the other side.
+    /// Creates the memory for questions of at most `question` words. The file is for the other side.
     ///
     /// # Errors
-    /// What the system refuses.
+    /// Errors of the operating system.
     pub fn new(question: usize) -> io::Result<(Self, File)> {
         let (segment, file) = Segment::anonymous(words(question))?;
         Ok((Requester { segment: Arc::new(segment), spin: spin(), number: 0, open: false, woken: false }, file))
     }
 
-    /// Asks, and does not wait; false where the last question has no answer yet.
+    /// Sends a question without waiting; false if the last question has no answer yet.
     pub fn ask(&mut self, words: impl IntoIterator<Item = u64>) -> bool {
         if self.open {
             return false;
         }
         (self.number, self.open) = (self.number.wrapping_add(1), true);
         slot::put(questions(&self.segment), self.number, words);
-        self.woken = wake(&self.segment, [ANSWERER_SLEEPS, QUESTIONS]);
+        self.woken = wake(&self.segment, [RESPONDER_SLEEPS, QUESTIONS]);
         true
     }
 
-    /// Whether the last question has no answer yet, as known by now.
+    /// Whether the answer to the last question has not been taken yet.
     pub fn is_open(&self) -> bool {
         self.open
     }
 
-    /// The answer, where it is there: any bits.
+    /// The answer if available; its words can be any bits.
     pub fn answer(&mut self) -> Option<[u64; ANSWER]> {
         if !self.open || slot::number(answers(&self.segment)) != self.number {
             return None;
@@ -145,48 +144,49 @@ impl Requester {
         Some(answer)
     }
 
-    /// Waits for it for so long at most, or until somebody rings the alarm.
+    /// Waits for the answer up to `within`, or until the alarm rings.
     pub fn wait(&mut self, within: Duration) -> Option<[u64; ANSWER]> {
         let (segment, spin) = (self.segment.clone(), if self.woken { Duration::ZERO } else { self.spin });
-        until(&segment, [ASKER_SLEEPS, ANSWERS], spin, within, || self.answer()).map(|(answer, _)| answer)
+        until(&segment, [REQUESTER_SLEEPS, ANSWERS], spin, within, || self.answer()).map(|(answer, _)| answer)
     }
 
-    /// What wakes it while it waits.
+    /// Alarm that ends a wait.
     pub fn alarm(&self) -> Alarm {
         Alarm(self.segment.clone())
     }
 }
 
-/// Wakes whoever waits for an answer, which may be none.
+/// Wakes the requester while it waits for an answer.
 #[derive(Clone, Debug)]
 pub struct Alarm(Arc<Segment>);
 
 impl Alarm {
-    /// Rings: a wait that has begun ends.
+    /// Ends a wait in progress.
     pub fn ring(&self) {
         self.0.wake(ANSWERS);
     }
 }
 
-/// The side that answers.
+/// The side that answers questions.
 #[derive(Debug)]
 pub struct Responder {
     segment: Segment,
     spin: Duration,
-    /// Of the last question that was taken.
+    /// Number of the last question that was taken.
     number: u64,
     taken: Vec<u64>,
-    /// The other side had to be woken for the last answer; spinning helped the last time; questions so far.
+    /// Whether the other side had to be woken for the last answer; whether spinning helped last time; number of
+    /// questions.
     woken: bool,
     helped: bool,
     count: u32,
 }
 
 impl Responder {
-    /// In the memory of a file, for questions of at most so many words, as the asking side has made it.
+    /// Opens the memory that the requester created for questions of at most `question` words.
     ///
     /// # Errors
-    /// A file that is shorter; what the system refuses.
+    /// A file that is too short; errors of the operating system.
     pub fn open(file: &File, question: usize) -> io::Result<Self> {
         let segment = Segment::map(file, words(question))?;
         Ok(Responder {
@@ -200,19 +200,19 @@ impl Responder {
         })
     }
 
-    /// Whether it sleeps between two questions so far apart, however it waits for the second: only then may it run before
-    /// all ordinary threads, which it would starve.
+    /// Whether it always sleeps between two questions with this period. Only then may it have real-time priority;
+    /// otherwise it would starve ordinary threads.
     pub fn sleeps_between(period: Duration) -> bool {
         thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1) && period >= 2 * SPIN
     }
 
-    /// The next question, for which it waits for so long at most; it may give up early.
+    /// Waits up to `within` for the next question; may return early.
     pub fn question(&mut self, within: Duration) -> Option<&[u64]> {
         let (segment, last) = (&self.segment, self.number);
-        let asked = || Some(slot::number(questions(segment))).filter(|number| *number != last);
-        let spins = (self.helped && !self.woken) || self.count.is_multiple_of(AGAIN);
+        let number = || Some(slot::number(questions(segment))).filter(|number| *number != last);
+        let spins = (self.helped && !self.woken) || self.count.is_multiple_of(RETRY);
         let spin = if spins { self.spin } else { Duration::ZERO };
-        let (number, slept) = until(segment, [ANSWERER_SLEEPS, QUESTIONS], spin, within, asked)?;
+        let (number, slept) = until(segment, [RESPONDER_SLEEPS, QUESTIONS], spin, within, number)?;
         if spins {
             self.helped = !slept;
         }
@@ -221,10 +221,10 @@ impl Responder {
         Some(&self.taken[..count])
     }
 
-    /// Answers it.
+    /// Answers the last question.
     pub fn answer(&mut self, words: [u64; ANSWER]) {
         slot::put(answers(&self.segment), self.number, words);
-        self.woken = wake(&self.segment, [ASKER_SLEEPS, ANSWERS]);
+        self.woken = wake(&self.segment, [REQUESTER_SLEEPS, ANSWERS]);
     }
 }
 
@@ -232,27 +232,27 @@ impl Responder {
 mod tests {
     use super::*;
 
-    /// Far longer than a test may take.
+    /// Far longer than a test takes.
     const LONG: Duration = Duration::from_secs(3600);
 
     fn dialogue(question: usize) -> (Requester, Responder) {
-        let (asker, file) = Requester::new(question).expect("memory");
-        let answerer = Responder::open(&file, question).expect("the same memory");
-        (asker, answerer)
+        let (requester, file) = Requester::new(question).expect("memory");
+        let responder = Responder::open(&file, question).expect("the same memory");
+        (requester, responder)
     }
 
     #[test]
-    fn each_question_has_its_answer_whoever_sleeps_meanwhile() {
-        let (mut asker, mut answerer) = dialogue(3);
-        let answering = thread::spawn(move || {
+    fn each_question_has_its_answer_when_either_side_sleeps() {
+        let (mut requester, mut responder) = dialogue(3);
+        let responding = thread::spawn(move || {
             loop {
-                let Some(question) = answerer.question(LONG) else { continue };
+                let Some(question) = responder.question(LONG) else { continue };
                 let (sum, count) = (question.iter().sum::<u64>(), question.len() as u64);
                 if sum % 64 == 9 {
                     // Long enough that the other side sleeps.
                     thread::sleep(20 * SPIN);
                 }
-                answerer.answer([sum, count, 0, 0, 0, 7]);
+                responder.answer([sum, count, 0, 0, 0, 7]);
                 if sum == 0 {
                     return;
                 }
@@ -262,33 +262,35 @@ mod tests {
             if k % 64 == 5 {
                 thread::sleep(20 * SPIN);
             }
-            assert!(asker.ask([k, k + 1, k + 2]));
-            assert!(!asker.ask([0]), "one question at a time");
-            let answer = std::iter::repeat_with(|| asker.wait(LONG)).find_map(|answer| answer);
+            assert!(requester.ask([k, k + 1, k + 2]));
+            assert!(!requester.ask([0]), "one question at a time");
+            let answer = std::iter::repeat_with(|| requester.wait(LONG)).find_map(|answer| answer);
             assert_eq!(answer, Some([3 * k + 3, 3, 0, 0, 0, 7]));
         }
-        asker.ask([0]);
-        while asker.wait(LONG).is_none() {}
-        answering.join().expect("it ends");
+        requester.ask([0]);
+        while requester.wait(LONG).is_none() {}
+        responding.join().expect("it ends");
     }
 
     #[test]
-    fn words_for_which_there_is_no_room_are_left_out() {
-        let (mut asker, mut answerer) = dialogue(3);
-        asker.ask([1, 2, 3, 4, 5]);
-        assert_eq!(answerer.question(LONG), Some(&[1, 2, 3][..]));
+    fn words_beyond_the_room_are_dropped() {
+        let (mut requester, mut responder) = dialogue(3);
+        requester.ask([1, 2, 3, 4, 5]);
+        assert_eq!(responder.question(LONG), Some(&[1, 2, 3][..]));
     }
 
     #[test]
-    fn nobody_waits_longer_than_he_wants_to_and_the_alarm_ends_a_wait() {
-        let (mut asker, mut answerer) = dialogue(1);
-        assert_eq!(answerer.question(Duration::from_millis(1)), None);
-        asker.ask([1]);
-        assert!(asker.answer().is_none() && asker.wait(Duration::from_millis(1)).is_none() && asker.is_open());
-        let (alarm, rung) = (asker.alarm(), Arc::new(std::sync::atomic::AtomicBool::new(false)));
+    fn a_wait_ends_in_time_or_with_the_alarm() {
+        let (mut requester, mut responder) = dialogue(1);
+        assert_eq!(responder.question(Duration::from_millis(1)), None);
+        requester.ask([1]);
+        assert!(
+            requester.answer().is_none() && requester.wait(Duration::from_millis(1)).is_none() && requester.is_open()
+        );
+        let (alarm, rung) = (requester.alarm(), Arc::new(std::sync::atomic::AtomicBool::new(false)));
         let ended = rung.clone();
-        let waiting = thread::spawn(move || assert!(asker.wait(LONG).is_none()));
-        // Until it has heard one: it may not wait yet.
+        let waiting = thread::spawn(move || assert!(requester.wait(LONG).is_none()));
+        // Repeatedly: the other thread may not wait yet.
         let ringing = thread::spawn(move || {
             while !ended.load(Ordering::Relaxed) {
                 alarm.ring();
@@ -301,8 +303,8 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_other_side_writes_is_a_value_and_nothing_worse() {
-        let (mut asker, file) = Requester::new(4).expect("memory");
+    fn any_bits_from_the_other_side_are_harmless() {
+        let (mut requester, file) = Requester::new(4).expect("memory");
         let hostile = Segment::map(&file, words(4)).expect("the same memory");
         let mut random = 1u64;
         let mut next = move || {
@@ -311,26 +313,26 @@ mod tests {
         };
         let mut answers = 0;
         for round in 0..20_000u64 {
-            asker.ask([round; 4]);
+            requester.ask([round; 4]);
             for word in hostile.words() {
                 word.store(next(), Ordering::Relaxed);
             }
-            assert_eq!(asker.answer(), None, "the number of an answer is guessed by nobody");
-            // Now and then the number that is due, with a length and words that are none.
+            assert_eq!(requester.answer(), None, "random bits are not an answer");
+            // Sometimes the expected number, with random length and words.
             if round % 3 == 0 {
-                hostile.words()[ANSWERS].store(asker.number, Ordering::Relaxed);
-                answers += u64::from(asker.answer().is_some());
+                hostile.words()[ANSWERS].store(requester.number, Ordering::Relaxed);
+                answers += u64::from(requester.answer().is_some());
             }
             if round % 100 == 0 {
-                assert!(asker.wait(Duration::from_micros(1)).is_none());
+                assert!(requester.wait(Duration::from_micros(1)).is_none());
             }
         }
         assert_eq!(answers, 6667);
-        // One that answers is no better off.
-        let mut answerer = Responder::open(&file, 4).expect("the same memory");
+        // The same for the responder.
+        let mut responder = Responder::open(&file, 4).expect("the same memory");
         for _ in 0..1000 {
             hostile.words().iter().for_each(|word| word.store(next(), Ordering::Relaxed));
-            assert!(answerer.question(LONG).is_some_and(|question| question.len() <= 4));
+            assert!(responder.question(LONG).is_some_and(|question| question.len() <= 4));
         }
     }
 }

@@ -1,7 +1,7 @@
-//! The cyclic executive: absolute deadlines, and what happens when one is missed.
+//! The cyclic executive: absolute deadlines, and the policy for missed ones.
 //!
-//! Cycle k begins at start + k·period, or not at all: a cycle whose time has passed is held, and the next one begins on
-//! its own deadline. So the number of a cycle is time, and no lateness is handed on.
+//! Cycle k begins at start + k·period, or not at all: a cycle whose time has passed is held, and the next one begins at
+//! its own deadline. The number of a cycle is therefore a time, and lateness does not accumulate.
 
 use std::any::Any;
 use std::fmt;
@@ -23,54 +23,54 @@ use crate::watcher::ThreadUsage;
 pub struct Plan {
     /// From deadline to deadline.
     pub period: Duration,
-    /// Cycles at the beginning that run as all others, but are not counted: caches and branches learn.
+    /// Cycles at the start that run but are not counted, to fill caches and branch predictors.
     pub warm_up: u64,
-    /// So many cycles after that; until it is stopped where `None`.
+    /// Number of cycles after the warm-up; unlimited if `None`.
     pub cycles: Option<u64>,
-    /// What happens when a deadline is missed.
+    /// Policy for missed deadlines.
     pub overrun: OverrunPolicy,
-    /// Records that the ring of timings holds.
+    /// Capacity of the ring of timings [records].
     pub records: usize,
 }
 
-/// What happens when a deadline is missed.
+/// Policy for missed deadlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverrunPolicy {
-    /// End after so many overruns in a row; never where `None`.
+    /// Number of consecutive overruns that ends the run; unlimited if `None`.
     pub stop_after: Option<u32>,
-    /// A cycle begins at most so late, as a part of the period; later it is held.
+    /// Maximum lateness at which a cycle still begins, as a fraction of the period; beyond it the cycle is held.
     pub begin_within: f64,
 }
 
-/// Why a plan cannot be.
+/// Error of a plan.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// A period that the records cannot hold.
-    #[error("a period of {0:?} is outside 1 µs … 1 s")]
+    /// A period outside the permitted range.
+    #[error("period = {0:?} is outside 1 µs … 1 s")]
     Period(Duration),
     /// More blocks than a record has room for.
-    #[error("the cycle has {0} blocks, at most {MAX_BLOCKS} have room. Put some together.")]
+    #[error("the cycle has {0} blocks; at most {MAX_BLOCKS} are possible. Merge some.")]
     TooManyBlocks(usize),
-    /// A part of the period that is none.
-    #[error("a cycle cannot begin within {0} of its period: it is a part, 0 … 1")]
+    /// A fraction of the period outside 0 … 1.
+    #[error("begin_within = {0} is outside 0 … 1. It is a fraction of the period.")]
     BeginWithin(f64),
-    /// A ring for nothing.
-    #[error("the ring of timings has no room. Give it a second's worth.")]
+    /// A ring without capacity.
+    #[error("the ring of timings has no room. Set records to the number of cycles in one second.")]
     NoRecords,
-    /// The system has no thread for it.
-    #[error("the system gives no thread ({0})")]
+    /// The system cannot start a thread.
+    #[error("the system cannot start a thread ({0})")]
     Thread(#[from] std::io::Error),
 }
 
-/// How it ended.
+/// Reason of the end.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ending {
-    /// It was asked to.
+    /// Stopped on request.
     Stopped,
-    /// The plan's cycles were done, or the cycle said so.
+    /// All cycles of the plan are done, or the cycle returned [`Next::Stop`].
     Finished,
-    /// So many overruns in a row.
+    /// Number of consecutive overruns.
     Overruns(u32),
     /// The cycle panicked, with this message.
     Panicked(String),
@@ -80,39 +80,40 @@ impl fmt::Display for Ending {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Ending::Stopped => f.write_str("it was stopped"),
-            Ending::Finished => f.write_str("its cycles were done"),
-            Ending::Overruns(overruns) => write!(f, "{overruns} deadlines in a row were missed"),
+            Ending::Finished => f.write_str("all its cycles are done"),
+            Ending::Overruns(overruns) => write!(f, "{overruns} consecutive deadlines were missed"),
             Ending::Panicked(message) => write!(f, "it panicked ({message})"),
         }
     }
 }
 
-/// What came of it.
+/// Result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// How it ended.
+    /// Reason of the end.
     pub ending: Ending,
-    /// Cycles that ran, without the warm-up.
+    /// Cycles without the warm-up.
     pub cycles: u64,
-    /// Cycles that were held since their time had passed.
+    /// Missed cycles: held because their time had passed.
     pub missed: u64,
-    /// Deadlines that were missed.
+    /// Missed deadlines.
     pub overruns: u64,
-    /// The one that was missed by most.
+    /// The overrun with the largest delay.
     pub worst: Option<Overrun>,
-    /// Records that found no room in the ring.
+    /// Records lost because the ring was full.
     pub lost: u64,
 }
 
 impl Summary {
-    /// Of nothing yet.
+    /// An empty summary.
     pub(crate) fn of(ending: Ending) -> Self {
         Summary { ending, cycles: 0, missed: 0, overruns: 0, worst: None, lost: 0 }
     }
 }
 
 impl Plan {
-    /// This period, 1000 cycles of warm-up, an end after ten overruns in a row, and a ring for a second.
+    /// A plan with this period, 1000 cycles of warm-up, an end after ten consecutive overruns, and a ring for one
+    /// second.
     pub fn new(period: Duration) -> Self {
         let records = (1.0 / period.as_secs_f64().max(1e-6)).ceil().max(64.0) as usize;
         Plan { period, warm_up: 1000, cycles: None, overrun: OverrunPolicy::default(), records }
@@ -142,16 +143,16 @@ pub struct Executive<C> {
     io: [bool; MAX_BLOCKS],
     last_block: usize,
     outlet: Outlet,
-    usual: TypicalCycle,
+    typical: TypicalCycle,
     stop: Arc<AtomicBool>,
     summary: Summary,
 }
 
 impl<C: Cycle> Executive<C> {
-    /// Allocates all that it needs; the records come out of the second part.
+    /// Allocates all memory. The second value gives the records.
     ///
     /// # Errors
-    /// [`PlanError`] where plan or blocks cannot be.
+    /// [`PlanError`] for an invalid plan or invalid blocks.
     pub fn new(plan: Plan, cycle: C) -> Result<(Self, Timings), PlanError> {
         plan.check()?;
         let blocks = cycle.blocks();
@@ -163,34 +164,36 @@ impl<C: Cycle> Executive<C> {
         let last_block = blocks.len().saturating_sub(1);
         let (outlet, timings) = ring(plan.records, blocks);
         let summary = Summary::of(Ending::Stopped);
-        let (usual, stop) = (TypicalCycle::default(), Arc::default());
-        Ok((Executive { cycle, plan, io, last_block, outlet, usual, stop, summary }, timings))
+        let (typical, stop) = (TypicalCycle::default(), Arc::default());
+        Ok((Executive { cycle, plan, io, last_block, outlet, typical, stop, summary }, timings))
     }
 
-    /// Once true, it ends within a period, before the next cycle.
+    /// Stop flag: once true, the executive ends before the next cycle.
     pub fn stop(&self) -> Arc<AtomicBool> {
         self.stop.clone()
     }
 
-    /// Runs on this thread to the end.
+    /// Runs to the end on the calling thread.
     pub fn run(self, clock: &dyn Clock) -> Summary {
         self.run_with(clock, None)
     }
 
-    pub(crate) fn run_with(mut self, clock: &dyn Clock, mut witness: Option<ThreadUsage>) -> Summary {
+    pub(crate) fn run_with(mut self, clock: &dyn Clock, mut usage: Option<ThreadUsage>) -> Summary {
         let _standard = FloatingPoint::standard();
-        let ending = catch_unwind(AssertUnwindSafe(|| self.cycles(clock, witness.as_mut())));
+        let ending = catch_unwind(AssertUnwindSafe(|| self.cycles(clock, usage.as_mut())));
         let outputs = catch_unwind(AssertUnwindSafe(|| self.cycle.end()));
         self.summary.ending = match (ending, outputs) {
             (Ok(ending), Ok(())) => ending,
             (Err(panic), Ok(())) => Ending::Panicked(message(&*panic)),
-            (_, Err(panic)) => Ending::Panicked(format!("{}, when the outputs had to be left", message(&*panic))),
+            (_, Err(panic)) => {
+                Ending::Panicked(format!("{}, while the outputs were set to safe values", message(&*panic)))
+            }
         };
         self.summary.lost = self.outlet.total_lost;
         self.summary
     }
 
-    fn cycles(&mut self, clock: &dyn Clock, mut witness: Option<&mut ThreadUsage>) -> Ending {
+    fn cycles(&mut self, clock: &dyn Clock, mut usage: Option<&mut ThreadUsage>) -> Ending {
         let period = self.plan.period.as_nanos() as Nanoseconds;
         let begin_within = (self.plan.overrun.begin_within * period as f64) as Nanoseconds;
         let last = self.plan.cycles.map(|cycles| self.plan.warm_up + cycles);
@@ -198,13 +201,13 @@ impl<C: Cycle> Executive<C> {
         let start = awake + period;
         let (mut cycle, mut in_a_row) = (0, 0);
         while last.is_none_or(|last| cycle < last) {
-            if let Some(witness) = witness.as_deref_mut() {
-                witness.sleeps(clock.now() - awake);
+            if let Some(usage) = usage.as_deref_mut() {
+                usage.sleeps(clock.now() - awake);
             }
             let deadline = start + cycle * period;
             awake = clock.wait_until(deadline);
-            if let Some(witness) = witness.as_deref_mut() {
-                witness.wakes();
+            if let Some(usage) = usage.as_deref_mut() {
+                usage.wakes();
             }
             if self.stop.load(Ordering::Relaxed) {
                 return Ending::Stopped;
@@ -213,7 +216,7 @@ impl<C: Cycle> Executive<C> {
             let Turn { timing, held, next } = if late > begin_within {
                 Turn::too_late(cycle, late, period)
             } else {
-                self.turn(cycle, late, period, Lap::begin(clock, awake), witness.as_deref_mut())
+                self.turn(cycle, late, period, Lap::begin(clock, awake), usage.as_deref_mut())
             };
             cycle = held.end;
             let counted = timing.cycle >= self.plan.warm_up;
@@ -234,34 +237,34 @@ impl<C: Cycle> Executive<C> {
         Ending::Finished
     }
 
-    /// A cycle that began in time.
+    /// Runs a cycle that began in time.
     fn turn(
         &mut self,
         cycle: u64,
         late: Nanoseconds,
         period: Nanoseconds,
         mut lap: Lap,
-        witness: Option<&mut ThreadUsage>,
+        usage: Option<&mut ThreadUsage>,
     ) -> Turn {
         let next = self.cycle.run(cycle, &mut lap);
-        // What came after the last mark was the last block's.
+        // Time after the last mark belongs to the last block.
         lap.done(self.last_block);
         let (ran, blocks) = lap.end();
         let parts = Parts { lateness: short(late), blocks };
-        let mut timing = Timing { total: short(ran), blocks, ..Timing::begun(cycle, late) };
+        let mut timing = Timing { total: short(ran), blocks, ..Timing::start(cycle, late) };
         let needed = late + ran;
         if needed <= period {
-            self.usual.learn(&parts);
+            self.typical.learn(&parts);
             return Turn { timing, held: cycle + 1..cycle + 1, next };
         }
-        let evidence = witness.map(|witness| witness.evidence(ran));
-        let cause = self.usual.cause(&parts, &self.io, evidence);
+        let evidence = usage.map(|usage| usage.evidence(ran));
+        let cause = self.typical.cause(&parts, &self.io, evidence);
         timing.overrun = Some(Overrun { cycle, late, by: needed - period, cause, evidence });
         Turn { timing, held: cycle + 1..cycle + needed.div_ceil(period), next }
     }
 
     fn count(&mut self, timing: &Timing, held: &Range<u64>) {
-        // Woken too late, it was held itself.
+        // A cycle that woke too late was held itself.
         self.summary.cycles += u64::from(!held.contains(&timing.cycle));
         self.summary.missed += held.end - held.start;
         if let Some(overrun) = timing.overrun {
@@ -273,27 +276,27 @@ impl<C: Cycle> Executive<C> {
     }
 }
 
-/// What came of one cycle.
+/// Result of one cycle.
 struct Turn {
     timing: Timing,
-    /// Cycles whose time has passed; the next one is that behind them.
+    /// Cycles whose time has passed; the next cycle follows them.
     held: Range<u64>,
     next: Next,
 }
 
 impl Turn {
-    /// A cycle that was woken too late to begin.
+    /// A cycle that woke too late to begin.
     fn too_late(cycle: u64, late: Nanoseconds, period: Nanoseconds) -> Self {
         let overrun = Overrun { cycle, late, by: late, cause: Cause::LateWakeUp, evidence: None };
-        let timing = Timing { overrun: Some(overrun), ..Timing::begun(cycle, late) };
+        let timing = Timing { overrun: Some(overrun), ..Timing::start(cycle, late) };
         Turn { timing, held: cycle..cycle + late / period + 1, next: Next::Continue }
     }
 }
 
-/// What a panic said.
+/// Message of a panic.
 fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("a panic without words").into()
+    text.unwrap_or("no panic message").into()
 }
 
 #[cfg(test)]

@@ -1,21 +1,21 @@
-//! The floating-point control word of a thread: round to nearest, subnormal numbers kept.
+//! The floating-point control word of a thread: round to nearest, subnormal numbers enabled.
 //!
 //! A library built with fast-math changes it for the whole thread when it is loaded, and with it the bits of every
-//! result. Whoever runs the tick sets it for that time.
+//! result. Code that runs the tick therefore sets it for that time.
 
-#![expect(unsafe_code, reason = "the control word is reached by an instruction alone")]
+#![expect(unsafe_code, reason = "the control word is accessible only by an instruction")]
 
 use std::marker::PhantomData;
 
-/// Sets the control word of this thread to what IEEE 754 has as default, until it is dropped.
+/// Sets the control word of this thread to the default of IEEE 754 until it is dropped.
 pub struct FloatingPoint {
     before: u64,
-    /// The control word is this thread's.
+    /// The control word belongs to one thread.
     thread: PhantomData<*const ()>,
 }
 
 impl FloatingPoint {
-    /// Sets it; what it was comes back when this is dropped.
+    /// Sets the standard control word; the previous one is restored when the guard is dropped.
     #[must_use = "dropped at once it changes nothing"]
     pub fn standard() -> Self {
         let before = control::read();
@@ -25,15 +25,15 @@ impl FloatingPoint {
         FloatingPoint { before, thread: PhantomData }
     }
 
-    /// Sets it for good; whether the thread had it so before.
-    pub fn mend() -> bool {
-        let before = Self::standard();
-        let standard = before.was_standard();
-        std::mem::forget(before);
+    /// Sets the standard control word permanently. Returns whether it was standard before.
+    pub fn set_standard() -> bool {
+        let guard = Self::standard();
+        let standard = guard.was_standard();
+        std::mem::forget(guard);
         standard
     }
 
-    /// Whether the thread had it so before.
+    /// Whether the control word was standard before.
     pub fn was_standard(&self) -> bool {
         self.before & control::DEVIATION == 0
     }
@@ -41,7 +41,7 @@ impl FloatingPoint {
 
 impl Drop for FloatingPoint {
     fn drop(&mut self) {
-        // What was raised meanwhile (inexact, underflow) stays raised.
+        // Exception flags raised meanwhile (inexact, underflow) remain set.
         if !self.was_standard() {
             control::write(control::read() | (self.before & control::DEVIATION));
         }
@@ -91,7 +91,7 @@ mod control {
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 mod control {
-    /// Not known here: taken as standard.
+    /// Unknown on this processor: assumed to be standard.
     pub(super) const DEVIATION: u64 = 0;
 
     pub(super) fn read() -> u64 {
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_mathematics_of_another_library_are_undone_and_then_restored() {
+    fn a_fast_math_control_word_is_replaced_and_then_restored() {
         let clean = control::read() & !control::DEVIATION;
         control::write(clean | control::DEVIATION);
         assert_eq!(half_of_the_smallest_normal_number(), 0.0);
@@ -123,8 +123,8 @@ mod tests {
             assert_eq!(black_box(1.0) + black_box(1e-17), 1.0);
         }
         assert_eq!(half_of_the_smallest_normal_number(), 0.0);
-        assert!(!FloatingPoint::mend());
-        assert!(FloatingPoint::mend() && half_of_the_smallest_normal_number() > 0.0);
+        assert!(!FloatingPoint::set_standard());
+        assert!(FloatingPoint::set_standard() && half_of_the_smallest_normal_number() > 0.0);
         control::write(clean);
         assert!(FloatingPoint::standard().was_standard());
     }

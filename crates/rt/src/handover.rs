@@ -1,4 +1,4 @@
-//! An open file for another process, through a socket between the two.
+//! Transfer of an open file to another process through a socket.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, IoSlice, IoSliceMut};
@@ -11,34 +11,34 @@ use rustix::net::{
     recvmsg, sendmsg,
 };
 
-/// Gives a file to whoever is at the other end; both have it then.
+/// Sends an open file to the other end; both ends then have it open.
 ///
 /// # Errors
-/// What the system refuses.
+/// Errors of the operating system.
 pub fn hand_over(socket: &UnixStream, file: &File) -> Result<(), Error> {
     let files = [file.as_fd()];
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
-    let mut beside = SendAncillaryBuffer::new(&mut space);
-    beside.push(SendAncillaryMessage::ScmRights(&files));
-    // It comes beside a byte.
-    sendmsg(socket, &[IoSlice::new(&[0])], &mut beside, SendFlags::empty())?;
+    let mut ancillary = SendAncillaryBuffer::new(&mut space);
+    ancillary.push(SendAncillaryMessage::ScmRights(&files));
+    // A file is sent together with a byte.
+    sendmsg(socket, &[IoSlice::new(&[0])], &mut ancillary, SendFlags::empty())?;
     Ok(())
 }
 
-/// Takes the file that the other end has handed over.
+/// Receives the file that the other end has sent.
 ///
 /// # Errors
-/// Where the next byte comes without one, or nobody is there.
+/// The next byte comes without a file, or the other end is closed.
 pub fn take_over(socket: &UnixStream) -> Result<File, Error> {
     #[cfg(target_os = "linux")]
     const FLAGS: RecvFlags = RecvFlags::CMSG_CLOEXEC;
     #[cfg(not(target_os = "linux"))]
     const FLAGS: RecvFlags = RecvFlags::empty();
     let mut space = [MaybeUninit::uninit(); rustix::cmsg_space!(ScmRights(1))];
-    let mut beside = RecvAncillaryBuffer::new(&mut space);
+    let mut ancillary = RecvAncillaryBuffer::new(&mut space);
     let mut byte = [0];
-    recvmsg(socket, &mut [IoSliceMut::new(&mut byte)], &mut beside, FLAGS)?;
-    let file = beside.drain().find_map(|message| match message {
+    recvmsg(socket, &mut [IoSliceMut::new(&mut byte)], &mut ancillary, FLAGS)?;
+    let file = ancillary.drain().find_map(|message| match message {
         RecvAncillaryMessage::ScmRights(mut files) => files.next(),
         _ => None,
     });
@@ -56,8 +56,8 @@ mod tests {
         let (mut one, other) = UnixStream::pair().expect("sockets");
         let mut file = tempfile::tempfile().expect("a file");
         hand_over(&one, &file).expect("it goes");
-        let mut taken = take_over(&other).expect("it comes");
-        taken.write_all(b"there").expect("it takes words");
+        let mut received = take_over(&other).expect("it comes");
+        received.write_all(b"there").expect("it takes words");
         let mut text = String::new();
         file.seek(SeekFrom::Start(0)).expect("it goes back");
         file.read_to_string(&mut text).expect("it reads");
@@ -65,6 +65,6 @@ mod tests {
         one.write_all(b"x").expect("it goes");
         assert!(take_over(&other).expect_err("a byte alone").to_string().contains("no file"));
         drop(one);
-        take_over(&other).expect_err("nobody is there");
+        take_over(&other).expect_err("the other end is closed");
     }
 }

@@ -1,4 +1,4 @@
-//! How often a cycle was how late, and how long each block took: outside the deadline.
+//! Distributions of lateness and block durations, computed outside the deadline.
 
 use hdrhistogram::Histogram;
 
@@ -6,40 +6,40 @@ use crate::cause::Overrun;
 use crate::cycle::Block;
 use crate::timing::{Timing, Timings};
 
-/// The longest time that is told from longer ones [ns].
+/// Longest time that is resolved [ns].
 const LONGEST: u64 = u32::MAX as u64;
 
-/// The distribution of lateness, total and blocks, and what was missed.
+/// Distributions of lateness, total and block durations; missed cycles and overruns.
 #[derive(Clone, Debug)]
 pub struct Histograms {
     blocks: Vec<Block>,
     lateness: Histogram<u64>,
     total: Histogram<u64>,
     spent: Vec<Histogram<u64>>,
-    /// The overruns whose records arrived.
+    /// Overruns in the received records.
     pub overruns: Vec<Overrun>,
-    /// Cycles that were held, as far as records tell.
+    /// Missed cycles according to the received records.
     pub missed: u64,
-    /// Records that found no room, as far as others tell.
+    /// Lost records according to the received records.
     pub lost: u64,
 }
 
-/// What is said of a distribution [ns], to three digits.
+/// Quantiles of a distribution [ns], to three digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantiles {
-    /// Values.
+    /// Number of values.
     pub count: u64,
-    /// Half of them are at most this.
+    /// Median.
     pub p50: u64,
-    /// 99 % of them.
+    /// 99 % of the values are at most this.
     pub p99: u64,
-    /// 99.9 % of them.
+    /// 99.9 % of the values are at most this.
     pub p999: u64,
-    /// All of them.
+    /// Largest value.
     pub max: u64,
 }
 
-/// The distribution of one duration, to three digits in fixed memory.
+/// Distribution of one duration, to three digits, in fixed memory.
 #[derive(Clone, Debug)]
 pub struct Durations(Histogram<u64>);
 
@@ -50,12 +50,12 @@ impl Default for Durations {
 }
 
 impl Durations {
-    /// Takes one [ns].
+    /// Adds a duration [ns].
     pub fn add(&mut self, nanoseconds: u64) {
         self.0.saturating_record(nanoseconds);
     }
 
-    /// What is said of them.
+    /// Quantiles of the durations.
     pub fn quantiles(&self) -> Quantiles {
         Quantiles::of(&self.0)
     }
@@ -66,7 +66,7 @@ fn empty() -> Histogram<u64> {
 }
 
 impl Histograms {
-    /// Of these blocks; empty.
+    /// Empty histograms for these blocks.
     pub fn new(blocks: &[Block]) -> Self {
         Histograms {
             blocks: blocks.to_vec(),
@@ -79,7 +79,7 @@ impl Histograms {
         }
     }
 
-    /// Takes the records that are there.
+    /// Takes all available records.
     pub fn take(&mut self, timings: &mut Timings) {
         timings.for_each(|timing| self.add(&timing));
     }
@@ -89,37 +89,37 @@ impl Histograms {
         self.missed += u64::from(timing.missed);
         self.lost += u64::from(timing.lost);
         self.overruns.extend(timing.overrun);
-        // A cycle that did not begin has no durations.
+        // A cycle that did not run has no durations.
         if timing.total > 0 {
             self.total.saturating_record(timing.total.into());
             self.spent.iter_mut().zip(timing.blocks).for_each(|(spent, time)| spent.saturating_record(time.into()));
         }
     }
 
-    /// From the deadline to the wake-up.
+    /// Lateness: from the deadline to the wake-up.
     pub fn lateness(&self) -> Quantiles {
         Quantiles::of(&self.lateness)
     }
 
-    /// From the wake-up to the end of the work.
+    /// Duration of a cycle: from the wake-up to the end of the work.
     pub fn total(&self) -> Quantiles {
         Quantiles::of(&self.total)
     }
 
-    /// Of each block.
+    /// Duration of each block.
     pub fn blocks(&self) -> impl Iterator<Item = (Block, Quantiles)> {
         self.blocks.iter().copied().zip(self.spent.iter().map(Quantiles::of))
     }
 
-    /// The shortest cycle [ns], to three digits; 0 where there is none.
+    /// The shortest cycle [ns], to three digits; 0 without cycles.
     pub fn shortest(&self) -> u64 {
         if self.total.is_empty() { 0 } else { self.total.min() }
     }
 
-    /// How many cycles took from each of these times, which go up, to the next one [ns].
+    /// Number of cycles with a duration between each two adjacent edges [ns], in ascending order.
     pub fn counts(&self, edges: &[u64]) -> Vec<u64> {
         let mut counts = vec![0; edges.len().saturating_sub(1)];
-        // Value by value: a range of the library's begins and ends with whole steps of its resolution.
+        // Value by value: ranges of the library are rounded to its resolution.
         for value in self.total.iter_recorded() {
             let above = edges.partition_point(|edge| *edge <= value.value_iterated_to());
             if let Some(count) = above.checked_sub(1).and_then(|bin| counts.get_mut(bin)) {
@@ -129,7 +129,7 @@ impl Histograms {
         counts
     }
 
-    /// What part of the cycles were later than `lateness` [ns].
+    /// Fraction of the cycles that were later than `lateness` [ns].
     pub fn later_than(&self, lateness: u64) -> f64 {
         let within = self.lateness.count_between(0, lateness.min(LONGEST));
         (self.lateness.len() - within) as f64 / self.lateness.len().max(1) as f64
@@ -151,13 +151,13 @@ mod tests {
     fn quantiles_are_right_to_three_digits() {
         let mut histograms = Histograms::new(&[Block::new("law")]);
         for cycle in 0..10_000u32 {
-            // Lateness 0 … 99.99 µs, each once, in some order.
+            // Lateness 0 … 99.99 µs, each once, in mixed order.
             let mut timing =
-                Timing { total: 500, ..Timing::begun(cycle.into(), u64::from(cycle * 7919 % 10_000) * 10) };
+                Timing { total: 500, ..Timing::start(cycle.into(), u64::from(cycle * 7919 % 10_000) * 10) };
             timing.blocks[0] = if cycle == 17 { 2_000_000 } else { 400 };
             histograms.add(&timing);
         }
-        let near = |found: u64, expected: f64| assert!((found as f64 / expected - 1.0).abs() < 2e-3, "{found}");
+        let near = |value: u64, expected: f64| assert!((value as f64 / expected - 1.0).abs() < 2e-3, "{value}");
         let Quantiles { count, p50, p99, p999, max } = histograms.lateness();
         assert_eq!(count, 10_000);
         near(p50, 50e3);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_known_of_nothing() {
+    fn empty_histograms_give_zeros() {
         assert_eq!(Histograms::new(&[]).lateness(), Quantiles::default());
         assert_eq!(Histograms::new(&[]).later_than(0), 0.0);
     }

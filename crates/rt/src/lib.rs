@@ -1,11 +1,12 @@
-//! What runs inside the deadline. All memory is allocated at the start; then no allocation, no lock, no wait but for
-//! the next cycle, and no system call but the clock's. Only a cycle that has already missed its deadline may ask the
-//! system why.
+//! Code that runs inside the deadline. All memory is allocated at the start. After that: no allocation, no lock, no
+//! wait except for the next cycle, no system call except the clock's. Only a cycle that has already missed its deadline
+//! queries the system for the cause.
 //!
 //! The [`Executive`] calls a [`Cycle`] at absolute instants, so that nothing drifts: cycle k begins k periods after the
-//! start, or not at all. [`Running`] is an executive on a thread of its own with what [`ThreadSettings`] the system grants. Each
-//! cycle leaves a [`Timing`]; one that missed its deadline names the [`Cause`]. Parameters enter by [`pages`]. What the
-//! machine itself costs, [`doctor`] says. Nothing here knows of friction, benches or files.
+//! start, or not at all. [`Running`] is an executive on a separate thread with the [`ThreadSettings`] that the system
+//! grants. Each cycle writes a [`Timing`]; a missed deadline is recorded with its [`Cause`]. Parameters enter by
+//! [`pages`]. [`doctor`] lists the settings of the computer that cost determinism. This crate is independent of
+//! friction, benches and files.
 //!
 //! ```
 //! use std::time::Duration;

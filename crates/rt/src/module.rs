@@ -1,41 +1,42 @@
-//! A shared library with the five functions of `stickslip_module.h`, called one after the other by whoever owns it.
+//! A shared library with the five functions of `stickslip_module.h`, called by its owner only.
 //!
-//! It is somebody's code and does what it likes in the process that opens it: who does not trust it opens it in a process
-//! of its own.
+//! The library is unchecked code inside the process that opens it. An untrusted library is opened in a separate
+//! process.
 
-#![expect(unsafe_code, reason = "functions of a library are called by their addresses, and hand out pointers")]
+#![expect(unsafe_code, reason = "functions of a library are called by address and return pointers")]
 
 use std::ffi::{CStr, c_char, c_void};
 use std::path::Path;
 
 use libloading::Library;
 
-/// Version of the functions, as the header says it.
+/// Version of the functions, as in the header.
 pub const MODULE_ABI: u32 = 1;
-/// More parameters than this are a mistake.
+/// Maximum number of parameters.
 pub const MOST_PARAMETERS: usize = 4096;
 
-/// Why a library is no module.
+/// Error of a library.
 #[derive(Debug, thiserror::Error)]
 pub enum ModuleError {
     /// The system cannot open it.
     #[error("it cannot be opened ({0}). Compile it for this machine, as a shared library (cc -shared -fPIC)")]
     Open(String),
-    /// A function is not in it.
+    /// A function is missing.
     #[error(
         "it has no function {0}. Include stickslip_module.h and define all five; in C++ the header makes them extern \"C\""
     )]
     Function(&'static str),
-    /// It tells nothing of itself.
+    /// It has no description.
     #[error("stickslip_describe returns NULL. Return the address of a static stickslip_description")]
     NoDescription,
-    /// It is of another version of the header.
+    /// It was compiled with another version of the header.
     #[error(
-        "its functions are of version {0}, version 1 is known. Compile it with the stickslip_module.h of this version"
+        "its functions have version {0}, and version 1 is required. Compile it with the stickslip_module.h of this \
+         version"
     )]
     Abi(u32),
-    /// It has no name, or no parameters where it says that it has some.
-    #[error("{0} is NULL or too many in its description. Fill in all of it")]
+    /// A text is missing, or parameters are missing or too many.
+    #[error("{0} is NULL or too many in its description. Complete the description")]
     Description(&'static str),
 }
 
@@ -46,39 +47,39 @@ pub struct ModuleParameter {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// What it is.
+    /// Meaning.
     pub help: String,
     /// Smallest value.
     pub minimum: f64,
     /// Largest value.
     pub maximum: f64,
-    /// Value unless another is given.
+    /// Default value.
     pub initial: f64,
-    /// Whether it is taken when a controller begins, and not later.
+    /// Whether it applies at the start of a controller only.
     pub fixed: bool,
 }
 
-/// What is read in a sample, in the order of the header.
+/// Inputs of a sample, in the order of the header.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModuleSample {
-    /// Since its begin [s].
+    /// Time since the start [s].
     pub time: f64,
-    /// Wanted angle [rad].
+    /// Reference angle [rad].
     pub reference_position: f64,
-    /// Its first derivative [rad/s].
+    /// First derivative of the reference angle [rad/s].
     pub reference_velocity: f64,
-    /// Its second derivative [rad/s²].
+    /// Second derivative of the reference angle [rad/s²].
     pub reference_acceleration: f64,
-    /// By the encoder, unwrapped [rad].
+    /// Angle from the encoder, unwrapped [rad].
     pub measured_angle: f64,
-    /// Of the motor, by the tacho [rad/s].
+    /// Motor velocity from the tacho [rad/s].
     pub measured_velocity: f64,
-    /// Of the screw, by the observer of the bench [rad/s]; 0 for a controller, as all that follows.
+    /// Screw velocity from the observer of the bench [rad/s]. For a controller, this and all following values are 0.
     pub estimated_velocity: f64,
-    /// Of the load motor by its current, against positive motion [N m].
+    /// Torque of the load motor from its current, against positive motion [N m].
     pub measured_load_torque: f64,
-    /// Asked of the drive in the tick before [N m].
+    /// Torque command of the drive in the previous tick [N m].
     pub commanded_torque: f64,
 }
 
@@ -115,24 +116,24 @@ pub struct Module {
     step: Step,
     end: End,
     controller: *mut c_void,
-    /// Open as long as its functions can be called.
+    /// Kept open while its functions can be called.
     _library: Library,
 }
 
-// SAFETY: the header admits any thread, one at a time; whoever owns the module is the only one that calls.
+// SAFETY: the header permits any thread, one at a time; only the owner of the module calls it.
 unsafe impl Send for Module {}
 
 impl Module {
-    /// Opens a library and reads what it says of itself.
+    /// Opens a library and reads its description.
     ///
     /// # Errors
     /// [`ModuleError`].
     pub fn open(path: &Path) -> Result<Self, ModuleError> {
         // A name without a folder would be searched for among the system's libraries.
         let path = path.canonicalize().map_err(|error| ModuleError::Open(error.to_string()))?;
-        // SAFETY: what the library does when it is opened is its own: the caller was told.
+        // SAFETY: opening runs code of the library, which the documentation states.
         let library = unsafe { Library::new(path) }.map_err(|error| ModuleError::Open(error.to_string()))?;
-        // SAFETY: the types are those of the header, which is what a library with these names promises.
+        // SAFETY: functions with these names have the types of the header.
         let (describe, begin, set, step, end) = unsafe {
             (
                 function::<Describe>(&library, "stickslip_describe")?,
@@ -142,25 +143,25 @@ impl Module {
                 function::<End>(&library, "stickslip_end")?,
             )
         };
-        // SAFETY: it may be called before everything else; what it returns lives as long as the library. Beyond its
-        // first number nothing is read of another version.
-        let (name, parameters) = unsafe { described(describe())? };
+        // SAFETY: it may be called first; its result lives as long as the library. Of another version only the first
+        // number is read.
+        let (name, parameters) = unsafe { read(describe())? };
         let controller = std::ptr::null_mut();
         Ok(Module { name, parameters, begin, set, step, end, controller, _library: library })
     }
 
-    /// What the library is called.
+    /// Name of the library.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its parameters, as it describes them.
+    /// Parameters of the library.
     pub fn parameters(&self) -> &[ModuleParameter] {
         &self.parameters
     }
 
-    /// Begins a controller at rest, and ends the one before; whether the library takes these numbers. There must be as
-    /// many values as it has parameters.
+    /// Ends the present controller and starts a new one at rest. Returns whether the library accepts these numbers.
+    /// There must be one value for each parameter.
     pub fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> bool {
         assert_eq!(values.len(), self.parameters.len(), "a value of each parameter");
         self.end();
@@ -169,26 +170,26 @@ impl Module {
         !self.controller.is_null()
     }
 
-    /// Gives it other values: what its function returns.
+    /// Sets new parameter values. Returns the result of its function.
     pub fn set(&mut self, values: &[f64]) -> i32 {
         assert_eq!(values.len(), self.parameters.len(), "a value of each parameter");
         if self.controller.is_null() {
             return 0;
         }
-        // SAFETY: a controller that has begun and not ended; as many values as parameters.
+        // SAFETY: a started controller; as many values as parameters.
         unsafe { (self.set)(self.controller, values.as_ptr()) }
     }
 
-    /// One sample: the torque [N m], or what its function returned instead of 0; -1 where no controller has begun.
+    /// One sample: the torque [N m].
     ///
     /// # Errors
-    /// What the function returned.
+    /// Non-zero result of its function; -1 before the start of a controller.
     pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, i32> {
         if self.controller.is_null() {
             return Err(-1);
         }
         let mut torque = f64::NAN;
-        // SAFETY: a controller that has begun and not ended; both pointers are of this frame.
+        // SAFETY: a started controller; both pointers are local variables.
         match unsafe { (self.step)(self.controller, sample, &mut torque) } {
             0 => Ok(torque),
             code => Err(code),
@@ -198,7 +199,7 @@ impl Module {
     fn end(&mut self) {
         let controller = std::mem::replace(&mut self.controller, std::ptr::null_mut());
         if !controller.is_null() {
-            // SAFETY: it has begun, and nobody has its address any more.
+            // SAFETY: a started controller whose address is not used afterwards.
             unsafe { (self.end)(controller) }
         }
     }
@@ -215,40 +216,40 @@ impl Drop for Module {
 /// # Safety
 /// It must be of this type.
 unsafe fn function<F: Copy>(library: &Library, name: &'static str) -> Result<F, ModuleError> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { library.get::<F>(name.as_bytes()) }.map(|function| *function).map_err(|_| ModuleError::Function(name))
 }
 
-/// What a description says.
+/// Name and parameters of a description.
 ///
 /// # Safety
-/// It is null or what the header says.
-unsafe fn described(raw: *const RawDescription) -> Result<(String, Vec<ModuleParameter>), ModuleError> {
+/// It is null or as the header requires.
+unsafe fn read(raw: *const RawDescription) -> Result<(String, Vec<ModuleParameter>), ModuleError> {
     if raw.is_null() {
         return Err(ModuleError::NoDescription);
     }
-    // SAFETY: not null; the version stands first in every version.
+    // SAFETY: not null; every version starts with the version number.
     let abi = unsafe { raw.cast::<u32>().read() };
     if abi != MODULE_ABI {
         return Err(ModuleError::Abi(abi));
     }
-    // SAFETY: a description of this version; its texts end with 0, and it has as many parameters as it says.
+    // SAFETY: a description of this version; its texts end with 0, and it has `parameter_count` parameters.
     unsafe {
         let RawDescription { parameter_count, name, parameters, .. } = raw.read();
         let count = parameter_count as usize;
         if count > MOST_PARAMETERS || (count > 0 && parameters.is_null()) {
             return Err(ModuleError::Description("parameters"));
         }
-        let mut known = Vec::with_capacity(count);
+        let mut list = Vec::with_capacity(count);
         for index in 0..count {
             let RawParameter { name, unit, help, minimum, maximum, initial } = parameters.add(index).read();
             let [name, unit, help] =
                 [(name, "a parameter's name"), (unit, "a parameter's unit"), (help, "a parameter's help")]
                     .map(|(pointer, what)| text(pointer, what));
             let (name, unit, help) = (name?, unit?, help?);
-            known.push(ModuleParameter { name, unit, help, minimum, maximum, initial, fixed: false });
+            list.push(ModuleParameter { name, unit, help, minimum, maximum, initial, fixed: false });
         }
-        Ok((text(name, "name")?, known))
+        Ok((text(name, "name")?, list))
     }
 }
 
@@ -260,6 +261,6 @@ unsafe fn text(pointer: *const c_char, what: &'static str) -> Result<String, Mod
     if pointer.is_null() {
         return Err(ModuleError::Description(what));
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     Ok(unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned())
 }

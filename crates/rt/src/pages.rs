@@ -1,8 +1,8 @@
-//! Parameter pages: a whole, checked set of parameters enters at the beginning of a cycle, or not at all.
+//! Parameter pages: a complete, checked parameter set becomes active at the start of a cycle, or not at all.
 //!
-//! Three slots: the writer fills one, the reader holds one, the third is on its way. Each side swaps its own with that
-//! on the way by one atomic exchange, so that nobody ever waits, and the reader has the newest set or the one before,
-//! never half of one. Old sets are dropped by the writer: the reader frees no memory.
+//! There are three slots: one for the writer, one for the reader, one in the middle. Each side exchanges its slot with
+//! the middle one by one atomic operation. Neither side waits, and the reader has the newest set or the one before,
+//! never a mixture. The writer drops old sets, so that the reader frees no memory.
 //!
 //! ```
 //! let (mut writer, mut reader) = stickslip_rt::pages::exchange("gains of the morning");
@@ -12,29 +12,29 @@
 //! assert_eq!((reader.page(), reader.generation(), writer.entered()), (&"gains of noon", 1, Some(4711)));
 //! ```
 
-#![expect(unsafe_code, reason = "one slot belongs to one side at a time; the exchange of the third says to which")]
+#![expect(unsafe_code, reason = "each slot belongs to one side at a time, given by the atomic exchange")]
 
 use crate::sync::{Arc, AtomicU8, AtomicU64, Ordering, UnsafeCell};
 
-/// In `middle`, beside the index of a slot: the reader has not seen it.
+/// Flag in `middle`, in addition to the slot index: the reader has not taken it.
 const FRESH: u8 = 4;
-/// In `entered`: no cycle has begun with it yet.
+/// Value of `entered` before the first cycle with the page.
 const NEVER: u64 = u64::MAX;
 
 struct Slot<T> {
     page: UnsafeCell<Option<T>>,
     generation: AtomicU64,
-    /// The cycle that first ran with it.
+    /// First cycle with this page.
     entered: AtomicU64,
 }
 
 struct Shared<T> {
     slots: [Slot<T>; 3],
-    /// Index of the slot on the way.
+    /// Index of the middle slot.
     middle: AtomicU8,
 }
 
-/// The side that hands in.
+/// The side that publishes pages.
 pub struct Writer<T> {
     shared: Arc<Shared<T>>,
     own: u8,
@@ -42,13 +42,13 @@ pub struct Writer<T> {
     newest: (u8, u64),
 }
 
-/// The side within the deadline.
+/// The side inside the deadline.
 pub struct Reader<T> {
     shared: Arc<Shared<T>>,
     own: u8,
 }
 
-/// Both sides; the reader holds `first`, generation 0, in force from cycle 0.
+/// Both sides; the reader has `first`, generation 0, active from cycle 0.
 pub fn exchange<T: Send>(first: T) -> (Writer<T>, Reader<T>) {
     let slot = |page, entered| Slot {
         page: UnsafeCell::new(page),
@@ -61,21 +61,22 @@ pub fn exchange<T: Send>(first: T) -> (Writer<T>, Reader<T>) {
 }
 
 impl<T> Writer<T> {
-    /// Hands in a page, which replaces one that the reader has not taken yet. Returns its generation: 1, 2, 3, …
+    /// Publishes a page. It replaces one that the reader has not taken yet. Returns its generation: 1, 2, 3, …
     pub fn publish(&mut self, page: T) -> u64 {
         let generation = self.newest.1 + 1;
         let slot = &self.shared.slots[usize::from(self.own)];
         slot.generation.store(generation, Ordering::Relaxed);
         slot.entered.store(NEVER, Ordering::Relaxed);
-        // SAFETY: the slot `own` is the writer's alone until the exchange below.
+        // SAFETY: the slot `own` belongs to the writer until the exchange below.
         slot.page.with_mut(|place| unsafe { *place = Some(page) });
         self.newest = (self.own, generation);
-        // Release: the page is written before the reader can see its slot. Acquire: the reader is done with the other.
+        // Release: the page is written before the reader gets its slot. Acquire: the reader no longer uses the other
+        // slot.
         self.own = self.shared.middle.swap(self.own | FRESH, Ordering::AcqRel) & !FRESH;
         generation
     }
 
-    /// The cycle that first ran with the newest page; `None` while it waits for one.
+    /// First cycle with the newest page; `None` until then.
     pub fn entered(&self) -> Option<u64> {
         let cycle = self.shared.slots[usize::from(self.newest.0)].entered.load(Ordering::Acquire);
         (cycle != NEVER).then_some(cycle)
@@ -83,7 +84,7 @@ impl<T> Writer<T> {
 }
 
 impl<T> Reader<T> {
-    /// At the beginning of a cycle: takes the newest page, if there is a new one, and tells the writer.
+    /// At the start of a cycle: takes a new page, if there is one, and stores the cycle for the writer.
     pub fn take(&mut self, cycle: u64) -> bool {
         if self.shared.middle.load(Ordering::Relaxed) & FRESH == 0 {
             return false;
@@ -93,14 +94,14 @@ impl<T> Reader<T> {
         true
     }
 
-    /// The page in force.
+    /// The active page.
     pub fn page(&self) -> &T {
-        // SAFETY: the slot `own` is the reader's alone until the next exchange, which needs `&mut self`.
+        // SAFETY: the slot `own` belongs to the reader until the next exchange, which needs `&mut self`.
         let page = self.slot().page.with(|place| unsafe { &*place });
-        page.as_ref().expect("the first page is there from the start, and only filled slots are on the way as fresh")
+        page.as_ref().expect("the first page exists from the start, and only filled slots are marked as fresh")
     }
 
-    /// Its generation.
+    /// Generation of the active page.
     pub fn generation(&self) -> u64 {
         self.slot().generation.load(Ordering::Relaxed)
     }

@@ -1,7 +1,6 @@
-//! Tasks slower than the cycle.
+//! Tasks with a lower rate than the cycle.
 
-/// Every `divider`-th cycle, beginning with cycle `offset`. Different offsets spread slow tasks over the cycles, so that
-/// no cycle has them all.
+/// Every `divider`-th cycle, starting with cycle `offset`. Different offsets distribute slow tasks over the cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
     divider: u64,
@@ -14,7 +13,7 @@ impl Rate {
         if divider == 0 { None } else { Some(Rate { divider, offset: offset % divider }) }
     }
 
-    /// Whether the task runs in this cycle. A cycle that was missed takes its turn with it.
+    /// Whether the task runs in this cycle. In a missed cycle the task is skipped.
     pub const fn due(self, cycle: u64) -> bool {
         cycle % self.divider == self.offset
     }
@@ -33,7 +32,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_runs_every_0th_cycle() {
+    fn a_divider_of_zero_is_refused() {
         assert_eq!(Rate::new(0, 3), None);
         assert!((0..5).all(|cycle| Rate::new(1, 0).unwrap().due(cycle)));
     }

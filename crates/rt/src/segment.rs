@@ -1,9 +1,9 @@
-//! Memory that two processes share: a file, mapped, seen as 64-bit words that both sides touch by atomics alone.
+//! Memory shared by two processes: a mapped file of 64-bit words, accessed by atomics only.
 //!
-//! What the other side writes, when, or whether it was written for this purpose at all, is a value and nothing worse.
-//! Who may open the file, and who is the only one on a side, is up to whoever opens it.
+//! Any contents written by the other side are safe to read. The caller controls access to the file and the number of
+//! users on each side.
 
-#![expect(unsafe_code, reason = "a mapping is raw memory; it is given out as atomic words")]
+#![expect(unsafe_code, reason = "a mapping is raw memory; it is exposed as atomic words")]
 
 use std::fs::File;
 use std::io::{Error, ErrorKind};
@@ -27,7 +27,7 @@ impl Segment {
     /// Maps the first words of a file that is open for reading and writing. The mapping outlives the handle.
     ///
     /// # Errors
-    /// A file that is shorter; what the system refuses.
+    /// A file that is too short; errors of the operating system.
     pub fn map(file: &File, words: usize) -> Result<Self, Error> {
         let bytes = words * size_of::<AtomicU64>();
         if file.metadata()?.len() < bytes as u64 {
@@ -36,41 +36,40 @@ impl Segment {
         Ok(Segment { map: MmapRaw::map_raw(file)?, words })
     }
 
-    /// Memory without a name, all 0, whose file another process can be given. Where the system knows how, nobody can
-    /// shorten it.
+    /// Unnamed memory, all 0, whose file can be passed to another process. On Linux it is sealed against shortening.
     ///
     /// # Errors
-    /// What the system refuses.
+    /// Errors of the operating system.
     #[cfg(unix)]
     pub fn anonymous(words: usize) -> Result<(Self, File), Error> {
         let file = unnamed((words * size_of::<AtomicU64>()) as u64)?;
         let segment = Segment::map(&file, words)?;
-        // Its pages are there before anybody is in a hurry.
+        // All pages are resident before the deadline matters.
         segment.words().iter().for_each(|word| word.store(0, Ordering::Relaxed));
         Ok((segment, file))
     }
 
     /// The words, in the order of the file.
     pub fn words(&self) -> &[AtomicU64] {
-        // SAFETY: the mapping begins at a page, has so many words (checked when it was made) and lives as long as `self`;
-        // every bit pattern is a word, and within this process nothing reaches it but these atomics. Whoever shortens
-        // the file takes the pages away and ends this process by a signal: its permissions say who can.
+        // SAFETY: the mapping starts at a page, has `words` words (checked on creation) and lives as long as `self`;
+        // every bit pattern is a valid word, and this process accesses it only by these atomics. Shortening the file
+        // would end this process by a signal; the file's permissions control who can.
         unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast::<AtomicU64>(), self.words) }
     }
 
-    /// Sleeps until a process wakes whoever waits for a word, for so long at most, or not at all where the lower half of
-    /// the word is not that of `value` any more. It may wake early.
+    /// Sleeps until a word is woken, up to `within`. Returns immediately if the lower half of the word differs from
+    /// that of `value`. May wake early.
     pub fn sleep(&self, word: usize, value: u64, within: Duration) {
         system::wait_for_word(&self.words()[word], value as u32, within);
     }
 
-    /// Wakes whoever waits for a word.
+    /// Wakes a waiter for a word.
     pub fn wake(&self, word: usize) {
         system::wake_for_word(&self.words()[word]);
     }
 }
 
-/// A file in memory whose length stays.
+/// A file in memory with a sealed length.
 #[cfg(target_os = "linux")]
 fn unnamed(length: u64) -> Result<File, Error> {
     use rustix::fs::{MemfdFlags, SealFlags, fcntl_add_seals, memfd_create};
@@ -80,7 +79,7 @@ fn unnamed(length: u64) -> Result<File, Error> {
     Ok(file)
 }
 
-/// A file whose name is gone. Whoever is given it could shorten it.
+/// A file whose name is removed. A process that has it open could shorten it.
 #[cfg(all(unix, not(target_os = "linux")))]
 fn unnamed(length: u64) -> Result<File, Error> {
     use std::os::unix::fs::OpenOptionsExt as _;
@@ -101,7 +100,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn memory_without_a_name_is_shared_by_its_file_and_cannot_be_shortened() {
+    fn unnamed_memory_is_shared_by_its_file_and_cannot_be_shortened() {
         let (one, file) = Segment::anonymous(8).expect("memory");
         let other = Segment::map(&file, 8).expect("a mapping");
         one.words()[7].store(3, Ordering::Release);
@@ -123,11 +122,11 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_for_a_word_is_woken_and_does_not_wait_for_one_that_has_changed() {
+    fn a_waiter_is_woken_and_never_waits_for_a_changed_word() {
         let file = tempfile::tempfile().expect("a file");
         file.set_len(64).expect("it grows");
         let (one, other) = (Segment::map(&file, 8).expect("a mapping"), Segment::map(&file, 8).expect("another"));
-        // Far longer than a test may take.
+        // Far longer than a test takes.
         let long = Duration::from_secs(3600);
         let waiting = std::thread::spawn(move || {
             while other.words()[3].load(Ordering::Acquire) == 7 {

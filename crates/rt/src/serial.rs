@@ -1,13 +1,13 @@
-//! A serial port as a file that gives what has come and waits for nothing.
+//! A serial port as a non-blocking file.
 
 use std::fs::File;
 use std::io::Error;
 use std::path::Path;
 
-/// Opens a serial port, or whatever stands for one: bytes as they are, at the speed that it is set to (`stty`).
+/// Opens a serial port or pseudo-terminal in raw mode, at its present speed (`stty`).
 ///
 /// # Errors
-/// What the system refuses; one that is no serial port.
+/// Errors of the operating system; a file that is not a serial port.
 pub fn open_serial(path: &Path) -> Result<File, Error> {
     crate::system::open_serial(path)
 }
@@ -17,7 +17,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_serial_port_is_refused() {
+    fn a_file_that_is_not_a_serial_port_is_refused() {
         let file = tempfile::NamedTempFile::new().expect("a file");
         assert!(open_serial(file.path()).is_err());
         assert!(open_serial(Path::new("/nowhere")).is_err());

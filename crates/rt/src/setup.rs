@@ -1,5 +1,5 @@
-//! What the executive's thread asks of the system before its first cycle. A wish that is refused costs something and is
-//! reported with the command that mends it; it is never a failure.
+//! Settings of the executive's thread, requested from the system before the first cycle. A refused setting is reported
+//! with its effect and the command that corrects it; it is never an error.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
@@ -13,93 +13,92 @@ use crate::doctor;
 use crate::floating_point::FloatingPoint;
 use crate::system;
 
-/// What the thread asks for.
+/// Requested settings of a thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThreadSettings {
-    /// Above all ordinary threads: SCHED_FIFO with this priority, 1 … 99. `None` leaves a plain thread, with the finest
-    /// timer that it can have.
+    /// Real-time priority, 1 … 99 (SCHED_FIFO), above all ordinary threads. `None`: ordinary thread with the finest
+    /// timer available.
     pub priority: Option<u8>,
-    /// Keep all memory of the process where it is.
+    /// Lock all memory of the process.
     pub lock_memory: bool,
-    /// Let no CPU sleep deeply between two cycles.
+    /// Prevent deep idle states between two cycles.
     pub shallow_idle: bool,
-    /// Where to run.
+    /// CPU of the thread.
     pub cpu: Cpu,
 }
 
-/// Where a thread runs.
+/// CPU of a thread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cpu {
-    /// Wherever the system puts it.
+    /// Chosen by the system.
     Any,
-    /// On the last CPU that was isolated at boot; anywhere where there is none.
+    /// The last CPU isolated at boot; without one, chosen by the system.
     Isolated,
-    /// On this one alone.
+    /// This CPU only.
     Number(usize),
 }
 
-/// Keeps the calling thread, and all that it starts from now on, off a CPU: it is left to an executive that runs on it
-/// alone ([`Cpu::Number`]), which goes there all the same. What else runs on the machine is not kept off.
+/// Excludes a CPU for the calling thread and all threads that it starts later. The CPU is left to an executive with
+/// [`Cpu::Number`], which can still use it. Other processes are not excluded.
 ///
 /// # Errors
-/// There is no other CPU; the system cannot do it.
+/// There is no other CPU; the system does not support it.
 pub fn keep_off(cpu: usize) -> io::Result<()> {
     system::keep_off(cpu)
 }
 
-/// Has the first thread of another process run before all ordinary ones as well, with this real-time priority; threads that
-/// it starts are ordinary. The process must be there: its number may be another's afterwards.
+/// Sets the real-time priority of the first thread of another process. Threads that it starts are ordinary. The process
+/// must exist: its number may be reused afterwards.
 ///
 /// # Errors
-/// The system refuses it, or knows no such priorities.
+/// The system refuses it, or has no real-time priorities.
 pub fn hurry(process: u32, priority: u8) -> io::Result<()> {
     system::set_priority_of(process, priority)
 }
 
-/// One of the wishes.
+/// One setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ThreadSetting {
-    /// SCHED_FIFO with this priority.
+    /// Real-time priority (SCHED_FIFO).
     Priority(u8),
-    /// Timers of the plain thread to the nanosecond.
+    /// Timers of an ordinary thread with a resolution of 1 ns.
     TimerSlack,
-    /// Memory that stays.
+    /// Locked memory.
     LockedMemory,
-    /// CPUs that wake quickly.
+    /// Shallow idle states only.
     ShallowIdle,
-    /// This CPU alone.
+    /// This CPU only.
     OneCpu(usize),
-    /// A CPU that nothing else uses.
+    /// A CPU without other threads.
     IsolatedCpu,
-    /// The standard control word: round to nearest, subnormal numbers kept.
+    /// The standard control word: round to nearest, subnormal numbers enabled.
     FloatingPoint,
 }
 
-/// What became of a wish.
+/// Outcome of a setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What was asked for.
+    /// Requested setting.
     pub wish: ThreadSetting,
-    /// What the system said, where it refused.
+    /// Reason of the system if it refused.
     pub refused: Option<String>,
 }
 
-/// What became of all wishes.
+/// Outcomes of all settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Granted {
-    /// In the order in which they were asked.
+    /// In the order of the requests.
     pub outcomes: Vec<Outcome>,
 }
 
 impl ThreadSettings {
-    /// A thread like any other.
+    /// An ordinary thread.
     pub const PLAIN: ThreadSettings =
         ThreadSettings { priority: None, lock_memory: false, shallow_idle: false, cpu: Cpu::Any };
 
-    /// The clock to wait on with this period: on a CPU of its own a thread spins before each deadline, which there
-    /// takes time from nobody, but for no more than half of the period. It must sleep: the system stops a thread that
-    /// takes all of its CPU.
+    /// The clock for this period. A thread with a dedicated CPU spins before each deadline, for at most half of the
+    /// period. It must also sleep: the system suspends a real-time thread that uses all of its CPU.
     pub fn clock(&self, period: Duration) -> MonotonicClock {
         let spin = if matches!(self.cpu, Cpu::Number(_)) { SPIN.min(period / 2) } else { Duration::ZERO };
         MonotonicClock { spin }
@@ -107,31 +106,29 @@ impl ThreadSettings {
 }
 
 impl Default for ThreadSettings {
-    /// All that helps: priority 80, locked memory, no deep sleep, an isolated CPU.
+    /// All settings: priority 80, locked memory, no deep sleep, an isolated CPU.
     fn default() -> Self {
         ThreadSettings { priority: Some(80), lock_memory: true, shallow_idle: true, cpu: Cpu::Isolated }
     }
 }
 
 impl ThreadSetting {
-    /// What the refusal costs.
+    /// Effect of a refusal.
     pub fn costs(self) -> &'static str {
         match self {
-            ThreadSetting::Priority(_) => {
-                "Any other thread may delay a cycle, by milliseconds where the CPUs are busy."
-            }
-            ThreadSetting::TimerSlack => "The system may put off each wake-up, usually by 50 µs.",
+            ThreadSetting::Priority(_) => "Any other thread may delay a cycle, by milliseconds if the CPUs are busy.",
+            ThreadSetting::TimerSlack => "The system may delay each wake-up, usually by 50 µs.",
             ThreadSetting::LockedMemory => {
-                "Memory may be taken away; to find it again a cycle waits, for a disk if need be."
+                "Memory may be paged out; a cycle then waits until it is back, possibly from disk."
             }
-            ThreadSetting::ShallowIdle => "Between two cycles the CPU may sleep as deeply as its idle states go.",
-            ThreadSetting::OneCpu(_) => "The thread moves between CPUs and finds its caches cold.",
+            ThreadSetting::ShallowIdle => "Between two cycles the CPU may enter its deepest idle state.",
+            ThreadSetting::OneCpu(_) => "The thread may move between CPUs and lose its cache contents.",
             ThreadSetting::IsolatedCpu => "Other threads and their interrupts share the CPU.",
-            ThreadSetting::FloatingPoint => "A library had changed the rounding of this thread; it was set right.",
+            ThreadSetting::FloatingPoint => "A library had changed the rounding of this thread; it is standard again.",
         }
     }
 
-    /// The command that mends it, where there is one.
+    /// Command that corrects a refusal, if there is one.
     pub fn mend(self) -> Option<String> {
         let capability = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v stickslip)\"";
         match self {
@@ -144,10 +141,10 @@ impl ThreadSetting {
     }
 }
 
-/// While somebody holds it open, idle states are left within the time that was written to it.
+/// While this file is open, the exit latency of idle states is limited to the time written to it.
 const LATENCY: &str = "/dev/cpu_dma_latency";
 
-/// How a CPU is isolated.
+/// Instruction to isolate a CPU.
 pub(crate) const ISOLATE: &str = "add isolcpus=N nohz_full=N rcu_nocbs=N to GRUB_CMDLINE_LINUX in /etc/default/grub, \
                                   N the last CPU, then sudo update-grub && sudo reboot";
 
@@ -166,24 +163,24 @@ impl fmt::Display for ThreadSetting {
 }
 
 impl Granted {
-    /// Whether this was asked and granted.
+    /// Whether this setting was requested and granted.
     pub fn has(&self, wish: ThreadSetting) -> bool {
         self.granted().any(|outcome| outcome.wish == wish)
     }
 
-    /// The real-time priority that was granted.
+    /// Granted real-time priority.
     pub fn priority(&self) -> Option<u8> {
         self.granted().find_map(|outcome| {
             if let ThreadSetting::Priority(priority) = outcome.wish { Some(priority) } else { None }
         })
     }
 
-    /// What was granted.
+    /// Granted settings.
     pub fn granted(&self) -> impl Iterator<Item = &Outcome> {
         self.outcomes.iter().filter(|outcome| outcome.refused.is_none())
     }
 
-    /// What was refused.
+    /// Refused settings.
     pub fn refused(&self) -> impl Iterator<Item = &Outcome> {
         self.outcomes.iter().filter(|outcome| outcome.refused.is_some())
     }
@@ -195,7 +192,7 @@ impl Granted {
     }
 }
 
-/// One line a wish.
+/// One line for each setting.
 impl fmt::Display for Granted {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         for Outcome { wish, refused } in &self.outcomes {
@@ -203,7 +200,7 @@ impl fmt::Display for Granted {
                 None => writeln!(f, "{wish}: granted")?,
                 Some(reason) => {
                     write!(f, "{wish}: refused ({reason}). {}", wish.costs())?;
-                    wish.mend().map_or(Ok(()), |mend| write!(f, " Mend: {mend}"))?;
+                    wish.mend().map_or(Ok(()), |remedy| write!(f, " Remedy: {remedy}"))?;
                     writeln!(f)?;
                 }
             }
@@ -212,32 +209,32 @@ impl fmt::Display for Granted {
     }
 }
 
-/// What holds for the calling thread until it is dropped.
-pub(crate) struct Held {
+/// Settings of the calling thread, active until this is dropped.
+pub(crate) struct ActiveSettings {
     pub(crate) granted: Granted,
     memory: bool,
     _shallow_idle: Option<File>,
 }
 
-/// Threads that hold the memory of the process.
+/// Number of threads that lock the memory of the process.
 static HOLDERS: Mutex<usize> = Mutex::new(0);
 
 fn holders() -> std::sync::MutexGuard<'static, usize> {
     HOLDERS.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Asks for everything on the calling thread, and touches its stack.
-pub(crate) fn ask(wishes: &ThreadSettings) -> Held {
+/// Requests all settings for the calling thread, and touches its stack.
+pub(crate) fn apply(settings: &ThreadSettings) -> ActiveSettings {
     let mut granted = Granted::default();
-    let memory = wishes.lock_memory && {
+    let memory = settings.lock_memory && {
         let mut holders = holders();
         let locked = granted.note(ThreadSetting::LockedMemory, lock_memory()).is_some();
         *holders += usize::from(locked);
         locked
     };
     let shallow_idle =
-        if wishes.shallow_idle { granted.note(ThreadSetting::ShallowIdle, hold_latency()) } else { None };
-    match wishes.cpu {
+        if settings.shallow_idle { granted.note(ThreadSetting::ShallowIdle, hold_latency()) } else { None };
+    match settings.cpu {
         Cpu::Any => {}
         Cpu::Number(cpu) => {
             granted.note(ThreadSetting::OneCpu(cpu), system::pin(cpu));
@@ -248,28 +245,28 @@ pub(crate) fn ask(wishes: &ThreadSettings) -> Held {
             granted.note(ThreadSetting::IsolatedCpu, last_of(&isolated).ok_or_else(none).and_then(system::pin));
         }
     }
-    match wishes.priority {
+    match settings.priority {
         Some(priority) => granted.note(ThreadSetting::Priority(priority), system::set_priority(priority)),
         None => granted.note(ThreadSetting::TimerSlack, system::set_timer_slack(1)),
     };
     if !FloatingPoint::standard().was_standard() {
         granted.note(
             ThreadSetting::FloatingPoint,
-            Err::<(), _>(io::Error::other("the thread rounded or flushed otherwise")),
+            Err::<(), _>(io::Error::other("the thread had a different rounding mode or flushed subnormal numbers")),
         );
     }
     system::touch_stack();
-    Held { granted, memory, _shallow_idle: shallow_idle }
+    ActiveSettings { granted, memory, _shallow_idle: shallow_idle }
 }
 
-/// No idle state that is left later than at once.
+/// Requests an exit latency of 0.
 fn hold_latency() -> io::Result<File> {
     let mut file = OpenOptions::new().write(true).open(LATENCY)?;
     file.write_all(&0i32.to_ne_bytes())?;
     Ok(file)
 }
 
-/// All of it, or none: below a limit the system would refuse memory that is asked for later, and the process would end.
+/// All memory or none: with a limit the system would refuse later allocations, and the process would end.
 fn lock_memory() -> io::Result<()> {
     match doctor::lockable(Path::new("/")) {
         Some(bytes) => Err(io::Error::other(format!("only {} MiB may be locked", bytes >> 20))),
@@ -277,7 +274,7 @@ fn lock_memory() -> io::Result<()> {
     }
 }
 
-impl Drop for Held {
+impl Drop for ActiveSettings {
     fn drop(&mut self) {
         if self.memory {
             let mut holders = holders();
@@ -299,32 +296,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_cpu_of_a_list_is_found() {
+    fn the_last_cpu_of_a_list_is_read() {
         assert_eq!(["2-3,5\n", "1-3\n", "7", "\n", ""].map(last_of), [Some(5), Some(3), Some(7), None, None]);
     }
 
     #[test]
-    fn a_thread_with_a_cpu_of_its_own_spins_for_a_part_of_each_period_and_others_never() {
+    fn only_a_thread_with_a_dedicated_cpu_spins() {
         let spin =
             |cpu, micros| ThreadSettings { cpu, ..ThreadSettings::PLAIN }.clock(Duration::from_micros(micros)).spin;
         assert_eq!(spin(Cpu::Number(1), 250), SPIN);
-        assert_eq!(spin(Cpu::Number(1), 50), Duration::from_micros(25), "a part of it is slept");
+        assert_eq!(spin(Cpu::Number(1), 50), Duration::from_micros(25), "it sleeps for half of it");
         assert_eq!([Cpu::Any, Cpu::Isolated].map(|cpu| spin(cpu, 250)), [Duration::ZERO; 2]);
     }
 
     #[test]
-    fn a_wish_that_cannot_be_granted_is_reported_with_its_price_and_its_remedy() {
-        let wishes = ThreadSettings { priority: Some(0), cpu: Cpu::Number(100_000), ..ThreadSettings::PLAIN };
-        let held = std::thread::spawn(move || ask(&wishes)).join().unwrap();
+    fn a_refused_setting_is_reported_with_its_effect_and_its_remedy() {
+        let settings = ThreadSettings { priority: Some(0), cpu: Cpu::Number(100_000), ..ThreadSettings::PLAIN };
+        let held = std::thread::spawn(move || apply(&settings)).join().unwrap();
         assert_eq!(held.granted.refused().count(), 2, "{}", held.granted);
         let text = held.granted.to_string();
         assert!(text.contains("CPU 100000 alone: refused"), "{text}");
-        assert!(text.contains("real-time priority 0: refused") && text.contains("Mend: sudo setcap cap_sys_nice"));
+        assert!(text.contains("real-time priority 0: refused") && text.contains("Remedy: sudo setcap cap_sys_nice"));
     }
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_thread_that_keeps_off_a_cpu_hands_that_on_and_never_the_last_one() {
+    fn an_excluded_cpu_is_inherited_and_the_last_one_cannot_be_excluded() {
         let allowed = || {
             let status = fs::read_to_string("/proc/thread-self/status").unwrap();
             status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim().to_owned()
@@ -348,12 +345,12 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn a_plain_thread_gets_its_exact_timers_and_a_cpu_that_is_there() {
+    fn an_ordinary_thread_gets_exact_timers_and_an_existing_cpu() {
         let status = fs::read_to_string("/proc/thread-self/status").unwrap();
         let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap();
-        let wishes = ThreadSettings { cpu: Cpu::Number(last_of(allowed).unwrap()), ..ThreadSettings::PLAIN };
+        let settings = ThreadSettings { cpu: Cpu::Number(last_of(allowed).unwrap()), ..ThreadSettings::PLAIN };
         std::thread::spawn(move || {
-            let held = ask(&wishes);
+            let held = apply(&settings);
             assert_eq!(held.granted.refused().next(), None, "{}", held.granted);
             assert!(held.granted.has(ThreadSetting::TimerSlack));
             let slack = fs::read_to_string("/proc/thread-self/timerslack_ns").unwrap_or("1".into());

@@ -1,15 +1,15 @@
-//! What [`pages`](crate::pages) is built on, in one place: its test puts loom's doubles here.
+//! Synchronization types of [`pages`](crate::pages), in one place: a test replaces them with those of loom.
 
 #![expect(unsafe_code, reason = "a cell that two threads share")]
 
 pub(crate) use std::sync::Arc;
 pub(crate) use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
-/// A cell whose contents are reached through a raw pointer.
+/// A cell with access through a raw pointer.
 pub(crate) struct UnsafeCell<T>(std::cell::UnsafeCell<T>);
 
-// SAFETY: nothing is reached but through the pointers, whose users answer for the order; the contents go to another
-// thread, so they must be `Send`.
+// SAFETY: access is only through the pointers, whose users guarantee the order; the contents move between threads, so
+// they must be `Send`.
 unsafe impl<T: Send> Sync for UnsafeCell<T> {}
 
 impl<T> UnsafeCell<T> {

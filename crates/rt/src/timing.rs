@@ -1,4 +1,4 @@
-//! What is known of each cycle afterwards.
+//! Timing records of the cycles.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -6,62 +6,61 @@ use crate::cause::Overrun;
 use crate::clock::Nanoseconds;
 use crate::cycle::{Block, MAX_BLOCKS, short};
 
-/// When a cycle ran, and for how long.
+/// Timing of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Its number.
+    /// Number of the cycle.
     pub cycle: u64,
     /// From its deadline to its wake-up [ns].
     pub lateness: u32,
-    /// From its wake-up to the end of its work [ns]; 0 where it was woken too late to begin.
+    /// From its wake-up to the end of its work [ns]; 0 if it woke too late to begin.
     pub total: u32,
-    /// Time of each block [ns], in their order.
+    /// Duration of each block [ns], in their order.
     pub blocks: [u32; MAX_BLOCKS],
-    /// Cycles that were held since the last record.
+    /// Missed cycles since the last record.
     pub missed: u32,
-    /// Records that found no room since the last one that did.
+    /// Records lost since the last stored one.
     pub lost: u32,
-    /// It missed its deadline, and why.
+    /// Missed deadline with its cause.
     pub overrun: Option<Overrun>,
 }
 
 impl Timing {
-    /// Of a cycle that has just begun.
-    pub(crate) fn begun(cycle: u64, late: Nanoseconds) -> Self {
+    /// Timing of a cycle at its start.
+    pub(crate) fn start(cycle: u64, late: Nanoseconds) -> Self {
         Timing { cycle, lateness: short(late), total: 0, blocks: [0; MAX_BLOCKS], missed: 0, lost: 0, overrun: None }
     }
 }
 
-/// Where the executive leaves its records.
+/// Writing end of the ring of records.
 pub(crate) struct Outlet {
     ring: Producer<Timing>,
-    /// Not told yet.
+    /// Not reported in a record yet.
     missed: u32,
     lost: u32,
-    /// Ever.
+    /// Since the start.
     pub(crate) total_lost: u64,
 }
 
-/// The records of an executive, oldest first. Whoever takes them too slowly loses some; each loss is counted in the
-/// next record.
+/// The records of an executive, oldest first. A slow reader loses records; the loss is counted in the next record.
 pub struct Timings {
     ring: Consumer<Timing>,
     blocks: Vec<Block>,
 }
 
-/// A ring for so many records.
+/// A ring for `records` records.
 pub(crate) fn ring(records: usize, blocks: &[Block]) -> (Outlet, Timings) {
     let (producer, consumer) = RingBuffer::new(records);
     (Outlet { ring: producer, missed: 0, lost: 0, total_lost: 0 }, Timings { ring: consumer, blocks: blocks.to_vec() })
 }
 
 impl Outlet {
-    /// So many cycles are held.
+    /// Counts missed cycles.
     pub(crate) fn miss(&mut self, cycles: u64) {
         self.missed = self.missed.saturating_add(short(cycles));
     }
 
-    /// Leaves a record, with what was missed and lost before it, or counts it.
+    /// Stores a record with the numbers missed and lost before it, or counts it as lost.
     pub(crate) fn push(&mut self, timing: Timing) {
         let timing = Timing { missed: self.missed, lost: self.lost, ..timing };
         if self.ring.push(timing).is_ok() {
@@ -74,18 +73,18 @@ impl Outlet {
 }
 
 impl Timings {
-    /// The blocks that the records tell of.
+    /// Blocks of the records.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
 
-    /// Whether the executive that wrote them has gone. What is still there can be taken.
+    /// Whether the executive has ended. Remaining records can still be taken.
     pub fn is_closed(&self) -> bool {
         self.ring.is_abandoned()
     }
 }
 
-/// The records that are there; more may come.
+/// The available records; more may follow.
 impl Iterator for Timings {
     type Item = Timing;
 
@@ -99,20 +98,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_lost_is_counted_in_the_next_record_exactly() {
+    fn lost_records_are_counted_exactly_in_the_next_record() {
         let (mut outlet, mut timings) = ring(3, &[]);
         for cycle in 0..10 {
-            outlet.push(Timing::begun(cycle, 0));
+            outlet.push(Timing::start(cycle, 0));
             outlet.miss(u64::from(cycle == 5));
         }
-        let kept: Vec<_> = timings.by_ref().map(|timing| (timing.cycle, timing.lost)).collect();
-        assert_eq!(kept, [(0, 0), (1, 0), (2, 0)]);
+        let records: Vec<_> = timings.by_ref().map(|timing| (timing.cycle, timing.lost)).collect();
+        assert_eq!(records, [(0, 0), (1, 0), (2, 0)]);
         outlet.miss(2);
-        outlet.push(Timing::begun(10, 0));
-        outlet.push(Timing::begun(11, 0));
-        let kept: Vec<_> = timings.by_ref().map(|timing| (timing.cycle, timing.missed, timing.lost)).collect();
-        // What the lost records would have told of missed cycles is not lost with them.
-        assert_eq!((kept, outlet.total_lost), (vec![(10, 3, 7), (11, 0, 0)], 7));
+        outlet.push(Timing::start(10, 0));
+        outlet.push(Timing::start(11, 0));
+        let records: Vec<_> = timings.by_ref().map(|timing| (timing.cycle, timing.missed, timing.lost)).collect();
+        // Missed cycles counted in lost records are not lost.
+        assert_eq!((records, outlet.total_lost), (vec![(10, 3, 7), (11, 0, 0)], 7));
         assert!(!timings.is_closed());
         drop(outlet);
         assert!(timings.is_closed());

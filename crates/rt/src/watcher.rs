@@ -1,8 +1,9 @@
-//! A baseline near every overrun, without a system call in a good cycle.
+//! A baseline of the system's counters shortly before every overrun, without a system call in a cycle that meets its
+//! deadline.
 //!
-//! Page faults and preemptions of long ago explain nothing, so somebody has to count shortly before. A plain thread does:
-//! fifty times a second it reads the counters of the executive's thread while that sleeps between two cycles, and hands
-//! them in as a page. A cycle that has missed its deadline reads its own counters and takes the difference.
+//! Only recent page faults and preemptions explain an overrun. An ordinary thread therefore reads the counters of the
+//! executive's thread fifty times a second, while that thread sleeps between two cycles, and publishes them as a page.
+//! A cycle that has missed its deadline reads its own counters and computes the difference.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,24 +16,24 @@ use crate::cycle::short;
 use crate::pages::{Reader, Writer, exchange};
 use crate::system::{Counters, OtherThread, ThreadId, own_counters, this_thread};
 
-/// From baseline to baseline.
+/// Interval between baselines.
 const INTERVAL: Duration = Duration::from_millis(20);
-/// So often in a row it is tried to read within one sleep.
+/// Number of attempts to read within one sleep.
 const TRIES: usize = 10;
 
-/// The counters at an instant, and what they include.
+/// The counters at an instant, with sleeps and times until then.
 #[derive(Clone, Copy, Debug, Default)]
 struct Baseline {
     counters: Counters,
-    /// Sleeps so far.
+    /// Number of sleeps.
     sleeps: u64,
-    /// Time between sleeps so far [ns].
+    /// Total time awake [ns].
     awake: u64,
-    /// CPU time that a sleep and its wake-up take themselves [ns].
+    /// CPU time of a sleep and its wake-up [ns].
     overhead: u64,
 }
 
-/// What the executive's thread tells the watcher: a few stores a cycle.
+/// State of the executive's thread for the watcher: a few stores per cycle.
 #[derive(Default)]
 struct Pulse {
     /// Odd while it sleeps.
@@ -41,35 +42,35 @@ struct Pulse {
     awake: AtomicU64,
 }
 
-/// Of the executive's thread: knows what the thread has used, and asks the system in an overrun alone.
+/// Resource usage of the executive's thread; queries the system only in an overrun.
 pub(crate) struct ThreadUsage {
     pulse: Arc<Pulse>,
     baselines: Reader<Baseline>,
-    /// From the end of the last overrun, if that is newer.
+    /// Baseline at the end of the last overrun, if newer.
     own: Baseline,
     phase: u64,
     sleeps: u64,
     awake: u64,
 }
 
-/// The thread that takes the baselines; it ends with this.
+/// The thread that takes the baselines, ended when this is dropped.
 pub(crate) struct Watcher {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl ThreadUsage {
-    /// On the thread that is watched; the other half starts the watcher, from a thread without priority.
+    /// For the calling thread. The second value starts the watcher, from a thread without priority.
     pub(crate) fn new() -> (Self, impl FnOnce() -> Option<Watcher> + Send) {
         let pulse = Arc::new(Pulse::default());
         let own = Baseline { counters: own_counters(), ..Baseline::default() };
         let (writer, baselines) = exchange(own);
         let (watched, thread) = (pulse.clone(), this_thread());
-        let witness = ThreadUsage { pulse, baselines, own, phase: 0, sleeps: 0, awake: 0 };
-        (witness, move || Watcher::start(thread, watched, writer))
+        let usage = ThreadUsage { pulse, baselines, own, phase: 0, sleeps: 0, awake: 0 };
+        (usage, move || Watcher::start(thread, watched, writer))
     }
 
-    /// The thread was awake so long and now sleeps.
+    /// The thread was awake for `awake` and now sleeps.
     pub(crate) fn sleeps(&mut self, awake: Nanoseconds) {
         self.sleeps += 1;
         self.awake += awake;
@@ -82,21 +83,21 @@ impl ThreadUsage {
     /// The thread is awake again.
     pub(crate) fn wakes(&mut self) {
         self.phase += 1;
-        // What the watcher read before it saw this is older.
+        // Values that the watcher read before this store are older.
         self.pulse.phase.store(self.phase, Ordering::Release);
     }
 
-    /// In a cycle that has run for so long and missed its deadline: what the system has counted since the baseline.
+    /// In a cycle that ran for `ran` and missed its deadline: differences of the counters since the baseline.
     pub(crate) fn evidence(&mut self, ran: Nanoseconds) -> Evidence {
         self.baselines.take(self.sleeps);
         let newest = *self.baselines.page();
         let from = if newest.sleeps >= self.own.sleeps { newest } else { self.own };
         let counters = own_counters();
         let sleeps = self.sleeps - from.sleeps;
-        // Of the CPU time since, the cycles before this one and the sleeps had their share.
+        // Share of the earlier cycles and the sleeps in the CPU time since the baseline.
         let before = self.awake.saturating_sub(from.awake) + sleeps * from.overhead;
         let cpu = (counters.cpu - from.counters.cpu).saturating_sub(before);
-        // Awake until now: the next window begins here, with this cycle's time not to be counted again.
+        // The next window starts here and excludes the time of this cycle.
         self.own = Baseline { counters, sleeps: self.sleeps, awake: self.awake + ran, overhead: newest.overhead };
         let since = |count: fn(&Counters) -> u64| short(count(&counters).saturating_sub(count(&from.counters)));
         Evidence {
@@ -104,7 +105,7 @@ impl ThreadUsage {
             minor_faults: since(|counters| counters.minor_faults),
             major_faults: since(|counters| counters.major_faults),
             preemptions: since(|counters| counters.preemptions),
-            // Each sleep is at most one.
+            // Each sleep counts as at most one wait.
             waits: since(|counters| counters.waits).saturating_sub(short(sleeps)),
             off_cpu: short(ran.saturating_sub(cpu)),
         }
@@ -112,7 +113,7 @@ impl ThreadUsage {
 }
 
 impl Watcher {
-    /// `None` where the system shows no counters of a thread.
+    /// `None` if the system has no counters of a thread.
     fn start(watched: ThreadId, pulse: Arc<Pulse>, mut writer: Writer<Baseline>) -> Option<Self> {
         let other = OtherThread::open(watched).ok()?;
         let stop = Arc::new(AtomicBool::new(false));
@@ -136,14 +137,14 @@ impl Drop for Watcher {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It has nothing to say.
+            // It returns no result.
             let _ = thread.join();
         }
     }
 }
 
 impl Pulse {
-    /// The counters, if the thread slept from before they were read until after.
+    /// The counters, if the thread slept during the whole read.
     fn baseline(&self, other: &OtherThread, last: Option<Baseline>) -> Option<Baseline> {
         let phase = self.phase.load(Ordering::Acquire);
         let (sleeps, awake) = (self.sleeps.load(Ordering::Relaxed), self.awake.load(Ordering::Relaxed));

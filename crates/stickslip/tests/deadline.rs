@@ -170,7 +170,7 @@ fn hosts() {
 #[cfg(unix)]
 fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u64, Error> {
     use stickslip::ControllerChoice;
-    use stickslip::external::{External, Role, process::Host};
+    use stickslip::external::{External, Role, process::HostProcess};
     let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let library = folder.path().join("p_pi.so");
@@ -192,7 +192,7 @@ fn calls_of_a_guest(role: stickslip::external::Role, trusted: bool) -> Result<u6
         External::in_own_process(
             &library,
             role,
-            &Host { program: "sh".into(), arguments: ["-c".into(), call.into(), "host".into()].into() },
+            &HostProcess { program: "sh".into(), arguments: ["-c".into(), call.into(), "host".into()].into() },
         )?
     };
     for (name, value) in [("position_gain", 6.0), ("velocity_gain", 0.03), ("integral_time", 0.2)] {

@@ -90,7 +90,7 @@ fn the_mass_in_c_is_measured_over_datagrams_and_shared_memory() {
     drop(mass);
     let gone = Program::new(PROGRAM).args(["measure", "breakaway", "--io", &address]).output().expect("it starts");
     let error = String::from_utf8_lossy(&gone.stderr).into_owned();
-    assert!(!gone.status.success() && error.contains("the machine that served there has ended"), "{error}");
+    assert!(!gone.status.success() && error.contains("the machine at this address has ended"), "{error}");
 }
 
 /// Whether compiler and emulator are installed; otherwise prints the missing ones.

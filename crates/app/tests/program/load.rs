@@ -181,7 +181,7 @@ fn the_example_is_compiled_loaded_and_replayed_without_its_file() {
     let in_real_time = stickslip(&["load", "p_pi.so", "--real-time", "--duration", "1", "--out", "clocked"]);
     let (printed, errors) = (text(&in_real_time.stdout), text(&in_real_time.stderr));
     assert!(in_real_time.status.success() || errors.contains("ms after its sample began"), "{printed}{errors}");
-    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the begin"] {
+    for part in ["By the clock its torque was there after ", "of the 750.00 µs", "from the deadline to the start"] {
         assert!(printed.contains(part), "{part}: {printed}{errors}");
     }
     // Below the priority of the loop, if the loop has a real-time priority and there is a second processor.
@@ -228,5 +228,5 @@ fn a_generated_fmu_is_loaded_and_replayed_without_its_file() {
     std::fs::write(folder.join("no.fmu"), "text").expect("the folder takes files");
     let refused = stickslip(&["load", "no.fmu"]);
     assert_eq!(refused.status.code(), Some(1));
-    assert!(text(&refused.stderr).contains("no.fmu: it is no FMU"), "{}", text(&refused.stderr));
+    assert!(text(&refused.stderr).contains("no.fmu: not an FMU"), "{}", text(&refused.stderr));
 }

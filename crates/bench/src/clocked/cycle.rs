@@ -1,10 +1,10 @@
-//! What runs within the deadline: readings and commands in, voltages out, the software, frames out.
+//! The real-time cycle: reads sensors and commands, writes voltages, runs the software, and sends frames.
 //!
-//! A virtual machine waits for a command that is late, as it does where a deadline was missed: what an experiment gets is
-//! then as without a clock.
+//! A virtual machine waits for late commands and after missed deadlines, so that the results are the same as in
+//! lockstep.
 //!
-//! What the software computed in the tick before is written at the begin of a tick, before it computes anew: the machine
-//! has a whole tick to answer.
+//! At the start of a tick the result of the previous tick is written, before the software computes the next one: the
+//! machine has a whole tick to answer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,7 +15,7 @@ use stickslip_core::supervise::{ExternalFault, Fault, MachineFault, Refusal, Rol
 use stickslip_core::tick::Measurement;
 use stickslip_rt::{Block, Cycle, Lap, Next};
 
-use super::keyframe::Asked;
+use super::keyframe::KeyframeResponder;
 use super::rings::LoopRings;
 use crate::Injection;
 use crate::external::ExternalInLoop;
@@ -23,50 +23,50 @@ use crate::io::{Arrival, Io};
 use crate::remote::LinkFault;
 use crate::tap::Samples;
 
-/// What an experiment sends, carried out in its order.
+/// Entries from an experiment, processed in their order.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Entry {
-    /// For the next tick.
+    /// Command for the next tick.
     Command(Command),
-    /// Between two ticks: the next one of the changes, which are too large to come with each command.
+    /// A change between two ticks; its contents are in the ring of changes, since they are large.
     Change,
-    /// How far the linings are pressed on, 0 … 1.
+    /// Preload of the linings, 0 … 1.
     Preload(f64),
-    /// A fault on purpose.
+    /// An injected fault.
     Fault(Injection),
-    /// The next of the guests plays its role where it stands in; nobody does where there is none.
-    ExternalInLoop,
-    /// No command follows for a while: the set-point may come to rest.
+    /// Exchanges the external controller for the next one in its ring, or removes it.
+    External,
+    /// No command follows for now: the set-point may come to rest.
     Pause,
-    /// Commands that follow are of an experiment that knows that the last one fell behind.
+    /// The following commands come from an experiment that has been informed of its delay.
     Resume,
 }
 
-/// What comes back, in the order of what it answers.
+/// Replies in the order of the entries.
 #[derive(Debug)]
 pub(super) enum Reply {
-    /// A command was carried out.
+    /// Frame of a command.
     Frame(Frame),
-    /// A change was made before this cycle, or refused; the state and the screw's zero after it.
+    /// A change was made before this cycle, or refused; state and zero of the screw after it.
     Changed { cycle: u64, refusal: Option<Refusal>, safety: SafetyState, zero: Option<f64> },
-    /// What the bench may do, and the screw's zero: behind an urgent change, and where it changed while nobody commanded.
+    /// Safety state and zero of the screw: after an immediate change, or after a change of state without a command.
     State { safety: SafetyState, zero: Option<f64> },
-    /// The linings were pressed on, a fault was injected, or somebody else controls, before this cycle.
+    /// Preload, injected fault or exchange of the external controller is done before this cycle.
     Done(u64),
-    /// No command was there for this cycle, though none had said that it was the last.
+    /// A command was due for this cycle and missing.
     Starved(u64),
-    /// What was brought along has failed of this, from this cycle on.
-    ExternalTorques { cycle: u64, role: Role, fault: ExternalFault },
-    /// The machine behind a link is gone, from this cycle on: the bench lives.
+    /// The external controller, friction or law has failed, from this cycle on.
+    ExternalFailed { cycle: u64, role: Role, fault: ExternalFault },
+    /// The machine behind a link is lost, from this cycle on; the bench continues.
     Failed { cycle: u64, fault: MachineFault },
-    /// The machine is no more: the bench ends.
+    /// The link failed; the bench ends.
     Link(LinkFault),
 }
 
-/// The first cycle after an urgent change, or why it was not made.
+/// First cycle after an immediate change; the reason if it was refused.
 pub(super) type Answer = (u64, Option<Refusal>);
 
-/// What its time is taken of.
+/// Timed blocks of a cycle.
 pub(super) const BLOCKS: [Block; 4] =
     [Block::new("commands"), Block::new("software"), Block::io("machine"), Block::new("frames")];
 const COMMANDS: usize = 0;
@@ -78,45 +78,45 @@ const FRAMES: usize = 3;
 pub(super) struct BenchCycle<M> {
     pub(super) software: Software,
     pub(super) machine: M,
-    /// Readings at the begin of the tick; of the next one, where they are known already.
+    /// Readings at the start of the tick, and of the next one if available.
     pub(super) readings: Measurement<f64>,
     pub(super) ahead: Option<Measurement<f64>>,
-    /// Ticks in a row whose readings did not come.
+    /// Consecutive ticks without readings.
     pub(super) silent: u64,
     pub(super) rings: LoopRings,
-    /// Changes that wait for no command, one a cycle, and what came of them.
+    /// Immediate changes, one per cycle, and their results.
     pub(super) urgent: Consumer<Change>,
     pub(super) answers: Producer<Answer>,
     pub(super) flow: Flow,
-    /// Ticks in a row through which a command may be waited for, those of now, and all there were.
+    /// Consecutive ticks of waiting for a command: limit, present number; total number.
     pub(super) patience: u64,
     pub(super) waiting: u64,
     pub(super) waited: Arc<AtomicU64>,
-    /// Who controls the position instead, or gives the friction or the law.
-    pub(super) guest: Option<Box<ExternalInLoop>>,
-    /// Who records or watches.
+    /// External controller, friction or law.
+    pub(super) external: Option<Box<ExternalInLoop>>,
+    /// Samples for a recorder or viewer.
     pub(super) samples: Option<Samples>,
-    /// Who asks for its state.
-    pub(super) asked: Asked,
+    /// Requests for keyframes.
+    pub(super) keyframes: KeyframeResponder,
 }
 
 /// Whether commands are due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flow {
-    /// Nobody commands.
+    /// No experiment sends commands.
     Paused,
     /// A command is due in every tick.
     Streaming,
-    /// An experiment fell behind; its commands are dropped until it knows.
+    /// An experiment fell behind; its commands are dropped until it is informed.
     Behind,
 }
 
-/// What an experiment has for a tick.
+/// Command of a tick.
 enum Due {
     Command(Command),
-    /// It has none, and the bench does without.
+    /// No command, and none is required.
     Nothing,
-    /// It is late, and the machine waits.
+    /// The command is late, and the machine waits.
     Late,
 }
 
@@ -126,7 +126,7 @@ impl<M: Io> BenchCycle<M> {
         if let Ok(change) = self.urgent.pop() {
             let refusal = self.software.change(&change).err();
             let (safety, zero) = (self.software.safety().state(), self.software.safety().zero());
-            // Whoever asked waits for it, and asks for nothing else meanwhile.
+            // The caller waits for this answer, so that there is room.
             let _ = self.answers.push((self.software.cycle(), refusal));
             self.reply(Reply::State { safety, zero });
         }
@@ -144,20 +144,20 @@ impl<M: Io> BenchCycle<M> {
                     let (safety, zero) = (safety.state(), safety.zero());
                     self.reply(Reply::Changed { cycle, refusal, safety, zero });
                 }
-                // Checked where it came from: a machine of this process takes it.
+                // Checked by the sender: a machine in this process accepts it.
                 Entry::Preload(preload) => {
                     let _ = self.machine.set_preload(preload);
                     self.reply(Reply::Done(self.software.cycle()));
                 }
-                // As well: a machine without faults on purpose refused it there.
+                // Checked by the sender: refused there if the machine is not [`Faulty`](crate::Faulty).
                 Entry::Fault(injection) => {
                     let _ = self.machine.inject(injection);
                     self.reply(Reply::Done(self.software.cycle()));
                 }
-                Entry::ExternalInLoop => {
-                    let gone = std::mem::replace(&mut self.guest, self.rings.guests.pop().ok());
-                    // There is room: one comes only when the one before has been taken.
-                    gone.into_iter().for_each(|gone| drop(self.rings.gone.push(gone)));
+                Entry::External => {
+                    let previous = std::mem::replace(&mut self.external, self.rings.externals.pop().ok());
+                    // There is room: the next one is sent only after the previous one was taken.
+                    previous.into_iter().for_each(|previous| drop(self.rings.returned.push(previous)));
                     self.reply(Reply::Done(self.software.cycle()));
                 }
                 Entry::Pause if self.flow == Flow::Behind => {}
@@ -167,7 +167,7 @@ impl<M: Io> BenchCycle<M> {
         if self.flow != Flow::Streaming {
             return Due::Nothing;
         }
-        // A stop, for one, waits for nobody.
+        // A stop never waits.
         let waits = self.machine.waits() && self.software.safety().state().allows_torque();
         if waits && self.waiting < self.patience {
             self.waiting += 1;
@@ -179,13 +179,13 @@ impl<M: Io> BenchCycle<M> {
     }
 
     fn reply(&mut self, reply: Reply) {
-        // There is room for all that can be under way; whoever waits in vain asks whether the executive has ended.
+        // There is room for all outstanding replies; the experiment detects the end of the executive itself.
         let _ = self.rings.replies.push(reply);
     }
 
-    /// Takes the readings of this tick; whether it can be computed. Too many that do not come are a fault: then the
-    /// bench goes on without torque, on the last ones.
-    fn arrived(&mut self) -> bool {
+    /// Takes the readings of this tick. Returns whether the tick can be computed. Too many missing readings are a
+    /// fault: the bench then continues without torque on the last readings.
+    fn read(&mut self) -> bool {
         let arrival = self.ahead.take().map_or_else(|| self.machine.finish(), Arrival::Readings);
         self.silent += 1;
         let fault = match arrival {
@@ -202,30 +202,30 @@ impl<M: Io> BenchCycle<M> {
             return false;
         }
         if !faulted {
-            // It cannot be refused.
+            // This change is never refused.
             let _ = self.software.change(&Change::MachineFailed(fault));
             self.reply(Reply::Failed { cycle: self.software.cycle(), fault });
         }
         true
     }
 
-    /// Torque of the guest in this tick; where it fails, supervision brakes.
-    fn brought(&mut self, command: Option<&Command>) -> ExternalTorques {
-        let Some(guest) = &mut self.guest else { return ExternalTorques::default() };
+    /// Torque of the external controller, friction or law in this tick. If it fails, supervision brakes.
+    fn external_torques(&mut self, command: Option<&Command>) -> ExternalTorques {
+        let Some(external) = &mut self.external else { return ExternalTorques::default() };
         let sample = self.software.sample(&self.readings, command);
-        let torque = guest.torque_by_the_clock(&sample, self.software.parameters());
+        let torque = external.real_time_torque(&sample, self.software.parameters());
         let late =
             matches!(self.software.safety().state().fault(), Some(Fault::External(_, ExternalFault::Late { .. })));
-        if let Some(fault) = torque.err().or_else(|| late.then(|| guest.reason()).flatten()) {
-            // It cannot be refused.
-            let role = guest.external().role();
+        if let Some(fault) = torque.err().or_else(|| late.then(|| external.reason()).flatten()) {
+            // This change is never refused.
+            let role = external.external().role();
             let _ = self.software.change(&Change::ForeignFailed(role, fault));
-            self.reply(Reply::ExternalTorques { cycle: self.software.cycle(), role, fault });
+            self.reply(Reply::ExternalFailed { cycle: self.software.cycle(), role, fault });
         }
         torque.unwrap_or_default()
     }
 
-    /// Writes what acts in this tick.
+    /// Writes the voltages of this tick.
     fn write(&mut self) -> Next {
         match self.machine.start(self.software.cycle(), self.software.voltages()) {
             Ok(ahead) => {
@@ -246,17 +246,17 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
     }
 
     fn run(&mut self, cycle: u64, lap: &mut Lap) -> Next {
-        let computes = self.arrived();
+        let computes = self.read();
         lap.done(MACHINE);
         if !computes {
-            // What was written stays, and commands wait: dropped, they would let the set-point jump.
+            // The voltages are held, and commands wait: without them the set-point would jump.
             let next = self.write();
             lap.done(MACHINE);
             self.software.miss();
             self.samples.iter_mut().for_each(Samples::hold);
             return next;
         }
-        self.asked.answer(&mut self.software, &mut self.readings, &mut self.machine);
+        self.keyframes.answer(&mut self.software, &mut self.readings, &mut self.machine);
         let command = match self.command(cycle) {
             Due::Command(command) => Some(command),
             Due::Nothing => None,
@@ -272,8 +272,8 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         let before = self.software.safety().state();
         let next = self.write();
         lap.done(MACHINE);
-        let brought = self.brought(command.as_ref());
-        let frame = self.software.step_with(self.readings, command, brought);
+        let external = self.external_torques(command.as_ref());
+        let frame = self.software.step_with(self.readings, command, external);
         self.machine.disturb(&mut self.software);
         lap.done(SOFTWARE);
         match command {
@@ -290,7 +290,7 @@ impl<M: Io + Send> Cycle for BenchCycle<M> {
         next
     }
 
-    /// Commands wait: dropped, they would let the set-point jump, and an experiment would lack their frames.
+    /// Commands wait: without them the set-point would jump, and the experiment would lack their frames.
     fn hold(&mut self, _: u64) {
         if !self.machine.waits() {
             self.software.miss();

@@ -1,6 +1,6 @@
-//! The state of the whole bench at the begin of one cycle: what a record needs that does not begin with the first one.
+//! State of the whole bench at the start of one cycle, required by a record that does not start with the first cycle.
 //!
-//! The loop fills a row of numbers that was allocated before and comes back to whoever asked: it waits for nobody.
+//! The loop fills a preallocated row of numbers and returns it to the caller; it never waits.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,23 +13,23 @@ use stickslip_core::tick::Measurement;
 use crate::io::Io;
 use stickslip_base::Error;
 
-/// Numbers that a state may have: several times what it takes.
+/// Maximum number of values of a state: several times the typical number.
 const ROOM: usize = 1 << 14;
-/// How long the loop may take to answer: one that lives does within a few cycles.
+/// Time-out for the answer of the loop. A running loop answers within a few cycles.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// From look to look.
+/// Polling interval.
 const LOOK: Duration = Duration::from_micros(200);
 
-/// The state of software and machine at the begin of a cycle, before the changes that come with it.
+/// State of software and machine at the start of a cycle, before the changes of that cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keyframe {
-    /// The cycle.
+    /// Number of the cycle.
     pub cycle: u64,
-    /// Its numbers.
+    /// Values of the state.
     pub numbers: Vec<f64>,
 }
 
-/// Where it is written.
+/// Buffer for a state.
 #[derive(Debug)]
 pub(super) struct Row {
     cycle: u64,
@@ -39,12 +39,12 @@ pub(super) struct Row {
 
 impl StateVisitor for Row {
     fn number(&mut self, value: &mut f64) {
-        // It never grows: that would allocate within the deadline.
+        // It never grows, which would allocate inside the deadline.
         if self.numbers.len() < self.numbers.capacity() { self.numbers.push(*value) } else { self.full = true }
     }
 }
 
-/// Walks all that the next cycles depend on: software, readings at the begin of the cycle, machine.
+/// Visits the whole state: software, readings at the start of the cycle, machine.
 pub(crate) fn keep(
     keep: &mut dyn StateVisitor,
     software: &mut Software,
@@ -58,15 +58,15 @@ pub(crate) fn keep(
     }
 }
 
-/// The loop's end.
+/// End of the loop.
 #[derive(Debug)]
-pub(super) struct Asked {
+pub(super) struct KeyframeResponder {
     rows: Consumer<Box<Row>>,
     back: Producer<Box<Row>>,
 }
 
-impl Asked {
-    /// Answers, where somebody asked.
+impl KeyframeResponder {
+    /// Answers a request, if there is one.
     pub(super) fn answer(&mut self, software: &mut Software, readings: &mut Measurement<f64>, machine: &mut dyn Io) {
         let Ok(mut row) = self.rows.pop() else { return };
         row.cycle = software.cycle();
@@ -76,55 +76,55 @@ impl Asked {
     }
 }
 
-/// The end of whoever asks.
+/// End of the caller.
 #[derive(Debug)]
 pub struct Keyframes {
-    asked: Producer<Box<Row>>,
-    given: Consumer<Box<Row>>,
-    /// None while the loop has it.
+    requests: Producer<Box<Row>>,
+    filled: Consumer<Box<Row>>,
+    /// `None` while the loop has it.
     row: Option<Box<Row>>,
 }
 
 /// Both ends.
-pub(super) fn keyframes() -> (Keyframes, Asked) {
-    let (asked, rows) = RingBuffer::new(1);
-    let (back, given) = RingBuffer::new(1);
+pub(super) fn keyframes() -> (Keyframes, KeyframeResponder) {
+    let (requests, rows) = RingBuffer::new(1);
+    let (back, filled) = RingBuffer::new(1);
     let row = Box::new(Row { cycle: 0, numbers: Vec::with_capacity(ROOM), full: false });
-    (Keyframes { asked, given, row: Some(row) }, Asked { rows, back })
+    (Keyframes { requests, filled, row: Some(row) }, KeyframeResponder { rows, back })
 }
 
 impl Keyframes {
-    /// The state of one of the next cycles.
+    /// Returns the state of one of the next cycles.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] where the loop does not run any more.
+    /// [`Error::BenchFault`] if the loop has ended.
     pub fn take(&mut self) -> Result<Keyframe, Error> {
         let fault = |reason: &str| Error::BenchFault { cycle: 0, reason: reason.into() };
-        let begin = Instant::now();
+        let start = Instant::now();
         if let Some(mut row) = self.row.take() {
             row.numbers.clear();
             row.full = false;
-            // Room is where the row is here.
-            let _ = self.asked.push(row);
-        } else if let Ok(mut late) = self.given.pop() {
-            // The answer to one who gave up.
+            // There is room while the row is here.
+            let _ = self.requests.push(row);
+        } else if let Ok(mut late) = self.filled.pop() {
+            // The answer to a request that timed out.
             late.numbers.clear();
             late.full = false;
-            let _ = self.asked.push(late);
+            let _ = self.requests.push(late);
         }
         loop {
-            if let Ok(row) = self.given.pop() {
+            if let Ok(row) = self.filled.pop() {
                 let keyframe = Keyframe { cycle: row.cycle, numbers: row.numbers.clone() };
                 let full = row.full;
                 self.row = Some(row);
                 return if full {
-                    Err(fault("its state has more numbers than there is room for"))
+                    Err(fault("the state of the bench exceeds the size of the keyframe buffer"))
                 } else {
                     Ok(keyframe)
                 };
             }
-            if self.asked.is_abandoned() || begin.elapsed() > PATIENCE {
-                return Err(fault("the real-time loop does not answer; start the bench anew"));
+            if self.requests.is_abandoned() || start.elapsed() > PATIENCE {
+                return Err(fault("the real-time loop does not answer; restart the bench"));
             }
             thread::sleep(LOOK);
         }

@@ -1,8 +1,9 @@
-//! The bench by the clock: software and machine on an executive, the experiment on the thread of whoever calls.
+//! The bench in real time: software and machine on an executive, the experiment on the calling thread.
 //!
-//! Commands go ahead of the clock by a lead, so that an experiment may be late by as much without anybody noticing;
-//! frames come back behind them. Where an experiment falls further behind, a virtual machine waits; one of steel does not:
-//! the set-point comes to rest under control and the experiment is told. Between experiments the set-point rests.
+//! Commands are queued ahead of the clock by a lead, so that delays of the experiment up to this lead have no effect;
+//! the frames follow. If an experiment falls further behind, a virtual machine waits. Physical hardware does not wait:
+//! the set-point comes to rest under control and the experiment receives an error. Between experiments the set-point
+//! rests.
 
 mod cycle;
 mod immediate;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 
 use cycle::{BLOCKS, BenchCycle, Entry, Flow, Reply};
 pub use immediate::ImmediateChanges;
-use immediate::urgent;
+use immediate::immediate_changes;
 use keyframe::keyframes;
 pub use keyframe::{Keyframe, Keyframes};
 use rings::{BenchRings, rings};
@@ -36,7 +37,7 @@ pub use timing_report::{TimingReport, refusals};
 use super::io::{Io, check_preload};
 use super::lockstep::SETTLING;
 use super::remote::{Address, Paced, Traffic};
-use super::tap::{Changed, Tap, What};
+use super::tap::{ChangeKind, Changed, Tap};
 use super::{Bench, InProcess, Injection};
 use crate::BenchError;
 use crate::external::{External, ExternalInLoop, Role, role};
@@ -44,52 +45,52 @@ use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
 use stickslip_design as design;
 
-/// How far commands go ahead of the clock [s]: several times what a plain system lets a thread wait now and then.
+/// Lead of the commands over the clock [s]: several times the typical scheduling delay of an ordinary system.
 const LEAD: f64 = 0.05;
-/// How long a virtual machine waits for a command beyond that [s]: longer, and who sends them has stopped.
+/// Additional time that a virtual machine waits for a command [s]; after that the sender is assumed to have stopped.
 const WAIT: f64 = 1.0;
-/// Deadlines in a row that may be missed: by a machine that stands still meanwhile, and by one of steel.
+/// Permitted consecutive missed deadlines of a virtual machine and of physical hardware.
 const PATIENCE: u32 = 1000;
-const STEEL_PATIENCE: u32 = 10;
-/// How long it is waited for the reason why a guest was late.
-const WHY: Duration = Duration::from_millis(100);
-/// From look to look at a bench that has nothing to say.
+const HARDWARE_PATIENCE: u32 = 10;
+/// Time-out for the reason of a late external controller.
+const REASON_TIMEOUT: Duration = Duration::from_millis(100);
+/// Polling interval of the bench.
 const LOOK: Duration = Duration::from_millis(1);
-/// From look to look of who collects the timings.
+/// Polling interval of the timings.
 const COLLECT: Duration = Duration::from_millis(50);
 
-/// A bench by the clock.
+/// A bench in real time.
 pub struct ClockedBench {
     model: Model<f64>,
     settings: Settings<f64>,
     parameters: Parameters<f64>,
     preload: f64,
     rings: BenchRings,
-    /// What was brought along is, where something was.
+    /// Role of the external file, if there is one.
     role: Option<Role>,
-    /// Not sent yet: a stream begins with a whole lead.
+    /// Entries not sent yet: a stream starts with a whole lead.
     staged: Vec<Entry>,
-    /// Commands in a lead.
+    /// Number of commands in a lead.
     lead: usize,
     streaming: bool,
-    /// Commands whose frame has not come, and what was changed and not answered.
+    /// Commands without a frame, and unanswered changes.
     commands_under_way: usize,
-    changes_under_way: VecDeque<Option<What>>,
-    /// Who records or watches.
-    told: Option<mpsc::Sender<Changed>>,
-    /// Came, and not fetched yet.
+    changes_under_way: VecDeque<Option<ChangeKind>>,
+    /// Recorder or viewer of the changes.
+    listener: Option<mpsc::Sender<Changed>>,
+    /// Received and not fetched yet.
     frames: VecDeque<Frame>,
     refused: Option<Refusal>,
     safety: SafetyState,
     zero: Option<f64>,
-    /// What came last.
+    /// Last frame.
     last: Option<Frame>,
     running: Option<Running>,
-    /// Why it is not any more.
+    /// Reason of its end.
     end: String,
     collector: Option<JoinHandle<()>>,
     histograms: Arc<Mutex<Histograms>>,
-    /// How late a command may be [s], and the ticks through which the machine waited for one.
+    /// Permitted delay of a command [s], and number of ticks that the machine waited for one.
     lateness: f64,
     waited: Arc<AtomicU64>,
     urgent: Option<ImmediateChanges>,
@@ -98,36 +99,36 @@ pub struct ClockedBench {
 }
 
 impl ClockedBench {
-    /// The virtual machine of a preset, by the clock, switched on and at rest.
+    /// The virtual machine of a preset in real time, switched on and at rest.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`BenchError::RealTime`] where the system has no thread for it.
+    /// Errors of the design of the bench; [`BenchError::RealTime`] if the system cannot start a thread.
     pub fn virtual_machine(
         preset: &Preset<f64>,
         seed: u64,
-        wishes: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (machine, readings) = InProcess::new(preset, seed)?;
-        Self::over(preset, machine, readings, wishes, tap)
+        Self::over(preset, machine, readings, thread_settings, tap)
     }
 
-    /// What a preset believes and sets, over the machine that is reached at an address.
+    /// Model and settings of a preset, with the machine at an address.
     ///
     /// # Errors
-    /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] where the machine does not answer.
+    /// As [`virtual_machine`](Self::virtual_machine); [`Error::BenchFault`] if the machine does not answer.
     pub fn connect(
         preset: &Preset<f64>,
         address: &Address,
-        wishes: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
         let (machine, readings) = Paced::begin(address, preset.bench.tick_time())
             .map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })?;
-        Self::over(preset, machine, readings, wishes, tap)
+        Self::over(preset, machine, readings, thread_settings, tap)
     }
 
-    /// What a preset believes and sets, over a machine with these readings at rest; who taps it gets all cycles.
+    /// Model and settings of a preset, with a machine that has these readings at rest; the tap receives all cycles.
     ///
     /// # Errors
     /// As [`virtual_machine`](Self::virtual_machine).
@@ -135,20 +136,20 @@ impl ClockedBench {
         preset: &Preset<f64>,
         machine: impl Io + Send + 'static,
         readings: Measurement<f64>,
-        wishes: ThreadSettings,
+        thread_settings: ThreadSettings,
         tap: Option<Tap>,
     ) -> Result<Self, Error> {
-        let (samples, told) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
+        let (samples, listener) = tap.map(|tap| (tap.samples, tap.changes)).unzip();
         let Preset { model, bench: settings, .. } = preset;
         let lead = (LEAD * settings.tick_rate).ceil().max(16.0) as usize;
         let (rings, rings_of_loop) = rings(lead);
         let (preload, traffic) = (machine.preload(), machine.traffic());
-        // A virtual machine waits: only one that is too slow for its rate is to end.
-        let (stop_after, wait) = if machine.waits() { (PATIENCE, WAIT) } else { (STEEL_PATIENCE, 0.0) };
+        // A virtual machine waits: it ends only if it is too slow for its rate.
+        let (stop_after, wait) = if machine.waits() { (PATIENCE, WAIT) } else { (HARDWARE_PATIENCE, 0.0) };
         let waited = Arc::new(AtomicU64::new(0));
         let parameters = design::parameters(model, settings)?;
-        let (urgent, urgent_out, answers) = urgent(told.clone());
-        let (keyframes, asked) = keyframes();
+        let (urgent, urgent_out, answers) = immediate_changes(listener.clone());
+        let (keyframes, keyframe_responder) = keyframes();
         let cycle = BenchCycle {
             software: Software::new(parameters, settings.tick_time()),
             machine,
@@ -162,11 +163,11 @@ impl ClockedBench {
             patience: (wait * settings.tick_rate) as u64,
             waiting: 0,
             waited: waited.clone(),
-            guest: None,
+            external: None,
             samples,
-            asked,
+            keyframes: keyframe_responder,
         };
-        let (running, timings) = start(cycle, settings, stop_after, wishes)?;
+        let (running, timings) = start(cycle, settings, stop_after, thread_settings)?;
         let (histograms, collector) = collect(timings);
         Ok(ClockedBench {
             model: *model,
@@ -180,7 +181,7 @@ impl ClockedBench {
             streaming: false,
             commands_under_way: 0,
             changes_under_way: VecDeque::new(),
-            told,
+            listener,
             frames: VecDeque::new(),
             refused: None,
             safety: SafetyState::Off,
@@ -198,27 +199,27 @@ impl ClockedBench {
         })
     }
 
-    /// What happened on the link to the machine, where there is one.
+    /// Traffic on the link to the machine, if there is one.
     pub fn traffic(&self) -> Option<Arc<Traffic>> {
         self.traffic.clone()
     }
 
-    /// The way past the commands, for one who takes it.
+    /// Immediate changes; `None` after the first call.
     pub fn urgent(&mut self) -> Option<ImmediateChanges> {
         self.urgent.take()
     }
 
-    /// The way to its whole state, for one who takes it.
+    /// Keyframes; `None` after the first call.
     pub fn keyframes(&mut self) -> Option<Keyframes> {
         self.keyframes.take()
     }
 
-    /// Lets a file of one's own play its role from now on; what the preset has for it is out of force. Of a controller
-    /// these are controller, filter, compensation and holding. One that was there before goes.
+    /// Activates an external controller, friction or law. It replaces the corresponding settings of the preset: for a
+    /// controller, these are controller, filter, compensation and holding. A previous external file is removed.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`BenchError::FollowsNoFriction`], [`BenchError::ForeignRate`], [`BenchError::ExternalTorques`];
-    /// [`Error::BenchFault`] where the loop has ended.
+    /// Errors of the design of the bench; [`BenchError::FollowsNoFriction`], [`BenchError::ForeignRate`],
+    /// [`BenchError::ExternalNotStarted`]; [`Error::BenchFault`] if the loop has ended.
     pub fn bring(&mut self, external: External) -> Result<(), Error> {
         let (role, settings, mut parameters) = (external.role(), self.settings, self.parameters);
         role::enter(role, true, &mut parameters, &self.model, &settings)?;
@@ -227,102 +228,102 @@ impl ClockedBench {
         self.change(Change::Parameters(parameters))
     }
 
-    /// Lets a file of one's own play its role on a bench of these settings whenever what stands in for it is in force
-    /// there. One that was there before goes.
+    /// Installs an external controller, friction or law on a bench with these settings. It acts whenever its substitute
+    /// is active there. A previous one is removed.
     ///
     /// # Errors
     /// As [`bring`](Self::bring).
     pub fn seat(&mut self, external: External, settings: &Settings<f64>) -> Result<(), Error> {
         let priority = self.running.as_ref().and_then(|running| running.granted().priority());
-        let guest = Box::new(ExternalInLoop::in_real_time(external, &self.model, settings, priority)?);
-        self.role = Some(guest.external().role());
-        self.send(Some(guest)).map(drop)
+        let in_loop = Box::new(ExternalInLoop::in_real_time(external, &self.model, settings, priority)?);
+        self.role = Some(in_loop.external().role());
+        self.exchange(Some(in_loop)).map(drop)
     }
 
-    /// Takes it away again: these settings are in force, with what they have in its place.
+    /// Removes it: these settings become active again.
     ///
     /// # Errors
-    /// What the design of the bench refuses; [`Error::BenchFault`] where the loop has ended.
+    /// Errors of the design of the bench; [`Error::BenchFault`] if the loop has ended.
     pub fn take_back(&mut self, settings: &Settings<f64>) -> Result<Option<ExternalInLoop>, Error> {
         let Some(role) = self.role.take() else { return Ok(None) };
         let mut parameters = self.parameters;
         role::enter(role, false, &mut parameters, &self.model, settings)?;
         self.settings = *settings;
         self.change(Change::Parameters(parameters))?;
-        self.send(None)
+        self.exchange(None)
     }
 
-    /// Puts somebody in the place of who was brought along before, or nobody: who was there before.
-    fn send(&mut self, guest: Option<Box<ExternalInLoop>>) -> Result<Option<ExternalInLoop>, Error> {
-        // The place is free: who is sent is taken below.
-        guest.into_iter().for_each(|guest| drop(self.rings.guests.push(guest)));
-        self.give(Entry::ExternalInLoop)?;
+    /// Exchanges the external controller, friction or law, or removes it. Returns the previous one.
+    fn exchange(&mut self, external: Option<Box<ExternalInLoop>>) -> Result<Option<ExternalInLoop>, Error> {
+        // The ring is empty: its entry is taken below.
+        external.into_iter().for_each(|external| drop(self.rings.externals.push(external)));
+        self.enqueue(Entry::External)?;
         self.changes_under_way.push_back(None);
         self.pause()?;
         while !self.changes_under_way.is_empty() {
             self.wait()?;
         }
-        Ok(self.rings.gone.pop().ok().map(|gone| *gone))
+        Ok(self.rings.returned.pop().ok().map(|previous| *previous))
     }
 
-    /// What is wrong; where a guest was late, why, as far as that is known soon.
+    /// The active fault. For a late external controller, its reason, if known within 100 ms.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] once the loop has ended.
+    /// [`Error::BenchFault`] after the end of the loop.
     pub fn named_fault(&mut self) -> Result<Option<Fault>, Error> {
-        let begin = Instant::now();
+        let start = Instant::now();
         loop {
             self.refresh()?;
             let fault = self.safety.fault();
             let late = matches!(fault, Some(Fault::External(_, ExternalFault::Late { .. })));
-            if !late || begin.elapsed() > WHY {
+            if !late || start.elapsed() > REASON_TIMEOUT {
                 return Ok(fault);
             }
             thread::sleep(LOOK);
         }
     }
 
-    /// Injects a fault behind the commands that were handed over, where the machine is [`Faulty`](super::Faulty); else
-    /// nothing happens.
+    /// Injects a fault after the queued commands, if the machine is [`Faulty`](super::Faulty); otherwise without
+    /// effect.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] where the loop has ended.
+    /// [`Error::BenchFault`] if the loop has ended.
     pub fn inject(&mut self, injection: Injection) -> Result<(), Error> {
-        self.changes_under_way.push_back(Some(What::Fault(injection)));
-        self.give(Entry::Fault(injection))
+        self.changes_under_way.push_back(Some(ChangeKind::Fault(injection)));
+        self.enqueue(Entry::Fault(injection))
     }
 
-    /// How the clock is kept, as known so far.
+    /// Timing histograms since the start.
     pub fn histograms(&self) -> Arc<Mutex<Histograms>> {
         self.histograms.clone()
     }
 
-    /// What the system granted; nothing once the loop has ended.
+    /// Granted and refused thread settings; `None` after the end of the loop.
     pub fn granted(&self) -> Option<&Granted> {
         self.running.as_ref().map(Running::granted)
     }
 
-    /// Takes what came while nothing was commanded.
+    /// Processes replies that came without commands.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] once the loop has ended.
+    /// [`Error::BenchFault`] after the end of the loop.
     pub fn refresh(&mut self) -> Result<(), Error> {
         self.take()?;
         if self.running.as_ref().is_none_or(Running::has_ended) { Err(self.ended()) } else { Ok(()) }
     }
 
-    /// Another belief and other settings, whose parameters have come into force by the urgent way.
+    /// Adopts a model, settings and parameters that have become active by an immediate change.
     pub fn adopt(&mut self, model: &Model<f64>, settings: &Settings<f64>, parameters: &Parameters<f64>) {
         (self.model, self.settings, self.parameters) = (*model, *settings, *parameters);
     }
 
-    /// Stops it: how the clock was kept; none where the loop had ended by itself, which was told.
+    /// Stops the bench and returns the timing report; `None` if the loop had already ended with an error.
     pub fn stop(mut self) -> Option<TimingReport> {
         let running = self.running.take()?;
         let granted = running.granted().clone();
         running.stop();
         let summary = running.join();
-        // Changes that came into force last are told as well; how it ended is in the summary.
+        // Reports the last changes; the reason of the end is in the summary.
         let _ = self.take();
         self.collector.take()?.join().ok()?;
         let histograms = self.histograms.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -330,16 +331,16 @@ impl ClockedBench {
         Some(TimingReport { summary, histograms, waited, granted })
     }
 
-    /// Sends an entry, or keeps it until there is a lead of commands.
-    fn give(&mut self, mut entry: Entry) -> Result<(), Error> {
+    /// Sends an entry, or stages it until there is a lead of commands.
+    fn enqueue(&mut self, mut entry: Entry) -> Result<(), Error> {
         if !self.streaming {
             self.staged.push(entry);
-            return if self.commands_under_way >= self.lead { self.begin() } else { Ok(()) };
+            return if self.commands_under_way >= self.lead { self.send_staged() } else { Ok(()) };
         }
-        while let Err(PushError::Full(again)) = self.rings.entries.push(entry) {
-            entry = again;
+        while let Err(PushError::Full(rejected)) = self.rings.entries.push(entry) {
+            entry = rejected;
             if let Err(error) = self.wait() {
-                // A change goes with its number: left out, the next one would be taken for it.
+                // Entries and changes correspond in order: a dropped entry would assign the next change wrongly.
                 self.staged.extend(Some(entry).filter(|entry| !matches!(entry, Entry::Command(_))));
                 return Err(error);
             }
@@ -347,8 +348,8 @@ impl ClockedBench {
         Ok(())
     }
 
-    /// Sends what was kept, all of it at once: nothing may seem to be missing behind the first.
-    fn begin(&mut self) -> Result<(), Error> {
+    /// Sends all staged entries at once, so that none seems to be missing after the first.
+    fn send_staged(&mut self) -> Result<(), Error> {
         while self.rings.entries.slots() < self.staged.len() {
             self.wait()?;
         }
@@ -358,19 +359,19 @@ impl ClockedBench {
         Ok(())
     }
 
-    /// Says that nothing follows for now, and sends what was kept.
+    /// Marks a pause of the commands, and sends staged entries.
     fn pause(&mut self) -> Result<(), Error> {
         if self.streaming || !self.staged.is_empty() {
-            self.give(Entry::Pause)?;
+            self.enqueue(Entry::Pause)?;
             if !self.streaming {
-                self.begin()?;
+                self.send_staged()?;
             }
             self.streaming = false;
         }
         Ok(())
     }
 
-    /// Takes what came, and sleeps a moment if that was nothing.
+    /// Processes replies; without any, sleeps for a moment.
     fn wait(&mut self) -> Result<(), Error> {
         if self.take()? {
             return Ok(());
@@ -382,7 +383,7 @@ impl ClockedBench {
         Ok(())
     }
 
-    /// Takes what came; whether that was anything.
+    /// Processes replies. Returns whether there were any.
     fn take(&mut self) -> Result<bool, Error> {
         let mut any = false;
         while let Ok(reply) = self.rings.replies.pop() {
@@ -403,10 +404,10 @@ impl ClockedBench {
                 Reply::Failed { cycle, fault } => {
                     let first = self.safety.fault().unwrap_or(Fault::Machine(fault));
                     (self.safety, self.zero) = (SafetyState::Fault(first), None);
-                    self.tell(cycle, What::Software(Change::MachineFailed(fault), None));
+                    self.report(cycle, ChangeKind::Software(Change::MachineFailed(fault), None));
                 }
-                Reply::ExternalTorques { cycle, role, fault } => {
-                    self.tell(cycle, What::Software(Change::ForeignFailed(role, fault), None));
+                Reply::ExternalFailed { cycle, role, fault } => {
+                    self.report(cycle, ChangeKind::Software(Change::ForeignFailed(role, fault), None));
                 }
                 Reply::Link(fault) => return Err(self.fault(fault.to_string())),
             }
@@ -414,27 +415,27 @@ impl ClockedBench {
         Ok(any)
     }
 
-    /// What was changed longest ago has come into force with this cycle.
+    /// The oldest outstanding change became active with this cycle.
     fn answered(&mut self, cycle: u64) {
-        // Who controls is in no record: his torque is.
+        // An exchange of the external controller is not recorded; its torque is.
         if let Some(Some(mut what)) = self.changes_under_way.pop_front() {
-            if let What::Software(_, refused) = &mut what {
+            if let ChangeKind::Software(_, refused) = &mut what {
                 *refused = self.refused;
             }
-            self.tell(cycle, what);
+            self.report(cycle, what);
         }
     }
 
-    fn tell(&self, cycle: u64, what: What) {
-        if let Some(told) = &self.told {
-            // Who does not listen any more misses nothing.
-            let _ = told.send(Changed { cycle, what });
+    fn report(&self, cycle: u64, what: ChangeKind) {
+        if let Some(listener) = &self.listener {
+            // The listener may have ended.
+            let _ = listener.send(Changed { cycle, what });
         }
     }
 
-    /// The oldest frame. One of a fault ends what is under way: all behind it is of the same fault.
+    /// The oldest frame. A frame with a fault discards all outstanding ones, which have the same fault.
     fn next_frame(&mut self) -> Result<Option<Frame>, Error> {
-        let frame = self.frames.pop_front().map(judged).transpose();
+        let frame = self.frames.pop_front().map(checked).transpose();
         if frame.is_err() {
             while self.pause().is_ok() && self.commands_under_way > 0 && self.wait().is_ok() {}
             self.frames.clear();
@@ -442,7 +443,7 @@ impl ClockedBench {
         frame
     }
 
-    /// Begins anew: commands that were under way are lost.
+    /// Resets the stream; outstanding commands are lost.
     fn fell_behind(&mut self, cycle: u64) -> Error {
         (self.commands_under_way, self.streaming) = (0, false);
         self.frames.clear();
@@ -452,48 +453,47 @@ impl ClockedBench {
             cycle,
             reason: format!(
                 "the experiment fell behind the clock by more than {:.0} ms; the set-point came to rest. Close other \
-                 programs, and see what `stickslip doctor` finds.",
+                 programs, and run `stickslip doctor`.",
                 1e3 * self.lateness
             ),
         }
     }
 
-    /// Why the executive has ended, though nobody stopped it.
+    /// Error for an executive that ended without a stop.
     fn ended(&mut self) -> Error {
         if let Some(summary) = self.running.take().map(Running::join) {
             let worst = summary.worst.map_or(String::new(), |worst| format!(" {}", worst.sentence(&BLOCKS)));
-            self.end =
-                format!("the real-time loop has ended: {}.{worst} See what `stickslip doctor` finds.", summary.ending);
+            self.end = format!("the real-time loop has ended: {}.{worst} Run `stickslip doctor`.", summary.ending);
         }
         self.fault(self.end.clone())
     }
 
-    /// Behind the cycle that came last.
+    /// Error after the last cycle.
     fn fault(&self, reason: String) -> Error {
         Error::BenchFault { cycle: self.last.map_or(0, |frame| frame.cycle), reason }
     }
 }
 
-/// Starts the loop, a cycle each tick; it ends after `stop_after` missed deadlines in a row.
+/// Starts the loop with one cycle per tick; it ends after `stop_after` consecutive missed deadlines.
 fn start(
     cycle: BenchCycle<impl Io + Send + 'static>,
     settings: &Settings<f64>,
     stop_after: u32,
-    wishes: ThreadSettings,
+    thread_settings: ThreadSettings,
 ) -> Result<(Running, Timings), BenchError> {
     let plan = Plan::new(Duration::from_secs_f64(settings.tick_time()));
     let plan = Plan { overrun: OverrunPolicy { stop_after: Some(stop_after), ..plan.overrun }, ..plan };
-    let clock = wishes.clock(plan.period);
-    Running::start(plan, wishes, clock, cycle).map_err(BenchError::RealTime)
+    let clock = thread_settings.clock(plan.period);
+    Running::start(plan, thread_settings, clock, cycle).map_err(BenchError::RealTime)
 }
 
-/// Histograms of the timings, and the thread that fills them until the loop has ended.
+/// Histograms of the timings, and the thread that fills them until the end of the loop.
 fn collect(mut timings: Timings) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
     let histograms = Arc::new(Mutex::new(Histograms::new(timings.blocks())));
     let collected = histograms.clone();
     let collector = thread::spawn(move || {
         loop {
-            // Asked before the records are taken: those that came last are not left behind.
+            // Checked before the records are taken, so that the last ones are included.
             let last = timings.is_closed();
             collected.lock().unwrap_or_else(PoisonError::into_inner).take(&mut timings);
             if last {
@@ -505,8 +505,8 @@ fn collect(mut timings: Timings) -> (Arc<Mutex<Histograms>>, JoinHandle<()>) {
     (histograms, collector)
 }
 
-/// A frame, unless supervision has taken the torque away.
-fn judged(frame: Frame) -> Result<Frame, Error> {
+/// The frame, or an error if supervision has removed the torque.
+fn checked(frame: Frame) -> Result<Frame, Error> {
     match frame.safety {
         SafetyState::Fault(fault) => Err(Error::BenchFault { cycle: frame.cycle, reason: fault.to_string() }),
         _ => Ok(frame),
@@ -524,7 +524,7 @@ impl Bench for ClockedBench {
 
     fn hand_over(&mut self, command: Command) -> Result<Option<Frame>, Error> {
         self.commands_under_way += 1;
-        self.give(Entry::Command(command))?;
+        self.enqueue(Entry::Command(command))?;
         self.take()?;
         self.next_frame()
     }
@@ -541,7 +541,7 @@ impl Bench for ClockedBench {
         while self.outstanding()?.is_some() {}
         let speed = self.last.map_or(0.0, |frame| frame.command.setpoint.velocity.abs());
         let stop = speed / self.settings.safety.stop_deceleration;
-        // A set-point that is no number never rests: supervision has stopped it.
+        // A non-finite set-point never comes to rest; supervision has stopped it.
         thread::sleep(Duration::try_from_secs_f64(stop + SETTLING).unwrap_or_default());
         self.take()?;
         match self.safety {
@@ -551,7 +551,7 @@ impl Bench for ClockedBench {
     }
 
     fn change(&mut self, change: Change) -> Result<(), Error> {
-        let answered = !matches!(change, Change::Parameters(_));
+        let waits = !matches!(change, Change::Parameters(_));
         if self.rings.changes.is_full() {
             self.pause()?;
         }
@@ -559,12 +559,12 @@ impl Bench for ClockedBench {
             self.wait()?;
         }
         self.rings.changes.push(change).expect("there is room");
-        self.changes_under_way.push_back(Some(What::Software(change, None)));
+        self.changes_under_way.push_back(Some(ChangeKind::Software(change, None)));
         if let Change::Parameters(parameters) = change {
             self.parameters = parameters;
         }
-        self.give(Entry::Change)?;
-        if answered {
+        self.enqueue(Entry::Change)?;
+        if waits {
             self.pause()?;
             while !self.changes_under_way.is_empty() {
                 self.wait()?;
@@ -590,8 +590,8 @@ impl Bench for ClockedBench {
 
     fn set_preload(&mut self, preload: f64) -> Result<(), Error> {
         check_preload(preload)?;
-        self.changes_under_way.push_back(Some(What::Preload(preload)));
-        self.give(Entry::Preload(preload))?;
+        self.changes_under_way.push_back(Some(ChangeKind::Preload(preload)));
+        self.enqueue(Entry::Preload(preload))?;
         self.preload = preload;
         Ok(())
     }

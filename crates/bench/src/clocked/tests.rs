@@ -14,7 +14,7 @@ use stickslip_base::parameters::presets;
 
 fn preset() -> Preset<f64> {
     let mut preset: Preset<f64> = presets::find("clm-bench").unwrap().read().unwrap();
-    // A slow tick, and many that may be missed, so that a busy machine keeps the clock.
+    // A slow tick with many permitted misses, so that a busy computer keeps real time.
     preset.bench.tick_rate = 1000.0;
     preset.bench.safety.missed_ticks = 100.0;
     preset
@@ -24,8 +24,8 @@ fn bench() -> ClockedBench {
     ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, None).unwrap()
 }
 
-/// Commands of somebody who is away for a while behind the 150th of 200: what he is told.
-fn away_for(milliseconds: u64, bench: &mut ClockedBench) -> Option<String> {
+/// Sends 200 commands with a pause after the 150th. Returns the error.
+fn pause_for(milliseconds: u64, bench: &mut ClockedBench) -> Option<String> {
     home(bench, &Watch::silent()).unwrap();
     let mut moving = |k: u32| {
         if k == 150 {
@@ -38,49 +38,49 @@ fn away_for(milliseconds: u64, bench: &mut ClockedBench) -> Option<String> {
 }
 
 #[test]
-fn a_virtual_machine_waits_for_commands_that_are_late_and_says_so() {
+fn a_virtual_machine_waits_for_late_commands_and_reports_it() {
     let (tap, mut stream) = crate::tap::tap(1 << 14);
     let mut bench = ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
-    assert_eq!(away_for(400, &mut bench), None);
+    assert_eq!(pause_for(400, &mut bench), None);
     bench.drain(&mut |_| {}).unwrap();
-    let kept = bench.stop().unwrap();
-    // The commands handed over ahead last 50 ms; what a busy machine misses meanwhile is not waited for, and it may oversleep.
-    assert!(kept.waited >= 100, "{}", kept.waited);
-    assert!(kept.warnings().iter().any(|warning| warning.contains("commands that were late")));
+    let report = bench.stop().unwrap();
+    // The queued commands last 50 ms; deadlines missed by a busy computer are not counted as waiting.
+    assert!(report.waited >= 100, "{}", report.waited);
+    assert!(report.warnings().iter().any(|warning| warning.contains("waited for late commands")));
     let samples: Vec<_> = std::iter::from_fn(|| stream.sample()).collect();
     assert!(samples.windows(2).all(|pair| pair[1].frame.cycle == pair[0].frame.cycle + 1), "time stood still");
-    assert_eq!(samples.iter().map(|sample| sample.waited).sum::<u64>(), kept.waited);
+    assert_eq!(samples.iter().map(|sample| sample.waited).sum::<u64>(), report.waited);
     let marked = samples.iter().filter(|sample| sample.frame.command.mark == 7);
     let steps: Vec<_> = marked.map(|sample| sample.frame.command.setpoint.position).collect();
     assert_eq!(steps, (0..200).map(|k| f64::from(k) * 5e-3).collect::<Vec<_>>(), "nothing was dropped");
 }
 
 #[test]
-fn a_bench_whose_experiment_falls_behind_comes_to_rest_and_takes_the_next_one() {
+fn a_bench_whose_experiment_falls_behind_stops_and_accepts_the_next_one() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
-    let steel = Breaking { machine, ticks: u32::MAX, link: false };
-    let steel = ClockedBench::over(&preset, steel, readings, ThreadSettings::PLAIN, None).unwrap();
-    falls_behind(steel, 400, 50);
+    let hardware = Breaking { machine, ticks: u32::MAX, link: false };
+    let hardware = ClockedBench::over(&preset, hardware, readings, ThreadSettings::PLAIN, None).unwrap();
+    falls_behind(hardware, 400, 50);
     falls_behind(bench(), 2000, 1050);
 }
 
 fn falls_behind(mut bench: ClockedBench, away: u64, limit: u32) {
-    let said = away_for(away, &mut bench).expect("it was late");
+    let message = pause_for(away, &mut bench).expect("it was late");
     bench.set_controller(bench.parameters().tick.control.controller, 1).unwrap();
-    assert!(said.contains(&format!("fell behind the clock by more than {limit} ms")), "{said}");
+    assert!(message.contains(&format!("fell behind the clock by more than {limit} ms")), "{message}");
     let frame = bench.step(Command::default()).unwrap();
-    assert_eq!(frame.command.mark, 0, "what came late was dropped");
+    assert_eq!(frame.command.mark, 0, "late commands were dropped");
     assert!(bench.safety().allows_torque(), "nothing was wrong with the machine");
-    // Of all changes none is left behind or taken for another.
+    // No change is lost or mistaken for another.
     bench.change(Change::Request(Request::Stop)).unwrap();
     assert_eq!(bench.safety(), SafetyState::Ready);
-    // At most 150 commands of 5 mrad, and 5²/(2·600) rad to rest.
+    // At most 150 commands of 5 mrad, and 5²/(2·600) rad to stop.
     assert!((0.01..0.8).contains(&frame.angle), "{}", frame.angle);
 }
 
 #[test]
-fn a_request_that_is_not_admitted_is_refused_with_what_to_do_first() {
+fn a_request_that_is_not_permitted_is_refused_with_a_remedy() {
     let mut bench = bench();
     let refused = bench.change(Change::Request(Request::Start)).unwrap_err();
     assert!(refused.to_string().contains("Home or arm first"), "{refused}");
@@ -89,7 +89,7 @@ fn a_request_that_is_not_admitted_is_refused_with_what_to_do_first() {
     assert!(matches!(bench.set_preload(1.5), Err(Error::OutOfRange { .. })));
 }
 
-/// A machine whose tacho breaks, or whose link does, after so many ticks.
+/// A machine whose tacho or link fails after `ticks` ticks.
 struct Breaking {
     machine: InProcess,
     ticks: u32,
@@ -125,9 +125,9 @@ fn breaking(link: bool) -> String {
 }
 
 #[test]
-fn a_sensor_or_a_link_that_breaks_ends_the_experiment_with_its_reason() {
+fn a_failed_sensor_or_link_ends_the_experiment_with_its_reason() {
     assert!(breaking(false).contains("tacho velocity is no number"));
-    assert!(breaking(true).contains("came twice"));
+    assert!(breaking(true).contains("arrived twice"));
 }
 
 /// A machine that is slower than its tick.
@@ -154,17 +154,17 @@ fn a_machine_that_is_too_slow_ends_the_loop_and_is_named() {
     let (machine, readings) = InProcess::new(&preset, 1).unwrap();
     let mut bench = ClockedBench::over(&preset, Slow(machine), readings, ThreadSettings::PLAIN, None).unwrap();
     let ended = (0..10_000).find_map(|_| bench.hand_over(Command::default()).err());
-    let said = ended.expect("ten overruns in a row end it").to_string();
-    assert!(said.contains("machine") && said.contains("doctor"), "{said}");
+    let message = ended.expect("ten consecutive overruns end it").to_string();
+    assert!(message.contains("machine") && message.contains("doctor"), "{message}");
 }
 
 #[test]
-fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
+fn an_immediate_change_bypasses_all_commands() {
     let (tap, mut stream) = crate::tap::tap(1 << 14);
     let mut bench = ClockedBench::virtual_machine(&preset(), 1, ThreadSettings::PLAIN, Some(tap)).unwrap();
     home(&mut bench, &Watch::silent()).unwrap();
     let mut urgent = bench.urgent().unwrap();
-    // Commands are handed over ahead of the clock; behind them a change would wait.
+    // Commands are queued ahead of the clock; a change in the queue would wait for them.
     let mut parameters = *bench.parameters();
     parameters.safety.speed = 300.0;
     let angle = bench.step(Command::default()).unwrap().angle;
@@ -184,17 +184,17 @@ fn an_urgent_change_enters_with_the_next_cycle_past_all_commands() {
     assert_eq!(bench.take().map(|_| bench.safety()).unwrap(), SafetyState::Ready);
     bench.stop();
     let changes: Vec<_> = std::iter::from_fn(|| stream.change()).collect();
-    let told: Vec<_> = changes.iter().rev().take(3).map(|changed| changed.cycle).collect();
-    assert!(told[2] == entered.unwrap() && told[1] <= told[0], "{told:?}");
+    let cycles: Vec<_> = changes.iter().rev().take(3).map(|changed| changed.cycle).collect();
+    assert!(cycles[2] == entered.unwrap() && cycles[1] <= cycles[0], "{cycles:?}");
     let mut frames = std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame);
     let last_before = frames.find(|frame| frame.command.mark == 500).unwrap();
     assert!(entered.unwrap() < last_before.cycle, "{entered:?}: not behind what was handed over before it");
-    // The loop is gone: so it is said, and not waited for.
-    let gone = urgent.change(Change::Request(Request::Start)).unwrap_err();
-    assert!(matches!(gone, Error::BenchFault { .. }), "{gone}");
+    // After the end of the loop the call returns an error at once.
+    let ended = urgent.change(Change::Request(Request::Start)).unwrap_err();
+    assert!(matches!(ended, Error::BenchFault { .. }), "{ended}");
 }
 
-/// A machine some of whose answers do not come.
+/// A machine with missing answers.
 struct Absent {
     machine: InProcess,
     answer: Option<Measurement<f64>>,
@@ -229,19 +229,19 @@ impl Io for Absent {
     }
 }
 
-/// Somebody whose torques tell its samples: it answers at once or, asked by the clock, when somebody looks.
+/// A controller whose torques depend on the sample number. It answers at once, or in real time on the next look.
 struct Counts {
     samples: u32,
     later: bool,
-    /// From this sample on it does not answer, until somebody has asked so often why.
+    /// From this sample on it does not answer, until `ended` was called [`SILENT`] times.
     silent_from: u32,
-    /// The answer to this sample comes only after so many looks.
+    /// Sample number, and the number of looks before its answer.
     slow: (u32, u32),
-    asked: std::cell::Cell<u32>,
+    queries: std::cell::Cell<u32>,
     waiting: Option<Result<Answer, ExternalFault>>,
 }
 
-/// So often it is asked in vain why it is silent.
+/// Number of queries for the reason without an answer.
 const SILENT: u32 = 14;
 
 impl Counts {
@@ -250,13 +250,13 @@ impl Counts {
     }
 
     fn external_as(role: Role, later: bool, silent_from: u32) -> External {
-        let counts = Counts { samples: 0, later, silent_from, slow: (0, 0), asked: 0.into(), waiting: None };
+        let counts = Counts { samples: 0, later, silent_from, slow: (0, 0), queries: 0.into(), waiting: None };
         External::new(role, Description::default(), String::new(), Box::new(counts))
     }
 
     fn slow(role: Role, sample: u32, looks: u32) -> External {
         let slow = (sample, looks);
-        let counts = Counts { samples: 0, later: true, silent_from: u32::MAX, slow, asked: 0.into(), waiting: None };
+        let counts = Counts { samples: 0, later: true, silent_from: u32::MAX, slow, queries: 0.into(), waiting: None };
         External::new(role, Description::default(), String::new(), Box::new(counts))
     }
 }
@@ -301,12 +301,12 @@ impl Caller for Counts {
     }
 
     fn ended(&self) -> Option<ExternalFault> {
-        self.asked.set(self.asked.get() + 1);
-        (self.asked.get() > SILENT).then_some(ExternalFault::Crashed { signal: 11 })
+        self.queries.set(self.queries.get() + 1);
+        (self.queries.get() > SILENT).then_some(ExternalFault::Crashed { signal: 11 })
     }
 }
 
-/// Commands with a gap in the control and one in rendering, for a bench that homes.
+/// Commands with one gap in the control and one in rendering, for a bench that homes.
 fn guiding(rate: f64) -> impl Iterator<Item = Command> {
     (0..400).map(move |k| {
         let time = f64::from(k) / rate;
@@ -318,31 +318,31 @@ fn guiding(rate: f64) -> impl Iterator<Item = Command> {
 fn guided(divider: f64) -> Preset<f64> {
     let mut preset = preset();
     preset.bench.control_divider = divider;
-    // Its clock is simulated, and none is missed but by whoever is brought along.
+    // With the simulated clock, only the external controller can miss ticks.
     preset.bench.safety.missed_ticks = 8.0;
     preset
 }
 
-/// What each cycle saw and computed by the clock with a controller that was brought along, and what was told of it.
+/// Frames of all cycles in real time with an external controller, and its reported faults.
 fn in_real_time(preset: &Preset<f64>, external: External) -> (Vec<Frame>, Vec<(u64, ExternalFault)>) {
     let Preset { model, bench, .. } = *preset;
     let (machine, readings) = InProcess::new(preset, 7).unwrap();
-    let whose = external.role();
-    let guest = ExternalInLoop::in_real_time(external, &model, &bench, None).unwrap();
+    let role = external.role();
+    let in_loop = ExternalInLoop::in_real_time(external, &model, &bench, None).unwrap();
     let mut parameters = design::parameters(&model, &bench).unwrap();
     let software = Software::new(parameters, bench.tick_time());
-    role::enter(whose, true, &mut parameters, &model, &bench).unwrap();
+    super::role::enter(role, true, &mut parameters, &model, &bench).unwrap();
     let (mut entries_in, entries) = RingBuffer::new(500);
     let (mut changes_in, changes) = RingBuffer::new(2);
-    let (mut guests_in, guests) = RingBuffer::new(1);
+    let (mut externals_in, externals) = RingBuffer::new(1);
     let (replies_in, mut replies) = RingBuffer::new(1000);
     let (tap, mut stream) = crate::tap::tap(1000);
-    let (_urgent, urgent, answers) = urgent(None);
-    let (gone, _gone) = RingBuffer::new(1);
+    let (_urgent, urgent, answers) = immediate_changes(None);
+    let (returned, _returned) = RingBuffer::new(1);
     changes_in.push(Change::Request(Request::Home)).unwrap();
     changes_in.push(Change::Parameters(parameters)).unwrap();
-    assert!(guests_in.push(Box::new(guest)).is_ok());
-    let entries_of_all = [Entry::Change, Entry::ExternalInLoop, Entry::Change].into_iter();
+    assert!(externals_in.push(Box::new(in_loop)).is_ok());
+    let entries_of_all = [Entry::Change, Entry::External, Entry::Change].into_iter();
     for entry in entries_of_all.chain(guiding(bench.tick_rate).map(Entry::Command)).chain([Entry::Pause]) {
         entries_in.push(entry).unwrap();
     }
@@ -352,34 +352,34 @@ fn in_real_time(preset: &Preset<f64>, external: External) -> (Vec<Frame>, Vec<(u
         readings,
         ahead: Some(readings),
         silent: 0,
-        rings: LoopRings { entries, changes, guests, gone, replies: replies_in },
+        rings: LoopRings { entries, changes, externals, returned, replies: replies_in },
         urgent,
         answers,
         flow: Flow::Paused,
         patience: 0,
         waiting: 0,
         waited: Arc::default(),
-        guest: None,
+        external: None,
         samples: Some(tap.samples),
-        asked: keyframe::keyframes().1,
+        keyframes: keyframe::keyframes().1,
     };
     let plan = Plan { warm_up: 0, cycles: Some(400), ..Plan::new(Duration::from_millis(1)) };
     let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
     executive.run(&stickslip_rt::SimulatedClock::default());
-    let told = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
-        Reply::ExternalTorques { cycle, fault, .. } => Some((cycle, fault)),
+    let faults = std::iter::from_fn(|| replies.pop().ok()).filter_map(|reply| match reply {
+        Reply::ExternalFailed { cycle, fault, .. } => Some((cycle, fault)),
         _ => None,
     });
-    let told = told.collect();
-    (std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect(), told)
+    let faults = faults.collect();
+    (std::iter::from_fn(|| stream.sample()).map(|sample| sample.frame).collect(), faults)
 }
 
 #[test]
-fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
+fn an_external_controller_gives_the_same_bits_in_real_time() {
     for (divider, later) in [(1.0, false), (4.0, false), (2.0, true), (4.0, true), (7.0, true)] {
         let preset = guided(divider);
-        let (clocked, told) = in_real_time(&preset, Counts::external(later, u32::MAX));
-        assert_eq!(told, []);
+        let (clocked, faults) = in_real_time(&preset, Counts::external(later, u32::MAX));
+        assert_eq!(faults, []);
         let mut bench = VirtualBench::new(&preset, 7).unwrap();
         bench.change(Change::Request(Request::Home)).unwrap();
         bench.bring(Counts::external(false, u32::MAX)).unwrap();
@@ -393,54 +393,54 @@ fn a_controller_that_was_brought_along_gives_the_same_bits_by_the_clock() {
 }
 
 #[test]
-fn a_torque_that_is_missing_for_too_long_is_a_fault_whose_reason_is_told_later() {
-    let (frames, told) = in_real_time(&guided(4.0), Counts::external(true, 20));
-    // Its twentieth sample begins in cycle 76 and ends with cycle 79: eight ticks may be missed.
+fn a_torque_missing_for_too_long_is_a_fault_whose_reason_follows() {
+    let (frames, faults) = in_real_time(&guided(4.0), Counts::external(true, 20));
+    // Its twentieth sample starts in cycle 76 and ends with cycle 79; eight missed ticks are permitted.
     let crashed = ExternalFault::Crashed { signal: 11 };
-    assert!(told.len() == 2 && told[0].0 == 87 && told[1] == (93, crashed), "{told:?}");
-    let ExternalFault::Late { time } = told[0].1 else { panic!("{told:?}") };
+    assert!(faults.len() == 2 && faults[0].0 == 87 && faults[1] == (93, crashed), "{faults:?}");
+    let ExternalFault::Late { time } = faults[0].1 else { panic!("{faults:?}") };
     assert!((time - 11e-3).abs() < 1e-12, "{time}");
     let torque = |cycle: usize| frames[cycle].command.added_torque;
     assert!(frames[86].safety.allows_torque() && torque(78) != torque(74));
     assert!((79..87).all(|cycle| torque(cycle) == torque(78)), "it is held");
     let stopped = |frame: &Frame| frame.safety.fault();
-    assert_eq!(stopped(&frames[87]), Some(Fault::External(Role::Controller, told[0].1)));
-    assert_eq!(stopped(&frames[92]), Some(Fault::External(Role::Controller, told[0].1)));
+    assert_eq!(stopped(&frames[87]), Some(Fault::External(Role::Controller, faults[0].1)));
+    assert_eq!(stopped(&frames[92]), Some(Fault::External(Role::Controller, faults[0].1)));
     assert!(frames[93..].iter().all(|frame| stopped(frame) == Some(Fault::External(Role::Controller, crashed))));
     assert!(frames[87..].iter().all(|frame| frame.command.added_torque == 0.0), "nothing more of it");
     assert!(matches!(frames[399].safety, SafetyState::Fault(_)), "at rest");
 }
 
 #[test]
-fn a_torque_that_is_late_comes_into_force_when_it_is_there_and_the_next_sample_is_asked_for_as_ever() {
+fn a_late_torque_becomes_active_on_arrival_and_the_next_sample_is_regular() {
     let mut preset = guided(4.0);
-    // The twentieth sample ends with cycle 79, and from then on each cycle looks.
-    let (frames, told) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 3));
-    assert_eq!(told, []);
+    // The twentieth sample ends with cycle 79; from then on each cycle looks for its answer.
+    let (frames, faults) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 3));
+    assert_eq!(faults, []);
     let torque = |cycle: usize| frames[cycle].command.added_torque;
     assert!(torque(79) == torque(78) && torque(80) == torque(78), "held");
     assert!(torque(81) == torque(78) && torque(82) != torque(78), "it comes");
-    // The sample that began in cycle 80 was not asked for; the next is in force from its end on.
+    // The sample that starts in cycle 80 is skipped; the next one is active from its end on.
     assert!((82..87).all(|cycle| torque(cycle) == torque(82)) && torque(87) != torque(82) && torque(91) != torque(87));
 
     preset.bench.safety.missed_ticks = 2.0;
-    let (_, told) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 20));
-    assert!(matches!(told[..], [(81, ExternalFault::Late { .. }), ..]), "{told:?}");
+    let (_, faults) = in_real_time(&preset, Counts::slow(Role::Controller, 20, 20));
+    assert!(matches!(faults[..], [(81, ExternalFault::Late { .. }), ..]), "{faults:?}");
 
-    let (frames, told) = in_real_time(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
-    assert_eq!(told, []);
+    let (frames, faults) = in_real_time(&guided(4.0), Counts::slow(Role::Friction, 20, 5));
+    assert_eq!(faults, []);
     let torque = |cycle: usize| frames[cycle].command.added_load_torque;
     assert!((20..25).all(|cycle| torque(cycle) == torque(19)) && torque(25) != torque(19) && torque(26) != torque(25));
 }
 
 #[test]
-fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
+fn an_external_friction_or_law_gives_the_same_bits_in_real_time_one_tick_later() {
     for (role, later) in [(Role::Friction, false), (Role::Friction, true), (Role::Law, false), (Role::Law, true)] {
         let mut preset = guided(4.0);
-        // At so slow a tick the controller of the preset does not hold a load without friction.
+        // At this slow tick the controller of the preset does not hold a load without friction.
         preset.bench.safety.following_error = 100.0;
-        let (clocked, told) = in_real_time(&preset, Counts::external_as(role, later, u32::MAX));
-        assert_eq!(told, []);
+        let (clocked, faults) = in_real_time(&preset, Counts::external_as(role, later, u32::MAX));
+        assert_eq!(faults, []);
         let mut bench = VirtualBench::new(&preset, 7).unwrap();
         bench.change(Change::Request(Request::Home)).unwrap();
         bench.bring(Counts::external_as(role, false, u32::MAX)).unwrap();
@@ -453,12 +453,12 @@ fn a_friction_and_a_law_give_the_same_bits_by_the_clock_a_tick_late() {
 }
 
 #[test]
-fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
-    let (frames, told) = in_real_time(&guided(4.0), Counts::external_as(Role::Friction, true, 20));
+fn a_friction_torque_missing_for_too_long_is_a_named_fault() {
+    let (frames, faults) = in_real_time(&guided(4.0), Counts::external_as(Role::Friction, true, 20));
     let crashed = ExternalFault::Crashed { signal: 11 };
-    // Its twentieth sample is asked for in cycle 19.
-    assert!(told.len() == 2 && told[0].0 == 28 && told[1] == (34, crashed), "{told:?}");
-    assert!(matches!(told[0].1, ExternalFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{told:?}");
+    // Its twentieth sample is requested in cycle 19.
+    assert!(faults.len() == 2 && faults[0].0 == 28 && faults[1] == (34, crashed), "{faults:?}");
+    assert!(matches!(faults[0].1, ExternalFault::Late { time } if (time - 9e-3).abs() < 1e-12), "{faults:?}");
     let named = frames[34].safety.fault().map(|fault| fault.to_string()).unwrap_or_default();
     assert!(named.contains("the friction's library crashed"), "{named}");
     assert!(frames[28..].iter().all(|frame| frame.command.added_load_torque == 0.0), "nothing more of it");
@@ -466,7 +466,7 @@ fn a_friction_that_is_missing_for_too_long_is_late_and_named() {
 }
 
 #[test]
-fn samples_that_leave_a_controller_in_another_process_no_time_are_refused() {
+fn a_controller_in_another_process_needs_more_than_one_tick_per_sample() {
     let mut bench = ClockedBench::virtual_machine(&guided(1.0), 1, ThreadSettings::PLAIN, None).unwrap();
     let refused = bench.bring(Counts::external(true, u32::MAX)).unwrap_err().to_string();
     assert!(refused.contains("in every tick of 1000 Hz") && refused.contains("--trust"), "{refused}");
@@ -475,17 +475,16 @@ fn samples_that_leave_a_controller_in_another_process_no_time_are_refused() {
     assert!(bench.take_back(&guided(1.0).bench).unwrap().is_none());
 }
 
-/// Homing's begin, some changes, and an idle time behind, tick after tick without a clock: what each cycle saw and
-/// computed.
+/// Frames of the start of homing, some changes and a following idle time, on a simulated clock.
 fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) -> Vec<Frame> {
-    let (_guests, guests) = RingBuffer::new(1);
-    let (gone, _gone) = RingBuffer::new(1);
+    let (_externals, externals) = RingBuffer::new(1);
+    let (returned, _returned) = RingBuffer::new(1);
     const TICKS: usize = 600;
     let preset = preset();
     let (mut entries_in, entries) = RingBuffer::new(2 * TICKS);
     let (mut changes_in, changes) = RingBuffer::new(4);
     let (replies, _replies) = RingBuffer::new(2 * TICKS);
-    let (_urgent, urgent, answers) = urgent(None);
+    let (_urgent, urgent, answers) = immediate_changes(None);
     let (tap, mut stream) = crate::tap::tap(TICKS);
     changes_in.push(Change::Request(Request::Home)).unwrap();
     entries_in.push(Entry::Change).unwrap();
@@ -511,16 +510,16 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
         readings,
         ahead,
         silent,
-        rings: LoopRings { entries, changes, guests, gone, replies },
+        rings: LoopRings { entries, changes, externals, returned, replies },
         urgent,
         answers,
         flow,
         patience: 0,
         waiting: 0,
         waited: Arc::default(),
-        guest: None,
+        external: None,
         samples,
-        asked: keyframe::keyframes().1,
+        keyframes: keyframe::keyframes().1,
     };
     let plan = Plan { warm_up: 0, cycles: Some(TICKS as u64), ..Plan::new(Duration::from_millis(1)) };
     let (executive, _) = stickslip_rt::Executive::new(plan, cycle).unwrap();
@@ -529,7 +528,7 @@ fn ticks(machine: impl Io + Send, readings: Measurement<f64>, later: &[Change]) 
 }
 
 #[test]
-fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
+fn a_machine_behind_a_link_gives_the_same_bits_in_real_time() {
     let preset = preset();
     let (machine, readings) = InProcess::new(&preset, 7).unwrap();
     let here = ticks(machine, readings, &[]);
@@ -542,12 +541,13 @@ fn a_machine_behind_a_link_gives_the_same_bits_by_the_clock() {
         let (machine, readings) = Paced::begin(&address, preset.bench.tick_time()).unwrap();
         assert_eq!(here, ticks(machine.patient(), readings, &[]), "{address}");
         let served = serving.join().unwrap().unwrap();
-        // A last one switches the torque off.
+        // The last tick switches the torque off.
         assert_eq!((served.ticks, served.held, served.refused), (601, 0, 0));
     }
 }
 
-/// The same with a machine that is away for so many ticks, where 100 are borne: cycles, and what was written in each.
+/// The same with a machine that does not answer for `ticks_away` ticks, where 100 are permitted: frames and written
+/// voltages.
 fn away(ticks_away: u64) -> (Vec<Frame>, Vec<Voltages<f64>>) {
     let (machine, readings) = InProcess::new(&preset(), 1).unwrap();
     let (written, voltages) = mpsc::channel();
@@ -557,7 +557,7 @@ fn away(ticks_away: u64) -> (Vec<Frame>, Vec<Voltages<f64>>) {
 }
 
 #[test]
-fn where_answers_are_missing_what_was_written_is_held_and_commands_wait() {
+fn with_missing_answers_voltages_are_held_and_commands_wait() {
     let (frames, written) = away(10);
     assert_eq!(frames.len(), 590, "nothing was computed without readings");
     let gap = frames.windows(2).find(|pair| pair[1].cycle != pair[0].cycle + 1).unwrap();
@@ -568,13 +568,13 @@ fn where_answers_are_missing_what_was_written_is_held_and_commands_wait() {
 }
 
 #[test]
-fn one_more_ends_the_torque_and_the_bench_goes_on_and_homes_when_the_machine_is_back() {
+fn too_many_missing_answers_remove_the_torque_and_the_bench_homes_after_recovery() {
     let (frames, written) = away(101);
     let fault = SafetyState::Fault(Fault::Machine(MachineFault::Silent { ticks: 101 }));
     let first = frames.iter().position(|frame| frame.safety == fault).unwrap();
     assert_eq!((first, frames[first].cycle), (121, 221));
-    assert_eq!(written[222..400], [Voltages::default(); 178], "the tick of the fault takes them, and they stay so");
-    // Behind the commands of the experiment that it ended.
+    assert_eq!(written[222..400], [Voltages::default(); 178], "zero from the tick of the fault on");
+    // After the commands of the aborted experiment.
     let homing = frames.iter().rposition(|frame| frame.safety == SafetyState::Homing).unwrap();
     assert!(homing == frames.len() - 1 && frames[homing].cycle == 599);
     let voltage = |frame: &&Frame| frame.signals.servo_voltage != 0.0;

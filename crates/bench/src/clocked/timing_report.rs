@@ -1,4 +1,4 @@
-//! How the clock was kept, for people and files.
+//! Timing report of a real-time run.
 
 use stickslip_rt::{Granted, Histograms, Overrun, Quantiles, Summary as Executed};
 
@@ -6,35 +6,37 @@ use super::cycle::BLOCKS;
 use stickslip_base::Summary;
 use stickslip_base::report::{Cell, Table};
 
-/// How the clock was kept.
+/// Timing report of a real-time run.
 #[derive(Clone, Debug)]
 pub struct TimingReport {
-    /// What the executive says.
+    /// Summary of the executive.
     pub summary: Executed,
-    /// Lateness, and the time of each block.
+    /// Distributions of lateness and block durations.
     pub histograms: Histograms,
-    /// Ticks through which a virtual machine waited for a command that was late.
+    /// Number of ticks that a virtual machine waited for late commands.
     pub waited: u64,
-    /// What the system granted.
+    /// Granted and refused thread settings.
     pub granted: Granted,
 }
 
 const QUANTILES: [&str; 4] = ["p50", "p99", "p999", "max"];
 
 impl TimingReport {
-    /// Name, words, and p50, p99, p99.9 and the longest [s] of lateness, whole cycle and blocks.
+    /// Name, label, and p50, p99, p99.9 and maximum [s] of lateness, whole cycle and blocks.
     fn distributions(&self) -> Vec<(String, String, [f64; 4])> {
         let seconds = |q: Quantiles| [q.p50, q.p99, q.p999, q.max].map(|nanoseconds| nanoseconds as f64 * 1e-9);
         let mut all = vec![
-            ("lateness".into(), "from the deadline to the begin".into(), seconds(self.histograms.lateness())),
-            ("cycle".into(), "from there to the end".into(), seconds(self.histograms.total())),
+            ("lateness".into(), "from the deadline to the start".into(), seconds(self.histograms.lateness())),
+            ("cycle".into(), "from the start to the end".into(), seconds(self.histograms.total())),
         ];
         let blocks = self.histograms.blocks();
-        all.extend(blocks.map(|(block, spent)| (block.name.into(), format!("of it: {}", block.name), seconds(spent))));
+        all.extend(
+            blocks.map(|(block, spent)| (block.name.into(), format!("of which {}", block.name), seconds(spent))),
+        );
         all
     }
 
-    /// The numbers, under their stable names.
+    /// Adds the results under their stable names.
     pub fn tell(&self, summary: &mut Summary) {
         summary
             .result("timing.cycles", self.summary.cycles as f64, "1")
@@ -49,22 +51,22 @@ impl TimingReport {
         }
     }
 
-    /// Lateness and durations.
+    /// Table of lateness and durations.
     pub fn table(&self) -> Table {
-        let head = Table::new(["by the clock, µs", "p50", "p99", "p99.9", "longest"]);
+        let head = Table::new(["timing, µs", "p50", "p99", "p99.9", "longest"]);
         self.distributions().into_iter().fold(head, |table, (_, words, values)| {
             let micros = values.map(|value| Cell::Text(format!("{:.2}", 1e6 * value)));
             table.row([Cell::Text(words)].into_iter().chain(micros))
         })
     }
 
-    /// What a reader should know of it, each with a remedy.
+    /// Warnings, each with a remedy.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if let Some(worst) = self.summary.worst {
             warnings.push(format!(
-                "{} deadlines of {} were missed and {} cycles held, while set-point and voltages stood. The worst: {} \
-                 See what `stickslip doctor` finds.",
+                "{} deadlines of {} were missed and {} cycles were held, with constant set-point and voltages. Worst \
+                 case: {} Run `stickslip doctor`.",
                 self.summary.overruns,
                 self.summary.cycles,
                 self.summary.missed,
@@ -73,9 +75,9 @@ impl TimingReport {
         }
         if self.waited > 0 {
             warnings.push(format!(
-                "The virtual machine waited {} of {} cycles for commands that were late: the experiment took longer than \
-                 by its clock, its results are the same. Machines of steel do not wait. Close other programs, and see \
-                 what `stickslip doctor` finds.",
+                "The virtual machine waited for late commands in {} of {} cycles. Results are unchanged, but the \
+                 experiment took longer than real time. Physical hardware does not wait. Close other programs, and run \
+                 `stickslip doctor`.",
                 self.waited, self.summary.cycles,
             ));
         }
@@ -84,17 +86,17 @@ impl TimingReport {
     }
 }
 
-/// Why a deadline was missed, with the names of the blocks of a bench.
+/// Cause of a missed deadline, with the names of the blocks of a bench.
 pub fn overrun_sentence(overrun: &Overrun) -> String {
     overrun.sentence(&BLOCKS)
 }
 
-/// What the system refused, each with what it costs and how to mend it.
+/// Refused thread settings, each with effect and remedy.
 pub fn refusals(granted: &Granted) -> Vec<String> {
     let mut refusals = Vec::new();
     for refused in granted.refused() {
-        let mend = refused.wish.mend().map_or(String::new(), |mend| format!(" To mend it: {mend}"));
-        refusals.push(format!("The system refuses {}. {}{mend}", refused.wish, refused.wish.costs()));
+        let remedy = refused.wish.mend().map_or(String::new(), |remedy| format!(" Remedy: {remedy}"));
+        refusals.push(format!("The system refuses {}. {}{remedy}", refused.wish, refused.wish.costs()));
     }
     refusals
 }

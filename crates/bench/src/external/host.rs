@@ -1,4 +1,4 @@
-//! The other side of a file in a process of its own: it opens the library and calls it.
+//! The host process of an external file: it opens the library and calls it.
 
 use crate::BenchError;
 use std::io::{self, ErrorKind, Read as _, Write as _};
@@ -15,43 +15,43 @@ use super::process::MESSAGES;
 use super::wire::{self, QUESTION};
 use stickslip_base::Error;
 
-/// From look to look whether somebody still asks.
+/// Interval of the checks whether the bench still exists.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Opens the library, or the FMU with these variables as signals, says what it is, and answers until nobody asks any more.
-/// What `stickslip host` does.
+/// Opens the library, or the FMU with these variables as signals, sends its description, and answers until the bench
+/// ends. Implements `stickslip host`.
 ///
 /// # Errors
-/// [`Error::File`] where nobody is there to ask.
+/// [`Error::File`] if the connection to the bench fails.
 pub fn host(path: &Path, role: Role, map: &[(String, String)]) -> Result<(), Error> {
     let lost = |source| Error::file(Path::new("standard input"), "talk through", source);
     let mut socket = UnixStream::from(io::stdin().as_fd().try_clone_to_owned().map_err(lost)?);
     let memory = take_over(&socket).map_err(lost)?;
-    let mut answerer = Responder::open(&memory, QUESTION).map_err(lost)?;
+    let mut responder = Responder::open(&memory, QUESTION).map_err(lost)?;
     drop(memory);
-    // The folder that whoever asks has made for this process.
+    // The folder that the bench created for this process.
     let opened = Library::open(path, role, map, Some(std::env::temp_dir().join(MESSAGES)));
-    let said = wire::told(match &opened {
+    let description = wire::encode_description(match &opened {
         Ok(library) => Ok(library.description()),
         Err(error) => Err(match error.of() {
             Some(BenchError::External { problem, .. }) => problem.clone(),
             _ => error.to_string(),
         }),
     });
-    socket.write_all(&said.len().to_ne_bytes()).and_then(|()| socket.write_all(&said)).map_err(lost)?;
+    socket.write_all(&description.len().to_ne_bytes()).and_then(|()| socket.write_all(&description)).map_err(lost)?;
     let Ok(mut library) = opened else { return Ok(()) };
     socket.set_nonblocking(true).map_err(lost)?;
     loop {
-        let answer = match answerer.question(LOOK) {
-            Some(question) => wire::answered(question, &mut library),
-            None if is_gone(&mut socket) => return Ok(()),
+        let answer = match responder.question(LOOK) {
+            Some(question) => wire::execute(question, &mut library),
+            None if is_closed(&mut socket) => return Ok(()),
             None => continue,
         };
-        answerer.answer(answer);
+        responder.answer(answer);
     }
 }
 
 /// Whether the other end has closed its socket, as the system does when a process ends.
-fn is_gone(socket: &mut UnixStream) -> bool {
+fn is_closed(socket: &mut UnixStream) -> bool {
     !matches!(socket.read(&mut [0]), Err(error) if error.kind() == ErrorKind::WouldBlock)
 }

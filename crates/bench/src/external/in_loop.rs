@@ -1,9 +1,11 @@
-//! What was brought along, on a bench: what it computes in a sample comes into force when that ends.
+//! An external controller, friction or law in the loop of a bench. The torque computed in a sample becomes active at
+//! its end.
 //!
-//! In the simulation the bench waits for it. By the clock nobody waits: it is asked when a sample begins, and what is not
-//! there when the sample ends is late. Then the last torque is held, and it is not asked again before it has answered; for
-//! as many ticks as a machine behind a link may be silent, and more are a fault. A controller's sample ends with its last tick; that of a friction or a law is one
-//! tick, whose torque is in force from the begin of the next.
+//! In the simulation the bench waits for the answer. In real time it does not wait: the torque is requested at the
+//! start of a sample and is late if it is missing at the end. The last torque is then held, and no further request is
+//! sent before the answer. More missing ticks than permitted for a machine behind a link are a fault. The sample of a
+//! controller ends with its last tick; the sample of a friction or law is one tick, and its torque is active from the
+//! start of the next tick.
 
 use crate::BenchError;
 use stickslip_core::cycle::{ExternalTorques, Parameters, Sample};
@@ -15,39 +17,39 @@ use super::{Course, External, ModuleSample, read};
 use stickslip_base::Error;
 use stickslip_base::preset::{Model, Settings};
 
-/// The file and where it is in its sample.
+/// The external file and the state of its sample.
 pub struct ExternalInLoop {
     external: External,
-    /// While this is in force, it is asked.
-    stands_in: Substitute,
+    /// While this substitute is active, the external file is in the loop.
+    substitute: Substitute,
     period: f64,
     tick: f64,
     torque_limit: f64,
-    /// Samples since its begin; none where it has to begin first.
+    /// Samples since its start; `None` if it must be started first.
     samples: Option<u64>,
-    /// Waits for its sample to end, and in force [N m].
+    /// Torque of the present sample, and active torque [N m].
     computed: f64,
     commanded: f64,
     failed: Option<ExternalFault>,
-    /// By the clock: it has to begin, and has not been asked to.
+    /// In real time: it must be started, and the request is not sent yet.
     due: bool,
-    /// How long it has for a torque [s].
+    /// Time available to compute a torque [s].
     allowed: f64,
-    /// Ticks in a row in which a torque that is due was not there, and samples with such.
+    /// Consecutive ticks with a missing torque, and number of late samples.
     missing: u64,
     late: u64,
 }
 
 impl ExternalInLoop {
-    /// For a bench of these settings.
+    /// For a bench with these settings.
     ///
     /// # Errors
-    /// What the design of the bench refuses.
+    /// Errors of the design of the bench.
     pub(crate) fn new(external: External, model: &Model<f64>, settings: &Settings<f64>) -> Result<Self, Error> {
         let role = external.role();
         let (period, tick) = (role::period(role, settings), settings.tick_time());
         Ok(ExternalInLoop {
-            stands_in: Substitute::new(role, model, settings)?,
+            substitute: Substitute::new(role, model, settings)?,
             torque_limit: role::torque_limit(role, model, settings),
             external,
             period,
@@ -57,19 +59,19 @@ impl ExternalInLoop {
             commanded: 0.0,
             failed: None,
             due: false,
-            // The tick in which a controller's sample ends begins a tick before that.
+            // The last tick of a controller's sample starts one tick before the end.
             allowed: if role == Role::Controller { period - tick } else { period },
             missing: 0,
             late: 0,
         })
     }
 
-    /// The same by the clock: it has begun. A loop of a real-time priority gives a process of its own the next lower one, so
-    /// that nothing ordinary comes between question and torque.
+    /// For real time: it is already started. If the loop has a real-time priority, the host process gets the next lower
+    /// one, so that ordinary threads do not delay the torque.
     ///
     /// # Errors
-    /// As [`ExternalInLoop::new`]; [`BenchError::ForeignRate`] where its samples leave it no time; [`BenchError::ExternalTorques`] where it does not
-    /// begin.
+    /// As [`ExternalInLoop::new`]; [`BenchError::ForeignRate`] if a sample is too short;
+    /// [`BenchError::ExternalNotStarted`] if it does not start.
     pub(crate) fn in_real_time(
         external: External,
         model: &Model<f64>,
@@ -79,48 +81,48 @@ impl ExternalInLoop {
         if external.role() == Role::Controller && settings.divider() < 2 && !external.answers_at_once() {
             return Err(BenchError::ForeignRate { tick_rate: settings.tick_rate }.into());
         }
-        let mut guest = Self::new(external, model, settings)?;
-        guest
+        let mut in_loop = Self::new(external, model, settings)?;
+        in_loop
             .external
-            .begin(guest.period, guest.torque_limit)
-            .map_err(|fault| BenchError::ExternalTorques(guest.external.told(fault)))?;
-        // Not before: what it does at its begin may take long.
+            .begin(in_loop.period, in_loop.torque_limit)
+            .map_err(|fault| BenchError::ExternalNotStarted(in_loop.external.told(fault)))?;
+        // Not before: its start may take long.
         if let Some(priority) = priority {
-            guest.external.hurry(priority.saturating_sub(1), guest.period);
+            in_loop.external.hurry(priority.saturating_sub(1), in_loop.period);
         }
-        Ok(guest)
+        Ok(in_loop)
     }
 
-    /// What was brought along itself.
+    /// The external controller, friction or law.
     pub fn external(&self) -> &External {
         &self.external
     }
 
-    /// What it failed of.
+    /// Its fault.
     pub fn failed(&self) -> Option<ExternalFault> {
         self.failed
     }
 
-    /// How long it has for a torque by the clock [s], and how many were not there in time.
+    /// Time available to compute a torque in real time [s], and number of late torques.
     pub fn lateness(&self) -> (f64, u64) {
         (self.allowed, self.late)
     }
 
-    /// Gives it back.
+    /// Returns the external controller, friction or law.
     pub fn into_external(self) -> External {
         self.external
     }
 
-    /// Its torque in this tick; `tick` is what the bench has in force.
+    /// Its torque in this tick; `tick` has the active parameters of the bench.
     ///
     /// # Errors
-    /// What it fails of, each time it is in the loop; it stays so.
+    /// Its fault, in every tick in which it is in the loop; the fault is permanent.
     pub(crate) fn torque(&mut self, sample: &Sample, tick: &Tick<f64>) -> Result<ExternalTorques, ExternalFault> {
-        let torque = self.waited_for(sample, &self.stands_in.turn(sample, tick))?;
-        Ok(role::brought(self.external.role(), torque))
+        let torque = self.simulated_torque(sample, &self.substitute.turn(sample, tick))?;
+        Ok(role::torques(self.external.role(), torque))
     }
 
-    fn waited_for(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ExternalFault> {
+    fn simulated_torque(&mut self, sample: &Sample, turn: &Turn) -> Result<f64, ExternalFault> {
         if !turn.acts {
             (self.samples, self.computed, self.commanded) = (None, 0.0, 0.0);
             self.external.take_for_begin();
@@ -141,26 +143,26 @@ impl ExternalInLoop {
         Ok(self.commanded)
     }
 
-    /// Its torque in this tick by the clock: no wait, no allocation, a system call only where it has to be woken. Where it
-    /// is not there when it is due, the last one is held, as the voltages are of a tick that is missed.
+    /// Its torque in this tick in real time: no wait, no allocation, a system call only to wake the host process. If
+    /// the torque is missing, the last one is held, as the voltages in a missed tick.
     ///
     /// # Errors
-    /// As [`torque`](Self::torque); [`ExternalFault::Late`] where it is missing for more ticks in a row than may be missed.
-    pub(crate) fn torque_by_the_clock(
+    /// As [`torque`](Self::torque); [`ExternalFault::Late`] if it is missing for more consecutive ticks than permitted.
+    pub(crate) fn real_time_torque(
         &mut self,
         sample: &Sample,
         parameters: &Parameters<f64>,
     ) -> Result<ExternalTorques, ExternalFault> {
-        let turn = self.stands_in.turn(sample, &parameters.tick);
-        let torque = self.not_waited_for(sample, &turn, parameters.safety.missed_ticks)?;
-        Ok(role::brought(self.external.role(), torque))
+        let turn = self.substitute.turn(sample, &parameters.tick);
+        let torque = self.polled_torque(sample, &turn, parameters.safety.missed_ticks)?;
+        Ok(role::torques(self.external.role(), torque))
     }
 
-    fn not_waited_for(&mut self, sample: &Sample, turn: &Turn, bearable: f64) -> Result<f64, ExternalFault> {
+    fn polled_torque(&mut self, sample: &Sample, turn: &Turn, permitted: f64) -> Result<f64, ExternalFault> {
         if self.failed.is_some() || !turn.acts {
             self.due |= self.samples.take().is_some();
             (self.commanded, self.missing) = (0.0, 0);
-            // Whatever was awaited comes too late to count.
+            // An outstanding answer is discarded.
             let course = self.external.look();
             self.due |= self.external.take_for_begin();
             if let (true, Ok(Course::Nothing), None) = (self.due, course, self.failed) {
@@ -169,7 +171,7 @@ impl ExternalInLoop {
             }
             return self.failed.filter(|_| turn.acts).map_or(Ok(0.0), Err);
         }
-        let torque = self.in_time(sample, turn).and_then(|()| self.bear(bearable));
+        let torque = self.poll(sample, turn).and_then(|()| self.active_torque(permitted));
         self.fail(torque.err());
         torque
     }
@@ -179,15 +181,16 @@ impl ExternalInLoop {
         fault.iter().for_each(|_| self.external.fail());
     }
 
-    /// Asks where a sample begins, and takes what is there; what is due and not there is missing.
-    fn in_time(&mut self, sample: &Sample, turn: &Turn) -> Result<(), ExternalFault> {
+    /// Sends a request at the start of a sample and takes available answers; a due answer that is not available is
+    /// missing.
+    fn poll(&mut self, sample: &Sample, turn: &Turn) -> Result<(), ExternalFault> {
         let mut open = false;
         if turn.begins || self.missing > 0 {
-            // What is still awaited is the torque of a sample whose end has passed, or a begin, which may take its time.
+            // An outstanding answer belongs to a sample whose end has passed, or to a start, which may take longer.
             let course = self.take()?;
             open = course == Course::Open && (self.samples.is_some() || self.missing > 0);
             if turn.begins && course == Course::Open {
-                // It is not asked: its time goes on.
+                // No request is sent; its time continues.
                 self.samples = self.samples.map(|samples| samples + 1);
             } else if turn.begins && self.due {
                 self.external.ask_to_begin(self.period, self.torque_limit);
@@ -195,7 +198,7 @@ impl ExternalInLoop {
             } else if turn.begins {
                 let samples = self.samples.unwrap_or(0);
                 self.samples = Some(samples + 1);
-                self.external.ask(&self.read(samples, sample));
+                self.external.ask(&self.inputs(samples, sample));
             }
         }
         if turn.ends {
@@ -205,23 +208,23 @@ impl ExternalInLoop {
         Ok(())
     }
 
-    /// The torque in force, where no other one is missing for longer than is bearable [ticks].
-    fn bear(&mut self, bearable: f64) -> Result<f64, ExternalFault> {
+    /// The active torque, unless a torque is missing for more ticks than permitted.
+    fn active_torque(&mut self, permitted: f64) -> Result<f64, ExternalFault> {
         if self.missing == 1 {
             self.late += 1;
             self.external.count_late();
         }
         if self.missing > 0 {
-            // Where it is known that none will come, nothing is to be waited for.
+            // If no answer can follow, the fault is reported at once.
             self.external.ended().map_or(Ok(()), Err)?;
         }
-        if self.missing as f64 > bearable {
+        if self.missing as f64 > permitted {
             return Err(ExternalFault::Late { time: self.allowed + (self.missing - 1) as f64 * self.tick });
         }
         Ok(self.commanded)
     }
 
-    /// What has become of what was asked for; a torque is in force.
+    /// State of the last request; a received torque becomes active.
     fn take(&mut self) -> Result<Course, ExternalFault> {
         let course = self.external.look()?;
         if let Course::Torque(torque) = course {
@@ -230,14 +233,14 @@ impl ExternalInLoop {
         Ok(course)
     }
 
-    /// By the clock: why it was late, where that has become known since.
+    /// In real time: reason of a late torque, if known meanwhile.
     pub(crate) fn reason(&mut self) -> Option<ExternalFault> {
         if !matches!(self.failed, Some(ExternalFault::Late { .. })) {
             return None;
         }
-        let why = self.external.ended()?;
-        self.failed = Some(why);
-        Some(why)
+        let reason = self.external.ended()?;
+        self.failed = Some(reason);
+        Some(reason)
     }
 
     fn compute(&mut self, sample: &Sample) -> Result<f64, ExternalFault> {
@@ -249,11 +252,11 @@ impl ExternalInLoop {
             }
         };
         self.samples = Some(samples + 1);
-        self.external.step(&self.read(samples, sample))
+        self.external.step(&self.inputs(samples, sample))
     }
 
-    /// What it reads in a sample.
-    fn read(&self, samples: u64, sample: &Sample) -> ModuleSample {
+    /// Inputs of a sample.
+    fn inputs(&self, samples: u64, sample: &Sample) -> ModuleSample {
         let read = read(samples as f64 * self.period, &sample.input);
         match self.external.role() {
             Role::Controller => read,

@@ -1,4 +1,4 @@
-//! A library or an FMU in this process: what it says of itself is checked, and each call is timed and watched.
+//! A library or an FMU in this process: its description is checked, and each call is timed and monitored.
 
 use crate::BenchError;
 use std::collections::BTreeSet;
@@ -12,7 +12,7 @@ use super::fmu::{Controller, is_fmu};
 use super::{Answer, Caller, Description};
 use stickslip_base::Error;
 
-/// What was opened.
+/// An open library or FMU.
 pub(super) enum Library {
     /// A library with the five functions.
     Module(Box<OpenModule>),
@@ -27,8 +27,8 @@ pub(super) struct OpenModule {
 }
 
 impl Library {
-    /// Opens it, whatever it is; `map` and `messages` are for an FMU: which of its variables are which signals, and the
-    /// file that its messages go to besides.
+    /// Opens a library or an FMU. For an FMU, `map` assigns variables to signals, and `messages` is a file for a copy
+    /// of its messages.
     pub(super) fn open(
         path: &Path,
         role: Role,
@@ -40,10 +40,10 @@ impl Library {
         } else if map.is_empty() {
             OpenModule::open(path).map(|module| Library::Module(Box::new(module)))
         } else {
-            Err("it is no FMU, whose variables could be mapped. Leave --map out".into())
+            Err("the file is not an FMU and has no variables to map. Omit --map".into())
         };
-        // A library that was linked with fast mathematics has changed it by being opened.
-        FloatingPoint::mend();
+        // Opening a library linked with fast-math changes the control word.
+        FloatingPoint::set_standard();
         Ok(opened.map_err(|problem| BenchError::External { path: path.into(), problem })?)
     }
 
@@ -71,10 +71,10 @@ impl Caller for Library {
         self.caller().step(sample, values)
     }
 
-    fn said(&self) -> Option<String> {
+    fn message(&self) -> Option<String> {
         match self {
-            Library::Module(module) => module.said(),
-            Library::Fmu(fmu) => fmu.said(),
+            Library::Module(module) => module.message(),
+            Library::Fmu(fmu) => fmu.message(),
         }
     }
 }
@@ -91,11 +91,11 @@ impl OpenModule {
 
 impl Caller for OpenModule {
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ExternalFault> {
-        let begun = self.module.begin(sample_time, torque_limit, values);
-        if !FloatingPoint::mend() {
+        let started = self.module.begin(sample_time, torque_limit, values);
+        if !FloatingPoint::set_standard() {
             return Err(ExternalFault::FloatingPoint);
         }
-        if begun { Ok(()) } else { Err(ExternalFault::Failed { code: -1 }) }
+        if started { Ok(()) } else { Err(ExternalFault::Failed { code: -1 }) }
     }
 
     fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ExternalFault> {
@@ -103,14 +103,14 @@ impl Caller for OpenModule {
         let begin = Instant::now();
         let torque = self.module.step(sample);
         let time = begin.elapsed().as_nanos() as u64;
-        if !FloatingPoint::mend() {
+        if !FloatingPoint::set_standard() {
             return Err(ExternalFault::FloatingPoint);
         }
         torque.map(|torque| Answer { torque, time, refused }).map_err(|code| ExternalFault::Failed { code })
     }
 }
 
-/// What is wrong with a description.
+/// Checks a description.
 fn check(description: &Description) -> Result<(), String> {
     let mut names = BTreeSet::new();
     for ModuleParameter { name, minimum, maximum, initial, .. } in &description.parameters {
@@ -118,15 +118,15 @@ fn check(description: &Description) -> Result<(), String> {
             && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
         if !legal {
             return Err(format!(
-                "a parameter is called {name:?}. Take lower-case letters, digits and _, a letter first"
+                "a parameter is called {name:?}. Use lower-case letters, digits and _, starting with a letter"
             ));
         }
         if !names.insert(name) {
-            return Err(format!("two parameters are called {name}. Give each a name of its own"));
+            return Err(format!("two parameters are called {name}. Use distinct names"));
         }
         if !(minimum.is_finite() && maximum.is_finite() && minimum <= maximum) {
             return Err(format!(
-                "the range of {name} is {minimum} … {maximum}. State two finite numbers, the smaller first"
+                "the range of {name} is {minimum} … {maximum}. Set two finite numbers, the smaller one first"
             ));
         }
         if !(*minimum..=*maximum).contains(initial) {
@@ -134,7 +134,7 @@ fn check(description: &Description) -> Result<(), String> {
         }
     }
     if description.name.trim().is_empty() {
-        return Err("it has no name. Give it one in its description".into());
+        return Err("it has no name. Set one in its description".into());
     }
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! A position controller, a friction or a rendering law that somebody else wrote, in the loop of the bench.
+//! External position controllers, frictions and rendering laws in the loop of the bench.
 //!
-//! It is a shared library with the five functions of `stickslip_module.h`, or an FMU for co-simulation. Unless it is trusted
-//! it runs in a process of its own ([`process`]), so that whatever it does the bench lives on. On a bench its torque is a
-//! part of the command, in force a sample later, so that a record of the run replays without the library. What it is there,
-//! its [`Role`] says.
+//! Each is a shared library with the five functions of `stickslip_module.h`, or an FMU for co-simulation. Unless it is
+//! trusted, it runs in a separate process ([`process`]), so that its faults do not end the bench. Its torque is part of
+//! the command and becomes active one sample later, so that a record of the run replays without the library. Its
+//! [`Role`] is that of a controller, a friction or a law.
 
 mod file;
 mod fmu;
@@ -32,7 +32,7 @@ pub use file::ExternalFile;
 pub use in_loop::ExternalInLoop;
 use library::Library;
 pub use operator::OperatorSide;
-use operator::{Line, Took, console};
+use operator::{CallTimes, Line, operator_side};
 use sha2::{Digest as _, Sha256};
 use stickslip_core::control::AxisControlInput;
 pub use stickslip_core::supervise::Role;
@@ -43,82 +43,81 @@ pub use stickslip_rt::{ModuleParameter, ModuleSample};
 use stickslip_base::parameters::schema::nearest;
 use stickslip_base::{Error, output};
 
-/// A call may take so long; longer ones are counted [ns].
+/// Time budget of a call [ns]; longer calls are counted.
 pub const BUDGET: u64 = 10_000;
-/// Without an answer for so long it hangs.
+/// Time-out of an answer.
 pub const PATIENCE: Duration = Duration::from_secs(2);
 
-/// Names that a message lists at most.
+/// Maximum number of names in a message.
 const LISTED: usize = 20;
 
-/// The header that a library in C is written against.
+/// The C header of a library.
 pub const HEADER: &str = include_str!("stickslip_module.h");
 
-/// What it says of itself.
+/// Description of an external controller, friction or law.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Description {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its parameters.
+    /// Parameters.
     pub parameters: Vec<ModuleParameter>,
-    /// What it is: `C library`, `FMU 2.0`.
+    /// Kind of the file: `C library`, `FMU 2.0`.
     pub kind: String,
-    /// The tool that wrote it, if it says so.
+    /// Tool that generated it, if stated.
     pub tool: Option<String>,
-    /// Time step that it takes by itself, if it says so [s].
+    /// Internal time step, if stated [s].
     pub step: Option<f64>,
-    /// Its variables that are signals of the bench; none of a C library, whose signals are those of the header.
+    /// Variables mapped to signals of the bench; empty for a C library, whose signals are those of the header.
     pub signals: Vec<Signal>,
-    /// What else a reader should know, in sentences.
+    /// Notes for the user, in sentences.
     pub notes: Vec<String>,
 }
 
-/// A signal of the bench that is a variable of an FMU.
+/// A signal of the bench, mapped to a variable of an FMU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signal {
-    /// As in `stickslip_module.h`.
+    /// Name as in `stickslip_module.h`.
     pub name: String,
-    /// What the FMU calls it.
+    /// Name of the variable in the FMU.
     pub variable: String,
-    /// Its unit there; empty where none is stated, which is taken for the SI's.
+    /// Unit in the FMU; empty if not stated, in which case SI is assumed.
     pub unit: String,
 }
 
-/// What came of a sample.
+/// Answer to a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Answer {
     /// Its torque [N m].
     pub(crate) torque: f64,
-    /// How long the call took [ns].
+    /// Duration of the call [ns].
     pub(crate) time: u64,
-    /// What it says to other values of its parameters: 0 takes them.
+    /// Result for new parameter values: 0 if accepted.
     pub(crate) refused: i32,
 }
 
-/// What is asked for by the clock.
+/// Request in real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Question<'a> {
-    /// To begin anew, at rest: time from sample to sample [s], largest torque of the drive [N m], values of its parameters.
+    /// Start at rest: sampling time [s], maximum torque of the drive [N m], parameter values.
     Begin(f64, f64, &'a [f64]),
-    /// One sample, with other values of its parameters before it where there are some.
+    /// One sample, preceded by new parameter values if there are any.
     Step(&'a ModuleSample, Option<&'a [f64]>),
 }
 
-/// Whoever calls the functions: here, or in another process.
+/// Calls the functions, in this or in another process.
 pub(crate) trait Caller: Send {
-    /// Begins anew, at rest.
+    /// Starts at rest.
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ExternalFault>;
 
-    /// One sample, with other values of its parameters before it where there are some: the last ones stay where it
-    /// refuses them.
+    /// One sample, preceded by new parameter values if there are any. Refused values are not used.
     fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ExternalFault>;
 
-    /// The gravest message that it left since its begin, if it can leave any.
-    fn said(&self) -> Option<String> {
+    /// Most severe message since the start, if available.
+    fn message(&self) -> Option<String> {
         None
     }
 
-    /// By the clock: asks, and does not wait. The answer where it is known at once, as that of a function called here.
+    /// In real time: sends a request without waiting. Returns the answer if available at once, as in this process.
     fn ask(&mut self, question: Question<'_>) -> Option<Result<Answer, ExternalFault>> {
         Some(match question {
             Question::Begin(sample_time, torque_limit, values) => {
@@ -128,78 +127,78 @@ pub(crate) trait Caller: Send {
         })
     }
 
-    /// The answer to what was asked last, where it has come since.
+    /// Answer to the last request, if available.
     fn look(&mut self) -> Option<Result<Answer, ExternalFault>> {
         None
     }
 
-    /// Whether all is computed within the call.
+    /// Whether the answer is computed within the call.
     fn answers_at_once(&self) -> bool {
         true
     }
 
-    /// Runs at this real-time priority from now on where it is a process of its own, asked once in such a period.
+    /// Requests a real-time priority for a separate process with one request per `_period`.
     fn hurry(&self, _priority: u8, _period: Duration) {}
 
-    /// Why no answer will come, where that is known.
+    /// Reason why no answer can follow, if known.
     fn ended(&self) -> Option<ExternalFault> {
         None
     }
 
-    /// From the last question until its answer was there [ns], where that is known.
+    /// Response time of the last request [ns], if known.
     fn response(&self) -> Option<u64> {
         None
     }
 }
 
-/// What is awaited by the clock.
+/// Outstanding answer in real time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Awaited {
+enum Outstanding {
     Begin,
     Torque,
 }
 
-/// What has become of what was asked for by the clock.
+/// State of a request in real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Course {
-    /// Nothing is awaited.
+    /// No request is outstanding.
     Nothing,
     /// No answer yet.
     Open,
-    /// It has begun.
-    Begun,
-    /// Its torque [N m], a finite number.
+    /// It has started.
+    Started,
+    /// Its torque [N m], finite.
     Torque(f64),
 }
 
-/// A file that was opened.
+/// An open external controller, friction or law.
 pub struct External {
     role: Role,
     description: Description,
     values: Vec<f64>,
-    /// Other values that it has not taken yet.
-    wished: Vec<f64>,
-    wishes: bool,
+    /// New parameter values not sent yet, and whether there are any.
+    requested: Vec<f64>,
+    pending: bool,
     line: Option<Line>,
     hash: String,
     caller: Box<dyn Caller>,
     durations: Durations,
     late: u64,
-    /// By the clock: what was asked for and not taken, and its answer where it was known at once.
-    awaited: Option<(Awaited, Option<Result<Answer, ExternalFault>>)>,
+    /// In real time: the outstanding request, with its answer if it was available at once.
+    outstanding: Option<(Outstanding, Option<Result<Answer, ExternalFault>>)>,
     responses: Durations,
 }
 
 impl External {
-    /// Opens a library or an FMU in this process: whatever it does, it does to this process.
+    /// Opens a library or an FMU in this process. Its faults, such as a crash, end this process.
     ///
     /// # Errors
-    /// [`BenchError::External`] for a file that cannot be one; [`Error::File`].
+    /// [`BenchError::External`] for an invalid file; [`Error::File`].
     pub fn trusted(path: &Path, role: Role) -> Result<Self, Error> {
         Self::trusted_as(path, role, &[])
     }
 
-    /// The same with variables of an FMU that are other signals than their names say: signal, variable.
+    /// The same with an explicit mapping of signals to variables of an FMU: signal, variable.
     ///
     /// # Errors
     /// As [`External::trusted`].
@@ -215,35 +214,35 @@ impl External {
         External {
             role,
             description,
-            wished: values.clone(),
+            requested: values.clone(),
             values,
-            wishes: false,
+            pending: false,
             line: None,
             hash,
             caller,
             durations,
             late: 0,
-            awaited: None,
+            outstanding: None,
             responses,
         }
     }
 
-    /// What it is in the loop.
+    /// Role in the loop.
     pub fn role(&self) -> Role {
         self.role
     }
 
-    /// A fault of it, as it is told.
+    /// The fault of the bench for a fault of the external file.
     pub fn told(&self, fault: ExternalFault) -> Fault {
         Fault::External(self.role, fault)
     }
 
-    /// What it says of itself.
+    /// Description of an external controller, friction or law.
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// As a record names it: role, name, and the file.
+    /// Identification in a record: role, name and hash of the file.
     pub fn words(&self) -> String {
         format!("{} {}, SHA-256 {}", self.role, self.description.name, self.hash)
     }
@@ -253,19 +252,19 @@ impl External {
         &self.hash
     }
 
-    /// The values of its parameters, in their order.
+    /// Parameter values, in their order.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Another value of a parameter, with which it begins.
+    /// Sets the value of a parameter for the next start.
     ///
     /// # Errors
     /// [`Error::Unknown`], [`BenchError::ForeignValue`].
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let parameters = &self.description.parameters;
         let Some(index) = parameters.iter().position(|parameter| parameter.name == name) else {
-            let remedy = known(name, self.role, parameters);
+            let remedy = available(name, self.role, parameters);
             return Err(Error::Unknown { what: "parameter", name: name.into(), remedy });
         };
         if !value.is_finite() {
@@ -281,151 +280,150 @@ impl External {
         Ok(())
     }
 
-    /// The gravest message that it left since its begin, if it left any.
+    /// Most severe message since the start, if there is one.
     pub fn said(&self) -> Option<String> {
-        self.caller.said()
+        self.caller.message()
     }
 
-    /// How long its calls took [ns], and how many took longer than [`BUDGET`].
+    /// Durations of its calls [ns], and number of calls longer than [`BUDGET`].
     pub fn durations(&self) -> (Quantiles, u64) {
         (self.durations.quantiles(), self.late)
     }
 
-    /// Begins anew, at rest: time from sample to sample [s], largest torque of the drive [N m].
+    /// Starts at rest: sampling time [s], maximum torque of the drive [N m].
     ///
     /// # Errors
-    /// Why it does not.
+    /// Reason why it does not start.
     pub fn begin(&mut self, sample_time: f64, torque_limit: f64) -> Result<(), ExternalFault> {
         self.caller.begin(sample_time, torque_limit, &self.values)
     }
 
-    /// One sample: the torque [N m], a finite number.
+    /// One sample: the torque [N m], finite.
     ///
     /// # Errors
-    /// What went wrong.
+    /// Its fault.
     pub fn step(&mut self, sample: &ModuleSample) -> Result<f64, ExternalFault> {
-        self.hear();
-        let answer = self.caller.step(sample, self.wishes.then_some(&self.wished[..]))?;
-        self.judged(answer, None)
+        self.take_values();
+        let answer = self.caller.step(sample, self.pending.then_some(&self.requested[..]))?;
+        self.evaluate(answer, None)
     }
 
-    /// A torque, counted, with what was said to other values.
-    fn judged(&mut self, answer: Answer, response: Option<u64>) -> Result<f64, ExternalFault> {
+    /// Evaluates an answer: counts its times and the result for new values.
+    fn evaluate(&mut self, answer: Answer, response: Option<u64>) -> Result<f64, ExternalFault> {
         let Answer { torque, time, refused } = answer;
-        if std::mem::take(&mut self.wishes) {
+        if std::mem::take(&mut self.pending) {
             self.settle(refused);
         }
         self.durations.add(time);
         self.late += u64::from(time > BUDGET);
         response.into_iter().for_each(|time| self.responses.add(time));
-        self.line.iter_mut().for_each(|line| line.took(Took { call: time, response }));
+        self.line.iter_mut().for_each(|line| line.count(CallTimes { call: time, response }));
         if torque.is_finite() { Ok(torque) } else { Err(ExternalFault::NotANumber) }
     }
 
-    /// The way for whoever operates it while it is in the loop.
+    /// The side of the operator while it is in the loop.
     pub fn console(&mut self) -> OperatorSide {
-        let (console, line) = console(&self.values);
+        let (operator, line) = operator_side(&self.values);
         self.line = Some(line);
-        console
+        operator
     }
 
-    /// The value of a parameter, with which it begins: one that it admits.
+    /// Sets a permitted value of a parameter for the next start.
     pub fn begin_with(&mut self, index: usize, value: f64) {
         self.values[index] = value;
     }
 
-    /// It does not control any more until it is opened again.
+    /// Marks it as failed until it is reopened.
     pub(crate) fn fail(&self) {
         self.line.iter().for_each(Line::fail);
     }
 
-    /// Takes other values that have come for its next sample.
-    fn hear(&mut self) {
+    /// Takes new values for the next sample.
+    fn take_values(&mut self) {
         if let Some(values) = self.line.as_mut().and_then(Line::values) {
-            self.wished.copy_from_slice(values);
-            self.wishes = true;
+            self.requested.copy_from_slice(values);
+            self.pending = true;
         }
     }
 
-    /// It has said this to other values.
+    /// Handles its result for new values.
     fn settle(&mut self, code: i32) {
         if code == 0 {
-            self.values.copy_from_slice(&self.wished);
+            self.values.copy_from_slice(&self.requested);
         }
-        self.line.iter().for_each(|line| line.say(code));
+        self.line.iter().for_each(|line| line.set_result(code));
     }
 
-    /// Takes other values that have come with which it begins; whether there were any.
+    /// Takes new values for the next start. Returns whether there were any.
     pub fn take_for_begin(&mut self) -> bool {
-        self.hear();
-        let wished = std::mem::take(&mut self.wishes);
-        if wished {
+        self.take_values();
+        let changed = std::mem::take(&mut self.pending);
+        if changed {
             self.settle(0);
         }
-        wished
+        changed
     }
 
-    /// By the clock: whether its torque is there when its sample has been asked for.
+    /// Whether its torque is available at once in real time.
     pub fn answers_at_once(&self) -> bool {
         self.caller.answers_at_once()
     }
 
-    /// A process of its own runs at this real-time priority from now on, where it is asked once in such a period [s] and
-    /// the system lets it.
+    /// Requests a real-time priority for a separate process with one request per period [s].
     pub(crate) fn hurry(&self, priority: u8, period: f64) {
         self.caller.hurry(priority, Duration::from_secs_f64(period));
     }
 
-    /// By the clock: a torque was not there when it was due.
+    /// In real time: counts a late torque.
     pub(crate) fn count_late(&self) {
         self.line.iter().for_each(Line::late);
     }
 
-    /// By the clock: asks it to begin anew, and does not wait; nothing may be awaited.
+    /// In real time: requests a start without waiting; no request may be outstanding.
     pub(crate) fn ask_to_begin(&mut self, sample_time: f64, torque_limit: f64) {
         let answer = self.caller.ask(Question::Begin(sample_time, torque_limit, &self.values));
-        self.awaited = Some((Awaited::Begin, answer));
+        self.outstanding = Some((Outstanding::Begin, answer));
     }
 
-    /// By the clock: asks for the torque of a sample, and does not wait; nothing may be awaited.
+    /// In real time: requests the torque of a sample without waiting; no request may be outstanding.
     pub(crate) fn ask(&mut self, sample: &ModuleSample) {
-        self.hear();
-        let answer = self.caller.ask(Question::Step(sample, self.wishes.then_some(&self.wished[..])));
-        self.awaited = Some((Awaited::Torque, answer));
+        self.take_values();
+        let answer = self.caller.ask(Question::Step(sample, self.pending.then_some(&self.requested[..])));
+        self.outstanding = Some((Outstanding::Torque, answer));
     }
 
-    /// By the clock: takes the answer to what was asked for, where it is there.
+    /// In real time: takes the answer to the request, if available.
     ///
     /// # Errors
-    /// What went wrong.
+    /// Its fault.
     pub(crate) fn look(&mut self) -> Result<Course, ExternalFault> {
-        let Some((awaited, answer)) = &mut self.awaited else { return Ok(Course::Nothing) };
+        let Some((outstanding, answer)) = &mut self.outstanding else { return Ok(Course::Nothing) };
         let Some(answer) = answer.take().or_else(|| self.caller.look()) else { return Ok(Course::Open) };
-        let awaited = *awaited;
-        self.awaited = None;
-        match awaited {
-            Awaited::Begin => answer.map(|_| Course::Begun),
-            Awaited::Torque => {
+        let outstanding = *outstanding;
+        self.outstanding = None;
+        match outstanding {
+            Outstanding::Begin => answer.map(|_| Course::Started),
+            Outstanding::Torque => {
                 let response = self.caller.response();
-                self.judged(answer?, response).map(Course::Torque)
+                self.evaluate(answer?, response).map(Course::Torque)
             }
         }
     }
 
-    /// Why no answer will come any more, where that is known.
+    /// Reason why no answer can follow, if known.
     pub(crate) fn ended(&self) -> Option<ExternalFault> {
         self.caller.ended()
     }
 
-    /// By the clock: from a question until its answer was there [ns]; empty where it answers at once, and where the system
-    /// does not tell.
+    /// Response times in real time [ns]; empty if it answers at once, or if the system does not support the
+    /// measurement.
     pub fn responses(&self) -> Quantiles {
         self.responses.quantiles()
     }
 }
 
-/// What there is instead of a parameter of this name.
-fn known(name: &str, role: Role, parameters: &[ModuleParameter]) -> String {
+/// Remedy for an unknown parameter: the similar and the available names.
+fn available(name: &str, role: Role, parameters: &[ModuleParameter]) -> String {
     let names = || parameters.iter().map(|parameter| parameter.name.as_str());
     let did = nearest(name, names()).map_or(String::new(), |nearest| format!("Did you mean {nearest}? "));
     let mut all = names().take(LISTED).collect::<Vec<_>>().join(", ");
@@ -435,7 +433,7 @@ fn known(name: &str, role: Role, parameters: &[ModuleParameter]) -> String {
     format!("{did}The {role} has: {}.", if all.is_empty() { "none" } else { &all })
 }
 
-/// What a controller reads at a time since its begin [s].
+/// Inputs of a controller at a time since its start [s].
 pub fn read(time: f64, input: &AxisControlInput<f64>) -> ModuleSample {
     let AxisControlInput { reference, measured_angle, measured_velocity } = *input;
     ModuleSample {

@@ -1,5 +1,5 @@
-//! A controller in the loop, and whoever operates it: other values on their way in, and how long its calls take on the way
-//! out. The side within the deadline waits for nothing and frees nothing.
+//! Connection between the operator and an external controller in the loop: new parameter values go in, durations of
+//! calls come out. The side inside the deadline neither waits nor frees memory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -10,115 +10,115 @@ use stickslip_rt::{Durations, Quantiles};
 
 use super::BUDGET;
 
-/// Calls that may wait to be counted: some seconds of them.
+/// Capacity of the ring of call durations: some seconds.
 const CALLS: usize = 1 << 14;
-/// In 64 bits: which values, and what was answered to them.
+/// Mask for the number of the values; 64 bits hold the number and the result.
 const NUMBER: u64 = 0xffff_ffff;
 
-/// The side of whoever operates.
+/// The side of the operator.
 pub struct OperatorSide {
     values: Writer<Vec<f64>>,
-    verdict: Arc<AtomicU64>,
+    result: Arc<AtomicU64>,
     failed: Arc<AtomicBool>,
-    took: Consumer<Took>,
+    times: Consumer<CallTimes>,
     calls: Durations,
     responses: Durations,
     over_budget: u64,
     late: Arc<AtomicU64>,
 }
 
-/// The side within the deadline.
+/// The side inside the deadline.
 pub(super) struct Line {
     values: Reader<Vec<f64>>,
-    verdict: Arc<AtomicU64>,
+    result: Arc<AtomicU64>,
     failed: Arc<AtomicBool>,
-    took: Producer<Took>,
+    times: Producer<CallTimes>,
     late: Arc<AtomicU64>,
 }
 
-/// How long a sample took [ns].
+/// Times of a sample [ns].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Took {
-    /// The call.
+pub(super) struct CallTimes {
+    /// Duration of the call.
     pub(super) call: u64,
-    /// From the question until the answer was there, where that is known.
+    /// Response time, if known.
     pub(super) response: Option<u64>,
 }
 
-/// Both sides, for values that are in force.
-pub(super) fn console(values: &[f64]) -> (OperatorSide, Line) {
+/// Both sides, for active values.
+pub(super) fn operator_side(values: &[f64]) -> (OperatorSide, Line) {
     let (writer, reader) = exchange(values.to_vec());
-    let (verdict, failed) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
-    let (took_in, took) = RingBuffer::new(CALLS);
+    let (result, failed) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+    let (times_in, times) = RingBuffer::new(CALLS);
     let (calls, responses) = (Durations::default(), Durations::default());
     let late = Arc::new(AtomicU64::new(0));
     let line =
-        Line { values: reader, verdict: verdict.clone(), failed: failed.clone(), took: took_in, late: late.clone() };
-    (OperatorSide { values: writer, verdict, failed, took, calls, responses, over_budget: 0, late }, line)
+        Line { values: reader, result: result.clone(), failed: failed.clone(), times: times_in, late: late.clone() };
+    (OperatorSide { values: writer, result, failed, times, calls, responses, over_budget: 0, late }, line)
 }
 
 impl OperatorSide {
-    /// Gives it other values: their number.
+    /// Sends new values. Returns their number.
     pub fn put(&mut self, values: &[f64]) -> u64 {
         self.values.publish(values.to_vec()) & NUMBER
     }
 
-    /// What it says of the values of this number: 0 where it takes them, none where it has said nothing yet.
+    /// Result for the values of this number: 0 if accepted; `None` before the result.
     pub fn verdict(&self, number: u64) -> Option<i32> {
-        let verdict = self.verdict.load(Ordering::Acquire);
-        (verdict >> 32 == number).then_some(verdict as i32)
+        let result = self.result.load(Ordering::Acquire);
+        (result >> 32 == number).then_some(result as i32)
     }
 
-    /// Whether it has failed, and does not control any more.
+    /// Whether it has failed.
     pub fn failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
     }
 
-    /// Counts the calls that were made since.
+    /// Adds the calls made since the last count.
     pub fn count(&mut self) {
-        while let Ok(Took { call, response }) = self.took.pop() {
+        while let Ok(CallTimes { call, response }) = self.times.pop() {
             self.calls.add(call);
             self.over_budget += u64::from(call > BUDGET);
             response.into_iter().for_each(|time| self.responses.add(time));
         }
     }
 
-    /// How long calls took, and how long until their answers were there [ns]; how many took longer than [`BUDGET`].
+    /// Durations of calls, response times [ns], and number of calls longer than [`BUDGET`].
     pub fn durations(&self) -> (Quantiles, Quantiles, u64) {
         (self.calls.quantiles(), self.responses.quantiles(), self.over_budget)
     }
 
-    /// How many torques were not there when they were due.
+    /// Number of late torques.
     pub fn late(&self) -> u64 {
         self.late.load(Ordering::Relaxed)
     }
 }
 
 impl Line {
-    /// Other values that have come since.
+    /// New values, if there are any.
     pub(super) fn values(&mut self) -> Option<&[f64]> {
         self.values.take(0).then(|| self.values.page().as_slice())
     }
 
-    /// What is said of the values that came last: 0 takes them.
-    pub(super) fn say(&self, code: i32) {
+    /// Stores the result for the last values: 0 if accepted.
+    pub(super) fn set_result(&self, code: i32) {
         let number = self.values.generation() & NUMBER;
-        self.verdict.store(number << 32 | u64::from(code.cast_unsigned()), Ordering::Release);
+        self.result.store(number << 32 | u64::from(code.cast_unsigned()), Ordering::Release);
     }
 
-    /// It does not control any more.
+    /// Marks it as failed.
     pub(super) fn fail(&self) {
         self.failed.store(true, Ordering::Relaxed);
     }
 
-    /// A torque was not there when it was due.
+    /// Counts a late torque.
     pub(super) fn late(&self) {
         self.late.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How long a sample took. What finds no room is not counted.
-    pub(super) fn took(&mut self, took: Took) {
-        let _ = self.took.push(took);
+    /// Adds the times of a sample, unless the ring is full.
+    pub(super) fn count(&mut self, times: CallTimes) {
+        let _ = self.times.push(times);
     }
 }
 
@@ -127,29 +127,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_go_in_and_what_is_said_of_them_comes_out() {
-        let (mut console, mut line) = console(&[1.0]);
-        assert_eq!(line.values(), None, "those it began with");
-        let first = console.put(&[2.0]);
-        assert_eq!(console.verdict(first), None, "nobody has said anything");
+    fn values_go_in_and_their_results_come_out() {
+        let (mut operator, mut line) = operator_side(&[1.0]);
+        assert_eq!(line.values(), None, "the initial values");
+        let first = operator.put(&[2.0]);
+        assert_eq!(operator.verdict(first), None, "no result yet");
         assert_eq!(line.values(), Some(&[2.0][..]));
         assert_eq!(line.values(), None, "once");
-        line.say(-3);
-        assert_eq!(console.verdict(first), Some(-3));
-        let second = console.put(&[3.0]);
-        assert_eq!(console.verdict(second), None, "what was said is of other values");
+        line.set_result(-3);
+        assert_eq!(operator.verdict(first), Some(-3));
+        let second = operator.put(&[3.0]);
+        assert_eq!(operator.verdict(second), None, "the result belongs to the previous values");
         assert_eq!(line.values(), Some(&[3.0][..]));
-        line.say(0);
-        assert_eq!((console.verdict(second), console.failed()), (Some(0), false));
+        line.set_result(0);
+        assert_eq!((operator.verdict(second), operator.failed()), (Some(0), false));
         line.fail();
-        assert!(console.failed());
-        line.took(Took { call: BUDGET + 1, response: None });
-        line.took(Took { call: 7, response: Some(9) });
-        console.count();
-        let (calls, responses, over_budget) = console.durations();
+        assert!(operator.failed());
+        line.count(CallTimes { call: BUDGET + 1, response: None });
+        line.count(CallTimes { call: 7, response: Some(9) });
+        operator.count();
+        let (calls, responses, over_budget) = operator.durations();
         assert_eq!((calls.count, responses.count, responses.max, over_budget), (2, 1, 9, 1));
         line.late();
-        assert_eq!(console.late(), 1);
+        assert_eq!(operator.late(), 1);
         assert!(calls.max > BUDGET);
     }
 }

@@ -1,5 +1,4 @@
-//! What a file is in the loop, by the role that it plays: what stands in its place, when it is asked, and where its torque
-//! goes.
+//! Roles of an external file in the loop: its substitute, its sampling instants, and the destination of its torque.
 
 use crate::BenchError;
 use stickslip_core::control::AxisControl;
@@ -17,10 +16,10 @@ use stickslip_base::preset::{
 };
 use stickslip_design as design;
 
-/// Torque that what stands in for a controller may have [N m]: the least that one can be given.
+/// Torque limit of the substitute for a controller [N m]: the smallest permitted value.
 const NO_TORQUE: f64 = 1e-6;
 
-/// As good as no friction: the least that a characteristic can have.
+/// Practically no friction: the smallest permitted values of a characteristic.
 const NO_FRICTION: Stribeck<f64> = Stribeck {
     breakaway_torque: 1e-6,
     kinetic_torque: 1e-6,
@@ -29,23 +28,23 @@ const NO_FRICTION: Stribeck<f64> = Stribeck {
     decay: Decay::Exponential,
 };
 
-/// What the bench has in its place: while this is in force, the file is asked.
+/// Substitute for an external file: while it is active, the file is in the loop.
 pub(super) enum Substitute {
-    /// A controller that gives nothing.
+    /// A controller without torque.
     Control(Box<AxisControl<f64>>),
-    /// A rendering law that makes the load as frictionless as it can.
+    /// A rendering law for a load without friction.
     Frictionless,
     /// No rendering law.
     Off,
 }
 
-/// What a tick is to a file.
+/// Meaning of a tick for an external file.
 pub(super) struct Turn {
-    /// It is in the loop.
+    /// The file is in the loop.
     pub(super) acts: bool,
-    /// A sample of it begins.
+    /// A sample starts.
     pub(super) begins: bool,
-    /// Its sample ends before the next one begins: what was computed comes into force.
+    /// The sample ends: the computed torque becomes active.
     pub(super) ends: bool,
 }
 
@@ -58,7 +57,7 @@ impl Substitute {
         })
     }
 
-    /// A torque that is asked for in every tick is in force from the begin of the next one.
+    /// A torque requested in every tick is active from the start of the next one.
     pub(super) fn turn(&self, sample: &Sample, tick: &Tick<f64>) -> Turn {
         let every = |acts: bool| Turn { acts: acts && sample.renders, begins: true, ends: false };
         match self {
@@ -87,7 +86,7 @@ fn desired(law: &Law<f64>) -> Option<&Stribeck<f64>> {
     }
 }
 
-/// Settings with nothing in its place.
+/// Settings with the substitute for a role.
 pub(crate) fn without(role: Role, settings: &Settings<f64>) -> Settings<f64> {
     match role {
         Role::Controller => {
@@ -103,7 +102,7 @@ pub(crate) fn without(role: Role, settings: &Settings<f64>) -> Settings<f64> {
             }
         }
         Role::Friction => {
-            // What is picked among all is picked for a friction that is not rendered here.
+            // The automatic choice would be made for a friction that is not rendered here.
             let law = match settings.law {
                 LawChoice::Auto => LawChoice::Residual(Residual::default()),
                 law => law,
@@ -115,10 +114,10 @@ pub(crate) fn without(role: Role, settings: &Settings<f64>) -> Settings<f64> {
     }
 }
 
-/// The rendering law of these settings while a file plays this role, if one does.
+/// The rendering law of these settings, with an external file in this role if there is one.
 ///
 /// # Errors
-/// What the design of the law refuses; [`BenchError::FollowsNoFriction`] where it would render the file's friction away.
+/// Errors of the design of the law; [`BenchError::FollowsNoFriction`] for a law that compensates the external friction.
 pub(crate) fn law(role: Option<Role>, model: &Model<f64>, settings: &Settings<f64>) -> Result<Law<f64>, Error> {
     match (role, settings.law) {
         (Some(Role::Law), _) => Ok(Law::Off),
@@ -128,32 +127,32 @@ pub(crate) fn law(role: Option<Role>, model: &Model<f64>, settings: &Settings<f6
     }
 }
 
-/// Puts into force what stands in its place, or what these settings have there where nothing is `brought`.
+/// Sets the parameters of the substitute if the role is `external`, otherwise those of the settings.
 ///
 /// # Errors
-/// What the design of the bench refuses; as [`law`].
+/// Errors of the design of the bench; as [`law`].
 pub(crate) fn enter(
     role: Role,
-    brought: bool,
+    external: bool,
     parameters: &mut Parameters<f64>,
     model: &Model<f64>,
     settings: &Settings<f64>,
 ) -> Result<(), Error> {
     let tick = &mut parameters.tick;
-    let in_force = if brought { without(role, settings) } else { *settings };
+    let active = if external { without(role, settings) } else { *settings };
     if role == Role::Controller {
-        tick.control = design::axis_control(model, &in_force)?;
-        tick.control_period = in_force.control_period();
+        tick.control = design::axis_control(model, &active)?;
+        tick.control_period = active.control_period();
     } else {
-        tick.law = law(brought.then_some(role), model, settings)?;
-        tick.current = design::load_current_control(&tick.law, model, &in_force)?;
-        tick.arm = design::arm_rendering(model, &in_force)?;
+        tick.law = law(external.then_some(role), model, settings)?;
+        tick.current = design::load_current_control(&tick.law, model, &active)?;
+        tick.arm = design::arm_rendering(model, &active)?;
         tick.correction = Correction::Nothing;
     }
     Ok(())
 }
 
-/// Time from sample to sample [s].
+/// Sampling time [s].
 pub fn period(role: Role, settings: &Settings<f64>) -> f64 {
     match role {
         Role::Controller => settings.control_period(),
@@ -161,7 +160,7 @@ pub fn period(role: Role, settings: &Settings<f64>) -> f64 {
     }
 }
 
-/// Largest torque that its motor has [N m].
+/// Maximum torque of its motor [N m].
 pub fn torque_limit(role: Role, model: &Model<f64>, settings: &Settings<f64>) -> f64 {
     match role {
         Role::Controller => settings.controller.torque_limit(),
@@ -169,8 +168,8 @@ pub fn torque_limit(role: Role, model: &Model<f64>, settings: &Settings<f64>) ->
     }
 }
 
-/// Its torque [N m] where it goes.
-pub(crate) fn brought(role: Role, torque: f64) -> ExternalTorques {
+/// Its torque [N m] at its destination.
+pub(crate) fn torques(role: Role, torque: f64) -> ExternalTorques {
     match role {
         Role::Controller => ExternalTorques { torque, ..ExternalTorques::default() },
         Role::Friction | Role::Law => ExternalTorques { load_torque: torque, ..ExternalTorques::default() },
@@ -187,11 +186,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_stands_in_is_as_frictionless_as_the_law_can_be() {
+    fn the_substitute_is_practically_without_friction() {
         let mut preset: Preset<f64> = find("clm-bench").unwrap().read().unwrap();
         preset.bench.law = LawChoice::Residual(Residual::default());
-        let stands_in = law(Some(Role::Friction), &preset.model, &preset.bench).unwrap();
-        let stickslip_core::render::Law::Bristle(rendered) = stands_in else { panic!("{stands_in:?}") };
+        let substitute = law(Some(Role::Friction), &preset.model, &preset.bench).unwrap();
+        let stickslip_core::render::Law::Bristle(rendered) = substitute else { panic!("{substitute:?}") };
         let Friction::ElastoPlastic(desired) = rendered.desired.model else { panic!("{:?}", rendered.desired) };
         let Stribeck { breakaway_torque, viscous_friction, .. } = desired.lugre.sliding;
         assert!(breakaway_torque <= 1e-6 && viscous_friction == 0.0 && desired.lugre.bristle_damping == 0.0);

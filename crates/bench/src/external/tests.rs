@@ -12,8 +12,8 @@ fn preset() -> Preset<f64> {
 }
 
 #[test]
-fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
-    /// Torques that tell their samples, far below breakaway.
+fn the_torque_of_a_sample_is_active_from_its_last_tick_on() {
+    /// Torques that count the samples, far below breakaway.
     struct Counts(f64);
     impl Caller for Counts {
         fn begin(&mut self, _: f64, _: f64, _: &[f64]) -> Result<(), ExternalFault> {
@@ -36,20 +36,20 @@ fn the_torque_of_a_sample_is_in_force_from_its_last_tick_on() {
             .unwrap();
         let at = bench.step(Order::default()).unwrap();
         let setpoint = Setpoint { position: at.angle, ..Setpoint::default() };
-        let (mut samples, mut begun, mut in_force) = (0.0, 0.0, 0.0);
+        let (mut samples, mut computed, mut active) = (0.0, 0.0, 0.0);
         for _ in 0..40 {
             let frame = bench.step(Order { setpoint, control: true, ..Order::default() }).unwrap();
             if frame.cycle.is_multiple_of(divider) {
                 samples += 1.0;
-                begun = samples;
+                computed = samples;
             }
             if frame.cycle % divider == divider - 1 {
-                in_force = 1e-3 * begun;
+                active = 1e-3 * computed;
             }
-            // Before its first torque, what the bench's own controller computed last is in force to its end; what stands in
-            // may hold the least torque that a limit can be.
-            if in_force > 0.0 {
-                assert!((frame.signals.commanded_torque - in_force).abs() < 2e-6, "{divider}: {in_force} {frame:?}");
+            // Before its first torque, the last one of the built-in controller is active; the substitute may hold the
+            // smallest possible torque limit.
+            if active > 0.0 {
+                assert!((frame.signals.commanded_torque - active).abs() < 2e-6, "{divider}: {active} {frame:?}");
             }
         }
         assert!(samples > 4.0);

@@ -1,6 +1,6 @@
-//! The thread that minds a process: it says why it has ended, and ends one that hangs.
+//! Watchdog thread of a host process: it reports why the process ended, and ends a hanging process.
 //!
-//! Whoever waits for an answer, or may not wait, looks here and at nothing else.
+//! It is the only source for the state of the process.
 
 use std::io;
 use std::os::unix::process::ExitStatusExt as _;
@@ -13,96 +13,96 @@ use std::time::Duration;
 use stickslip_core::supervise::ExternalFault;
 use stickslip_rt::{Alarm, Clock as _, MonotonicClock, hurry};
 
-/// From look to look.
+/// Polling interval.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// What both threads know.
+/// State shared by both threads.
 #[derive(Default)]
-struct Known {
+struct Shared {
     stop: AtomicBool,
-    /// Since when an answer is due [ns]; 0 where none is.
-    asked: AtomicU64,
-    /// Without an answer for so long it hangs [ns].
+    /// Time since when an answer is due [ns]; 0 if none is due.
+    due_since: AtomicU64,
+    /// Time-out of an answer [ns].
     patience: AtomicU64,
-    /// Real-time priority that it is to have; 0 where it stays as it is.
+    /// Requested real-time priority; 0 for no change.
     priority: AtomicU8,
     ended: OnceLock<ExternalFault>,
 }
 
-/// Of a process, which ends with it.
+/// Watchdog of a process, which ends with it.
 pub(super) struct Watchdog {
-    known: Arc<Known>,
+    shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Watchdog {
-    /// Minds a process: without an answer for so long it hangs and is ended. How it ended, it says after the alarm.
+    /// Starts the watchdog: without an answer within `patience` the process is ended. The alarm rings after its end.
     pub(super) fn start(mut child: Child, alarm: Alarm, patience: Duration) -> io::Result<Self> {
-        let known = Arc::new(Known { patience: AtomicU64::new(nanoseconds(patience)), ..Known::default() });
-        let knows = known.clone();
-        let mind = move || {
-            let fault = knows.mind(&mut child);
-            // Nobody else sets it.
-            let _ = knows.ended.set(fault);
+        let shared = Arc::new(Shared { patience: AtomicU64::new(nanoseconds(patience)), ..Shared::default() });
+        let state = shared.clone();
+        let watch = move || {
+            let fault = state.watch(&mut child);
+            // It is set only here.
+            let _ = state.ended.set(fault);
             alarm.ring();
         };
-        let thread = thread::Builder::new().name("stickslip-mind".into()).spawn(mind)?;
-        Ok(Watchdog { known, thread: Some(thread) })
+        let thread = thread::Builder::new().name("stickslip-mind".into()).spawn(watch)?;
+        Ok(Watchdog { shared, thread: Some(thread) })
     }
 
-    /// From now on it hangs without an answer for so long.
+    /// Changes the time-out of an answer.
     pub(super) fn be_patient_for(&self, patience: Duration) {
-        self.known.patience.store(nanoseconds(patience), Ordering::Relaxed);
+        self.shared.patience.store(nanoseconds(patience), Ordering::Relaxed);
     }
 
-    /// From now on it runs at this real-time priority, where the system lets it.
+    /// Requests a real-time priority for the process.
     pub(super) fn hurry(&self, priority: u8) {
-        self.known.priority.store(priority, Ordering::Relaxed);
+        self.shared.priority.store(priority, Ordering::Relaxed);
         self.thread.iter().for_each(|thread| thread.thread().unpark());
     }
 
-    /// From now on an answer is due: the time [ns].
-    pub(super) fn asked(&self) -> u64 {
+    /// Starts the time-out of an answer. Returns the time [ns].
+    pub(super) fn start_timeout(&self) -> u64 {
         let now = now();
-        self.known.asked.store(now, Ordering::Relaxed);
+        self.shared.due_since.store(now, Ordering::Relaxed);
         now
     }
 
-    /// None is due any more.
-    pub(super) fn answered(&self) {
-        self.known.asked.store(0, Ordering::Relaxed);
+    /// Stops the time-out.
+    pub(super) fn stop_timeout(&self) {
+        self.shared.due_since.store(0, Ordering::Relaxed);
     }
 
-    /// Why it has ended, if it has.
+    /// Reason of its end, if it has ended.
     pub(super) fn ended(&self) -> Option<ExternalFault> {
-        self.known.ended.get().copied()
+        self.shared.ended.get().copied()
     }
 
-    /// Waits until that is known: where an answer is due, not for ever.
-    pub(super) fn why(&self) -> ExternalFault {
-        *self.known.ended.wait()
+    /// Waits for the end of the process; bounded while an answer is due.
+    pub(super) fn wait_for_end(&self) -> ExternalFault {
+        *self.shared.ended.wait()
     }
 }
 
-impl Known {
-    fn mind(&self, child: &mut Child) -> ExternalFault {
+impl Shared {
+    fn watch(&self, child: &mut Child) -> ExternalFault {
         loop {
             match child.try_wait() {
-                Ok(Some(status)) => return named(status),
+                Ok(Some(status)) => return fault_of(status),
                 Ok(None) => {}
                 Err(_) => return ExternalFault::Ended { code: -1 },
             }
-            // Here nobody else can have its number.
+            // The process exists, so its number is not reused.
             match self.priority.swap(0, Ordering::Relaxed) {
                 0 => {}
-                // Refused, it stays an ordinary process.
+                // If refused, it remains an ordinary process.
                 priority => drop(hurry(child.id(), priority)),
             }
-            let asked = self.asked.load(Ordering::Relaxed);
+            let due_since = self.due_since.load(Ordering::Relaxed);
             let patience = self.patience.load(Ordering::Relaxed);
-            let hangs = asked != 0 && now().saturating_sub(asked) > patience;
+            let hangs = due_since != 0 && now().saturating_sub(due_since) > patience;
             if hangs || self.stop.load(Ordering::Relaxed) {
-                // Whatever it does, it does it no more.
+                // The process hangs or is not needed any more.
                 let _ = child.kill();
                 let _ = child.wait();
                 return ExternalFault::Silent { time: 1e-9 * patience as f64 };
@@ -116,25 +116,25 @@ fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// How it ended.
-fn named(status: ExitStatus) -> ExternalFault {
+/// Fault for an exit status.
+fn fault_of(status: ExitStatus) -> ExternalFault {
     match status.signal() {
         Some(signal) => ExternalFault::Crashed { signal },
         None => ExternalFault::Ended { code: status.code().unwrap_or(-1) },
     }
 }
 
-/// The monotonic time of the system, which all its processes have [ns].
+/// The monotonic time of the system, common to all processes [ns].
 pub(super) fn now() -> u64 {
     MonotonicClock::default().now()
 }
 
 impl Drop for Watchdog {
     fn drop(&mut self) {
-        self.known.stop.store(true, Ordering::Relaxed);
+        self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
-            // It has nothing to say.
+            // It returns no result.
             let _ = thread.join();
         }
     }

@@ -1,5 +1,5 @@
-//! What two processes say to each other of a controller: words of 64 bits, in the order of bytes of the machine. Both ends
-//! are the same program; another version of it is refused by [`VERSION`].
+//! Protocol between the bench and the host process: words of 64 bits in native byte order. Both ends are the same
+//! program; other versions are refused by [`VERSION`].
 
 use serde_json::{Value, json};
 use stickslip_core::supervise::ExternalFault;
@@ -9,13 +9,13 @@ use super::library::Library;
 use super::watchdog::now;
 use super::{Answer, Caller as _, Description, Signal};
 
-/// Of what stands here.
+/// Version of the protocol.
 const VERSION: u64 = 5;
-/// What a host says of itself at most [bytes].
+/// Maximum length of a description [bytes].
 pub(super) const LONGEST: usize = 1 << 22;
-/// Words of the longest question.
+/// Maximum number of words of a question.
 pub(super) const QUESTION: usize = SAMPLE + MOST_PARAMETERS;
-/// Words of a question before the values of the parameters.
+/// Number of words before the parameter values.
 const HEAD: usize = 4;
 const SAMPLE: usize = 11;
 
@@ -27,14 +27,14 @@ const DONE: u64 = 0;
 const FAILED: u64 = 1;
 const MODE: u64 = 2;
 
-/// Begins anew; asked at this time [ns].
-pub(super) fn begin(asked: u64, sample_time: f64, torque_limit: f64, values: &[f64]) -> impl Iterator<Item = u64> {
-    let head = [BEGIN, asked, sample_time.to_bits(), torque_limit.to_bits()];
+/// Request to start, sent at this time [ns].
+pub(super) fn begin(sent: u64, sample_time: f64, torque_limit: f64, values: &[f64]) -> impl Iterator<Item = u64> {
+    let head = [BEGIN, sent, sample_time.to_bits(), torque_limit.to_bits()];
     head.into_iter().chain(values.iter().map(|value| value.to_bits()))
 }
 
-/// One sample, with other values of its parameters where there are some; asked at this time [ns].
-pub(super) fn step(asked: u64, sample: &ModuleSample, values: Option<&[f64]>) -> impl Iterator<Item = u64> {
+/// Request of one sample, with new parameter values if there are any, sent at this time [ns].
+pub(super) fn step(sent: u64, sample: &ModuleSample, values: Option<&[f64]>) -> impl Iterator<Item = u64> {
     let ModuleSample { time, reference_position, reference_velocity, reference_acceleration, .. } = *sample;
     let numbers = [
         time,
@@ -48,11 +48,11 @@ pub(super) fn step(asked: u64, sample: &ModuleSample, values: Option<&[f64]>) ->
         sample.commanded_torque,
     ];
     let values = values.unwrap_or_default().iter().map(|value| value.to_bits());
-    [STEP, asked].into_iter().chain(numbers.map(f64::to_bits)).chain(values)
+    [STEP, sent].into_iter().chain(numbers.map(f64::to_bits)).chain(values)
 }
 
-/// Does what a question asks for.
-pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER] {
+/// Executes a request.
+pub(super) fn execute(question: &[u64], library: &mut Library) -> [u64; ANSWER] {
     let number = |index: usize| f64::from_bits(question.get(index).copied().unwrap_or_default());
     let behind = |head: usize| question.iter().skip(head).map(|bits| f64::from_bits(*bits)).collect::<Vec<_>>();
     let done = match question.first() {
@@ -71,7 +71,7 @@ pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER]
             };
             library.step(&sample, Some(&behind(SAMPLE)[..]).filter(|values| !values.is_empty()))
         }
-        // Something has written over it.
+        // The memory was overwritten.
         _ => Err(ExternalFault::Failed { code: -1 }),
     };
     let code = |code: i32| u64::from(code.cast_unsigned());
@@ -80,11 +80,11 @@ pub(super) fn answered(question: &[u64], library: &mut Library) -> [u64; ANSWER]
         Err(ExternalFault::Failed { code: failed }) => (FAILED, code(failed), 0, 0),
         Err(_) => (MODE, 0, 0, 0),
     };
-    let asked = question.get(1).copied().unwrap_or_default();
-    [kind, word, time, now().saturating_sub(asked), refused, 0]
+    let sent = question.get(1).copied().unwrap_or_default();
+    [kind, word, time, now().saturating_sub(sent), refused, 0]
 }
 
-/// What an answer says, whoever has written it.
+/// Decodes an answer of any bits.
 pub(super) fn answer([kind, word, time, _, refused, _]: [u64; ANSWER]) -> Result<Answer, ExternalFault> {
     match kind {
         DONE => Ok(Answer { torque: f64::from_bits(word), time, refused: refused as i32 }),
@@ -93,16 +93,16 @@ pub(super) fn answer([kind, word, time, _, refused, _]: [u64; ANSWER]) -> Result
     }
 }
 
-/// From the question until it was there, whoever says so [ns].
+/// Response time according to the answer [ns].
 pub(super) fn response([_, _, _, time, ..]: [u64; ANSWER]) -> u64 {
     time
 }
 
-/// A description for the other side, or what is wrong.
-pub(super) fn told(description: Result<&Description, String>) -> Vec<u8> {
+/// Encodes a description, or a problem.
+pub(super) fn encode_description(description: Result<&Description, String>) -> Vec<u8> {
     let parameter = |p: &ModuleParameter| json!([p.name, p.unit, p.help, p.minimum, p.maximum, p.initial, p.fixed]);
     let signal = |signal: &Signal| json!([signal.name, signal.variable, signal.unit]);
-    let said = match description {
+    let message = match description {
         Ok(it) => json!({
             "version": VERSION,
             "name": it.name,
@@ -115,16 +115,17 @@ pub(super) fn told(description: Result<&Description, String>) -> Vec<u8> {
         }),
         Err(problem) => json!({ "version": VERSION, "problem": problem }),
     };
-    said.to_string().into_bytes()
+    message.to_string().into_bytes()
 }
 
-/// A description from the other side, or its problem.
-pub(super) fn described(said: &[u8]) -> Result<Description, String> {
-    let said: Value = serde_json::from_slice(said).map_err(|error| format!("its process says nonsense ({error})"))?;
-    if said["version"] != VERSION {
-        return Err("its process is another version of stickslip. Let the variable STICKSLIP name this one".into());
+/// Decodes a description, or its problem.
+pub(super) fn decode_description(bytes: &[u8]) -> Result<Description, String> {
+    let message: Value =
+        serde_json::from_slice(bytes).map_err(|error| format!("invalid message from its process ({error})"))?;
+    if message["version"] != VERSION {
+        return Err("its process is another version of stickslip. Set the variable STICKSLIP to this program".into());
     }
-    if let Some(problem) = said["problem"].as_str() {
+    if let Some(problem) = message["problem"].as_str() {
         return Err(problem.to_owned());
     }
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
@@ -139,13 +140,13 @@ pub(super) fn described(said: &[u8]) -> Result<Description, String> {
         fixed: p[6].as_bool().unwrap_or_default(),
     };
     let signal = |s: &Value| Signal { name: text(&s[0]), variable: text(&s[1]), unit: text(&s[2]) };
-    let all = |what: &str| said[what].as_array().map_or(&[][..], Vec::as_slice);
+    let all = |what: &str| message[what].as_array().map_or(&[][..], Vec::as_slice);
     Ok(Description {
-        name: text(&said["name"]),
+        name: text(&message["name"]),
         parameters: all("parameters").iter().map(parameter).collect(),
-        kind: text(&said["kind"]),
-        tool: said["tool"].as_str().map(String::from),
-        step: said["step"].as_f64(),
+        kind: text(&message["kind"]),
+        tool: message["tool"].as_str().map(String::from),
+        step: message["step"].as_f64(),
         signals: all("signals").iter().map(signal).collect(),
         notes: all("notes").iter().map(text).collect(),
     })
@@ -156,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_bits_are_an_answer_or_a_fault() {
+    fn any_bits_decode_to_an_answer_or_a_fault() {
         let done = answer([DONE, 0.25f64.to_bits(), 17, 0, u64::from((-2i32).cast_unsigned()), 0]);
         assert_eq!(done, Ok(Answer { torque: 0.25, time: 17, refused: -2 }));
         assert_eq!(answer([MODE; ANSWER]), Err(ExternalFault::FloatingPoint));
@@ -172,9 +173,9 @@ mod tests {
     fn a_process_of_another_version_is_refused() {
         let signals = vec![Signal { name: "torque".into(), variable: "M".into(), unit: "N.m".into() }];
         let description = Description { name: "it".into(), signals, step: Some(1e-3), ..Description::default() };
-        assert_eq!(described(&told(Ok(&description))), Ok(description));
-        assert_eq!(described(&told(Err("broken".into()))), Err("broken".into()));
-        let other = described(br#"{"name":"it","parameters":[]}"#).unwrap_err();
-        assert!(other.contains("another version") && described(b"{").is_err(), "{other}");
+        assert_eq!(decode_description(&encode_description(Ok(&description))), Ok(description));
+        assert_eq!(decode_description(&encode_description(Err("broken".into()))), Err("broken".into()));
+        let other = decode_description(br#"{"name":"it","parameters":[]}"#).unwrap_err();
+        assert!(other.contains("another version") && decode_description(b"{").is_err(), "{other}");
     }
 }

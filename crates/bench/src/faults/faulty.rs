@@ -1,4 +1,4 @@
-//! A machine whose readings, amplifiers and clock do what a fault makes of them.
+//! A machine with injected faults of its readings, amplifiers and clock.
 
 use crate::BenchError;
 use stickslip_core::cycle::{Software, Voltages};
@@ -11,45 +11,45 @@ use crate::remote::LinkFault;
 use crate::{InProcess, LockstepBench};
 use stickslip_base::{Error, Preset};
 
-/// As many as there may be: they are injected within the deadline, which allocates nothing.
+/// Maximum number of injected faults: they are injected inside the deadline, without allocation.
 const ROOM: usize = 16;
 
-/// What was injected, tick after tick. Apart from a machine, for a replay whose machine was elsewhere.
+/// The injected faults. Separate from a machine, for replays of a run with another machine.
 #[derive(Clone, Debug)]
 pub(crate) struct Faults {
     injected: Vec<Injected>,
-    /// Of the counter.
+    /// Decoder of the counter.
     decoder: Decoder<f64>,
     tick_time: f64,
     /// Ticks of the machine since the start.
     tick: u64,
-    /// What the software suffers behind this tick.
+    /// Disturbances of the software after this tick.
     missed: u64,
-    spoilt: bool,
+    controller_nan: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Injected {
     injection: Injection,
-    /// From its first tick on: what was written, and what was read in the tick before.
-    begun: Option<(Voltages<f64>, Measurement<f64>)>,
-    /// Counts of the healthy counter since then, over all wraps; the last ones that it gave.
+    /// Set in its first tick: the written voltages, and the readings of the previous tick.
+    start: Option<(Voltages<f64>, Measurement<f64>)>,
+    /// Unwrapped counts of the healthy counter since then; its last counts.
     counts: f64,
     last: f64,
 }
 
 impl Injected {
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
-        let Injected { injection: Injection { kind, value, at }, begun, counts, last } = self;
-        let place = Kind::all().position(|known| known == *kind).unwrap_or(0);
+        let Injected { injection: Injection { kind, value, at }, start, counts, last } = self;
+        let place = Kind::all().position(|other| other == *kind).unwrap_or(0);
         let place = which(keep, place, Kind::all().count());
         *kind = Kind::all().nth(place).unwrap_or(*kind);
-        let mut has_begun = begun.is_some();
-        let (mut voltages, mut before) = begun.unwrap_or_default();
-        flag(keep, &mut has_begun);
+        let mut active = start.is_some();
+        let (mut voltages, mut before) = start.unwrap_or_default();
+        flag(keep, &mut active);
         fields(keep, &mut voltages);
         fields(keep, &mut before);
-        *begun = has_begun.then_some((voltages, before));
+        *start = active.then_some((voltages, before));
         [value, at, counts, last].into_iter().for_each(|number| keep.number(number));
     }
 }
@@ -57,30 +57,30 @@ impl Injected {
 impl Faults {
     pub(crate) fn new(decoder: Decoder<f64>, tick_time: f64) -> Self {
         let injected = Vec::with_capacity(ROOM);
-        Faults { injected, decoder, tick_time, tick: 0, missed: 0, spoilt: false }
+        Faults { injected, decoder, tick_time, tick: 0, missed: 0, controller_nan: false }
     }
 
     pub(crate) fn inject(&mut self, injection: Injection) -> Result<(), Error> {
         if self.injected.len() == ROOM {
-            let remedy = format!("There are {ROOM} already: start anew.");
+            let remedy = format!("The maximum of {ROOM} is reached: restart the bench.");
             return Err(BenchError::Injection { fault: injection.to_string(), remedy }.into());
         }
-        self.injected.push(Injected { injection, begun: None, counts: 0.0, last: 0.0 });
+        self.injected.push(Injected { injection, start: None, counts: 0.0, last: 0.0 });
         Ok(())
     }
 
-    /// Begins a tick: what the amplifiers get, and the ticks that the machine goes on alone behind it.
+    /// Starts a tick: voltages of the amplifiers, and number of following ticks without the software.
     pub(crate) fn begin(&mut self, mut voltages: Voltages<f64>, before: &Measurement<f64>) -> (Voltages<f64>, u64) {
         let now = self.tick;
         let mut alone = 0;
         for fault in &mut self.injected {
             let Injection { kind, value, at } = fault.injection;
-            // The tick whose instant is nearest.
+            // The nearest tick.
             if (now as f64) < (at / self.tick_time).round() {
                 continue;
             }
-            let first = fault.begun.is_none();
-            let (kept, _) = *fault.begun.get_or_insert((voltages, *before));
+            let first = fault.start.is_none();
+            let (kept, _) = *fault.start.get_or_insert((voltages, *before));
             if first {
                 (fault.counts, fault.last) = (before.count, before.count);
             }
@@ -89,7 +89,7 @@ impl Faults {
                 Kind::ServoFrozen => voltages.servo_voltage = kept.servo_voltage,
                 Kind::LoadFrozen => voltages.amplifier_voltage = kept.amplifier_voltage,
                 Kind::PowerLoss => voltages = Voltages::default(),
-                Kind::ControllerNan => self.spoilt |= first,
+                Kind::ControllerNan => self.controller_nan |= first,
                 Kind::TicksMissed if first => alone += value as u64,
                 _ => {}
             }
@@ -99,13 +99,13 @@ impl Faults {
         (voltages, alone)
     }
 
-    /// Ends a tick: what the software reads.
+    /// Ends a tick: readings of the software.
     fn end(&mut self, mut readings: Measurement<f64>) -> Measurement<f64> {
         let range = self.decoder.counter_range;
         let shortest = |difference: f64| difference - range * (difference / range).round();
         let healthy = readings;
         for fault in &mut self.injected {
-            let Some((_, before)) = fault.begun else { continue };
+            let Some((_, before)) = fault.start else { continue };
             fault.counts += shortest(healthy.count - fault.last);
             fault.last = healthy.count;
             let value = fault.injection.value;
@@ -137,48 +137,48 @@ impl Faults {
     }
 
     fn keep(&mut self, keep: &mut dyn StateVisitor) {
-        let Faults { injected, decoder, tick_time: _, tick, missed, spoilt } = self;
+        let Faults { injected, decoder, tick_time: _, tick, missed, controller_nan } = self;
         let many = which(keep, injected.len(), ROOM + 1);
-        let nothing = Injected { injection: Injection::new(Kind::PowerLoss, 0.0), begun: None, counts: 0.0, last: 0.0 };
-        // There is room: nothing is allocated.
+        let nothing = Injected { injection: Injection::new(Kind::PowerLoss, 0.0), start: None, counts: 0.0, last: 0.0 };
+        // Within the capacity: no allocation.
         injected.resize(many, nothing);
         injected.iter_mut().for_each(|fault| fault.keep(keep));
         fields(keep, decoder);
         count(keep, tick);
         count(keep, missed);
-        flag(keep, spoilt);
+        flag(keep, controller_nan);
     }
 
-    /// What befalls the software besides, behind a tick.
+    /// Disturbs the software after a tick.
     pub(crate) fn disturb(&mut self, software: &mut Software) {
         (0..std::mem::take(&mut self.missed)).for_each(|_| software.miss());
-        if std::mem::take(&mut self.spoilt) {
+        if std::mem::take(&mut self.controller_nan) {
             software.spoil_controller();
         }
     }
 }
 
-/// A machine with faults on purpose.
+/// A machine with injected faults.
 #[derive(Clone, Debug)]
 pub struct Faulty<M> {
     machine: M,
     faults: Faults,
-    /// As the machine gave them.
+    /// Readings without the faults.
     readings: Measurement<f64>,
 }
 
 impl<M: Io> Faulty<M> {
-    /// Nothing is wrong yet with a machine at rest that gave these readings, whose counter is this.
+    /// Without faults yet, for a machine at rest with these readings and this counter.
     pub fn new(machine: M, readings: Measurement<f64>, decoder: Decoder<f64>, tick_time: f64) -> Self {
         Faulty { machine, faults: Faults::new(decoder, tick_time), readings }
     }
 
-    /// What is wrong with it.
+    /// The injected faults.
     pub(crate) fn faults(&self) -> &Faults {
         &self.faults
     }
 
-    /// What the machine gave last, before the faults.
+    /// Last readings of the machine, without the faults.
     pub fn undisturbed(&self) -> &Measurement<f64> {
         &self.readings
     }
@@ -224,11 +224,11 @@ impl<M: Io> Io for Faulty<M> {
     }
 }
 
-/// The virtual machine with faults on purpose, behind the software of the bench.
+/// The virtual machine with injected faults, with the software of the bench.
 pub type FaultyBench = LockstepBench<Faulty<InProcess>>;
 
 impl FaultyBench {
-    /// The bench of a preset, switched on and at rest; nothing is wrong yet.
+    /// The bench of a preset, switched on and at rest, without faults yet.
     ///
     /// # Errors
     /// As [`VirtualBench::new`](crate::VirtualBench::new).
@@ -238,7 +238,7 @@ impl FaultyBench {
         Self::over(&preset.model, &preset.bench, machine, readings)
     }
 
-    /// What the machine gave last, before the faults. Nothing that measures may ask for it.
+    /// Last readings of the machine, without the faults. Measurements must not use them.
     pub fn undisturbed(&self) -> &Measurement<f64> {
         self.machine.undisturbed()
     }

@@ -1,8 +1,8 @@
-//! Faults on purpose: whether the bench sees them, and stops.
+//! Injected faults, to test that the bench detects them and stops.
 //!
-//! An [`Injection`] is a line of text, `encoder-stuck@1.5s` or `counts-lost=0.02@3s`: what, how much, and from when, in
-//! bench time since the start. [`Faulty`] puts it between any machine and the software, so that it is the same in
-//! lockstep, by the clock and over a link; a record keeps it as a change, and a replay injects it again.
+//! An [`Injection`] is a line of text, `encoder-stuck@1.5s` or `counts-lost=0.02@3s`: kind, value and start, in bench
+//! time since the start of the bench. [`Faulty`] applies it between machine and software, in the same way in lockstep,
+//! in real time and over a link. It is recorded as a change, and a replay injects it again.
 
 mod faulty;
 mod injection;

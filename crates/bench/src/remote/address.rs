@@ -1,16 +1,16 @@
-//! Where a machine is reached, as text.
+//! Address of a machine, as text.
 
 use std::fmt;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Where a machine is reached: `udp:127.0.0.1:9750`, `shm:axis` on the same computer, or `serial:/dev/ttyACM0`.
+/// Address of a machine: `udp:127.0.0.1:9750`, `shm:axis` on the same computer, or `serial:/dev/ttyACM0`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// Datagrams.
     Udp(SocketAddr),
-    /// Shared memory, by its name; a name with a slash is a file of the reader's own.
+    /// Shared memory, by its name; a name with a slash is the path of a file.
     Shm(String),
     /// A serial port, by its file.
     Serial(PathBuf),
@@ -31,16 +31,14 @@ impl FromStr for Address {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             Some(("udp", address)) => {
-                let found = address.to_socket_addrs().map_err(|error| format!("{address}: {error}"))?.next();
-                found.map(Address::Udp).ok_or_else(|| format!("{address} has no address"))
+                let resolved = address.to_socket_addrs().map_err(|error| format!("{address}: {error}"))?.next();
+                resolved.map(Address::Udp).ok_or_else(|| format!("{address} has no address"))
             }
             Some(("shm", name)) if !name.is_empty() => Ok(Address::Shm(name.into())),
             Some(("serial", path)) if !path.is_empty() => Ok(Address::Serial(path.into())),
-            _ => Err(
-                "write it as udp:ADDRESS:PORT, shm:NAME or serial:PORT, for example udp:127.0.0.1:9750, shm:axis or \
+            _ => Err("use udp:ADDRESS:PORT, shm:NAME or serial:PORT, for example udp:127.0.0.1:9750, shm:axis or \
                       serial:/dev/ttyACM0"
-                    .into(),
-            ),
+                .into()),
         }
     }
 }
@@ -60,9 +58,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_address_that_is_none_is_refused() {
+    fn an_invalid_address_is_refused() {
         let refusal = |text: &str| text.parse::<Address>().unwrap_err();
-        assert!(refusal("127.0.0.1:9").contains("write it as udp:"));
+        assert!(refusal("127.0.0.1:9").contains("use udp:"));
         assert!(refusal("shm:").contains("shm:NAME"));
         assert!(refusal("udp:127.0.0.1").contains("127.0.0.1"));
         for text in ["udp:127.0.0.1:9750", "shm:axis", "shm:./axis", "serial:/dev/ttyACM0"] {

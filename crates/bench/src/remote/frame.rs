@@ -1,7 +1,8 @@
 //! The frames between the software of a bench and a machine in another process.
 //!
-//! Little endian: mark `SI`, version (u8), kind (u8), sequence number (u64), the kind's numbers (f64 each, in the order of
-//! their struct), CRC-32 of all before. None of a tick is longer than 64 bytes. `docs/src/frame.md` has the tables.
+//! Little endian: mark `SI`, version (u8), kind (u8), sequence number (u64), the kind's numbers (f64 each, in the order
+//! of their struct), CRC-32 of all preceding bytes. The frames of a tick have at most 64 bytes. `docs/src/frame.md` has
+//! the tables.
 
 use std::fmt;
 
@@ -18,65 +19,65 @@ pub(crate) const MARK: [u8; 2] = *b"SI";
 pub(crate) const VERSION: u8 = 2;
 /// Bytes before the numbers.
 pub(crate) const HEAD: usize = 12;
-/// Bytes behind them.
+/// Bytes after the numbers.
 const TAIL: usize = 4;
-/// None is longer: what a slot of the shared memory holds.
+/// Maximum length: the size of a slot of the shared memory.
 pub(crate) const LONGEST: usize = 120;
 
-/// What the software says at the begin.
+/// Start request of the software.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct Begin<T> {
-    /// Time of its tick.
+    /// Tick time of the software.
     #[field(symbol = "T_s", unit = "s")]
     pub(crate) tick_time: T,
 }
 
-/// What the machine answers: it is at rest.
+/// Answer of the machine to the start; it is at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct Begun<T> {
-    /// How far the linings are pressed on.
+    /// Preload of the friction wheel.
     #[field(unit = "1")]
     pub(crate) preload: T,
     /// Readings before the first tick.
     pub(crate) measurement: Measurement<T>,
 }
 
-/// Presses the linings on.
+/// Sets the preload.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct Preload<T> {
-    /// How far, 0 … 1.
+    /// Preload, 0 … 1.
     #[field(unit = "1")]
     pub(crate) preload: T,
 }
 
-/// Why a request was not done: as [`Reason`] says, with what was due and what came.
+/// Refusal of a request: [`Reason`], expected and received value.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub(crate) struct Refusal<T> {
-    /// The place of the reason in [`Reason::ALL`].
+    /// Index of the reason in [`Reason::ALL`].
     #[field(unit = "1")]
     pub(crate) reason: T,
-    /// What was due.
+    /// Expected value.
     #[field(unit = "1")]
     pub(crate) due: T,
-    /// What came.
+    /// Received value.
     #[field(unit = "1")]
     pub(crate) came: T,
 }
 
-/// Why a machine refuses.
+/// Reason of a refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reason {
     /// The frame could not be read.
     FrameError,
     /// The sequence number is not the next.
     Sequence,
-    /// The tick is not the machine's.
+    /// The tick times differ.
     TickTime,
-    /// Linings cannot be pressed on so far.
+    /// The preload is outside its range.
     Preload,
-    /// Another bench has the machine (1 was due), or none has begun (0).
+    /// Another bench uses the machine (expected value 1), or none has started (0).
     Stranger,
-    /// A machine does not take this kind.
+    /// The machine does not accept this kind of frame.
     Kind,
 }
 
@@ -93,7 +94,7 @@ impl Reason {
 }
 
 impl Refusal<f64> {
-    /// Its reason, where it is known here.
+    /// Its reason, if known.
     pub(crate) fn reason(&self) -> Option<Reason> {
         Reason::ALL.get(self.reason as usize).copied()
     }
@@ -103,59 +104,63 @@ impl fmt::Display for Refusal<f64> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Refusal { reason, due, came } = self;
         match self.reason() {
-            Some(Reason::FrameError) => write!(f, "a frame reached it garbled"),
+            Some(Reason::FrameError) => write!(f, "a frame arrived damaged"),
             Some(Reason::Sequence) => write!(
                 f,
-                "frame {came} reached it where {due} was due: one was {}",
-                if came < due { "doubled or late" } else { "lost" }
+                "frame {came} arrived instead of frame {due}: a frame was {}",
+                if came < due { "duplicated or late" } else { "lost" }
             ),
             Some(Reason::TickTime) => {
-                write!(f, "its tick is {due} s, this bench's {came} s. Give both the same preset and bench.tick_rate")
+                write!(
+                    f,
+                    "its tick time is {due} s, that of this bench is {came} s. Use the same preset and \
+                    bench.tick_rate for both"
+                )
             }
-            Some(Reason::Preload) => write!(f, "linings cannot be pressed on by {came}, 0 … 1 can be"),
-            Some(Reason::Stranger) if *due == 0.0 => write!(f, "no bench has begun with it"),
-            Some(Reason::Stranger) => write!(f, "another bench has begun with it"),
-            Some(Reason::Kind) => write!(f, "it does not take frames of kind {came}"),
-            None => write!(f, "for a reason of number {reason}, which is unknown here"),
+            Some(Reason::Preload) => write!(f, "the preload {came} is outside 0 … 1"),
+            Some(Reason::Stranger) if *due == 0.0 => write!(f, "no bench has started it"),
+            Some(Reason::Stranger) => write!(f, "another bench uses it"),
+            Some(Reason::Kind) => write!(f, "it does not accept frames of kind {came}"),
+            None => write!(f, "unknown reason {reason}"),
         }
     }
 }
 
-/// What a frame says.
+/// Content of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Message {
-    /// To the machine: start afresh, at rest.
+    /// To the machine: restart at rest.
     Begin(Begin<f64>),
     /// Its answer.
     Begun(Begun<f64>),
-    /// To the machine: one tick under these voltages.
+    /// To the machine: one tick with these voltages.
     Voltages(Voltages<f64>),
     /// Its answer: the readings at the tick's end.
     Readings(Measurement<f64>),
-    /// To the machine: press the linings on.
+    /// To the machine: set the preload.
     Preload(Preload<f64>),
     /// Its answer.
     Pressed(Preload<f64>),
-    /// Its answer to what it does not do.
+    /// Its answer to a refused request.
     Refusal(Refusal<f64>),
-    /// To the machine: no more; it does not answer.
+    /// To the machine: end; without answer.
     End,
-    /// To the machine: start afresh, at rest, by the clock; the answer is that to `Begin`.
-    TimingReport(Begin<f64>),
+    /// To the machine: restart at rest, in real time; the answer is that to `Begin`.
+    BeginRealTime(Begin<f64>),
 }
 
-/// Why a frame cannot be read.
+/// Error of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FrameError {
     /// It does not begin with the mark.
     Mark,
-    /// It is of another version.
+    /// Another version.
     Version(u8),
     /// Its kind is unknown.
     Kind(u8),
-    /// It has not the length of its kind.
+    /// Wrong length for its kind.
     Length(usize),
-    /// Its bytes are not those that were sent.
+    /// Wrong checksum.
     Checksum,
 }
 
@@ -163,15 +168,15 @@ impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             FrameError::Mark => write!(f, "it does not begin with SI"),
-            FrameError::Version(version) => write!(f, "its version is {version}, here it is {VERSION}"),
+            FrameError::Version(version) => write!(f, "its version is {version}, expected {VERSION}"),
             FrameError::Kind(kind) => write!(f, "its kind is {kind}"),
-            FrameError::Length(length) => write!(f, "its length of {length} bytes is not that of its kind"),
+            FrameError::Length(length) => write!(f, "its length of {length} bytes does not match its kind"),
             FrameError::Checksum => write!(f, "its checksum is wrong"),
         }
     }
 }
 
-/// The bytes of a frame, made without an allocation.
+/// The bytes of a frame, without allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Datagram {
     bytes: [u8; LONGEST],
@@ -205,16 +210,16 @@ impl std::ops::DerefMut for Datagram {
     }
 }
 
-/// The struct of these numbers; `None` where there are more or fewer.
-fn made_of<N: Numbers<f64> + Default>(mut numbers: impl ExactSizeIterator<Item = f64>) -> Option<N> {
-    let (mut made, mut enough) = (N::default(), true);
-    each(&mut made, &mut |number| {
+/// The struct with these numbers; `None` for a different count.
+fn from_numbers<N: Numbers<f64> + Default>(mut numbers: impl ExactSizeIterator<Item = f64>) -> Option<N> {
+    let (mut value, mut complete) = (N::default(), true);
+    each(&mut value, &mut |number| {
         *number = numbers.next().unwrap_or_else(|| {
-            enough = false;
+            complete = false;
             0.0
         });
     });
-    (enough && numbers.len() == 0).then_some(made)
+    (complete && numbers.len() == 0).then_some(value)
 }
 
 impl Message {
@@ -229,11 +234,11 @@ impl Message {
             Message::Pressed(_) => 6,
             Message::Refusal(_) => 7,
             Message::End => 8,
-            Message::TimingReport(_) => 9,
+            Message::BeginRealTime(_) => 9,
         }
     }
 
-    /// Bytes of a frame of a kind; none where there is no such kind.
+    /// Length of a frame [bytes] by its kind; `None` for an unknown kind.
     pub(crate) fn length(kind: u8) -> Option<usize> {
         let numbers = match kind {
             1 | 5 | 6 | 9 => 1,
@@ -254,7 +259,7 @@ impl Message {
         frame.extend([VERSION, self.kind()]);
         frame.extend(sequence.to_le_bytes());
         match self {
-            Message::Begin(begin) | Message::TimingReport(begin) => frame.numbers(begin),
+            Message::Begin(begin) | Message::BeginRealTime(begin) => frame.numbers(begin),
             Message::Begun(begun) => frame.numbers(begun),
             Message::Voltages(voltages) => frame.numbers(voltages),
             Message::Readings(readings) => frame.numbers(readings),
@@ -287,15 +292,15 @@ impl Message {
         }
         let numbers = eights.iter().map(|bytes| f64::from_le_bytes(*bytes));
         let message = match kind {
-            1 => made_of(numbers).map(Message::Begin),
-            2 => made_of(numbers).map(Message::Begun),
-            3 => made_of(numbers).map(Message::Voltages),
-            4 => made_of(numbers).map(Message::Readings),
-            5 => made_of(numbers).map(Message::Preload),
-            6 => made_of(numbers).map(Message::Pressed),
-            7 => made_of(numbers).map(Message::Refusal),
+            1 => from_numbers(numbers).map(Message::Begin),
+            2 => from_numbers(numbers).map(Message::Begun),
+            3 => from_numbers(numbers).map(Message::Voltages),
+            4 => from_numbers(numbers).map(Message::Readings),
+            5 => from_numbers(numbers).map(Message::Preload),
+            6 => from_numbers(numbers).map(Message::Pressed),
+            7 => from_numbers(numbers).map(Message::Refusal),
             8 => (numbers.len() == 0).then_some(Message::End),
-            9 => made_of(numbers).map(Message::TimingReport),
+            9 => from_numbers(numbers).map(Message::BeginRealTime),
             _ => return Err(FrameError::Kind(kind)),
         };
         Ok((u64::from_le_bytes(sequence), message.ok_or(length)?))

@@ -1,6 +1,6 @@
-//! What carries the frames: datagrams, shared memory or a serial port; waited for or looked at.
+//! Transport of frames: datagrams, shared memory or a serial port; blocking or polled.
 //!
-//! Whole frames, each once, in order, or not at all; and without an allocation behind the start.
+//! Frames arrive complete, once and in order, or not at all; no allocation after the start.
 
 use std::io::{Error, ErrorKind};
 use std::net::{SocketAddr, UdpSocket};
@@ -12,15 +12,15 @@ use super::frame::LONGEST;
 use super::serial::Serial;
 use super::shm::{Mailbox, Side};
 
-/// For so long whoever waits for a shared memory does not sleep: a tick of the machine takes microseconds.
+/// Spinning time before a sleep on shared memory: a tick of the machine takes microseconds.
 const AWAKE: Duration = Duration::from_micros(20);
-/// From look to look at a serial port.
+/// Polling interval of a serial port.
 const LOOK: Duration = Duration::from_micros(50);
 
-/// An end of it.
+/// An end of a link.
 #[derive(Debug)]
 pub(super) enum Line {
-    /// A socket, and how long it lets its reader wait now; for nothing at all where it is `None`.
+    /// A socket with its present time-out; non-blocking if `None`.
     Udp(UdpSocket, Option<Duration>),
     /// A shared memory.
     Shm(Mailbox),
@@ -28,7 +28,7 @@ pub(super) enum Line {
     Serial(Serial),
 }
 
-/// Whom an answer goes to; nobody in particular where there is but one.
+/// Destination of an answer; `None` if there is only one.
 pub(super) type Peer = Option<SocketAddr>;
 
 impl Line {
@@ -46,7 +46,7 @@ impl Line {
         }
     }
 
-    /// The machine's end, and where it is reached: port 0 takes a free one.
+    /// The machine's end with its address: port 0 selects a free port.
     pub(super) fn bind(address: &Address) -> Result<(Self, Address), Error> {
         match address {
             Address::Udp(address) => {
@@ -60,7 +60,7 @@ impl Line {
         }
     }
 
-    /// Sends a frame; where there is no room it is lost.
+    /// Sends a frame; without room it is lost.
     pub(super) fn send(&mut self, frame: &[u8], to: Peer) -> Result<(), Error> {
         match self {
             Line::Udp(socket, _) => to.map_or_else(|| socket.send(frame), |to| socket.send_to(frame, to)).map(drop),
@@ -69,7 +69,7 @@ impl Line {
         }
     }
 
-    /// A frame that is there, and whose it is; [`ErrorKind::WouldBlock`] where there is none.
+    /// An available frame with its sender; [`ErrorKind::WouldBlock`] if there is none.
     pub(super) fn look(&mut self, frame: &mut [u8; LONGEST]) -> Result<(usize, Peer), Error> {
         match self {
             Line::Udp(socket, waits) => {
@@ -83,7 +83,7 @@ impl Line {
         }
     }
 
-    /// The next frame, waited for without hurry for the processor of others; [`ErrorKind::WouldBlock`] where none comes.
+    /// Waits for the next frame without occupying the CPU; [`ErrorKind::WouldBlock`] if none comes.
     pub(super) fn wait(&mut self, frame: &mut [u8; LONGEST], within: Duration) -> Result<(usize, Peer), Error> {
         if let Line::Udp(socket, waits) = self {
             if *waits != Some(within) {
@@ -92,20 +92,20 @@ impl Line {
                 *waits = Some(within);
             }
             return socket.recv_from(frame).map(|(length, from)| (length, Some(from))).map_err(|error| {
-                // What a socket that waited in vain says depends on the system.
+                // The error of a time-out depends on the system.
                 if error.kind() == ErrorKind::TimedOut { ErrorKind::WouldBlock.into() } else { error }
             });
         }
-        let begin = Instant::now();
+        let start = Instant::now();
         loop {
-            let looked = self.look(frame);
-            let waited = begin.elapsed();
-            if !looked.as_ref().is_err_and(|error| error.kind() == ErrorKind::WouldBlock) || waited >= within {
-                return looked;
+            let result = self.look(frame);
+            let elapsed = start.elapsed();
+            if !result.as_ref().is_err_and(|error| error.kind() == ErrorKind::WouldBlock) || elapsed >= within {
+                return result;
             }
             match self {
-                _ if waited < AWAKE => std::hint::spin_loop(),
-                Line::Shm(mailbox) => mailbox.sleep(within - waited),
+                _ if elapsed < AWAKE => std::hint::spin_loop(),
+                Line::Shm(mailbox) => mailbox.sleep(within - elapsed),
                 _ => thread::sleep(LOOK),
             }
         }

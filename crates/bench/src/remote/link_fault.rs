@@ -1,8 +1,8 @@
-//! What ends a run over a link.
+//! Faults of a link that end a run.
 
 use super::{Address, WAIT};
 
-/// What happened to the link between software and machine.
+/// A fault of the link between software and machine.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LinkFault {
     /// A frame or its answer was lost.
@@ -11,45 +11,51 @@ pub enum LinkFault {
         WAIT.as_secs()
     )]
     NoAnswer {
-        /// Which.
+        /// Number of the frame.
         sequence: u64,
-        /// The machine's.
+        /// Address of the machine.
         address: Address,
     },
-    /// An answer came a second time.
-    #[error("the answer to frame {sequence} came twice. A link that doubles frames controls nothing; use another.")]
+    /// An answer arrived twice.
+    #[error(
+        "the answer to frame {sequence} arrived twice. A link that duplicates frames is not usable for control; \
+        use another link."
+    )]
     Doubled {
-        /// Which.
+        /// Number of the frame.
         sequence: u64,
     },
-    /// An answer came for another frame.
-    #[error("the answer to frame {sequence} came where {due} was due: it is late, or one was lost.")]
+    /// An answer to another frame arrived.
+    #[error(
+        "the answer to frame {sequence} arrived instead of that to frame {due}: it is late, or an answer was \
+        lost."
+    )]
     OutOfOrder {
-        /// Whose answer.
+        /// Number of the answered frame.
         sequence: u64,
-        /// Whose was due.
+        /// Expected number.
         due: u64,
     },
     /// An answer cannot be read.
-    #[error("an answer from {address} is garbled: {reason}. Does something else talk there?")]
+    #[error("an answer from {address} is damaged: {reason}. Check whether another program uses this address.")]
     FrameError {
-        /// The machine's.
+        /// Address of the machine.
         address: Address,
-        /// What is wrong with it.
+        /// The problem.
         reason: String,
     },
-    /// The machine does not do it.
+    /// The machine refuses a request.
     #[error("the machine refuses: {reason}.")]
     Refused {
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// The operating system refuses.
     #[error("{address}: {reason}. Is `stickslip plant --io {address}` running there?")]
     System {
-        /// The machine's.
+        /// Address of the machine.
         address: Address,
-        /// What it says.
+        /// Message of the system.
         reason: String,
     },
 }

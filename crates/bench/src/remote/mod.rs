@@ -1,8 +1,9 @@
 //! A machine in another process, over datagrams, shared memory or a serial port.
 //!
-//! Each tick is one frame there and one back; nothing is sent twice. In lockstep ([`Remote`]) what is lost, doubled, late
-//! or garbled ends the run with its name. By the clock ([`Paced`]) it costs the bench ticks, which are counted, and too
-//! many of them stop it. A machine that is served with a seed gives the same bits as one in this process either way.
+//! Each tick is one frame there and one back; nothing is sent twice. In lockstep ([`Remote`]) a lost, duplicated, late
+//! or damaged frame ends the run with an error. In real time ([`Paced`]) it causes a missed tick; missed ticks are
+//! counted, and too many stop the bench. In both cases a machine served with a seed gives the same bits as one in this
+//! process.
 
 mod address;
 pub(crate) mod frame;
@@ -34,7 +35,7 @@ use stickslip_base::preset::{Model, Settings};
 use stickslip_base::{Error, Preset};
 use stickslip_core::cycle::Voltages;
 
-/// How long an answer may take. A tick of the machine takes microseconds; a loaded computer may need much more.
+/// Time-out of an answer. A tick of the machine takes microseconds; a busy computer may need much more.
 const WAIT: Duration = Duration::from_secs(2);
 
 /// The link to a machine in another process.
@@ -42,29 +43,29 @@ const WAIT: Duration = Duration::from_secs(2);
 pub struct Remote {
     line: Line,
     address: Address,
-    /// How long an answer may take.
+    /// Time-out of an answer.
     wait: Duration,
     /// Number of the next frame.
     sequence: u64,
     preload: f64,
-    /// A link that failed stays so: what the machine does meanwhile is not known.
+    /// A failed link stays failed, since the state of the machine is unknown.
     failed: Option<LinkFault>,
 }
 
 impl Remote {
-    /// Begins with the machine there; its readings at rest.
+    /// Starts the machine; returns its readings at rest.
     fn begin(address: &Address, tick_time: f64, wait: Duration) -> Result<(Self, Measurement<f64>), LinkFault> {
         let line = connected(address)?;
         let mut remote = Remote { line, address: address.clone(), wait, sequence: 0, preload: 0.0, failed: None };
-        let begun = remote.ask(Message::Begin(Begin { tick_time }), |answer| match answer {
+        let start = remote.ask(Message::Begin(Begin { tick_time }), |answer| match answer {
             Message::Begun(begun) => Some(begun),
             _ => None,
         })?;
-        remote.preload = begun.preload;
-        Ok((remote, begun.measurement))
+        remote.preload = start.preload;
+        Ok((remote, start.measurement))
     }
 
-    /// One frame there, and of its answer what `take` makes of the right kind.
+    /// Sends one frame and converts its answer by `take`.
     fn ask<A>(&mut self, message: Message, take: impl Fn(Message) -> Option<A>) -> Result<A, LinkFault> {
         if let Some(fault) = &self.failed {
             return Err(fault.clone());
@@ -79,7 +80,7 @@ impl Remote {
 
     fn answer(&mut self, message: Message) -> Result<Message, LinkFault> {
         let due = self.sequence;
-        let (sequence, answer) = asked(&mut self.line, &self.address, message, due, self.wait)?;
+        let (sequence, answer) = exchange(&mut self.line, &self.address, message, due, self.wait)?;
         if let Message::Refusal(refusal) = answer {
             return Err(LinkFault::Refused { reason: refusal.to_string() });
         }
@@ -94,8 +95,8 @@ impl Remote {
     }
 }
 
-/// One frame there, the next one back, with its number.
-fn asked(
+/// Sends one frame and returns the next one with its number.
+fn exchange(
     line: &mut Line,
     address: &Address,
     message: Message,
@@ -109,9 +110,9 @@ fn asked(
     line.send(&message.datagram(due), None).map_err(system)?;
     let mut bytes = [0; LONGEST];
     let (length, _) = line.wait(&mut bytes, wait).map_err(system)?;
-    let garbled =
+    let damaged =
         |reason: frame::FrameError| LinkFault::FrameError { address: address.clone(), reason: reason.to_string() };
-    Message::read(&bytes[..length]).map_err(garbled)
+    Message::read(&bytes[..length]).map_err(damaged)
 }
 
 /// The software's end of a link.
@@ -145,7 +146,7 @@ impl Io for Remote {
 
 impl Drop for Remote {
     fn drop(&mut self) {
-        // A machine that has gone needs no farewell.
+        // The machine may have ended already.
         let _ = self.line.send(&Message::End.datagram(self.sequence), None);
     }
 }
@@ -154,11 +155,11 @@ impl Drop for Remote {
 pub type RemoteBench = LockstepBench<Remote>;
 
 impl RemoteBench {
-    /// The bench of what is believed and set, with the machine that is served there, switched on and at rest.
+    /// The bench of a preset with the machine served at an address, switched on and at rest.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] where it cannot be reached or has another tick; whatever the design of observer and
-    /// current control refuses.
+    /// [`Error::BenchFault`] if it cannot be reached or has another tick time; errors of the design of observer and
+    /// current control.
     pub fn connect(preset: &Preset<f64>, address: &Address) -> Result<Self, Error> {
         Self::connect_within(&preset.model, &preset.bench, address, WAIT)
     }

@@ -1,11 +1,11 @@
-//! A machine behind a link, by the clock: no tick waits for an answer that is late.
+//! A machine behind a link, in real time: no tick waits for a late answer.
 //!
-//! The number of a frame is a tick: frame k holds the voltages of tick k, and its answer the readings at that tick's
-//! end. It is sent at the tick's begin; the machine has the tick to answer, and [`GRACE`] of the next one. An answer that
-//! has not come by then is missing: the bench holds what it wrote and goes on. Nothing is sent twice.
+//! The number of a frame is that of a tick: frame k has the voltages of tick k, and its answer the readings at the end
+//! of that tick. It is sent at the start of the tick; the machine has this tick and [`GRACE`] of the next one to
+//! answer. After that the answer is missing: the bench holds its voltages and continues. Nothing is sent twice.
 //!
-//! A machine that does not know this bench any more, since it was started anew, is begun with again, at rest; one that
-//! another bench has is left to it. Until then the bench asks every [`RETRY`].
+//! A restarted machine does not know this bench; the bench starts it again, at rest. A machine used by another bench is
+//! not disturbed. Until then the bench sends a request every [`RETRY`].
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -16,48 +16,48 @@ use stickslip_core::tick::Measurement;
 use super::frame::{Begin, LONGEST, Message, Preload, Reason};
 use super::line::Line;
 use super::traffic::{Event, Traffic};
-use super::{Address, LinkFault, WAIT, asked, connected};
+use super::{Address, LinkFault, WAIT, connected, exchange};
 use crate::io::{Arrival, Io, check_preload};
 use stickslip_base::Error;
 
-/// Part of a tick in which its readings may still come.
+/// Fraction of the next tick in which readings are still accepted.
 const GRACE: f64 = 0.25;
-/// From question to question to a machine that is gone, and to one that has not confirmed its linings [s].
+/// Interval of requests to an unavailable machine, and to one that has not confirmed its preload [s].
 const RETRY: f64 = 0.1;
 
-/// The link to a machine that is paced by a bench's clock.
+/// The link to a machine paced by the clock of a bench.
 #[derive(Debug)]
 pub struct Paced {
     line: Line,
     tick_time: f64,
-    /// How long it waits at the begin of a tick.
+    /// Waiting time at the start of a tick.
     grace: Duration,
-    /// Ticks from question to question.
+    /// Ticks between requests.
     retry: u64,
-    /// Numbers of the frame that was sent last, of the answer that came last, and of the begin that was answered.
+    /// Numbers of the last sent frame, the last received answer, and the last answered start.
     sent: u64,
     answered: u64,
-    begun: u64,
-    /// Whether the machine knows this bench.
-    known: bool,
-    /// Of a machine that does not: number of the last question, whether it may be begun with, number of that begin.
-    asked: u64,
+    started: u64,
+    /// Whether the machine recognizes this bench.
+    recognized: bool,
+    /// If it does not: number of the last request, whether it can be started, number of that start.
+    requested: u64,
     free: bool,
     beginning: Option<u64>,
     preload: f64,
-    /// Number under which the linings' preload was sent last, until the machine confirms it.
+    /// Number of the frame with the last preload, until the machine confirms it.
     pressing: Option<u64>,
     traffic: Arc<Traffic>,
 }
 
 impl Paced {
-    /// Begins with the machine there; its readings at rest.
+    /// Starts the machine; returns its readings at rest.
     ///
     /// # Errors
-    /// Where it cannot be reached or refuses, as another tick.
+    /// The machine cannot be reached or refuses, for example because of another tick time.
     pub fn begin(address: &Address, tick_time: f64) -> Result<(Self, Measurement<f64>), LinkFault> {
         let mut line = connected(address)?;
-        let (_, answer) = asked(&mut line, address, Message::TimingReport(Begin { tick_time }), 0, WAIT)?;
+        let (_, answer) = exchange(&mut line, address, Message::BeginRealTime(Begin { tick_time }), 0, WAIT)?;
         let begun = match answer {
             Message::Begun(begun) => begun,
             Message::Refusal(refusal) => return Err(LinkFault::Refused { reason: refusal.to_string() }),
@@ -75,9 +75,9 @@ impl Paced {
             retry: (RETRY / tick_time).ceil() as u64,
             sent: 0,
             answered: 0,
-            begun: 0,
-            known: true,
-            asked: 0,
+            started: 0,
+            recognized: true,
+            requested: 0,
             free: false,
             beginning: None,
             preload: begun.preload,
@@ -87,26 +87,26 @@ impl Paced {
         Ok((paced, begun.measurement))
     }
 
-    /// Waits for each answer, where a test has no clock.
+    /// Waits for each answer, for tests without a clock.
     #[cfg(test)]
     pub(crate) fn patient(mut self) -> Self {
         self.grace = WAIT;
         self
     }
 
-    /// Sends a frame. What does not go through is missing when its answer is due.
+    /// Sends a frame. If sending fails, the answer is missing when due.
     fn send(&mut self, message: Message, number: u64) {
         let _ = self.line.send(&message.datagram(number), None);
     }
 
-    /// Takes an answer; what it says of the tick, if anything.
+    /// Processes an answer. Returns its result for the tick, if any.
     fn take(&mut self, frame: &[u8]) -> Option<Arrival> {
         let Ok((number, message)) = Message::read(frame) else {
             self.traffic.count(Event::FrameError);
             return None;
         };
         match message {
-            Message::Readings(readings) if self.known && number == self.sent && number > self.answered => {
+            Message::Readings(readings) if self.recognized && number == self.sent && number > self.answered => {
                 self.answered = number;
                 self.traffic.count(Event::Answered);
                 Some(Arrival::Readings(readings))
@@ -116,7 +116,7 @@ impl Paced {
                 None
             }
             Message::Begun(begun) if self.beginning == Some(number) => {
-                (self.known, self.begun, self.answered, self.beginning) = (true, number, number, None);
+                (self.recognized, self.started, self.answered, self.beginning) = (true, number, number, None);
                 (self.preload, self.pressing) = (begun.preload, None);
                 self.traffic.count(Event::Begun);
                 Some(Arrival::Readings(begun.measurement))
@@ -139,12 +139,12 @@ impl Paced {
         match reason {
             Some(Reason::FrameError) => self.traffic.count(Event::FrameError),
             Some(Reason::Preload) => self.pressing = None,
-            // Frames that were under way when it began are not meant.
-            _ if number <= self.begun || number > self.sent => {}
+            // Answers to frames sent before the start are ignored.
+            _ if number <= self.started || number > self.sent => {}
             reason => {
-                // Nobody else has it: none has begun, or it has waited too long for this one.
+                // No other bench uses it, or it has waited too long for this one.
                 self.free = reason != Some(Reason::Stranger) || due == 0.0;
-                return std::mem::take(&mut self.known).then_some(Arrival::Restarted);
+                return std::mem::take(&mut self.recognized).then_some(Arrival::Restarted);
             }
         }
         None
@@ -152,7 +152,7 @@ impl Paced {
 }
 
 impl Io for Paced {
-    /// A tick and its answer at once, as by the clock but waited for.
+    /// A tick with a blocking wait for its answer.
     fn exchange(&mut self, voltages: Voltages<f64>) -> Result<Measurement<f64>, LinkFault> {
         self.start(self.sent, voltages)?;
         let within = std::mem::replace(&mut self.grace, WAIT);
@@ -160,25 +160,25 @@ impl Io for Paced {
         self.grace = within;
         match arrival {
             Arrival::Readings(readings) => Ok(readings),
-            _ => Err(LinkFault::Refused { reason: format!("it does not answer to frame {}", self.sent) }),
+            _ => Err(LinkFault::Refused { reason: format!("it does not answer frame {}", self.sent) }),
         }
     }
 
     fn start(&mut self, tick: u64, voltages: Voltages<f64>) -> Result<Option<Measurement<f64>>, LinkFault> {
-        // Number 0 was the begin.
+        // Number 0 was the start.
         let number = tick + 1;
-        if self.known {
+        if self.recognized {
             if self.pressing.is_some_and(|last| number - last >= self.retry) {
                 self.pressing = Some(number);
                 self.send(Message::Preload(Preload { preload: self.preload }), number);
             }
-        } else if number - self.asked < self.retry {
+        } else if number - self.requested < self.retry {
             return Ok(None);
         } else {
-            (self.asked, self.sent) = (number, number);
+            (self.requested, self.sent) = (number, number);
             if self.free {
                 self.beginning = Some(number);
-                self.send(Message::TimingReport(Begin { tick_time: self.tick_time }), number);
+                self.send(Message::BeginRealTime(Begin { tick_time: self.tick_time }), number);
                 return Ok(None);
             }
         }
@@ -188,8 +188,8 @@ impl Io for Paced {
     }
 
     fn finish(&mut self) -> Arrival {
-        let begin = Instant::now();
-        let within = if self.known { self.grace } else { Duration::ZERO };
+        let start = Instant::now();
+        let within = if self.recognized { self.grace } else { Duration::ZERO };
         let mut bytes = [0; LONGEST];
         loop {
             match self.line.look(&mut bytes) {
@@ -198,10 +198,10 @@ impl Io for Paced {
                         return arrival;
                     }
                 }
-                // Nothing there, or nobody: it may come yet.
+                // No frame yet, or no machine.
                 Err(_) => std::hint::spin_loop(),
             }
-            if begin.elapsed() >= within {
+            if start.elapsed() >= within {
                 self.traffic.count(Event::Missing);
                 return Arrival::Missing;
             }
@@ -227,7 +227,7 @@ impl Io for Paced {
 
 impl Drop for Paced {
     fn drop(&mut self) {
-        // A machine that has gone needs no farewell.
+        // The machine may have ended already.
         self.send(Message::End, self.sent + 1);
     }
 }

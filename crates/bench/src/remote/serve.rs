@@ -1,4 +1,4 @@
-//! The virtual machine for a bench in another process.
+//! Server of a virtual machine for a bench in another process.
 
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -13,9 +13,9 @@ use crate::InProcess;
 use crate::io::Io as _;
 use stickslip_base::{Error, Preset, Watch};
 
-/// How often a machine that waits looks whether it shall end.
+/// Interval of the checks for cancellation.
 const LOOK: Duration = Duration::from_millis(100);
-/// Longest time that a machine goes on by itself when frames of a bench by the clock did not come [s].
+/// Maximum time that a machine continues without frames of a real-time bench [s].
 const ALONE: f64 = 1.0;
 
 /// The machine of a preset behind a link.
@@ -27,36 +27,36 @@ pub struct PlantServer {
     seed: u64,
 }
 
-/// What was served.
+/// Statistics of a server.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// Benches that began.
+    /// Number of started benches.
     pub sessions: u64,
-    /// Ticks of all of them.
+    /// Number of ticks of all benches.
     pub ticks: u64,
-    /// Frames that were refused.
+    /// Number of refused frames.
     pub refused: u64,
-    /// Ticks that the machine went on without a frame, under the voltages that it had.
+    /// Number of ticks without a frame, with held voltages.
     pub held: u64,
 }
 
-/// A bench that has begun.
+/// Connection to a started bench.
 struct Session {
     peer: Peer,
     machine: InProcess,
-    /// Number of the next frame.
+    /// Expected number of the next frame.
     due: u64,
-    /// Whether numbers are time: then those that are left out have passed.
+    /// Whether frame numbers count ticks in real time: skipped numbers have then passed.
     clocked: bool,
-    /// What acts.
+    /// Active voltages.
     voltages: Voltages<f64>,
 }
 
 impl PlantServer {
-    /// Takes the address; port 0 takes a free one.
+    /// Binds an address; port 0 selects a free port.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] where the system refuses the address; what the virtual machine's step refuses.
+    /// [`Error::BenchFault`] if the system refuses the address; errors of the step of the virtual machine.
     pub fn bind(address: &Address, preset: &Preset<f64>, seed: u64) -> Result<Self, Error> {
         InProcess::new(preset, seed)?;
         let (line, address) = Line::bind(address).map_err(|error| Error::BenchFault {
@@ -66,16 +66,16 @@ impl PlantServer {
         Ok(PlantServer { line, address, preset: *preset, seed })
     }
 
-    /// Where it is reached.
+    /// Address of the server.
     pub fn address(&self) -> &Address {
         &self.address
     }
 
-    /// Serves one bench after another, each with a machine at rest and the noise of the seed from its begin; ends when
-    /// the watch is cancelled, or with `once` at the end of the first.
+    /// Serves one bench after another, each with a machine at rest and the noise of the seed from its start. Ends when
+    /// the watch is cancelled, or with `once` after the first bench.
     ///
     /// # Errors
-    /// [`Error::BenchFault`] where the system refuses.
+    /// [`Error::BenchFault`] for errors of the system.
     pub fn serve(&mut self, once: bool, watch: &Watch) -> Result<Served, Error> {
         let (mut served, mut session) = (Served::default(), None);
         let mut bytes = [0; LONGEST];
@@ -83,7 +83,7 @@ impl PlantServer {
             let (length, peer) = match self.line.wait(&mut bytes, LOOK) {
                 Ok(received) => received,
                 Err(error) => match error.kind() {
-                    // Nobody asked, or somebody left before the answer.
+                    // No request, or the bench ended before the answer.
                     ErrorKind::WouldBlock | ErrorKind::Interrupted => continue,
                     ErrorKind::ConnectionRefused | ErrorKind::ConnectionReset => continue,
                     _ => return Err(Error::BenchFault { cycle: served.ticks, reason: error.to_string() }),
@@ -102,7 +102,7 @@ impl PlantServer {
             };
             served.refused += u64::from(matches!(answer, Some(Message::Refusal(_))));
             if let Some(answer) = answer {
-                // Whoever does not get it will ask no more.
+                // If sending fails, the bench reports the missing answer.
                 let _ = self.line.send(&answer.datagram(sequence), peer);
             }
         }
@@ -117,14 +117,14 @@ impl PlantServer {
         sequence: u64,
         message: Message,
     ) -> Result<Option<Message>, Error> {
-        if let Message::Begin(Begin { tick_time }) | Message::TimingReport(Begin { tick_time }) = message {
+        if let Message::Begin(Begin { tick_time }) | Message::BeginRealTime(Begin { tick_time }) = message {
             let own = self.preset.bench.tick_time();
             if (tick_time - own).abs() > 1e-9 * own || tick_time.is_nan() {
                 return Ok(Some(Reason::TickTime.message(own, tick_time)));
             }
             let (machine, measurement) = InProcess::new(&self.preset, self.seed)?;
             let preload = machine.preload();
-            let clocked = matches!(message, Message::TimingReport(_));
+            let clocked = matches!(message, Message::BeginRealTime(_));
             *session = Some(Session { peer, machine, due: sequence + 1, clocked, voltages: Voltages::default() });
             served.sessions += 1;
             return Ok(Some(Message::Begun(Begun { preload, measurement })));
@@ -134,12 +134,12 @@ impl PlantServer {
             return Ok(Some(Reason::Stranger.message(taken, 0.0)));
         };
         Ok(match message {
-            // By the clock a number is a tick, and linings are pressed on between two of them.
+            // In real time a number is a tick, and the preload is set between two ticks.
             Message::Preload(Preload { preload }) if session.clocked => Some(session.press(preload)),
             Message::Voltages(voltages) if session.clocked => {
                 let alone = sequence.checked_sub(session.due);
                 match alone {
-                    // Late or doubled: the tick has passed.
+                    // Late or duplicated: the tick has passed.
                     None => None,
                     Some(alone) if alone as f64 * self.preset.bench.tick_time() > ALONE => {
                         Some(Reason::Sequence.message(session.due as f64, sequence as f64))
@@ -164,7 +164,7 @@ impl PlantServer {
 }
 
 impl Session {
-    /// Ticks under the voltages that act, then one under others: the readings at its end.
+    /// Ticks with the active voltages, then one with new voltages. Returns the readings at its end.
     fn ticks(&mut self, voltages: Voltages<f64>, alone: u64, served: &mut Served) -> Message {
         let mut readings = Measurement::default();
         let mut index = 0.0_f64;

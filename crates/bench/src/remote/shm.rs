@@ -1,13 +1,13 @@
-//! Frames through a memory that two processes share.
+//! Frames through shared memory of two processes.
 //!
-//! A file of 4096 bytes, mapped: a ring of 8 frames in each direction, with a count of what was ever written, which the
-//! writer alone raises behind the frame, and a count of what was taken, which the reader alone raises behind its copy.
-//! So each frame comes whole, once and in order, and where a ring is full the next is lost, as a datagram would be.
-//! `docs/src/frame.md` has every byte.
+//! A mapped file of 4096 bytes has a ring of 8 frames in each direction. The writer increments the count of written
+//! frames after each frame, the reader the count of taken frames after each copy. Each frame therefore arrives
+//! complete, once and in order; if a ring is full, the next frame is lost, like a datagram. `docs/src/frame.md` lists
+//! every byte.
 //!
-//! The machine makes the file, for its user alone, and holds a lock on it while it lives; the software holds one on the
-//! file `.bench` beside it. The system ends the locks of a process that was killed, so that nobody mistakes what it left
-//! for a machine. Whoever begins passes over what stands in his ring: it was meant for the one before.
+//! The machine creates the file, accessible only for its user, and locks it while it runs; the software locks the
+//! adjacent file `.bench`. The system releases the locks of a killed process, so that its files are not mistaken for a
+//! running machine. A starting side skips the frames in its ring, which were sent to its predecessor.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Error, ErrorKind};
@@ -28,47 +28,48 @@ const WORDS: usize = 512;
 /// Frames of a ring, and words of each: its length in bytes, its bytes.
 const FRAMES: u64 = 8;
 const FRAME: usize = 16;
-/// Words at which a count of its own cache line stands: written by the software, taken by the machine; the other way.
+/// Words of the counts, each in a separate cache line: written by the software, taken by the machine; then the reverse
+/// direction.
 const COUNTS: [[usize; 2]; 2] = [[8, 16], [24, 32]];
-/// Words at which the rings begin.
+/// First words of the rings.
 const RINGS: [usize; 2] = [64, 64 + FRAMES as usize * FRAME];
 
-/// Whose end it is.
+/// Side of an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Side {
     Software,
     Machine,
 }
 
-/// An end of the shared memory, the only one on its side.
+/// An end of the shared memory; only one exists on each side.
 #[derive(Debug)]
 pub(super) struct Mailbox {
     segment: Segment,
     path: PathBuf,
-    /// Which ring it writes; it reads the other.
+    /// Index of the written ring; the other one is read.
     own: usize,
-    /// Says that this side lives.
+    /// Lock while this side runs.
     lock: File,
 }
 
 impl Mailbox {
-    /// Takes a side; the machine's makes the memory.
+    /// Opens a side; that of the machine creates the memory.
     pub(super) fn open(name: &str, side: Side) -> Result<Self, Error> {
         let path = Address::file(name);
         let (file, lock, own) = match side {
             Side::Machine => {
-                let file = locked(&path, "another process serves a machine there")?;
+                let file = locked(&path, "another process serves a machine at this address")?;
                 if file.metadata()?.len() < 8 * WORDS as u64 {
                     file.set_len(8 * WORDS as u64)?;
                 }
                 (file.try_clone()?, file, 1)
             }
             Side::Software => {
-                let file = opened(&path, false)?;
+                let file = open_private(&path, false)?;
                 if file.try_lock_shared().is_ok() {
-                    return Err(Error::new(ErrorKind::NotFound, "the machine that served there has ended"));
+                    return Err(Error::new(ErrorKind::NotFound, "the machine at this address has ended"));
                 }
-                (file, locked(&beside(&path), "another bench has the machine")?, 0)
+                (file, locked(&bench_file(&path), "another bench uses the machine")?, 0)
             }
         };
         let segment = Segment::map(&file, WORDS)?;
@@ -79,7 +80,7 @@ impl Mailbox {
             mark.store(MARK, Ordering::Release);
         }
         if mark.load(Ordering::Acquire) != MARK {
-            return Err(Error::new(ErrorKind::InvalidData, "it is no shared memory of version 1"));
+            return Err(Error::new(ErrorKind::InvalidData, "not a shared memory of version 1"));
         }
         mailbox.pass_over();
         Ok(mailbox)
@@ -89,7 +90,7 @@ impl Mailbox {
         &self.segment.words()[index]
     }
 
-    /// Counts of what was written into a ring and taken from it.
+    /// Counts of written and taken frames of a ring.
     fn counts(&self, ring: usize) -> [&AtomicU64; 2] {
         COUNTS[ring].map(|index| self.word(index))
     }
@@ -100,17 +101,17 @@ impl Mailbox {
         &self.segment.words()[begin..begin + FRAME]
     }
 
-    /// Leaves what stands in the ring that it reads.
+    /// Skips the frames in the ring that it reads.
     fn pass_over(&self) {
         let [written, taken] = self.counts(1 - self.own);
         taken.store(written.load(Ordering::Acquire), Ordering::Release);
     }
 
-    /// Puts a frame into its ring.
+    /// Writes a frame to its ring.
     pub(super) fn send(&mut self, frame: &[u8]) -> Result<(), Error> {
         let [written, taken] = self.counts(self.own);
         let count = written.load(Ordering::Relaxed);
-        // Nonsense that somebody left is no room either; the reader passes over it when it begins.
+        // Invalid counts also mean no room; the reader skips them when it starts.
         if count.wrapping_sub(taken.load(Ordering::Acquire)) >= FRAMES || frame.len() > LONGEST {
             return Err(ErrorKind::WouldBlock.into());
         }
@@ -126,12 +127,12 @@ impl Mailbox {
         Ok(())
     }
 
-    /// Sleeps until a frame may have come, for so long at most.
+    /// Sleeps until a frame may have arrived, up to `within`.
     pub(super) fn sleep(&self, within: Duration) {
         let [written, taken] = self.counts(1 - self.own);
-        let seen = written.load(Ordering::Acquire);
-        if seen == taken.load(Ordering::Relaxed) {
-            self.segment.sleep(COUNTS[1 - self.own][0], seen, within);
+        let count = written.load(Ordering::Acquire);
+        if count == taken.load(Ordering::Relaxed) {
+            self.segment.sleep(COUNTS[1 - self.own][0], count, within);
         }
     }
 
@@ -142,7 +143,7 @@ impl Mailbox {
         match written.load(Ordering::Acquire).wrapping_sub(count) {
             0 => return Err(ErrorKind::WouldBlock.into()),
             1..=FRAMES => {}
-            // More than there is room for: nonsense.
+            // More than the capacity: invalid.
             _ => {
                 self.pass_over();
                 return Err(ErrorKind::WouldBlock.into());
@@ -160,33 +161,33 @@ impl Mailbox {
 
 impl Drop for Mailbox {
     fn drop(&mut self) {
-        // First this side ends, then it looks for the other: of two that end at once the later one sees neither.
+        // The lock is released before the other side is checked: if both end at once, the later one finds no lock.
         let _ = self.lock.unlock();
         sweep(&self.path);
     }
 }
 
-/// Takes the files away where nobody is left. The memory stays where a bench waits for its next machine.
+/// Removes the files if neither side is left. The memory remains while a bench waits for its next machine.
 fn sweep(path: &Path) {
-    let beside = beside(path);
+    let bench = bench_file(path);
     let free = |path: &Path| File::open(path).is_ok_and(|file| file.try_lock().is_ok());
-    // Held while the files go: whoever comes takes another one.
+    // Locked during the removal: a starting side creates new files.
     let Ok(memory) = File::open(path) else { return };
-    if memory.try_lock().is_ok() && (free(&beside) || !beside.exists()) {
-        let _ = std::fs::remove_file(&beside);
+    if memory.try_lock().is_ok() && (free(&bench) || !bench.exists()) {
+        let _ = std::fs::remove_file(&bench);
         let _ = std::fs::remove_file(path);
     }
 }
 
-/// The file whose lock says that a bench has the machine.
-fn beside(path: &Path) -> PathBuf {
+/// The file that a bench locks while it uses the machine.
+fn bench_file(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".bench");
     name.into()
 }
 
-/// A file of this user alone.
-fn opened(path: &Path, create: bool) -> Result<File, Error> {
+/// A file accessible only for this user.
+fn open_private(path: &Path, create: bool) -> Result<File, Error> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(create);
     #[cfg(unix)]
@@ -194,25 +195,26 @@ fn opened(path: &Path, create: bool) -> Result<File, Error> {
     let file = options.open(path)?;
     #[cfg(unix)]
     if std::os::unix::fs::PermissionsExt::mode(&file.metadata()?.permissions()) & 0o077 != 0 {
-        let reason = format!("others may open {}; take that from them (chmod 600), or remove it", path.display());
+        let reason =
+            format!("other users have access to {}; restrict it (chmod 600), or remove the file", path.display());
         return Err(Error::new(ErrorKind::PermissionDenied, reason));
     }
     Ok(file)
 }
 
 /// The file with this process's lock on it.
-fn locked(path: &Path, taken: &str) -> Result<File, Error> {
+fn locked(path: &Path, refusal: &str) -> Result<File, Error> {
     for _ in 0..20 {
-        let file = opened(path, true)?;
+        let file = open_private(path, true)?;
         match file.try_lock() {
-            // Whoever ended meanwhile may have taken the file away: then it is another one that bears the name.
+            // A side that ended meanwhile may have removed the file; the name then belongs to another file.
             Ok(()) if is_at(&file, path) => return Ok(file),
-            // Somebody looks whether one lives, or ends.
+            // Another process checks for a running side, or ends.
             Ok(()) | Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(5)),
             Err(TryLockError::Error(error)) => return Err(error),
         }
     }
-    Err(Error::new(ErrorKind::AddrInUse, taken))
+    Err(Error::new(ErrorKind::AddrInUse, refusal))
 }
 
 #[cfg(unix)]

@@ -16,19 +16,19 @@ fn preset() -> Preset<f64> {
     presets::find("clm-real").unwrap().read().unwrap()
 }
 
-/// A machine that serves until the first bench has gone.
+/// A machine that serves until the end of the first bench.
 fn plant(address: &str, seed: u64) -> (Address, JoinHandle<Result<Served, Error>>) {
     let mut server = PlantServer::bind(&address.parse().unwrap(), &preset(), seed).unwrap();
     (server.address().clone(), thread::spawn(move || server.serve(true, &Watch::silent())))
 }
 
-/// A shared memory of this test alone.
+/// A shared memory of this test.
 fn memory(folder: &tempfile::TempDir) -> String {
     format!("shm:{}", folder.path().join("axis").display())
 }
 
 #[test]
-fn another_process_gives_the_same_bits_with_the_linings_moved_on_the_way() {
+fn another_process_gives_the_same_bits_with_changes_of_the_preload() {
     gives_the_same_bits(LOCAL);
     let folder = tempfile::tempdir().unwrap();
     gives_the_same_bits(&memory(&folder));
@@ -61,7 +61,7 @@ fn gives_the_same_bits(address: &str) {
     assert!(served.ticks > 1000);
 }
 
-/// A machine that answers the begin well and the first tick as told, and the fault that the bench makes of it.
+/// The fault of a bench whose machine starts correctly and answers the first tick by `answer`.
 fn fault(answer: impl FnOnce(&UdpSocket, SocketAddr, u64) + Send + 'static) -> String {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = Address::Udp(socket.local_addr().unwrap());
@@ -87,7 +87,7 @@ fn fault(answer: impl FnOnce(&UdpSocket, SocketAddr, u64) + Send + 'static) -> S
         other => panic!("{other:?}"),
     };
     let (cycle, reason) = step();
-    assert_eq!((cycle, step().1), (0, reason.clone()), "a link that failed stays so");
+    assert_eq!((cycle, step().1), (0, reason.clone()), "a failed link stays failed");
     machine.join().unwrap();
     reason
 }
@@ -104,41 +104,41 @@ fn send(bytes: Vec<u8>) -> impl FnOnce(&UdpSocket, SocketAddr, u64) + Send + 'st
 }
 
 #[test]
-fn a_lost_datagram_is_named() {
+fn a_lost_datagram_is_reported() {
     let text = fault(|_, _, _| ());
     assert!(text.starts_with("no answer to frame 1 from udp:127.0.0.1:"), "{text}");
 }
 
 #[test]
-fn a_doubled_answer_is_named() {
+fn a_duplicated_answer_is_reported() {
     let text = fault(send(readings(0)));
-    assert!(text.starts_with("the answer to frame 0 came twice"), "{text}");
+    assert!(text.starts_with("the answer to frame 0 arrived twice"), "{text}");
 }
 
 #[test]
-fn an_answer_for_another_datagram_is_named() {
+fn an_answer_to_another_datagram_is_reported() {
     let text = fault(send(readings(9)));
-    assert!(text.contains("to frame 9 came where 1 was due"), "{text}");
+    assert!(text.contains("to frame 9 arrived instead of that to frame 1"), "{text}");
 }
 
 #[test]
-fn a_garbled_answer_is_named() {
+fn a_damaged_answer_is_reported() {
     let mut bytes = readings(1);
     bytes[20] ^= 1;
-    assert!(fault(send(bytes)).contains("garbled: its checksum is wrong"));
-    assert!(fault(send(vec![1, 2, 3])).contains("garbled: its length of 3 bytes"));
-    assert!(fault(send(Message::End.datagram(1).to_vec())).contains("garbled: its kind is 8"));
+    assert!(fault(send(bytes)).contains("damaged: its checksum is wrong"));
+    assert!(fault(send(vec![1, 2, 3])).contains("damaged: its length of 3 bytes"));
+    assert!(fault(send(Message::End.datagram(1).to_vec())).contains("damaged: its kind is 8"));
 }
 
 #[test]
-fn a_refusal_is_told() {
+fn a_refusal_is_reported() {
     let lost = Reason::Sequence.message(1.0, 2.0).datagram(1).to_vec();
-    assert!(fault(send(lost)).contains("frame 2 reached it where 1 was due: one was lost"));
+    assert!(fault(send(lost)).contains("frame 2 arrived instead of frame 1: a frame was lost"));
     let late = Reason::Sequence.message(3.0, 2.0).datagram(1).to_vec();
-    assert!(fault(send(late)).contains("one was doubled or late"));
+    assert!(fault(send(late)).contains("a frame was duplicated or late"));
 }
 
-/// What a machine answers to raw datagrams.
+/// A client with raw datagrams.
 struct Raw {
     socket: UdpSocket,
     address: SocketAddr,
@@ -168,27 +168,27 @@ impl Raw {
 }
 
 #[test]
-fn a_machine_refuses_what_is_garbled_lost_doubled_strange_or_of_another_tick() {
+fn a_machine_refuses_damaged_lost_duplicated_and_foreign_frames_and_another_tick_time() {
     let (address, server) = plant(LOCAL, 1);
     let (bench, stranger) = (Raw::new(&address), Raw::new(&address));
     let tick = |sequence: u64| Message::Voltages(Voltages::default()).datagram(sequence);
-    assert_eq!(bench.refusal(&tick(0)), "no bench has begun with it");
+    assert_eq!(bench.refusal(&tick(0)), "no bench has started it");
     let begin = |tick_time: f64| Message::Begin(Begin { tick_time }).datagram(0);
     let other_tick = bench.refusal(&begin(1e-3));
-    assert!(other_tick.contains("its tick is 0.00025 s, this bench's 0.001 s"), "{other_tick}");
+    assert!(other_tick.contains("its tick time is 0.00025 s, that of this bench is 0.001 s"), "{other_tick}");
     assert!(matches!(bench.refusal(&begin(f64::NAN)), text if text.contains("NaN s")));
     assert!(matches!(bench.ask(&begin(250e-6)), Message::Begun(_)));
     assert!(matches!(bench.ask(&tick(1)), Message::Readings(_)));
-    assert!(bench.refusal(&tick(1)).contains("frame 1 reached it where 2 was due: one was doubled or late"));
-    assert!(bench.refusal(&tick(4)).contains("frame 4 reached it where 2 was due: one was lost"));
-    assert_eq!(stranger.refusal(&tick(2)), "another bench has begun with it");
+    assert!(bench.refusal(&tick(1)).contains("frame 1 arrived instead of frame 2: a frame was duplicated or late"));
+    assert!(bench.refusal(&tick(4)).contains("frame 4 arrived instead of frame 2: a frame was lost"));
+    assert_eq!(stranger.refusal(&tick(2)), "another bench uses it");
     let mut garbled = tick(2);
     garbled[18] ^= 4;
-    assert_eq!(bench.refusal(&garbled), "a frame reached it garbled");
+    assert_eq!(bench.refusal(&garbled), "a frame arrived damaged");
     let pressed = Message::Preload(Preload { preload: 2.0 }).datagram(2);
-    assert!(bench.refusal(&pressed).contains("by 2, 0 … 1 can be"));
+    assert!(bench.refusal(&pressed).contains("the preload 2 is outside 0 … 1"));
     assert!(bench.refusal(&readings(3)).contains("kind 4"));
-    // None of it has moved the machine.
+    // The refused frames have not moved the machine.
     assert!(matches!(bench.ask(&tick(4)), Message::Readings(_)));
     stranger.socket.send_to(&Message::End.datagram(5), bench.address).unwrap();
     bench.socket.send_to(&Message::End.datagram(5), bench.address).unwrap();
@@ -198,7 +198,7 @@ fn a_machine_refuses_what_is_garbled_lost_doubled_strange_or_of_another_tick() {
 }
 
 #[test]
-fn a_machine_that_waits_ends_when_it_is_told() {
+fn a_waiting_machine_ends_when_cancelled() {
     let mut server = PlantServer::bind(&LOCAL.parse().unwrap(), &preset(), 1).unwrap();
     let cancelled = Arc::new(AtomicBool::new(false));
     let watch = Watch::new(cancelled.clone(), |_, _| {});
@@ -208,8 +208,8 @@ fn a_machine_that_waits_ends_when_it_is_told() {
 }
 
 #[test]
-fn a_machine_that_is_not_there_is_named_with_what_to_start() {
-    // A port that was free a moment ago.
+fn a_missing_machine_is_reported_with_the_command_to_start_it() {
+    // A free port.
     let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let Err(Error::BenchFault { reason, .. }) = RemoteBench::connect(&preset(), &Address::Udp(free)) else { panic!() };
     assert!(reason.contains(&format!("Is `stickslip plant --io udp:{free}` running there?")), "{reason}");

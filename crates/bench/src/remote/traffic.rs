@@ -1,11 +1,11 @@
-//! What happens on a link, counted where it happens and looked at from elsewhere.
+//! Traffic counters of a link, shared between threads.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What befell a frame or the bench.
+/// Event of a frame or of the bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
     Answered,
@@ -16,24 +16,24 @@ pub(super) enum Event {
     Begun,
 }
 
-/// Counters of a link by the clock.
+/// Counters of a link in real time.
 #[derive(Debug, Default)]
 pub struct Traffic([AtomicU64; 6]);
 
-/// What they say.
+/// Values of the counters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Counts {
-    /// Ticks whose readings came in time.
+    /// Ticks with readings in time.
     pub answered: u64,
-    /// Ticks whose readings did not.
+    /// Ticks without readings in time.
     pub missing: u64,
-    /// Answers that came behind their tick.
+    /// Answers that arrived after their tick.
     pub late: u64,
-    /// Answers that came a second time.
+    /// Answers that arrived twice.
     pub doubled: u64,
-    /// Frames that could not be read, on either side.
+    /// Unreadable frames, on either side.
     pub garbled: u64,
-    /// How often the machine was taken up.
+    /// Number of starts of the machine.
     pub begun: u64,
 }
 
@@ -42,7 +42,7 @@ impl Traffic {
         self.0[event as usize].fetch_add(1, Ordering::Relaxed);
     }
 
-    /// As known so far.
+    /// Present counts.
     pub fn counts(&self) -> Counts {
         let [answered, missing, late, doubled, garbled, begun] = self.0.each_ref().map(|n| n.load(Ordering::Relaxed));
         Counts { answered, missing, late, doubled, garbled, begun }

@@ -1,4 +1,4 @@
-//! A change as a line of text, as it stands in a record: a word and its numbers, which read back to the bit.
+//! A change as a line of text in a record: a word and its numbers, which are read back exactly.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,7 @@ use stickslip_core::cycle::Change;
 use stickslip_core::supervise::{ExternalFault, HomingFault, MachineFault, Request, Role};
 
 use super::numbers::{from_numbers, numbers};
-use crate::tap::What;
+use crate::tap::ChangeKind;
 
 const REQUESTS: [(&str, Request); 6] = [
     ("home", Request::Home),
@@ -17,27 +17,27 @@ const REQUESTS: [(&str, Request); 6] = [
     ("acknowledge", Request::Acknowledge),
 ];
 
-/// The line.
-pub(super) fn line(what: &What) -> String {
+/// Text of a change.
+pub(super) fn line(what: &ChangeKind) -> String {
     match what {
-        What::Preload(preload) => format!("preload {preload}"),
-        What::Fault(injection) => format!("fault {injection}"),
-        What::Software(Change::Request(request), _) => {
-            let name = REQUESTS.iter().find(|(_, known)| known == request).map_or("", |(name, _)| name);
+        ChangeKind::Preload(preload) => format!("preload {preload}"),
+        ChangeKind::Fault(injection) => format!("fault {injection}"),
+        ChangeKind::Software(Change::Request(request), _) => {
+            let name = REQUESTS.iter().find(|(_, other)| other == request).map_or("", |(name, _)| name);
             format!("request {name}")
         }
-        What::Software(Change::Homed(index), _) => format!("homed {index}"),
-        What::Software(Change::HomingFailed(fault), _) => match *fault {
+        ChangeKind::Software(Change::Homed(index), _) => format!("homed {index}"),
+        ChangeKind::Software(Change::HomingFailed(fault), _) => match *fault {
             HomingFault::NoIndex { travel } => format!("no_index {travel}"),
             HomingFault::IndexLost { expected } => format!("index_lost {expected}"),
             HomingFault::IndexMoved { first, second } => format!("index_moved {first} {second}"),
             HomingFault::NotANumber => "index_not_a_number".into(),
         },
-        What::Software(Change::MachineFailed(fault), _) => match *fault {
+        ChangeKind::Software(Change::MachineFailed(fault), _) => match *fault {
             MachineFault::Silent { ticks } => format!("machine_silent {ticks}"),
             MachineFault::Restarted => "machine_anew".into(),
         },
-        What::Software(Change::ForeignFailed(role, fault), _) => match *fault {
+        ChangeKind::Software(Change::ForeignFailed(role, fault), _) => match *fault {
             ExternalFault::Crashed { signal } => format!("{role}_crashed {signal}"),
             ExternalFault::Ended { code } => format!("{role}_ended {code}"),
             ExternalFault::Silent { time } => format!("{role}_silent {time}"),
@@ -46,10 +46,10 @@ pub(super) fn line(what: &What) -> String {
             ExternalFault::FloatingPoint => format!("{role}_floating_point"),
             ExternalFault::Late { time } => format!("{role}_late {time}"),
         },
-        What::Software(Change::Parameters(parameters), _) => {
+        ChangeKind::Software(Change::Parameters(parameters), _) => {
             let mut text = String::from("parameters");
             for number in numbers(parameters) {
-                // A string takes whatever it is given.
+                // Writing to a string never fails.
                 let _ = write!(text, " {number}");
             }
             text
@@ -57,22 +57,22 @@ pub(super) fn line(what: &What) -> String {
     }
 }
 
-/// What a line says; none if it is no such line. Whether it was refused is not known any more: it will be again.
-pub(super) fn parse(line: &str) -> Option<What> {
+/// The change of a line; `None` for an invalid line. A refused change is refused again in a replay.
+pub(super) fn parse(line: &str) -> Option<ChangeKind> {
     let mut words = line.split(' ');
     let kind = words.next()?;
     if kind == "request" {
         let name = words.next()?;
-        let (_, request) = REQUESTS.iter().find(|(known, _)| *known == name)?;
-        return words.next().is_none().then_some(What::Software(Change::Request(*request), None));
+        let (_, request) = REQUESTS.iter().find(|(other, _)| *other == name)?;
+        return words.next().is_none().then_some(ChangeKind::Software(Change::Request(*request), None));
     }
     if kind == "fault" {
         let injection = words.next()?.parse().ok()?;
-        return words.next().is_none().then_some(What::Fault(injection));
+        return words.next().is_none().then_some(ChangeKind::Fault(injection));
     }
     let numbers = words.map(|word| word.parse().ok()).collect::<Option<Vec<f64>>>()?;
     let change = match (kind, &numbers[..]) {
-        ("preload", [preload]) => return Some(What::Preload(*preload)),
+        ("preload", [preload]) => return Some(ChangeKind::Preload(*preload)),
         ("homed", [index]) => Change::Homed(*index),
         ("no_index", [travel]) => Change::HomingFailed(HomingFault::NoIndex { travel: *travel }),
         ("index_lost", [expected]) => Change::HomingFailed(HomingFault::IndexLost { expected: *expected }),
@@ -89,7 +89,7 @@ pub(super) fn parse(line: &str) -> Option<What> {
             Change::ForeignFailed(role, external_fault(fault, &numbers)?)
         }
     };
-    Some(What::Software(change, None))
+    Some(ChangeKind::Software(change, None))
 }
 
 fn external_fault(kind: &str, numbers: &[f64]) -> Option<ExternalFault> {
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_change_comes_back_from_its_line() {
+    fn every_change_is_read_back_from_its_line() {
         let mut parameters = Parameters::default();
         parameters.tick.control_period = 0.1 + 0.2;
         parameters.safety.speed = f64::INFINITY;
@@ -135,15 +135,15 @@ mod tests {
             Change::ForeignFailed(Role::Law, ExternalFault::NotANumber),
             Change::Parameters(parameters),
         ];
-        let software = requests.into_iter().chain(others).map(|change| What::Software(change, None));
-        let fault = What::Fault("counts-lost=0.03@1.25s".parse().unwrap());
-        for what in software.chain([What::Preload(0.28), fault]) {
+        let software = requests.into_iter().chain(others).map(|change| ChangeKind::Software(change, None));
+        let fault = ChangeKind::Fault("counts-lost=0.03@1.25s".parse().unwrap());
+        for what in software.chain([ChangeKind::Preload(0.28), fault]) {
             assert_eq!(parse(&line(&what)), Some(what), "{}", line(&what));
         }
     }
 
     #[test]
-    fn what_is_no_such_line_is_nothing() {
+    fn an_invalid_line_is_refused() {
         for line in [
             "",
             "homed",

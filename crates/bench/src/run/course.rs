@@ -1,4 +1,4 @@
-//! A signal of a recorded run over time, and by how much runs lie apart in it.
+//! Courses of a signal in recorded runs, and their alignment.
 
 use std::path::Path;
 
@@ -8,51 +8,51 @@ use serde::{Deserialize, Serialize};
 use stickslip_base::{Error, Watch};
 use stickslip_recording::mdf::Opened;
 
-/// From look to look at whether it is cancelled [rows].
+/// Interval of the checks for cancellation [rows].
 const LOOK: u64 = 16_384;
-/// Steps of the grid on which two courses are compared.
+/// Number of steps of the grid for the correlation of two courses.
 const GRID: usize = 4096;
 
-/// A signal of a run over time. Of each part of the time the least and the largest value, so that no spike is lost.
+/// Course of a signal of a run, with minimum and maximum in each part of the time, so that no spike is lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Course {
     /// SI unit.
     pub unit: String,
-    /// Time of the record's first row [s].
+    /// Time of the first row of the record [s].
     pub begin: f64,
-    /// Time of its last [s].
+    /// Time of the last row [s].
     pub end: f64,
     /// Middle of each part of the time [s].
     pub time: Vec<f64>,
-    /// Least and largest value in each; `null` where rows are lost.
+    /// Minimum and maximum in each part; `null` for lost rows.
     pub values: [Vec<Option<f64>>; 2],
 }
 
-/// How courses are laid over each other.
+/// Alignment of several courses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "by", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Alignment {
-    /// Each begins at 0.
+    /// Each starts at 0.
     Begin {},
-    /// Where each first rises through a level is 0.
+    /// 0 is the first rise through a level.
     Rise {
-        /// In the signal's unit.
+        /// Level in the unit of the signal.
         level: f64,
     },
-    /// Each as it fits the first best, whose begin is 0.
+    /// Best fit of each to the first one, which starts at 0.
     Correlation {},
-    /// As somebody has laid them.
+    /// Manual shifts.
     Hand {
-        /// What is added to the time of each [s].
+        /// Offset added to the time of each [s].
         shifts: Vec<f64>,
     },
 }
 
-/// The `signal` of the run in this file from `range.0` to `range.1` [s] (all of it: none), in so many parts, or as many as
-/// there are rows.
+/// Course of `signal` of the run in this file from `range.0` to `range.1` [s] (`None`: the whole run), in at most
+/// `parts` parts, limited by the number of rows.
 ///
 /// # Errors
-/// A file that cannot be read, or has no such signal; [`Error::Cancelled`].
+/// An unreadable file, an unknown signal; [`Error::Cancelled`].
 pub fn course(
     file: &Path,
     signal: &str,
@@ -62,13 +62,13 @@ pub fn course(
 ) -> Result<Course, Error> {
     let opened = Opened::open(file)?;
     let unknown = || {
-        let known: Vec<_> = opened.channels().map(|channel| channel.name.as_str()).collect();
-        Error::Unknown { what: "signal", name: signal.into(), remedy: format!("There are: {}.", known.join(", ")) }
+        let names: Vec<_> = opened.channels().map(|channel| channel.name.as_str()).collect();
+        Error::Unknown { what: "signal", name: signal.into(), remedy: format!("Available: {}.", names.join(", ")) }
     };
     let unit = opened.channels().find(|channel| channel.name == signal).ok_or_else(unknown)?.unit.clone();
     let (begin, end, distance) = ends(&opened).unwrap_or(Ok((0.0, 0.0, 0.0)))?;
     let (from, to) = range.unwrap_or((begin, end));
-    // A part without a row would be a gap: each is a little longer than from row to row.
+    // A part without a row would be a gap: each part is slightly longer than the interval of the rows.
     let parts = if distance > 0.0 { parts.min((0.999 * (to - from) / distance) as usize).max(1) } else { parts.min(1) };
     let width = ((to - from) / parts.max(1) as f64).max(f64::MIN_POSITIVE);
     let mut values = [vec![None; parts], vec![None; parts]];
@@ -96,7 +96,7 @@ pub fn course(
     Ok(Course { unit, begin, end, time, values })
 }
 
-/// Time of the first and the last row, and from row to row [s]; none where there is no row.
+/// Time of the first and the last row, and interval of the rows [s]; `None` without rows.
 fn ends(file: &Opened) -> Option<Result<(f64, f64, f64), Error>> {
     let mut rows = file.rows(&["time"])?;
     let mut next = || rows.take().map(|row| row.map(|row| row[0]));
@@ -108,7 +108,7 @@ fn ends(file: &Opened) -> Option<Result<(f64, f64, f64), Error>> {
     Some(Ok((first, first + distance * (file.len() - 1) as f64, distance)))
 }
 
-/// What is to be added to the time of each course [s] so that they lie over each other; none for one that does not fit.
+/// Offsets of the times of the courses [s] for an alignment; `None` for a course that cannot be aligned.
 pub fn align(courses: &[Course], by: &Alignment) -> Vec<Option<f64>> {
     let Some(first) = courses.first() else { return Vec::new() };
     courses
@@ -123,7 +123,7 @@ pub fn align(courses: &[Course], by: &Alignment) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// When it first was below the level and then above.
+/// First time at which it rises above the level after being below.
 fn rise(course: &Course, level: f64) -> Option<f64> {
     let [least, largest] = &course.values;
     let mut below = false;
@@ -136,8 +136,8 @@ fn rise(course: &Course, level: f64) -> Option<f64> {
     None
 }
 
-/// What is to be added to the time of `other` so that it fits `base` best: the largest correlation of what both deviate
-/// from their means, over all lags at which at least a quarter of the shorter one overlaps.
+/// Offset of the time of `other` for the best fit to `base`: the maximum correlation of the deviations from the means,
+/// over all lags with an overlap of at least a quarter of the shorter course.
 fn lag(base: &Course, other: &Course) -> Option<f64> {
     let longest = (base.end - base.begin).max(other.end - other.begin);
     let step = longest / GRID as f64;
@@ -153,7 +153,7 @@ fn lag(base: &Course, other: &Course) -> Option<f64> {
         let (product, own, others) =
             pairs().fold((0.0, 0.0, 0.0), |(p, o, t), (x, y)| (p + x * y, o + x * x, t + y * y));
         let size = (own * others).sqrt();
-        // A short overlap agrees by chance: it counts by the root of its length.
+        // A short overlap may agree by chance: it is weighted by the square root of its length.
         (size > 0.0).then(|| product / size * ((until - from) as f64 / a.len().min(b.len()) as f64).sqrt())
     };
     let lags = -(b.len() as isize)..=a.len() as isize;
@@ -161,23 +161,23 @@ fn lag(base: &Course, other: &Course) -> Option<f64> {
     Some(best.1 as f64 * step + base.begin - other.begin)
 }
 
-/// The middle of least and largest value on a grid from the begin on, less the mean; none for a course that never moves.
+/// Mean of minimum and maximum on a grid from the start on, minus the average; `None` for a constant course.
 fn deviation(course: &Course, step: f64) -> Option<Vec<f64>> {
     let [least, largest] = &course.values;
     let middle = least.iter().zip(largest).map(|(low, high)| Some(0.5 * ((*low)? + (*high)?)));
-    let known: Vec<_> = course.time.iter().zip(middle).filter_map(|(time, value)| Some((*time, value?))).collect();
-    let points = ((course.end - course.begin) / step) as usize;
+    let points: Vec<_> = course.time.iter().zip(middle).filter_map(|(time, value)| Some((*time, value?))).collect();
+    let count = ((course.end - course.begin) / step) as usize;
     let mut at = 0;
-    let mut values: Vec<f64> = (0..points)
+    let mut values: Vec<f64> = (0..count)
         .map(|point| {
             let time = course.begin + (point as f64 + 0.5) * step;
-            while at + 1 < known.len() && known[at + 1].0 <= time {
+            while at + 1 < points.len() && points[at + 1].0 <= time {
                 at += 1;
             }
-            known.get(at).map_or(0.0, |known| known.1)
+            points.get(at).map_or(0.0, |points| points.1)
         })
         .collect();
-    let mean = values.iter().sum::<f64>() / points.max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count.max(1) as f64;
     values.iter_mut().for_each(|value| *value -= mean);
     values.iter().any(|value| *value != 0.0).then_some(values)
 }
@@ -186,7 +186,7 @@ fn deviation(course: &Course, step: f64) -> Option<Vec<f64>> {
 mod tests {
     use super::*;
 
-    /// A single swing that begins at `start`, in a record from `begin` to `end`.
+    /// A decaying oscillation that starts at `start`, in a record from `begin` to `end`.
     fn swing(begin: f64, end: f64, start: f64) -> Course {
         let parts = 2000;
         let width = (end - begin) / f64::from(parts);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn courses_are_laid_over_each_other_by_begin_rise_and_correlation() {
+    fn courses_are_aligned_by_start_rise_and_correlation() {
         let courses = [swing(0.0, 10.0, 2.0), swing(5.0, 13.0, 9.5), swing(1.0, 11.0, 2.25)];
         let shifts = |by: &Alignment| align(&courses, by).into_iter().collect::<Option<Vec<_>>>().unwrap();
         assert_eq!(shifts(&Alignment::Begin {}), [-0.0, -5.0, -1.0]);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_moves_or_never_rises_has_no_place() {
+    fn a_constant_course_cannot_be_aligned() {
         let mut still = swing(0.0, 10.0, 20.0);
         assert_eq!(align(&[swing(0.0, 10.0, 2.0), still.clone()], &Alignment::Correlation {})[1], None);
         assert_eq!(align(&[still.clone()], &Alignment::Rise { level: 0.5 }), [None]);

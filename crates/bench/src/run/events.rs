@@ -1,4 +1,4 @@
-//! What happened in a recorded run, for people: it is read from records of other versions as well.
+//! Events of a recorded run as text, also from records of other versions.
 
 use std::path::Path;
 
@@ -9,39 +9,39 @@ use stickslip_core::supervise::{Fault, Request};
 
 use super::change::parse;
 use super::recorder::{BEGIN, CHANGED, LOST};
-use crate::tap::What;
+use crate::tap::ChangeKind;
 use stickslip_base::Error;
 use stickslip_recording::mdf::{Event, Opened};
 
-/// Something that happened in a run.
+/// An event of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunEvent {
-    /// With this cycle.
+    /// Number of the cycle.
     pub cycle: u64,
     /// Time of the cycle [s].
     pub time: f64,
     /// In a few words.
     pub what: String,
-    /// More of it: what became another, why it was refused.
+    /// Details: changed values, reason of a refusal.
     pub details: Vec<String>,
     /// Whether it is a fault, a refusal or a loss.
     pub trouble: bool,
 }
 
-/// What happened in the run of a file, in its order.
+/// Events of the run of a file, in order.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// An unreadable file.
 pub fn story(path: &Path) -> Result<Vec<RunEvent>, Error> {
     let file = Opened::open(path)?;
     let head = file.head();
-    let mut happened: Vec<_> = head.events.iter().map(|(time, event)| told(*time, event)).collect();
-    // Those who change something tell it each for himself.
-    happened.sort_by_key(|one| one.cycle);
-    Ok(happened)
+    let mut events: Vec<_> = head.events.iter().map(|(time, event)| run_event(*time, event)).collect();
+    // The sources of changes report independently.
+    events.sort_by_key(|event| event.cycle);
+    Ok(events)
 }
 
-fn told(time: f64, event: &Event) -> RunEvent {
+fn run_event(time: f64, event: &Event) -> RunEvent {
     let mut lines = event.comment.lines();
     let first = lines.next().unwrap_or_default();
     let mut details: Vec<_> = lines.map(str::to_owned).collect();
@@ -57,12 +57,12 @@ fn told(time: f64, event: &Event) -> RunEvent {
             Some(what) => {
                 trouble |= matches!(
                     what,
-                    What::Fault(_) | What::Software(Change::HomingFailed(_) | Change::MachineFailed(_), _)
+                    ChangeKind::Fault(_) | ChangeKind::Software(Change::HomingFailed(_) | Change::MachineFailed(_), _)
                 );
                 changed(&what)
             }
             None => {
-                // Of another version.
+                // A record of another version.
                 details.insert(0, first.to_owned());
                 "Change".into()
             }
@@ -78,11 +78,11 @@ fn told(time: f64, event: &Event) -> RunEvent {
     RunEvent { cycle: event.cycle, time, what, details, trouble }
 }
 
-fn changed(what: &What) -> String {
+fn changed(what: &ChangeKind) -> String {
     match what {
-        What::Preload(preload) => format!("Friction wheel pressed on: {preload}"),
-        What::Fault(injection) => format!("Injected: {injection}"),
-        What::Software(change, _) => match change {
+        ChangeKind::Preload(preload) => format!("Preload of the friction wheel: {preload}"),
+        ChangeKind::Fault(injection) => format!("Injected: {injection}"),
+        ChangeKind::Software(change, _) => match change {
             Change::Request(Request::Home) => "Home".into(),
             Change::Request(Request::Arm) => "Arm".into(),
             Change::Request(Request::Start) => "Torque on".into(),

@@ -1,4 +1,4 @@
-//! A run as a record of itself: every cycle, every change with its cycle, and what it takes to run it again.
+//! Records of runs: every cycle, every change with its cycle, and the data for a replay.
 
 mod change;
 mod course;
@@ -20,7 +20,7 @@ pub use recorder::{BEGIN, PRESET, SCHEMA};
 pub use replay::{Difference, Replayed, replay};
 pub use signals::{STATES, state_name};
 pub use signals::{Signals, channels};
-pub use simulate::{Simulated, Trace, Wanted};
+pub use simulate::{Simulated, SimulationRequest, Trace};
 
 use stickslip_core::cycle::Parameters;
 
@@ -31,35 +31,35 @@ use stickslip_base::Preset;
 /// A recorded run.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// The bench.
+    /// Preset of the bench.
     pub preset: Preset<f64>,
-    /// Seed of the virtual machine's noise; none where the machine was elsewhere.
+    /// Seed of the noise of the virtual machine; `None` for another machine.
     pub seed: Option<u64>,
-    /// What the software computed with at first.
+    /// Initial parameters of the software.
     pub initial: Parameters<f64>,
-    /// All of its state at the begin, where that is not the first cycle of the bench.
+    /// Initial state, if the record does not start with the first cycle of the bench.
     pub state: Option<Vec<f64>>,
-    /// The cycles, with their numbers.
+    /// The cycles with their numbers.
     pub cycles: Vec<(u64, Signals<f64>)>,
-    /// What changed, in its order.
+    /// The changes, in order.
     pub changes: Vec<Changed>,
-    /// Cycles that found no room, each with the cycle behind them.
+    /// Numbers of lost cycles, each with the following cycle.
     pub lost: Vec<(u64, u64)>,
 }
 
 impl Record {
-    /// Nothing yet.
+    /// An empty record.
     pub fn new(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>) -> Self {
         let preset = *preset;
         Record { preset, seed, initial, state: None, cycles: Vec::new(), changes: Vec::new(), lost: Vec::new() }
     }
 
-    /// Nothing yet, of a bench that runs already.
+    /// An empty record of a running bench.
     pub fn from(preset: &Preset<f64>, seed: Option<u64>, initial: Parameters<f64>, keyframe: &Keyframe) -> Self {
         Record { state: Some(keyframe.numbers.clone()), ..Self::new(preset, seed, initial) }
     }
 
-    /// Takes what is there.
+    /// Takes all available cycles and changes.
     pub fn take(&mut self, stream: &mut Stream) {
         while let Some(Sample { frame, lost, .. }) = stream.sample() {
             self.cycles.push((frame.cycle, Signals::of(&frame)));
@@ -70,7 +70,7 @@ impl Record {
         self.changes.extend(std::iter::from_fn(|| stream.change()));
     }
 
-    /// Length of a tick [s].
+    /// Tick time [s].
     pub fn tick_time(&self) -> f64 {
         self.preset.bench.tick_time()
     }

@@ -1,9 +1,9 @@
-//! All numbers of a struct in a row, to the bit: for what no person writes.
+//! All numbers of a struct in a row, exact, for machine-written data.
 
 use stickslip_core::fields::Fields;
 use stickslip_core::snapshot::{StateVisitor, fields};
 
-/// The chosen variants, numbers and fixed counts in the order of declaration.
+/// Selected variants, numbers and fixed counts in the order of declaration.
 pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
     let mut collect = Collect(Vec::new());
     let mut copy = *values;
@@ -11,7 +11,7 @@ pub(super) fn numbers<P: Fields<f64>>(values: &P) -> Vec<f64> {
     collect.0
 }
 
-/// The struct that has these numbers; none if they are not as many as it takes, or name a variant that there is not.
+/// The struct with these numbers; `None` for a different count or an unknown variant.
 pub(super) fn from_numbers<P: Fields<f64> + Default>(numbers: &[f64]) -> Option<P> {
     let mut restore = Restore::new(numbers);
     let mut values = P::default();
@@ -27,7 +27,7 @@ impl StateVisitor for Collect {
     }
 }
 
-/// Gives numbers back.
+/// Restores numbers.
 pub(super) struct Restore<'a> {
     numbers: std::slice::Iter<'a, f64>,
     fits: bool,
@@ -38,7 +38,7 @@ impl<'a> Restore<'a> {
         Restore { numbers: numbers.iter(), fits: true }
     }
 
-    /// Whether each had its place, and each place its number.
+    /// Whether numbers and fields correspond one to one.
     pub(super) fn fits(mut self) -> bool {
         self.fits && self.numbers.next().is_none()
     }
@@ -67,7 +67,7 @@ mod tests {
     use stickslip_design as design;
 
     #[test]
-    fn every_bit_of_a_bench_comes_back_and_nothing_else_does() {
+    fn a_bench_is_restored_exactly_and_other_data_are_refused() {
         let mut preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
         preset.bench.law = LawChoice::Bristle;
         let mut bench = design::parameters(&preset.model, &preset.bench).unwrap();
@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(from_numbers::<Parameters<f64>>(&numbers), Some(bench), "fixed counts included");
         assert_eq!(from_numbers::<Parameters<f64>>(&numbers[1..]), None);
         assert_eq!(from_numbers::<Parameters<f64>>(&[&numbers[..], &[0.0]].concat()), None);
-        // The variant of the law is among the first numbers that are small and whole; another variant has other numbers.
+        // The variant of the law is among the first small integers; another variant has other numbers.
         let mut wrong = numbers.clone();
         let place = numbers.iter().position(|number| *number == 4.0).unwrap();
         wrong[place] = 1e9;

@@ -1,4 +1,4 @@
-//! A record back from its file.
+//! Reading a record from its file.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::change::parse;
 use super::recorder::{BEGIN, CHANGED, LOST, PRESET, SCHEMA, STATE};
 use super::replay::{Replayed, replayed};
 use super::signals::{Signals, channels};
-use crate::tap::{Changed, What};
+use crate::tap::{ChangeKind, Changed};
 use stickslip_base::parameters::presets::Source;
 use stickslip_base::{Error, Watch};
 use stickslip_recording::mdf::{Opened, Rows};
@@ -27,29 +27,29 @@ impl Record {
     }
 }
 
-/// A run in its file, whose cycles are taken one after the other: it may be longer than the memory holds.
+/// A run in its file, whose cycles are read one after the other, so that it may exceed the memory.
 pub struct Stored {
     /// The run without its cycles.
     pub(super) record: Record,
     file: Opened,
-    /// Its first cycle.
+    /// First cycle.
     begin: u64,
 }
 
 impl Stored {
-    /// Opens a run's file; what was recorded also where the recorder did not come to its end.
+    /// Opens the file of a run, also an incomplete one.
     ///
     /// # Errors
-    /// A file that cannot be read, is no record of a run, or one of another version of the program: that can replay it.
+    /// An unreadable file, a file without a run, or a record of another program version.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = Opened::open(path)?;
         let contents = file.head();
         let property = |name: &str| {
-            contents.header.properties.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+            contents.header.properties.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
         };
-        let no_record = |what: &str| no_record(path, what);
+        let invalid_record = |what: &str| invalid_record(path, what);
         if property("schema") != Some(SCHEMA) {
-            return Err(no_record("its properties do not say so"));
+            return Err(invalid_record("its schema property is missing or unknown"));
         }
         let (theirs, ours) = (&contents.header.version, env!("CARGO_PKG_VERSION"));
         if theirs != ours {
@@ -58,16 +58,16 @@ impl Stored {
         }
         let attached = contents.attachments.iter().find(|file| file.name == PRESET);
         let text = attached.and_then(|file| String::from_utf8(file.bytes.clone()).ok());
-        let text = text.ok_or_else(|| no_record("its parameters are missing"))?;
+        let text = text.ok_or_else(|| invalid_record("its parameters are missing"))?;
         let preset = Source { file: format!("{}: {PRESET}", path.display()), text }.read()?;
         let state = contents.attachments.iter().find(|file| file.name == STATE);
-        let state = state.map(|file| row(&file.bytes).ok_or_else(|| no_record("its first state is not understood")));
+        let state = state.map(|file| row(&file.bytes).ok_or_else(|| invalid_record("its initial state is invalid")));
         let mut events = Events::default();
         for (_, event) in &contents.events {
             let line = event.comment.lines().next().unwrap_or_default();
-            let known = match event.name.as_str() {
+            let valid = match event.name.as_str() {
                 BEGIN => match parse(line) {
-                    Some(What::Software(Change::Parameters(parameters), _)) => {
+                    Some(ChangeKind::Software(Change::Parameters(parameters), _)) => {
                         events.initial = Some(parameters);
                         events.begin = event.cycle;
                         true
@@ -80,15 +80,15 @@ impl Stored {
                 }
                 _ => true,
             };
-            if !known {
-                return Err(no_record(&format!("the event {} at cycle {} is not understood", event.name, event.cycle)));
+            if !valid {
+                return Err(invalid_record(&format!("the event {} at cycle {} is unknown", event.name, event.cycle)));
             }
         }
         let record = Record {
             preset,
             seed: property("seed").and_then(|seed| seed.parse().ok()),
             state: state.transpose()?,
-            initial: events.initial.ok_or_else(|| no_record("its begin is missing"))?,
+            initial: events.initial.ok_or_else(|| invalid_record("its start event is missing"))?,
             cycles: Vec::new(),
             changes: events.changes,
             lost: events.lost,
@@ -96,24 +96,24 @@ impl Stored {
         Ok(Stored { record, file, begin: events.begin })
     }
 
-    /// Replays it.
+    /// Replays the run.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; a file that is damaged; what the virtual machine of the record refuses.
+    /// [`Error::Cancelled`]; a damaged file; errors of the virtual machine of the record.
     pub fn replay(&self, watch: &Watch) -> Result<Replayed, Error> {
         replayed(&self.record, self.cycles()?, self.file.len() as u64, watch)
     }
 
-    /// How many cycles it has.
+    /// Number of cycles.
     pub(super) fn len(&self) -> usize {
         self.file.len()
     }
 
-    /// Its cycles, in their order.
+    /// The cycles, in order.
     pub(super) fn cycles(&self) -> Result<Cycles<'_>, Error> {
         let channels = channels();
         let names: Vec<_> = ["cycle"].into_iter().chain(channels.iter().map(|entry| entry.path.as_str())).collect();
-        let rows = self.file.rows(&names).ok_or_else(|| no_record(self.file.path(), OTHERS))?;
+        let rows = self.file.rows(&names).ok_or_else(|| invalid_record(self.file.path(), OTHERS))?;
         Ok(Cycles { path: self.file.path(), rows, next: self.begin })
     }
 }
@@ -129,12 +129,12 @@ impl Cycles<'_> {
     fn take(&mut self) -> Result<Option<(u64, Signals<f64>)>, Error> {
         let Some(row) = self.rows.take()? else { return Ok(None) };
         let cycle = row[0] as u64;
-        // Nor long after the one before: a replay would count through whatever a file claims.
+        // Large gaps are refused, since a replay counts through them.
         if cycle < self.next || cycle - self.next > LONGEST_GAP {
-            return Err(no_record(self.path, "its cycles are not in their order"));
+            return Err(invalid_record(self.path, "its cycles are not in order"));
         }
         self.next = cycle + 1;
-        let signals = Signals::from_row(&row[1..]).ok_or_else(|| no_record(self.path, OTHERS))?;
+        let signals = Signals::from_row(&row[1..]).ok_or_else(|| invalid_record(self.path, OTHERS))?;
         Ok(Some((cycle, signals)))
     }
 }
@@ -160,11 +160,11 @@ fn row(bytes: &[u8]) -> Option<Vec<f64>> {
     std::str::from_utf8(bytes).ok()?.lines().map(|line| line.parse().ok()).collect()
 }
 
-/// Of cycles in a row that were held.
+/// Maximum number of consecutive held cycles.
 const LONGEST_GAP: u64 = 1 << 24;
 
-const OTHERS: &str = "its signals are others";
+const OTHERS: &str = "its signals differ from those of this version";
 
-fn no_record(path: &Path, what: &str) -> Error {
-    unreadable(path, &format!("it is no record of a run: {what}"), "Take the run.mf4 that a command of stickslip left.")
+fn invalid_record(path: &Path, what: &str) -> Error {
+    unreadable(path, &format!("not a record of a run: {what}"), "Use a run.mf4 written by a stickslip command.")
 }

@@ -1,4 +1,4 @@
-//! A run into a file while it happens: every cycle a row, every change an event.
+//! Recording of a run into a file: every cycle is a row, every change an event.
 
 use std::path::Path;
 use std::thread::{self, JoinHandle};
@@ -10,43 +10,43 @@ use super::change::line;
 use super::numbers::Restore;
 use super::signals::{Signals, channels};
 use crate::Keyframe;
-use crate::tap::{Changed, Sample, Stream, Tap, What, tap};
+use crate::tap::{ChangeKind, Changed, Sample, Stream, Tap, tap};
 use stickslip_base::{Error, Preset, parameters};
 use stickslip_design as design;
 use stickslip_recording::mdf::{Cause, Channel, Event, Header, Summary, Writer};
 
-/// What a record's properties say that it is.
+/// Schema in the properties of a record.
 pub const SCHEMA: &str = "stickslip.run/1";
 /// Name of the attached parameter file.
 pub const PRESET: &str = "preset.toml";
-/// Name of the attached state of a run that does not begin with the first cycle.
+/// Name of the attached state of a run that does not start with the first cycle.
 pub(super) const STATE: &str = "state.txt";
 /// Names of events that a replay reads.
 pub const BEGIN: &str = "begin";
 pub(super) const LOST: &str = "lost";
 pub(super) const CHANGED: [&str; 2] = ["change", "refused"];
 
-/// At most so long after a cycle its row is in the file.
+/// Maximum delay between a cycle and its row in the file.
 const FLUSH: Duration = Duration::from_millis(100);
-/// From look to look.
+/// Polling interval.
 const LOOK: Duration = Duration::from_millis(2);
-/// Cycles that may wait for their row.
+/// Capacity of the ring of cycles.
 const ROOM: usize = 1 << 15;
-/// Values of a change that are named for people.
+/// Maximum number of changed values listed in an event.
 const NAMED: usize = 20;
 
-/// What a record says of its run.
+/// Description of a run.
 #[derive(Clone, Debug)]
 pub struct About {
-    /// The command that made it.
+    /// Command of the run.
     pub command: String,
-    /// The bench as it is at the begin.
+    /// Preset at the start.
     pub preset: Preset<f64>,
-    /// Seed of the virtual machine's noise; none where the machine is elsewhere.
+    /// Seed of the noise of the virtual machine; `None` for another machine.
     pub seed: Option<u64>,
 }
 
-/// Writes what it is given.
+/// Writer of a record.
 pub struct RunWriter {
     writer: Writer,
     parameters: Parameters<f64>,
@@ -55,29 +55,29 @@ pub struct RunWriter {
     flushed: Instant,
 }
 
-/// What was recorded.
+/// Result of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recorded {
     /// Rows and bytes.
     pub file: Summary,
-    /// Cycles that found no room.
+    /// Lost cycles.
     pub lost: u64,
 }
 
 impl RunWriter {
-    /// Into a new file, for a bench that is switched on with a preset.
+    /// Creates a file for a bench that is switched on with a preset.
     ///
     /// # Errors
-    /// [`Error::File`]; what the design of the bench refuses.
+    /// [`Error::File`]; errors of the design of the bench.
     pub fn create(path: &Path, about: &About) -> Result<Self, Error> {
         let Preset { model, bench, .. } = &about.preset;
         Self::begin(path, about, design::parameters(model, bench)?, None)
     }
 
-    /// Into a new file, for a bench that runs already, from a state of it on.
+    /// Creates a file for a running bench, starting with a state.
     ///
     /// # Errors
-    /// [`Error::File`]; what the design of the bench refuses.
+    /// [`Error::File`]; errors of the design of the bench.
     pub fn create_from(path: &Path, about: &About, keyframe: &Keyframe) -> Result<Self, Error> {
         let parameters = *begin(about, keyframe)?.parameters();
         Self::begin(path, about, parameters, Some(keyframe))
@@ -97,7 +97,7 @@ impl RunWriter {
         ];
         properties.extend(about.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
         let cycle = keyframe.map_or(0, |keyframe| keyframe.cycle);
-        // A file tells the time of cycle 0.
+        // A file states the time of cycle 0.
         let since = Duration::try_from_secs_f64(cycle as f64 * bench.tick_time()).unwrap_or_default();
         let header = Header {
             start: SystemTime::now().checked_sub(since).unwrap_or(SystemTime::UNIX_EPOCH),
@@ -118,12 +118,12 @@ impl RunWriter {
             let text: Vec<String> = numbers.iter().map(f64::to_string).collect();
             writer.attach(STATE, "text/plain", text.join("\n").as_bytes())?;
         }
-        let begin = line(&What::Software(Change::Parameters(parameters), None));
+        let begin = line(&ChangeKind::Software(Change::Parameters(parameters), None));
         writer.event(&Event { cycle, name: BEGIN.into(), comment: begin, cause: Cause::Tool })?;
         Ok(RunWriter { writer, parameters, faulty: false, lost: 0, flushed: Instant::now() })
     }
 
-    /// A cycle.
+    /// Writes a cycle.
     ///
     /// # Errors
     /// [`Error::File`].
@@ -147,20 +147,20 @@ impl RunWriter {
         self.writer.row(cycle, &signals.row())
     }
 
-    /// A change. Its first line is for a replay, what follows for people.
+    /// Writes a change. Its first line is for replays, the following lines are for users.
     ///
     /// # Errors
     /// [`Error::File`].
     pub fn change(&mut self, changed: &Changed) -> Result<(), Error> {
         let mut comment = line(&changed.what);
-        let [made, refused] = CHANGED;
-        let mut name = made;
+        let [accepted, refused] = CHANGED;
+        let mut name = accepted;
         match &changed.what {
-            What::Software(_, Some(refusal)) => {
+            ChangeKind::Software(_, Some(refusal)) => {
                 name = refused;
                 comment += &format!("\n{refusal}");
             }
-            What::Software(Change::Parameters(parameters), None) => {
+            ChangeKind::Software(Change::Parameters(parameters), None) => {
                 let differences = parameters::diff(&self.parameters, parameters);
                 for difference in differences.iter().take(NAMED) {
                     let text = |entry: &Option<parameters::Entry>| {
@@ -179,12 +179,12 @@ impl RunWriter {
         self.writer.event(&Event { cycle: changed.cycle, name: name.into(), comment, cause: Cause::Tool })
     }
 
-    /// Length of the file [bytes], and the cycles that found no room.
+    /// Length of the file [bytes], and number of lost cycles.
     pub fn written(&self) -> (u64, u64) {
         (self.writer.bytes(), self.lost)
     }
 
-    /// Called often: brings what came to the disk in time.
+    /// Flushes the file at regular intervals; called often.
     ///
     /// # Errors
     /// [`Error::File`].
@@ -199,13 +199,13 @@ impl RunWriter {
     /// Completes the file.
     ///
     /// # Errors
-    /// [`Error::File`]; what was written before is there.
+    /// [`Error::File`]; previously written data remain.
     pub fn finish(self) -> Result<Recorded, Error> {
         Ok(Recorded { file: self.writer.finish()?, lost: self.lost })
     }
 }
 
-/// The software in the state of a keyframe.
+/// The software with the state of a keyframe.
 fn begin(about: &About, keyframe: &Keyframe) -> Result<Software, Error> {
     let Preset { model, bench, .. } = &about.preset;
     let mut software = Software::new(design::parameters(model, bench)?, bench.tick_time());
@@ -213,7 +213,7 @@ fn begin(about: &About, keyframe: &Keyframe) -> Result<Software, Error> {
     Ok(software)
 }
 
-/// A thread that records what comes through a tap.
+/// A thread that records the data of a tap.
 pub struct Recorder {
     thread: JoinHandle<Result<Recorded, Error>>,
 }
@@ -226,7 +226,7 @@ impl Recorder {
     pub fn start(path: &Path, about: &About) -> Result<(Self, Tap), Error> {
         let mut writer = RunWriter::create(path, about)?;
         let (tap, mut stream) = tap(ROOM);
-        // Where it fails the stream is dropped with it: a bench in lockstep then goes on without.
+        // On an error the stream is closed, and a bench in lockstep continues without it.
         let thread = thread::spawn(move || {
             record(&mut stream, &mut writer)?;
             writer.finish()
@@ -234,18 +234,18 @@ impl Recorder {
         Ok((Recorder { thread }, tap))
     }
 
-    /// Waits until all is in the file; the bench must be gone.
+    /// Waits until everything is in the file; the bench must have ended.
     ///
     /// # Errors
-    /// [`Error::File`] where the disk took no more: what was written before is there.
+    /// [`Error::File`] for write errors; previously written data remain.
     pub fn finish(self) -> Result<Recorded, Error> {
-        self.thread.join().expect("what is recorded is data: nothing in it panics")
+        self.thread.join().expect("the recording thread does not panic")
     }
 }
 
 fn record(stream: &mut Stream, writer: &mut RunWriter) -> Result<(), Error> {
     loop {
-        // Asked before the cycles are taken: those that came last are not left behind.
+        // Checked before the cycles are taken, so that the last ones are included.
         let last = stream.is_closed();
         while let Some(sample) = stream.sample() {
             writer.sample(&sample)?;

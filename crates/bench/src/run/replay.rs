@@ -1,8 +1,8 @@
-//! A recorded run once more: the same inputs, the same changes, and every bit compared.
+//! Replay of a recorded run: the same inputs, the same changes, and a comparison of every bit.
 //!
-//! The software is given what the record says that it read and was asked for. Where the machine was the virtual one in
-//! the same process, it is simulated again from its seed, under the recorded voltages, and what it delivers is compared
-//! as well. So a first difference is where it came from: the machine, or the block of the software whose output it is.
+//! The software receives the recorded readings and commands. A virtual machine of the same process is simulated again
+//! from its seed with the recorded voltages, and its readings are compared as well. The first difference therefore
+//! identifies its source: the machine, or the block of the software with this output.
 
 use crate::BenchError;
 use std::fmt;
@@ -17,36 +17,36 @@ use super::signals::{Signals, channels};
 use crate::faults::Faults;
 use crate::io::Io;
 use crate::keyframe::keep;
-use crate::tap::{Changed, What};
+use crate::tap::{ChangeKind, Changed};
 use crate::{Faulty, InProcess};
 use stickslip_base::{Error, Preset, Watch};
 
-/// What a replay found.
+/// Result of a replay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replayed {
-    /// Cycles that were replayed.
+    /// Replayed cycles.
     pub cycles: u64,
     /// Cycles of the record.
     pub of: u64,
-    /// Whether the machine was simulated again as well.
+    /// Whether the machine was also simulated.
     pub machine: bool,
-    /// Where the first difference is.
+    /// The first difference.
     pub first: Option<Difference>,
-    /// Cycles that the record lacks behind the last one that was replayed.
+    /// Cycles missing in the record after the last replayed one.
     pub lost: u64,
 }
 
 impl Replayed {
-    /// Whether the whole record was replayed and every bit is the same.
+    /// Whether the whole record was replayed without a difference.
     pub fn identical(&self) -> bool {
         self.first.is_none() && self.cycles == self.of
     }
 }
 
-/// In a sentence.
+/// Summary in one sentence.
 impl fmt::Display for Replayed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let whom = if self.machine { "software and machine" } else { "software" };
+        let parts = if self.machine { "software and machine" } else { "software" };
         match &self.first {
             Some(first) => write!(
                 f,
@@ -55,22 +55,22 @@ impl fmt::Display for Replayed {
             ),
             None if self.lost > 0 => write!(
                 f,
-                "{} of {} cycles replayed, {whom} to the bit; then {} cycles are not in the record.",
+                "{} of {} cycles replayed, {parts} identical; the following {} cycles are missing in the record.",
                 self.cycles, self.of, self.lost
             ),
-            None => write!(f, "{} cycles replayed, {whom}: every bit is the same.", self.cycles),
+            None => write!(f, "{} cycles replayed, {parts}: every bit is the same.", self.cycles),
         }
     }
 }
 
-/// A value that is not the same.
+/// A different value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// The cycle.
+    /// Number of the cycle.
     pub cycle: u64,
-    /// Whose output it is.
+    /// Block with this output.
     pub block: &'static str,
-    /// The signal.
+    /// Signal.
     pub signal: String,
     /// As recorded.
     pub recorded: f64,
@@ -78,7 +78,7 @@ pub struct Difference {
     pub replayed: f64,
 }
 
-/// Whose output a signal is, in the order in which a cycle computes them.
+/// Blocks of the signals, in the order of computation.
 const BLOCKS: [(&str, &str); 17] = [
     ("measurement.count", "machine"),
     ("measurement.index", "machine"),
@@ -102,30 +102,30 @@ const BLOCKS: [(&str, &str); 17] = [
 /// Replays a record.
 ///
 /// # Errors
-/// [`Error::Cancelled`]; what the virtual machine of the record refuses.
+/// [`Error::Cancelled`]; errors of the virtual machine of the record.
 pub fn replay(record: &Record, watch: &Watch) -> Result<Replayed, Error> {
     replayed(record, record.cycles.iter().map(|cycle| Ok(*cycle)), record.cycles.len() as u64, watch)
 }
 
-/// The same for a record whose cycles come one after the other, so many.
+/// The same for `of` cycles from an iterator.
 pub(super) fn replayed(
     record: &Record,
     cycles: impl Iterator<Item = Result<(u64, Signals<f64>), Error>>,
     of: u64,
     watch: &Watch,
 ) -> Result<Replayed, Error> {
-    let mut again = Again::of(record, record.seed)?;
-    let mut result = Replayed { cycles: 0, of, machine: again.machine.is_some(), first: None, lost: 0 };
+    let mut bench = ReplayedBench::of(record, record.seed)?;
+    let mut result = Replayed { cycles: 0, of, machine: bench.machine.is_some(), first: None, lost: 0 };
     for (k, cycle) in cycles.enumerate() {
         let (cycle, signals) = cycle?;
         if k.is_multiple_of(4096) {
             watch.stage("replay", k as f64 / of as f64)?;
         }
-        result.lost = again.lost(cycle);
+        result.lost = bench.lost(cycle);
         if result.lost > 0 {
             return Ok(result);
         }
-        let now = again.bound(cycle, &signals)?;
+        let now = bench.bound(cycle, &signals)?;
         result.first = difference(cycle, &signals, &now);
         if result.first.is_some() {
             return Ok(result);
@@ -135,18 +135,18 @@ pub(super) fn replayed(
     Ok(result)
 }
 
-/// Software and machine of a record, once more.
-pub(super) struct Again<'a> {
+/// Software and machine of a replay.
+pub(super) struct ReplayedBench<'a> {
     software: Software,
     machine: Option<(Faulty<InProcess>, Measurement<f64>)>,
-    /// Of a machine elsewhere: what its faults did to the software.
+    /// For another machine: effects of its injected faults on the software.
     faults: Faults,
     changes: Peekable<std::vec::IntoIter<&'a Changed>>,
     lost: Peekable<std::slice::Iter<'a, (u64, u64)>>,
 }
 
-impl<'a> Again<'a> {
-    /// At the begin of the record; with a virtual machine where there is a seed for it.
+impl<'a> ReplayedBench<'a> {
+    /// At the start of the record; with a virtual machine if there is a seed.
     pub(super) fn of(record: &'a Record, seed: Option<u64>) -> Result<Self, Error> {
         let mut software = Software::new(record.initial, record.tick_time());
         let mut machine = match seed {
@@ -155,32 +155,32 @@ impl<'a> Again<'a> {
         };
         let mut faults = Faults::new(record.preset.model.encoder, record.tick_time());
         if let Some(state) = &record.state {
-            put_back(state, &mut software, &mut machine)?;
+            restore_state(state, &mut software, &mut machine)?;
             faults = machine.as_ref().map_or(faults, |(machine, _)| machine.faults().clone());
         }
-        // Those who change something tell it each for himself: the order is that of the cycles. Within one the machine
-        // comes first.
+        // The sources of changes report independently: changes are sorted by cycle. Within a cycle those of the machine
+        // are first.
         let mut changes: Vec<&Changed> = record.changes.iter().collect();
         changes.sort_by_key(|changed| {
-            (changed.cycle, !matches!(changed.what, What::Software(Change::MachineFailed(_), _)))
+            (changed.cycle, !matches!(changed.what, ChangeKind::Software(Change::MachineFailed(_), _)))
         });
         let changes = changes.into_iter().peekable();
-        Ok(Again { software, machine, faults, changes, lost: record.lost.iter().peekable() })
+        Ok(ReplayedBench { software, machine, faults, changes, lost: record.lost.iter().peekable() })
     }
 
-    /// Makes other parameters of those in force.
+    /// Replaces the active parameters.
     pub(super) fn adopt(&mut self, other: impl FnOnce(&Parameters<f64>) -> Parameters<f64>) {
         let parameters = other(self.software.parameters());
-        // None of its states refuses parameters.
+        // Parameters are accepted in every state.
         let _ = self.software.change(&Change::Parameters(parameters));
     }
 
-    /// Cycles that are missing right before this one.
+    /// Number of cycles missing directly before this one.
     pub(super) fn lost(&mut self, cycle: u64) -> u64 {
         self.lost.next_if(|(behind, _)| *behind <= cycle).map_or(0, |(_, lost)| *lost)
     }
 
-    /// A cycle with the readings of the record; those of a simulated machine are what it delivers now.
+    /// A cycle with the recorded readings; the result has the readings of a simulated machine.
     fn bound(&mut self, cycle: u64, recorded: &Signals<f64>) -> Result<Signals<f64>, Error> {
         let (mut now, readings) = self.cycle(cycle, recorded, recorded.measurement)?;
         if let Some(readings) = readings {
@@ -195,7 +195,7 @@ impl<'a> Again<'a> {
         Ok(self.cycle(cycle, recorded, readings)?.0)
     }
 
-    /// A cycle with these readings, and those that a simulated machine had for it.
+    /// A cycle with these readings; also returns the readings of a simulated machine.
     fn cycle(
         &mut self,
         cycle: u64,
@@ -234,14 +234,14 @@ fn apply<'a>(
     let mut machine = machine;
     while let Some(changed) = changes.next_if(|changed| changed.cycle <= software.cycle()) {
         match &changed.what {
-            // What was refused then is refused again.
-            What::Software(change, _) => drop(software.change(change)),
-            What::Preload(preload) => {
+            // A refused change is refused again.
+            ChangeKind::Software(change, _) => drop(software.change(change)),
+            ChangeKind::Preload(preload) => {
                 if let Some(machine) = &mut machine {
                     machine.set_preload(*preload)?;
                 }
             }
-            What::Fault(injection) => {
+            ChangeKind::Fault(injection) => {
                 faults.inject(*injection)?;
                 if let Some(machine) = &mut machine {
                     machine.inject(*injection)?;
@@ -252,8 +252,8 @@ fn apply<'a>(
     Ok(())
 }
 
-/// The state of a record that does not begin with the first cycle.
-fn put_back(
+/// Restores the initial state of a record.
+fn restore_state(
     state: &[f64],
     software: &mut Software,
     machine: &mut Option<(Faulty<InProcess>, Measurement<f64>)>,
@@ -277,7 +277,7 @@ fn next(machine: &mut Faulty<InProcess>, acting: Voltages<f64>) -> Result<Measur
     machine.exchange(acting).map_err(|fault| Error::BenchFault { cycle: 0, reason: fault.to_string() })
 }
 
-/// The first value of a cycle that is not the same, in the order in which it is computed.
+/// The first different value of a cycle, in the order of computation.
 fn difference(cycle: u64, recorded: &Signals<f64>, replayed: &Signals<f64>) -> Option<Difference> {
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
     let (recorded, replayed) = (recorded.row(), replayed.row());
@@ -285,10 +285,10 @@ fn difference(cycle: u64, recorded: &Signals<f64>, replayed: &Signals<f64>) -> O
         return None;
     }
     let names = channels();
-    let order = |name: &str| BLOCKS.iter().position(|(known, _)| *known == name).unwrap_or(BLOCKS.len());
-    let mut apart: Vec<usize> = (0..names.len()).filter(|&k| !same(recorded[k], replayed[k])).collect();
-    apart.sort_by_key(|&k| order(&names[k].path));
-    apart.first().map(|&k| {
+    let order = |name: &str| BLOCKS.iter().position(|(signal, _)| *signal == name).unwrap_or(BLOCKS.len());
+    let mut different: Vec<usize> = (0..names.len()).filter(|&k| !same(recorded[k], replayed[k])).collect();
+    different.sort_by_key(|&k| order(&names[k].path));
+    different.first().map(|&k| {
         let signal = names[k].path.clone();
         let block = BLOCKS.get(order(&signal)).map_or("supervision", |(_, block)| block);
         Difference { cycle, block, signal, recorded: recorded[k], replayed: replayed[k] }

@@ -1,4 +1,4 @@
-//! All that is known of a cycle, as the channels of a record.
+//! The signals of a cycle, as the channels of a record.
 
 use stickslip_core::Fields;
 use stickslip_core::control::reference::Setpoint;
@@ -9,29 +9,29 @@ use stickslip_core::tick::{Measurement, TickOutput};
 use super::numbers::{from_numbers, numbers};
 use stickslip_base::parameters::{self, Entry};
 
-/// The signals of a cycle: what was asked for, what the interfaces delivered, what the software made of it.
+/// The signals of a cycle: command, readings, and results of the software.
 #[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Signals<T> {
-    /// Screw angle by the encoder, counted from the screw's zero once it is known.
+    /// Screw angle from the encoder, relative to the screw's zero once it is known.
     #[field(symbol = "φ", unit = "rad")]
     pub angle: T,
-    /// The set-point, counted as the angle.
+    /// Set-point, relative to the same zero.
     pub setpoint: Setpoint<T>,
-    /// Whether the position controller was asked for.
+    /// Whether the position controller was requested.
     #[field(unit = "1", flag)]
     pub control: T,
-    /// Whether the rendering law was asked for.
+    /// Whether the rendering law was requested.
     #[field(unit = "1", flag)]
     pub render: T,
-    /// Torque added to the controller's.
+    /// Torque added to that of the position controller.
     #[field(symbol = "M_add", unit = "N m")]
     pub added_torque: T,
-    /// Torque of the load motor added to the law's, against positive motion.
+    /// Torque of the load motor added to that of the rendering law, against positive motion.
     #[field(symbol = "M_add,L", unit = "N m")]
     pub added_load_torque: T,
-    /// What the interfaces delivered at the begin of the tick.
+    /// Readings at the start of the tick.
     pub measurement: Measurement<T>,
-    /// What the software made of it.
+    /// Results of the software.
     pub software: TickOutput<T>,
     /// State of supervision after the tick: 0 off, 1 homing, 2 ready, 3 running, 4 fault, 5 stopping.
     #[field(unit = "1", whole)]
@@ -39,7 +39,7 @@ pub struct Signals<T> {
 }
 
 impl Signals<f64> {
-    /// Of a cycle.
+    /// Signals of a cycle.
     pub fn of(frame: &Frame) -> Self {
         let flag = |on: bool| f64::from(u8::from(on));
         let Command { setpoint, control, render, added_torque, added_load_torque, .. } = frame.command;
@@ -56,7 +56,7 @@ impl Signals<f64> {
         }
     }
 
-    /// What was asked for.
+    /// The command.
     pub fn command(&self) -> Command {
         Command {
             setpoint: self.setpoint,
@@ -73,16 +73,16 @@ impl Signals<f64> {
         numbers(self)
     }
 
-    /// Back from a row; none if it is not as long.
+    /// Signals from a row; `None` for a wrong length.
     pub fn from_row(row: &[f64]) -> Option<Self> {
         from_numbers(row)
     }
 }
 
-/// What the states of supervision are called, by their numbers.
+/// Names of the states of supervision, by their numbers.
 pub const STATES: [&str; 6] = ["off", "homing", "ready", "running", "fault", "stopping"];
 
-/// What the state is called.
+/// Name of a state of supervision.
 pub fn state_name(state: &SafetyState) -> &'static str {
     STATES[code(state) as usize]
 }
@@ -110,7 +110,7 @@ mod tests {
     use crate::{Bench as _, VirtualBench};
 
     #[test]
-    fn a_row_has_a_channel_for_each_number_and_gives_the_signals_back() {
+    fn a_row_has_a_channel_for_each_number_and_restores_the_signals() {
         let preset = stickslip_base::parameters::presets::find("clm-bench").unwrap().read().unwrap();
         let mut bench = VirtualBench::new(&preset, 1).unwrap();
         let setpoint = Setpoint { position: 0.25, velocity: -1.5, acceleration: 0.5 };
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!((of("setpoint.velocity"), of("added_torque"), of("render"), of("control")), (-1.5, 0.125, 1.0, 0.0));
         assert_eq!(of("measurement.count"), frame.measurement.count);
         assert_eq!(of("software.estimated_velocity"), frame.signals.estimated_velocity);
-        // What a recording needs besides: distinct names, all with a unit.
+        // A recording also requires distinct names with units.
         let mut names: Vec<_> = channels.iter().map(|channel| &channel.path).collect();
         names.sort();
         names.dedup();

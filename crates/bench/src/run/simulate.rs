@@ -1,7 +1,7 @@
-//! A recorded run on the virtual bench, with other parameters: what would have happened?
+//! Simulation of a recorded run on the virtual bench with other parameters.
 //!
-//! The same commands, requests and faults in the same cycles; but the software reads the simulated machine, not the
-//! record. Where nothing is changed and the record is of a virtual machine, both are the same to the bit.
+//! Commands, requests and faults are the same in the same cycles, but the software reads the simulated machine instead
+//! of the record. Without changes, the result equals the record of a virtual machine exactly.
 
 use std::time::Instant;
 
@@ -13,37 +13,36 @@ use stickslip_core::render::Law;
 
 use super::numbers::{from_numbers, numbers};
 use super::read::Stored;
-use super::replay::Again;
+use super::replay::ReplayedBench;
 use super::signals::channels;
-use crate::tap::{Changed, What};
+use crate::tap::{ChangeKind, Changed};
 use stickslip_base::parameters::{self, Difference};
 use stickslip_base::{Error, Preset, Watch};
 use stickslip_design as design;
 
-/// From look to look at whether it is cancelled [cycles].
+/// Interval of the checks for cancellation [cycles].
 const LOOK: u64 = 4096;
 
-/// A run, as it was and as it would have been.
+/// Simulation of a recorded run with other parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Simulated {
     /// Time of the first cycle [s].
     pub from: f64,
-    /// Time of the last that was simulated [s].
+    /// Time of the last simulated cycle [s].
     pub to: f64,
-    /// How many were simulated.
+    /// Number of simulated cycles.
     pub cycles: u64,
-    /// Time on the bench over the time that the simulation took.
+    /// Ratio of bench time to computing time.
     pub speed: f64,
-    /// Why it ended before the record did.
+    /// Reason of an end before the end of the record.
     pub ended: Option<String>,
     /// Time of each part of a trace [s].
     pub time: Vec<f64>,
-    /// The signals that were asked for.
+    /// The requested signals.
     pub traces: Vec<Trace>,
 }
 
-/// A signal, as it was and as it would have been. Of each part of the time the least and the largest value, so that no
-/// spike is lost.
+/// A recorded and a simulated signal, with minimum and maximum in each part of the time, so that no spike is lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Trace {
     /// Its name.
@@ -52,38 +51,42 @@ pub struct Trace {
     pub symbol: String,
     /// SI unit.
     pub unit: String,
-    /// As recorded: least and largest.
+    /// As recorded: minimum and maximum.
     pub recorded: [Vec<Option<f64>>; 2],
     /// As simulated.
     pub simulated: [Vec<Option<f64>>; 2],
-    /// Simulated less recorded.
+    /// Simulated minus recorded.
     pub difference: [Vec<Option<f64>>; 2],
-    /// The difference over all cycles, RMS; `null` where one of them is no number.
+    /// RMS of the difference over all cycles; `null` if a value is not finite.
     pub rms: Option<f64>,
     /// Its largest magnitude.
     pub peak: Option<f64>,
 }
 
-/// What is wanted of a simulation.
+/// Request of a simulation.
 #[derive(Clone, Debug)]
-pub struct Wanted<'a> {
-    /// Values that are others than in the run, by path.
+pub struct SimulationRequest<'a> {
+    /// Changed values, by path.
     pub values: &'a [(String, String)],
     /// Names of the signals.
     pub signals: &'a [String],
-    /// So much of the run, from its begin on [s].
+    /// Length from the start of the run on [s].
     pub length: f64,
     /// Parts of the time in a trace, at least 1.
     pub parts: usize,
 }
 
 impl Stored {
-    /// The run with other parameters, and the parameters that are others.
+    /// Simulates the run with other parameters; also returns the changed parameters.
     ///
     /// # Errors
-    /// What is wrong with the values; [`Error::Unknown`] signal; [`Error::Cancelled`]; a file that is damaged; a state
-    /// of the record that the changed machine cannot be in.
-    pub fn simulate(&self, wanted: &Wanted<'_>, watch: &Watch) -> Result<(Simulated, Vec<Difference>), Error> {
+    /// Invalid values; [`Error::Unknown`] signal; [`Error::Cancelled`]; a damaged file; an initial state that is
+    /// impossible for the changed machine.
+    pub fn simulate(
+        &self,
+        request: &SimulationRequest<'_>,
+        watch: &Watch,
+    ) -> Result<(Simulated, Vec<Difference>), Error> {
         let channels = channels();
         let index = |name: &String| {
             let unknown = || Error::Unknown {
@@ -93,45 +96,45 @@ impl Stored {
             };
             channels.iter().position(|entry| entry.path == *name).ok_or_else(unknown)
         };
-        let indices = wanted.signals.iter().map(index).collect::<Result<Vec<_>, _>>()?;
-        let preset = other(&self.record.preset, wanted.values)?;
+        let indices = request.signals.iter().map(index).collect::<Result<Vec<_>, _>>()?;
+        let preset = other(&self.record.preset, request.values)?;
         let differences = parameters::diff(&self.record.preset, &preset);
         let overlay = Overlay::new(&self.record.preset, &preset)?;
         let mut record = super::Record { preset, ..self.record.clone() };
         record.initial = overlay.over(&record.initial);
         for Changed { what, .. } in &mut record.changes {
-            if let What::Software(Change::Parameters(parameters), _) = what {
+            if let ChangeKind::Software(Change::Parameters(parameters), _) = what {
                 *parameters = overlay.over(parameters);
             }
         }
         let tick_time = record.tick_time();
-        let most = ((wanted.length / tick_time).min(self.len() as f64) as u64).max(1);
-        let mut parts = Parts::new(indices.len(), most, wanted.parts as u64);
-        // Of a machine elsewhere: the virtual one of its preset, with some noise.
-        let mut again = Again::of(&record, record.seed.or(Some(1)))?;
+        let most = ((request.length / tick_time).min(self.len() as f64) as u64).max(1);
+        let mut parts = Parts::new(indices.len(), most, request.parts as u64);
+        // For another machine: the virtual machine of its preset, with noise.
+        let mut bench = ReplayedBench::of(&record, record.seed.or(Some(1)))?;
         if record.state.is_some() && !differences.is_empty() {
-            // Those of the state are as recorded.
-            again.adopt(|parameters| overlay.over(parameters));
+            // The state has the recorded parameters.
+            bench.adopt(|parameters| overlay.over(parameters));
         }
         let (mut first, mut last, mut cycles, mut ended) = (None, 0, 0, None);
-        let begun = Instant::now();
+        let start = Instant::now();
         for cycle in self.cycles()?.take(most as usize) {
             let (cycle, recorded) = cycle?;
             if cycles % LOOK == 0 {
                 watch.stage("simulate", cycles as f64 / most as f64)?;
             }
-            if again.lost(cycle) > 0 {
-                ended = Some("behind it cycles are not in the record".to_owned());
+            if bench.lost(cycle) > 0 {
+                ended = Some("the following cycles are missing in the record".to_owned());
                 break;
             }
-            let simulated = again.free(cycle, &recorded)?;
+            let simulated = bench.free(cycle, &recorded)?;
             let (old, new) = (recorded.row(), simulated.row());
             parts.take(cycle as f64 * tick_time, &indices, &old, &new);
             first.get_or_insert(cycle);
             last = cycle;
             cycles += 1;
         }
-        let wall = begun.elapsed().as_secs_f64().max(1e-9);
+        let wall = start.elapsed().as_secs_f64().max(1e-9);
         let (time, traces) = parts.finish(cycles, |k| &channels[indices[k]]);
         let simulated = Simulated {
             from: first.unwrap_or(0) as f64 * tick_time,
@@ -150,19 +153,19 @@ impl Stored {
 fn other(preset: &Preset<f64>, values: &[(String, String)]) -> Result<Preset<f64>, Error> {
     if let Some((path, _)) = values.iter().find(|(path, _)| FIXED.iter().any(|fixed| parameters::within(path, fixed))) {
         return Err(Error::Answer {
-            question: "what is simulated otherwise".into(),
+            question: "changed parameter of the simulation".into(),
             answer: path.clone(),
-            remedy: "The cycles of the record are counted by it: record a run with it.".into(),
+            remedy: "The cycles of the record depend on it: record a new run with this value.".into(),
         });
     }
     let text = parameters::set_all::<Preset<f64>>(&parameters::write_commented(preset), "the run", values)?;
     Ok(parameters::read(&text, "the run")?)
 }
 
-/// What makes cycles and counts of a record mean something else.
+/// Parameters that change the meaning of cycles and counts of a record.
 const FIXED: [&str; 2] = ["bench.tick_rate", "model.encoder"];
 
-/// What of the software's parameters becomes another; what was changed during the run stays so, where it is not that.
+/// Changes of the parameters of the software; other changes during the run are preserved.
 struct Overlay {
     before: Parameters<f64>,
     after: Parameters<f64>,
@@ -172,7 +175,7 @@ struct Overlay {
 impl Overlay {
     fn new(before: &Preset<f64>, after: &Preset<f64>) -> Result<Self, Error> {
         let law = |preset: &Preset<f64>| stickslip_simulate::rendering_law(&preset.model, &preset.bench);
-        // A law that is chosen by simulations is chosen once, if it can be.
+        // An automatic law is chosen by simulations, so it is chosen only once if possible.
         let first = law(before)?;
         let same = before.model == after.model && before.bench == after.bench;
         let laws = [first, if same { first } else { law(after)? }];
@@ -196,7 +199,7 @@ impl Overlay {
     }
 }
 
-/// Each number that becomes another between two sets, in a third; where they are of another kind, the second.
+/// Applies the differences between two sets to a third; returns the second if their structures differ.
 fn over<P: Fields<f64> + Default + PartialEq>(set: &P, before: &P, after: &P) -> P {
     if before == after {
         return *set;
@@ -213,12 +216,12 @@ fn over<P: Fields<f64> + Default + PartialEq>(set: &P, before: &P, after: &P) ->
     from_numbers(&row).unwrap_or(*after)
 }
 
-/// Traces as they grow.
+/// Traces under construction.
 struct Parts {
     each: u64,
     taken: u64,
     time: Vec<f64>,
-    /// Of each signal: recorded, simulated, difference; of each the least and the largest.
+    /// For each signal: recorded, simulated, difference; each with minimum and maximum.
     extremes: Vec<[[Vec<f64>; 2]; 3]>,
     squares: Vec<f64>,
     peaks: Vec<f64>,
@@ -245,7 +248,7 @@ impl Parts {
         for (k, &index) in indices.iter().enumerate() {
             let difference = new[index] - old[index];
             self.squares[k] += difference * difference;
-            // What is no number stays visible.
+            // Non-finite values remain visible.
             let peak = self.peaks[k];
             self.peaks[k] = if difference.is_nan() || peak.is_nan() { f64::NAN } else { peak.max(difference.abs()) };
             for (part, value) in self.extremes[k].iter_mut().zip([old[index], new[index], difference]) {
@@ -286,7 +289,7 @@ impl Parts {
     }
 }
 
-/// To what a plot can show.
+/// Rounded to the resolution of a plot.
 fn rounded(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
@@ -296,13 +299,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_becomes_another_enters_a_set_that_was_changed_meanwhile() {
+    fn changed_values_enter_a_set_with_other_changes() {
         let preset: Preset<f64> = parameters::presets::find("clm-bench").unwrap().read().unwrap();
         let gain = |preset: &Preset<f64>, gain: &str| {
             other(preset, &[("bench.controller.position_gain".into(), gain.into())]).unwrap()
         };
         let overlay = Overlay::new(&preset, &gain(&preset, "20")).unwrap();
-        // Meanwhile the following error had been given more room.
+        // Meanwhile the permitted following error was increased.
         let mut meanwhile = overlay.before;
         meanwhile.safety.following_error *= 2.0;
         let new = overlay.over(&meanwhile);
@@ -316,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_has_its_least_and_its_largest_and_counts_what_is_no_number() {
+    fn a_part_has_minimum_and_maximum_and_keeps_non_finite_values() {
         let mut parts = Parts::new(1, 4, 2);
         for (k, new) in [1.0, -3.0, 2.0, 5.0].into_iter().enumerate() {
             parts.take(k as f64, &[0], &[1.0], &[new]);

@@ -6,7 +6,7 @@ use stickslip_core::control::reference::Setpoint;
 
 use super::*;
 use crate::home;
-use crate::tap::{What, tap};
+use crate::tap::{ChangeKind, tap};
 use crate::{Bench, Change, ClockedBench, Command, Faulty, InProcess, ThreadSettings, VirtualBench};
 use stickslip_base::preset::LawChoice;
 use stickslip_base::{Watch, parameters};
@@ -15,7 +15,7 @@ fn preset() -> Preset<f64> {
     parameters::presets::find("clm-bench").unwrap().read().unwrap()
 }
 
-/// Homes, renders while it moves, changes controller and linings on the way.
+/// Homes, renders while it moves, and changes controller and preload meanwhile.
 fn experiment(bench: &mut dyn Bench) {
     home(bench, &Watch::silent()).unwrap();
     let start = bench.step(Command::default()).unwrap().angle;
@@ -52,36 +52,36 @@ fn recorded() -> Record {
 }
 
 #[test]
-fn a_run_in_lockstep_replays_to_the_bit_software_and_machine() {
+fn a_run_in_lockstep_replays_exactly_with_software_and_machine() {
     let record = recorded();
     let replayed = replay(&record, &Watch::silent()).unwrap();
     assert!(replayed.identical() && replayed.machine, "{replayed:?}");
     assert!(record.cycles.len() > 3000 && record.changes.len() >= 6, "{}", record.changes.len());
-    // Whoever told his change first: the last cycle's comes first here.
+    // The order of the reports does not matter: here the last cycle is first.
     let mut other = record.clone();
     other.changes.sort_by_key(|changed| std::cmp::Reverse(changed.cycle));
     assert_ne!(other.changes, record.changes);
     assert!(replay(&other, &Watch::silent()).unwrap().identical());
-    // Where each change is known only by its line, the same.
+    // The same with the changes read from their lines.
     let mut read = record.clone();
     read.changes.iter_mut().for_each(|changed| changed.what = change::parse(&change::line(&changed.what)).unwrap());
     assert!(replay(&read, &Watch::silent()).unwrap().identical());
 }
 
 #[test]
-fn a_run_by_the_clock_replays_to_the_bit() {
+fn a_run_in_real_time_replays_exactly() {
     let preset = preset();
     let (tap, mut stream) = tap(1 << 16);
     let mut bench = ClockedBench::virtual_machine(&preset, 7, ThreadSettings::PLAIN, Some(tap)).unwrap();
     let mut record = Record::new(&preset, Some(7), *bench.parameters());
-    // What is between experiments belongs to it.
+    // The time between experiments is part of the run.
     thread::sleep(std::time::Duration::from_millis(20));
     experiment(&mut bench);
     bench.stop();
     record.take(&mut stream);
     let replayed = replay(&record, &Watch::silent()).unwrap();
     assert!(replayed.identical(), "{replayed:?}");
-    let preloads = record.changes.iter().filter(|changed| matches!(changed.what, What::Preload(_)));
+    let preloads = record.changes.iter().filter(|changed| matches!(changed.what, ChangeKind::Preload(_)));
     assert_eq!(preloads.count(), 1);
     assert!(stream.is_closed());
 }
@@ -90,7 +90,7 @@ fn a_run_by_the_clock_replays_to_the_bit() {
 fn a_difference_is_located_to_cycle_and_block() {
     let record = recorded();
     let first = |record: &Record| replay(record, &Watch::silent()).unwrap().first.unwrap();
-    let found = |record: &Record| {
+    let source = |record: &Record| {
         let first = first(record);
         (first.cycle, first.block)
     };
@@ -98,16 +98,17 @@ fn a_difference_is_located_to_cycle_and_block() {
 
     let mut other = record.clone();
     other.cycles[1500].1.software.difference_torque += 1e-15;
-    assert_eq!(found(&other), (number(1500), "rendering law"));
+    assert_eq!(source(&other), (number(1500), "rendering law"));
 
-    // A sensor's reading that the machine did not give.
+    // A reading that differs from that of the machine.
     let mut other = record.clone();
     other.cycles[2000].1.measurement.tacho_voltage += 1e-15;
-    assert_eq!(found(&other), (number(2000), "machine"));
+    assert_eq!(source(&other), (number(2000), "machine"));
 
-    // A change that came a cycle later than the record says.
+    // A change one cycle later than recorded.
     let mut other = record.clone();
-    let at = other.changes.iter().position(|changed| matches!(changed.what, What::Software(Change::Parameters(_), _)));
+    let at =
+        other.changes.iter().position(|changed| matches!(changed.what, ChangeKind::Software(Change::Parameters(_), _)));
     let changed = &mut other.changes[at.unwrap()];
     changed.cycle += 1;
     let cycle = changed.cycle - 1;
@@ -119,7 +120,7 @@ fn a_difference_is_located_to_cycle_and_block() {
 }
 
 #[test]
-fn a_record_with_a_gap_is_replayed_up_to_it() {
+fn a_record_with_a_gap_is_replayed_up_to_the_gap() {
     let mut record = recorded();
     let gap = record.cycles[1000].0;
     record.cycles.drain(990..1000);
@@ -142,7 +143,7 @@ fn recorded_into(path: &std::path::Path) -> Recorded {
 }
 
 #[test]
-fn a_run_is_recorded_read_and_replayed_to_the_bit() {
+fn a_run_is_recorded_read_and_replayed_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     let summary = recorded_into(&path);
@@ -154,7 +155,7 @@ fn a_run_is_recorded_read_and_replayed_to_the_bit() {
     assert_eq!((record.preset, record.seed, record.initial), (memory.preset, memory.seed, memory.initial));
     let replayed = replay(&record, &Watch::silent()).unwrap();
     assert!(replayed.identical() && replayed.machine, "{replayed:?}");
-    // For people: what was changed stands beside.
+    // The event lists the changes for users.
     let contents = stickslip_recording::mdf::read(&path).unwrap();
     let named = |text: &str| contents.events.iter().any(|(_, event)| event.comment.contains(text));
     assert!(named("tick.law.kind: off → bristle") || named("tick.law"), "{:?}", contents.events.len());
@@ -162,7 +163,7 @@ fn a_run_is_recorded_read_and_replayed_to_the_bit() {
 }
 
 #[test]
-fn a_record_that_broke_off_is_replayed_as_far_as_it_goes() {
+fn an_incomplete_record_is_replayed_to_its_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     let about = About { command: "test".into(), preset: preset(), seed: Some(7) };
@@ -179,7 +180,7 @@ fn a_record_that_broke_off_is_replayed_as_far_as_it_goes() {
     while let Some(changed) = stream.change() {
         writer.change(&changed).unwrap();
     }
-    // As a process that is killed leaves it.
+    // As after a killed process.
     drop(writer);
     let record = Record::read(&path).unwrap();
     let (cycles, tick_rate) = (record.cycles.len(), about.preset.bench.tick_rate);
@@ -188,7 +189,7 @@ fn a_record_that_broke_off_is_replayed_as_far_as_it_goes() {
 }
 
 #[test]
-fn a_record_that_claims_a_cycle_that_cannot_be_is_refused() {
+fn a_record_with_an_impossible_cycle_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
     let about = About { command: "test".into(), preset: preset(), seed: None };
@@ -201,11 +202,11 @@ fn a_record_that_claims_a_cycle_that_cannot_be_is_refused() {
     }
     writer.finish().unwrap();
     let refused = Record::read(&path).unwrap_err().to_string();
-    assert!(refused.contains("not in their order"), "{refused}");
+    assert!(refused.contains("not in order"), "{refused}");
 }
 
 #[test]
-fn what_is_no_record_or_of_another_version_is_refused_with_the_one_that_can() {
+fn an_invalid_record_or_one_of_another_version_is_refused() {
     use std::time::SystemTime;
 
     use stickslip_recording::mdf::{Header, Writer};
@@ -222,12 +223,12 @@ fn what_is_no_record_or_of_another_version_is_refused_with_the_one_that_can() {
         Writer::create(&path, &header, &[], 1e-3).unwrap().finish().unwrap();
         Record::read(&path).unwrap_err().to_string()
     };
-    assert!(refused("other", env!("CARGO_PKG_VERSION")).contains("no record"));
+    assert!(refused("other", env!("CARGO_PKG_VERSION")).contains("not a record"));
     assert!(refused("stickslip.run/1", "0.0.7").contains("Replay it with stickslip 0.0.7"));
     assert!(refused("stickslip.run/1", env!("CARGO_PKG_VERSION")).contains("parameters are missing"));
 }
 
-/// All that was recorded from a state on.
+/// The part of a record from a state on.
 fn from(whole: &Record, keyframe: &Keyframe) -> Record {
     let mut record = Record::from(&whole.preset, whole.seed, whole.initial, keyframe);
     record.cycles = whole.cycles.iter().filter(|(cycle, _)| *cycle >= keyframe.cycle).copied().collect();
@@ -235,8 +236,8 @@ fn from(whole: &Record, keyframe: &Keyframe) -> Record {
     record
 }
 
-/// A run by the clock under a law, with states taken while it moves, while a fault begins, and behind it.
-fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
+/// A run in real time with a law, with states taken during motion, at the start of a fault, and after it.
+fn run_with_law(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
     let mut preset = preset();
     preset.bench.law = law;
     let (tap, mut stream) = tap(1 << 16);
@@ -248,25 +249,25 @@ fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
     assert!(bench.keyframes().is_none());
     home(&mut bench, &Watch::silent()).unwrap();
     bench.set_law(stickslip_simulate::rendering_law(&preset.model, &preset.bench).unwrap()).unwrap();
-    let mut kept = Vec::new();
+    let mut keyframes = Vec::new();
     let start = bench.step(Command::default()).unwrap().angle;
     let dt = preset.bench.tick_time();
     for k in 0..1600_u32 {
         match k {
-            400 | 900 => kept.push(states.take().unwrap()),
+            400 | 900 => keyframes.push(states.take().unwrap()),
             500 => bench.set_preload(0.5).unwrap(),
             600 => {
                 let controller = bench.parameters().tick.control.controller;
                 bench.set_controller(controller, 2).unwrap();
             }
-            // Long before it stops the bench: its begin is part of the state.
+            // Long before it stops the bench: its start is part of the state.
             700 => bench.inject("accelerometer-jump=0.001@0s".parse().unwrap()).unwrap(),
             1000 => bench.inject("tacho-nan@0s".parse().unwrap()).unwrap(),
             _ => {}
         }
         let time = f64::from(k) * dt;
         let setpoint = Setpoint { position: start + 4.0 * time * time, velocity: 8.0 * time, acceleration: 8.0 };
-        // Where a busy machine falls behind, the set-point rests for a moment; behind the fault nobody follows.
+        // On a busy computer the set-point may rest for a moment; commands after the fault have no effect.
         let _ = bench.hand_over(Command { setpoint, control: true, render: true, ..Command::default() });
     }
     while bench.safety().fault().is_none() {
@@ -274,19 +275,19 @@ fn kept_under(law: LawChoice<f64>) -> (Record, Vec<Keyframe>) {
         let _ = bench.refresh();
         thread::sleep(std::time::Duration::from_millis(1));
     }
-    kept.push(states.take().unwrap());
+    keyframes.push(states.take().unwrap());
     thread::sleep(std::time::Duration::from_millis(30));
-    // Refused where it has not come to rest yet: that is recorded as well.
+    // Refused before the axis is at rest; this is recorded as well.
     let _ = bench.change(Change::Request(stickslip_core::supervise::Request::Acknowledge));
     thread::sleep(std::time::Duration::from_millis(20));
     bench.stop();
     assert!(states.take().is_err(), "the loop has ended");
     record.take(&mut stream);
-    (record, kept)
+    (record, keyframes)
 }
 
 #[test]
-fn a_record_that_begins_in_the_middle_replays_to_the_bit_under_every_law() {
+fn a_record_that_starts_in_the_middle_replays_exactly_with_every_law() {
     let laws = [
         LawChoice::Paper,
         LawChoice::Smooth,
@@ -296,15 +297,15 @@ fn a_record_that_begins_in_the_middle_replays_to_the_bit_under_every_law() {
         LawChoice::Admittance(stickslip_base::Tracking { bandwidth: 350.0, missing_torque: 0.1 }),
     ];
     for law in laws {
-        let (whole, kept) = kept_under(law);
+        let (whole, keyframes) = run_with_law(law);
         assert!(replay(&whole, &Watch::silent()).unwrap().identical(), "{law:?}");
-        assert_eq!(kept.len(), 3);
-        for keyframe in kept {
+        assert_eq!(keyframes.len(), 3);
+        for keyframe in keyframes {
             assert!(keyframe.cycle > 1000 && keyframe.numbers.len() > 200, "{}", keyframe.numbers.len());
             let record = from(&whole, &keyframe);
             let replayed = replay(&record, &Watch::silent()).unwrap();
             assert!(replayed.identical() && replayed.machine && replayed.of > 50, "{law:?}: {replayed:?}");
-            // A bit of the state that is another is found.
+            // A changed state is detected.
             let mut other = record.clone();
             let state = other.state.as_mut().unwrap();
             *state.last_mut().unwrap() += 1e-3;
@@ -315,26 +316,26 @@ fn a_record_that_begins_in_the_middle_replays_to_the_bit_under_every_law() {
 }
 
 #[test]
-fn a_file_that_begins_in_the_middle_is_read_and_replayed_and_a_state_that_does_not_fit_is_refused() {
+fn a_file_that_starts_in_the_middle_is_replayed_and_a_wrong_state_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mf4");
-    let (whole, kept) = kept_under(LawChoice::Bristle);
-    let record = from(&whole, &kept[1]);
+    let (whole, keyframes) = run_with_law(LawChoice::Bristle);
+    let record = from(&whole, &keyframes[1]);
     let about = About { command: "test".into(), preset: whole.preset, seed: Some(7) };
-    let mut writer = RunWriter::create_from(&path, &about, &kept[1]).unwrap();
+    let mut writer = RunWriter::create_from(&path, &about, &keyframes[1]).unwrap();
     for (cycle, signals) in &record.cycles {
         writer.row(*cycle, signals).unwrap();
     }
     record.changes.iter().for_each(|changed| writer.change(changed).unwrap());
     writer.finish().unwrap();
     let read = Record::read(&path).unwrap();
-    // What the tacho gave in the end equals nothing: the replay compares the cycles.
+    // The last tacho readings are NaN and never equal: the replay compares the cycles.
     assert_eq!((&read.state, read.cycles.len()), (&record.state, record.cycles.len()));
     assert!(Stored::open(&path).unwrap().replay(&Watch::silent()).unwrap().identical());
     // The time of a file is that of cycle 0.
     let start = stickslip_recording::mdf::read(&path).unwrap().header.start;
     let since = std::time::SystemTime::now().duration_since(start).unwrap().as_secs_f64();
-    assert!(since >= kept[1].cycle as f64 * record.tick_time());
+    assert!(since >= keyframes[1].cycle as f64 * record.tick_time());
     let mut short = read;
     short.state.as_mut().unwrap().pop();
     let refused = replay(&short, &Watch::silent()).unwrap_err().to_string();

@@ -1,8 +1,8 @@
-//! A controller, a friction or a law that was loaded from a file, as parameters beside those of the preset: whether it is
-//! in the loop, and its numbers.
+//! Parameters of a controller, friction or law loaded from a file, in addition to those of the preset: whether it is in
+//! the loop, and its values.
 //!
-//! They are in no parameter file, since they belong to its own; changed, undone, listed and given addresses they
-//! are like all others.
+//! They are not part of a parameter file, since they belong to the loaded file. Otherwise they are changed, undone,
+//! listed and addressed like all parameters.
 
 use crate::BenchError;
 use std::collections::BTreeMap;
@@ -15,11 +15,11 @@ use stickslip_base::parameters::{Entry, Fault, ParameterProblems, Problem, Value
 use stickslip_base::preset::Settings;
 use stickslip_base::{Error, parameters};
 
-/// Where its numbers stand.
+/// Group of its parameters.
 const GROUP: &str = "loaded";
 const PRESET: &str = "preset";
 
-/// The parameter that says whether what was loaded for a role is in the loop.
+/// The parameter that selects between preset and loaded file for a role.
 pub fn selector(role: Role) -> &'static str {
     match role {
         Role::Controller => "position_controller",
@@ -28,23 +28,21 @@ pub fn selector(role: Role) -> &'static str {
     }
 }
 
-/// The same, as a field.
+/// The selecting parameter as a field.
 fn choice(role: Role) -> Field {
     let (help, preset, loaded) = match role {
         Role::Controller => (
-            "Who controls the position.",
-            "The controller of the parameters, bench.controller.",
-            "The controller that was loaded from a file.",
+            "Active position controller.",
+            "Controller of the preset, bench.controller.",
+            "Controller loaded from a file.",
         ),
-        Role::Friction => (
-            "Which friction is rendered.",
-            "The friction of the parameters, bench.desired.",
-            "The friction that was loaded from a file.",
-        ),
+        Role::Friction => {
+            ("Rendered friction.", "Friction of the preset, bench.desired.", "Friction loaded from a file.")
+        }
         Role::Law => (
-            "Which law renders.",
-            "The law of the parameters, bench.law.",
-            "The law that was loaded from a file: its torque is all of the load motor's.",
+            "Active rendering law.",
+            "Law of the preset, bench.law.",
+            "Law loaded from a file; its torque is the whole torque of the load motor.",
         ),
     };
     let variants =
@@ -63,17 +61,17 @@ fn choice(role: Role) -> Field {
     }
 }
 
-/// What was loaded: its parameters, and what it was begun with.
+/// A loaded file: its parameters and initial values.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     choice: &'static Field,
     fields: Vec<(&'static Field, bool)>,
-    begun: Chosen,
-    /// Time from sample to sample [s].
+    initial: Chosen,
+    /// Sampling time [s].
     period: f64,
 }
 
-/// What is chosen of it.
+/// Selection and values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Chosen {
     role: Role,
@@ -83,8 +81,8 @@ pub(super) struct Chosen {
 }
 
 impl Loaded {
-    /// With the values that it has, on a bench of these settings. Its texts stay until the program ends, as those of all
-    /// fields do.
+    /// With its present values, on a bench with these settings. Its texts are kept until the program ends, as those of
+    /// all fields.
     pub fn new(external: &External, settings: &Settings<f64>) -> Self {
         let (Description { parameters, .. }, role) = (external.description(), external.role());
         let leaked = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
@@ -103,47 +101,47 @@ impl Loaded {
             parameters.iter().map(|parameter| (&*Box::leak(Box::new(field(parameter))), parameter.fixed)).collect();
         let values = fields.iter().zip(external.values()).map(|((field, _), value)| (field.name, *value)).collect();
         let choice = Box::leak(Box::new(choice(role)));
-        Loaded { choice, fields, begun: Chosen { role, acts: true, values }, period: role::period(role, settings) }
+        Loaded { choice, fields, initial: Chosen { role, acts: true, values }, period: role::period(role, settings) }
     }
 
-    /// What it was begun with.
-    pub(super) fn begun(&self) -> Chosen {
-        self.begun.clone()
+    /// Its initial values.
+    pub(super) fn initial(&self) -> Chosen {
+        self.initial.clone()
     }
 
-    /// The same of another file, as far as this has such numbers and admits them.
-    pub(super) fn taken_over(&self, from: &Chosen) -> Chosen {
-        let kept = |field: &&'static Field| {
+    /// Adopts the values of another file, as far as they exist here and are within their ranges.
+    pub(super) fn adopt(&self, from: &Chosen) -> Chosen {
+        let value = |field: &&'static Field| {
             let value = from.values.get(field.name).copied();
             value
                 .filter(|value| (field.minimum..=field.maximum).contains(value))
-                .unwrap_or(self.begun.values[field.name])
+                .unwrap_or(self.initial.values[field.name])
         };
-        let values = self.fields.iter().map(|(field, _)| (field.name, kept(field))).collect();
+        let values = self.fields.iter().map(|(field, _)| (field.name, value(field))).collect();
         Chosen { values, ..*from }
     }
 
-    /// The numbers in the order of its parameters.
+    /// Values in the order of its parameters.
     pub(super) fn values(&self, chosen: &Chosen) -> Vec<f64> {
         self.fields.iter().map(|(field, _)| chosen.values[field.name]).collect()
     }
 
-    /// As parameters.
+    /// Entries of the parameter list.
     pub(super) fn entries(&self, chosen: &Chosen) -> Vec<Entry> {
-        let who = if chosen.acts { GROUP } else { PRESET };
+        let variant = if chosen.acts { GROUP } else { PRESET };
         let entry = |(field, _): &(&'static Field, bool)| Entry {
             path: format!("{GROUP}.{}", field.name),
             field,
             value: Value::Number(chosen.values[field.name]),
         };
-        let first = Entry { path: self.choice.name.into(), field: self.choice, value: Value::Variant(who) };
+        let first = Entry { path: self.choice.name.into(), field: self.choice, value: Value::Variant(variant) };
         std::iter::once(first).chain(self.fields.iter().map(entry)).collect()
     }
 
     /// The same with these changes: paths and values.
     ///
     /// # Errors
-    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that is wrong.
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all problems.
     pub(super) fn with<'a>(
         &self,
         chosen: &Chosen,
@@ -154,8 +152,9 @@ impl Loaded {
             let value = value.trim();
             let fault = if path == self.choice.name {
                 chosen.acts = value == GROUP;
-                let known = [PRESET, GROUP];
-                (!known.contains(&value)).then(|| Fault::UnknownVariant { value: value.into(), variants: known.into() })
+                let variants = [PRESET, GROUP];
+                (!variants.contains(&value))
+                    .then(|| Fault::UnknownVariant { value: value.into(), variants: variants.into() })
             } else {
                 let name = path.strip_prefix(GROUP).and_then(|rest| rest.strip_prefix('.')).unwrap_or_default();
                 let Some((field, _)) = self.fields.iter().find(|(field, _)| field.name == name) else {
@@ -179,34 +178,35 @@ impl Loaded {
         Err(ParameterProblems { file: format!("the loaded {}", chosen.role), problems }.into())
     }
 
-    /// Why it cannot become `after` while a bench runs, which has these settings then.
+    /// Refuses changes that are impossible while a bench with these settings runs.
     pub(super) fn fixed(&self, before: &Chosen, after: &Chosen, settings: &Settings<f64>) -> Result<(), Error> {
         let Some(role) = after.acting() else { return Ok(()) };
-        let refused = |path: String, why: &str, then: &str| {
-            let way = format!("let that of the preset take its place ({} = {PRESET})", self.choice.name);
-            Err(BenchError::NotWhileRunning { path, remedy: format!("The loaded {role} {why}: {way}{then}.") }.into())
+        let refused = |path: String, reason: &str, then: &str| {
+            let way = format!("activate that of the preset first ({} = {PRESET})", self.choice.name);
+            Err(BenchError::NotWhileRunning { path, remedy: format!("The loaded {role} {reason}: {way}{then}.") }
+                .into())
         };
         if role::period(role, settings).to_bits() != self.period.to_bits() {
-            let then = ", change them, and open the loaded one again";
-            return refused("bench.control_divider".into(), "was opened for other samples", then);
+            let then = ", change the setting, and reopen the file";
+            return refused("bench.control_divider".into(), "was opened for another sampling time", then);
         }
         let changed =
             |name: &str| before.values.get(name).map(|value| value.to_bits()) != Some(after.values[name].to_bits());
         let fixed = self.fields.iter().find(|(field, fixed)| *fixed && before.acts && changed(field.name));
         fixed.map_or(Ok(()), |(field, _)| {
-            refused(format!("{GROUP}.{}", field.name), "takes it when it begins", " meanwhile")
+            refused(format!("{GROUP}.{}", field.name), "reads it only when it starts", ", then change the value")
         })
     }
 }
 
 impl Chosen {
-    /// The role in which it is in the loop, if it is.
+    /// Its role if it is in the loop.
     pub(super) fn acting(&self) -> Option<Role> {
         self.acts.then_some(self.role)
     }
 }
 
-/// Whether a path is one of what was loaded.
+/// Whether a path is a parameter of a loaded file.
 pub fn is_of_it(path: &str) -> bool {
     Role::ALL.into_iter().any(|role| path == selector(role)) || parameters::within(path, GROUP)
 }

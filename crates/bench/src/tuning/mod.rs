@@ -1,8 +1,8 @@
-//! The parameters of a bench that runs: sets that are proposed, checked as a whole, and enter at the begin of one cycle.
+//! Parameters of a running bench: sets are proposed, checked as a whole, and become active at the start of one cycle.
 //!
-//! [`Tuning`] holds the set in force as a file that people read, the reference that the run began with, and the way
-//! back. A [`Proposal`] is what a change would make of it: values in their ranges, the laws between them, the observers
-//! designed anew, the rendering law with its margin. It changes nothing; [`Tuning::entered`] says that the bench took it.
+//! [`Tuning`] has the active set as a commented file, the reference from the start of the run, and the history. A
+//! [`Proposal`] is the result of a change: checked values, redesigned observers, and the rendering law with its margin.
+//! It changes nothing until [`Tuning::entered`] reports that the bench has accepted it.
 
 mod loaded;
 mod sets;
@@ -26,62 +26,66 @@ use stickslip_base::{ControllerChoice, Error, Preset};
 use stickslip_design::fastest;
 use stickslip_design::{self as design, Margin, Passage, Region};
 
-/// What a bench that runs cannot change, and what to do instead.
+/// Parameters that cannot be changed on a running bench, with remedies.
 const FIXED: [(&str, &str); 4] = [
-    ("plant", "It is the machine itself: what is believed of it stands under `model`. Start the bench anew with it."),
-    ("model.encoder", "The angle is counted by it since the start: start the bench anew with it."),
-    ("bench.tick_rate", "Start the bench anew with it."),
-    ("bench.plant_step", "Start the bench anew with it."),
+    (
+        "plant",
+        "It is the machine itself; the controller's model is under `model`. Restart the bench with the new \
+        value.",
+    ),
+    ("model.encoder", "The angle has been counted with it since the start. Restart the bench with the new value."),
+    ("bench.tick_rate", "Restart the bench with the new value."),
+    ("bench.plant_step", "Restart the bench with the new value."),
 ];
-/// Why a parameter cannot be changed while the bench runs, and what to do instead; none: it can.
+/// Remedy for a parameter that cannot be changed while the bench runs; `None` if it can.
 pub fn fixed(path: &str) -> Option<&'static str> {
     FIXED.iter().find(|(fixed, _)| parameters::within(path, fixed)).map(|(_, remedy)| *remedy)
 }
 
-/// Steps back that are kept.
+/// Maximum number of undo steps.
 const HISTORY: usize = 1000;
 
-/// The parameter sets of a bench that runs.
+/// The parameter sets of a running bench.
 #[derive(Clone, Debug)]
 pub struct Tuning {
-    /// As it was when the run began.
+    /// Set at the start of the run.
     reference: Set,
-    /// Every set that was in force, and which of them is.
+    /// All sets so far, and the index of the active one.
     history: Vec<Set>,
     now: usize,
-    /// What was loaded of a file beside what the preset has.
+    /// Loaded controller, friction or law, if there is one.
     loaded: Option<Loaded>,
 }
 
-/// A set in force.
+/// A parameter set.
 #[derive(Clone, Debug)]
 struct Set {
     source: Source,
     preset: Preset<f64>,
     law: Law<f64>,
-    /// Of what was loaded, where something was.
+    /// Selection and values of the loaded file, if there is one.
     chosen: Option<Chosen>,
 }
 
-/// What a change would make of the set in force.
+/// Result of a change of the active set.
 #[derive(Clone, Debug)]
 pub struct Proposal {
-    /// What becomes another.
+    /// Changed values.
     pub differences: Vec<Difference>,
-    /// How far the rendering law is from chatter, where it becomes another.
+    /// Margin of the rendering law against chatter, if the law changes.
     pub margin: Option<Margin>,
-    /// The numbers of what was loaded, where they become others.
+    /// Values of the loaded file, if they change.
     pub loaded: Option<Vec<f64>>,
     set: Set,
-    /// Where it stands in the history; none: behind all.
+    /// Index in the history; `None` for a new set.
     place: Option<usize>,
 }
 
 impl Tuning {
-    /// For the set that a bench begins with.
+    /// For the initial set of a bench.
     ///
     /// # Errors
-    /// [`Error::Parameters`]; what the design of the rendering law refuses.
+    /// [`Error::Parameters`]; errors of the design of the rendering law.
     pub fn new(source: Source) -> Result<Self, Error> {
         let preset: Preset<f64> = source.read()?;
         let law = stickslip_simulate::rendering_law(&preset.model, &preset.bench)?;
@@ -89,15 +93,15 @@ impl Tuning {
         Ok(Tuning { reference: set.clone(), history: vec![set], now: 0, loaded: None })
     }
 
-    /// Something was loaded, which acts unless what the preset has in its place was chosen before. What was loaded before
-    /// in the same role goes: its numbers stay as far as this has such.
+    /// Adds a loaded file, active unless the preset was selected before. It replaces a file loaded before in the same
+    /// role and adopts its values as far as they exist.
     ///
     /// # Errors
-    /// [`BenchError::FollowsNoFriction`]; what the design of the rendering law refuses.
+    /// [`BenchError::FollowsNoFriction`]; errors of the design of the rendering law.
     pub fn bring(&mut self, loaded: Loaded) -> Result<(), Error> {
         for set in self.history.iter_mut().chain([&mut self.reference]) {
             let before = set.acting();
-            set.chosen = Some(set.chosen.as_ref().map_or_else(|| loaded.begun(), |chosen| loaded.taken_over(chosen)));
+            set.chosen = Some(set.chosen.as_ref().map_or_else(|| loaded.initial(), |chosen| loaded.adopt(chosen)));
             if set.acting() != before {
                 set.law = role::law(set.acting(), &set.preset.model, &set.preset.bench)?;
             }
@@ -106,20 +110,20 @@ impl Tuning {
         Ok(())
     }
 
-    /// All values in force, those of what was loaded behind those of the preset.
+    /// All active values: those of the preset, then those of the loaded file.
     pub fn entries(&self) -> Vec<Entry> {
-        self.entries_of(self.in_force())
+        self.entries_of(self.active())
     }
 
-    /// All values that the run began with.
+    /// All values at the start of the run.
     pub fn reference_entries(&self) -> Vec<Entry> {
         self.entries_of(&self.reference)
     }
 
-    /// The numbers in force of what was loaded, in their order; none where nothing was.
+    /// Active values of the loaded file, in order; empty without a loaded file.
     pub fn loaded_values(&self) -> Vec<f64> {
         let values = |(loaded, chosen): (&Loaded, &Chosen)| loaded.values(chosen);
-        self.loaded.as_ref().zip(self.in_force().chosen.as_ref()).map_or(Vec::new(), values)
+        self.loaded.as_ref().zip(self.active().chosen.as_ref()).map_or(Vec::new(), values)
     }
 
     fn entries_of(&self, set: &Set) -> Vec<Entry> {
@@ -128,51 +132,52 @@ impl Tuning {
         entries
     }
 
-    /// The set in force.
+    /// The active set.
     pub fn preset(&self) -> &Preset<f64> {
-        &self.in_force().preset
+        &self.active().preset
     }
 
-    /// The set that the run began with.
+    /// The set at the start of the run.
     pub fn reference(&self) -> &Preset<f64> {
         &self.reference.preset
     }
 
-    /// The set in force as a file, with its comments.
+    /// The active set as a file with comments.
     pub fn text(&self) -> &str {
-        &self.in_force().source.text
+        &self.active().source.text
     }
 
-    /// What was loaded and is in the loop.
+    /// Role of the loaded file if it is in the loop.
     pub fn acting(&self) -> Option<Role> {
-        self.in_force().acting()
+        self.active().acting()
     }
 
-    /// The rendering law in force.
+    /// The active rendering law.
     pub fn law(&self) -> &Law<f64> {
-        &self.in_force().law
+        &self.active().law
     }
 
-    /// Whether the set in force can be rendered: how far the law is from chatter, where it is one of the house.
+    /// Checks that the active set can be rendered. Returns the margin against chatter for a built-in law.
     ///
     /// # Errors
-    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable), [`DesignError::Chatters`](stickslip_design::DesignError::Chatters); what the design functions refuse.
+    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable),
+    /// [`DesignError::Chatters`](stickslip_design::DesignError::Chatters); errors of the design functions.
     pub fn renderable(&self) -> Result<Option<Margin>, Error> {
-        let set = self.in_force();
+        let set = self.active();
         admit(set.acting(), &set.preset, &set.law)
     }
 
-    /// What the rendering law would be with these values changed, and how far it would be from chatter.
+    /// The rendering law with these changes, and its margin against chatter.
     ///
     /// # Errors
-    /// As [`set`](Self::set), but for the margin: that it has none is told beside the law.
+    /// As [`set`](Self::set); a missing margin is returned with the law.
     pub fn margin_with(&self, changes: &[(String, String)]) -> Result<(Law<f64>, Result<Margin, Error>), Error> {
         let Preset { model, bench, .. } = self.preset_with(changes)?;
         let law = stickslip_simulate::rendering_law(&model, &bench)?;
         Ok((law, design::margin(&law, &model, &bench)))
     }
 
-    /// The parameters in force with these values.
+    /// The active parameters with these changes.
     ///
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
@@ -180,63 +185,64 @@ impl Tuning {
         self.source_with(changes)?.read()
     }
 
-    /// The file in force with these values, but for those of what was loaded.
+    /// The active file with these changes, except those of the loaded file.
     fn source_with(&self, changes: &[(String, String)]) -> Result<Source, Error> {
-        let Source { file, text } = &self.in_force().source;
+        let Source { file, text } = &self.active().source;
         let ours: Vec<_> = changes.iter().filter(|(path, _)| !self.is_loaded(path)).cloned().collect();
         let text = parameters::set_all::<Preset<f64>>(text, file, &ours)?;
         Ok(Source { file: file.clone(), text })
     }
 
-    /// What is chosen of what was loaded, with these values.
+    /// Selection and values of the loaded file with these changes.
     fn chosen_with(&self, changes: &[(String, String)]) -> Result<Option<Chosen>, Error> {
-        let Some((loaded, chosen)) = self.loaded.as_ref().zip(self.in_force().chosen.as_ref()) else { return Ok(None) };
-        let its = changes.iter().filter(|(path, _)| is_of_it(path));
-        loaded.with(chosen, its.map(|(path, value)| (path.as_str(), value.as_str()))).map(Some)
+        let Some((loaded, chosen)) = self.loaded.as_ref().zip(self.active().chosen.as_ref()) else { return Ok(None) };
+        let own = changes.iter().filter(|(path, _)| is_of_it(path));
+        loaded.with(chosen, own.map(|(path, value)| (path.as_str(), value.as_str()))).map(Some)
     }
 
     fn is_loaded(&self, path: &str) -> bool {
         self.loaded.is_some() && is_of_it(path)
     }
 
-    /// What would be another with these values.
+    /// Differences caused by these changes.
     ///
     /// # Errors
     /// [`Error::UnknownParameter`]; [`Error::Parameters`].
     pub fn preview(&self, changes: &[(String, String)]) -> Result<Vec<Difference>, Error> {
         let (preset, chosen) = (self.preset_with(changes)?, self.chosen_with(changes)?);
-        Ok(parameters::differences(self.entries(), self.entries_of(&Set { preset, chosen, ..self.in_force().clone() })))
+        Ok(parameters::differences(self.entries(), self.entries_of(&Set { preset, chosen, ..self.active().clone() })))
     }
 
-    /// What is not as in the reference.
+    /// Differences from the reference.
     pub fn differences(&self) -> Vec<Difference> {
         parameters::differences(self.reference_entries(), self.entries())
     }
 
-    /// Whether there is something to undo, and something to redo.
+    /// Whether undo and redo are possible.
     pub fn can_undo(&self) -> (bool, bool) {
         (self.now > 0, self.now + 1 < self.history.len())
     }
 
-    /// These values changed, all of them together: dotted paths, values as in a file.
+    /// Changes several values together: dotted paths, values as in a file.
     ///
     /// # Errors
-    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all that would be wrong; [`BenchError::NotWhileRunning`];
-    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable), [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) where the set in force can be rendered and this one could not, unless
-    /// it puts the preset in the place of what was loaded, or the other way round; what the design functions refuse.
+    /// [`Error::UnknownParameter`]; [`Error::Parameters`] with all problems; [`BenchError::NotWhileRunning`];
+    /// [`DesignError::NotRenderable`](stickslip_design::DesignError::NotRenderable),
+    /// [`DesignError::Chatters`](stickslip_design::DesignError::Chatters) if the active set can be rendered and the new
+    /// one cannot, unless it switches between preset and loaded file; errors of the design functions.
     pub fn set(&self, changes: &[(String, String)]) -> Result<Proposal, Error> {
         self.propose(self.source_with(changes)?, self.chosen_with(changes)?, None)
     }
 
-    /// A whole set: of a file, or saved under a name.
+    /// Loads a whole set from a file or a named set.
     ///
     /// # Errors
     /// As [`set`](Self::set).
     pub fn load(&self, source: Source) -> Result<Proposal, Error> {
-        self.propose(source, self.in_force().chosen.clone(), None)
+        self.propose(source, self.active().chosen.clone(), None)
     }
 
-    /// The reference again.
+    /// Restores the reference.
     ///
     /// # Errors
     /// As [`set`](Self::set).
@@ -244,7 +250,7 @@ impl Tuning {
         self.propose(self.reference.source.clone(), self.reference.chosen.clone(), None)
     }
 
-    /// The set before the last change.
+    /// Undoes the last change.
     ///
     /// # Errors
     /// [`BenchError::NothingToUndo`]; as [`set`](Self::set).
@@ -254,7 +260,7 @@ impl Tuning {
         self.propose(source, chosen, Some(place))
     }
 
-    /// The set before the last undo.
+    /// Redoes the last undone change.
     ///
     /// # Errors
     /// As [`undo`](Self::undo).
@@ -264,7 +270,7 @@ impl Tuning {
         self.propose(set.source.clone(), set.chosen.clone(), Some(place))
     }
 
-    /// The bench took a proposal.
+    /// Reports that the bench has accepted a proposal.
     pub fn entered(&mut self, proposal: Proposal) {
         match proposal.place {
             Some(place) => self.now = place,
@@ -279,13 +285,13 @@ impl Tuning {
         }
     }
 
-    fn in_force(&self) -> &Set {
+    fn active(&self) -> &Set {
         &self.history[self.now]
     }
 
     fn propose(&self, source: Source, chosen: Option<Chosen>, place: Option<usize>) -> Result<Proposal, Error> {
         let preset: Preset<f64> = source.read()?;
-        let before = self.in_force();
+        let before = self.active();
         let mut set = Set { source, preset, law: before.law, chosen };
         let differences = parameters::differences(self.entries(), self.entries_of(&set));
         for difference in &differences {
@@ -294,10 +300,10 @@ impl Tuning {
             }
         }
         let mut loaded = None;
-        if let (Some(known), Some(was), Some(becomes)) = (&self.loaded, &before.chosen, &set.chosen) {
-            known.fixed(was, becomes, &preset.bench)?;
-            let values = known.values(becomes);
-            loaded = (values != known.values(was)).then_some(values);
+        if let (Some(loaded_file), Some(old), Some(new)) = (&self.loaded, &before.chosen, &set.chosen) {
+            loaded_file.fixed(old, new, &preset.bench)?;
+            let values = loaded_file.values(new);
+            loaded = (values != loaded_file.values(old)).then_some(values);
         }
         let acting = set.acting();
         let (law, margin) = if of_law(&preset) == of_law(&before.preset) && acting == before.acting() {
@@ -306,7 +312,8 @@ impl Tuning {
             let law = role::law(acting, &preset.model, &preset.bench)?;
             match admit(acting, &preset, &law) {
                 Ok(margin) => (law, margin),
-                // Nothing renders that could not before, or not in this place: there must be a way back.
+                // Permitted if the active set cannot be rendered either, or after a switch of the loaded file, so that
+                // a way back exists.
                 Err(_) if self.renderable().is_err() || acting != before.acting() => (law, None),
                 Err(refusal) => return Err(refusal),
             }
@@ -316,7 +323,7 @@ impl Tuning {
     }
 }
 
-/// Whether a law can render what a preset desires. Of a friction or a law of a file nobody knows what it will ask for.
+/// Checks that a law can render the desired friction of a preset. The torque of a loaded friction or law is unknown.
 fn admit(acting: Option<Role>, preset: &Preset<f64>, law: &Law<f64>) -> Result<Option<Margin>, Error> {
     let (model, settings) = (&preset.model, &preset.bench);
     match acting {
@@ -330,34 +337,34 @@ fn admit(acting: Option<Role>, preset: &Preset<f64>, law: &Law<f64>) -> Result<O
 }
 
 impl Set {
-    /// What was loaded and is in the loop.
+    /// Role of the loaded file if it is in the loop.
     fn acting(&self) -> Option<Role> {
         self.chosen.as_ref().and_then(Chosen::acting)
     }
 }
 
-/// All that a rendering law follows from.
+/// All parameters that determine a rendering law.
 fn of_law(preset: &Preset<f64>) -> (Model<f64>, Settings<f64>) {
     let Settings { safety, homing, .. } = Settings::default();
     (preset.model, Settings { controller: ControllerChoice::default(), safety, homing, ..preset.bench })
 }
 
 impl Proposal {
-    /// The set.
+    /// The proposed set.
     pub fn preset(&self) -> &Preset<f64> {
         &self.set.preset
     }
 
-    /// The settings of the bench: with nothing in the place of what was loaded and is in the loop.
+    /// Settings of the bench, with the substitute for a loaded file in the loop.
     pub fn settings(&self) -> Settings<f64> {
         let bench = self.set.preset.bench;
         self.set.acting().map_or(bench, |role| role::without(role, &bench))
     }
 
-    /// What the software would compute with; what is added to the law stays.
+    /// Parameters of the software; the correction of the law is preserved.
     ///
     /// # Errors
-    /// What the design of observer and current control refuses.
+    /// Errors of the design of observer and current control.
     pub fn parameters(&self, correction: Correction<f64>) -> Result<Parameters<f64>, Error> {
         let (model, settings) = (&self.set.preset.model, self.settings());
         let mut parameters = design::parameters(model, &settings)?;

@@ -1,4 +1,4 @@
-//! Parameter sets under names, as files of a project.
+//! Named parameter sets as files of a project.
 
 use std::path::{Path, PathBuf};
 
@@ -13,22 +13,22 @@ pub struct Sets {
 }
 
 impl Sets {
-    /// In this folder, which need not exist yet.
+    /// Sets in this folder, which need not exist yet.
     pub fn new(folder: &Path) -> Self {
         Sets { folder: folder.into() }
     }
 
-    /// Saves a set; one of this name is replaced.
+    /// Saves a set; an existing set with this name is replaced.
     ///
     /// # Errors
-    /// [`Error::Answer`] for a name that is none; [`Error::File`].
+    /// [`Error::Answer`] for an invalid name; [`Error::File`].
     pub fn save(&self, name: &str, text: &str) -> Result<(), Error> {
         let path = self.path(name)?;
         output::create_folder(&self.folder)?;
         output::write(&path, text)
     }
 
-    /// The set of a name.
+    /// The set with this name.
     ///
     /// # Errors
     /// [`Error::Unknown`] with the nearest name; [`Error::File`].
@@ -40,8 +40,8 @@ impl Sets {
                 let names = self.names();
                 let remedy = match nearest(name, names.iter().map(String::as_str)) {
                     Some(nearest) => format!("Did you mean {nearest}?"),
-                    None if names.is_empty() => "None is saved yet.".into(),
-                    None => format!("There are: {}.", names.join(", ")),
+                    None if names.is_empty() => "No set is saved yet.".into(),
+                    None => format!("Available: {}.", names.join(", ")),
                 };
                 Err(Error::Unknown { what: "parameter set", name: name.into(), remedy })
             }
@@ -60,14 +60,14 @@ impl Sets {
         names
     }
 
-    /// The file of a name: letters, digits, `-` and `_` alone, so that none leads out of the folder.
+    /// The file of a name. Only letters, digits, `-` and `_` are permitted, so that the file is inside the folder.
     fn path(&self, name: &str) -> Result<PathBuf, Error> {
-        let fine = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if name.is_empty() || name.len() > 64 || !name.chars().all(fine) {
+        let permitted = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || name.len() > 64 || !name.chars().all(permitted) {
             return Err(Error::Answer {
                 question: "name of a parameter set".into(),
                 answer: name.into(),
-                remedy: "Up to 64 letters, digits, `-` and `_`.".into(),
+                remedy: "Use up to 64 letters, digits, `-` and `_`.".into(),
             });
         }
         Ok(self.folder.join(format!("{name}.toml")))

@@ -47,13 +47,13 @@ fn a_change_is_proposed_entered_undone_and_redone() {
         Some(BenchError::NothingToUndo { .. })
     ));
 
-    // What is changed behind an undo takes the place of what was undone; the reference is one more step.
+    // A change after an undo replaces the undone one; a reset is one more step.
     tuning.entered(tuning.undo().unwrap());
     tuning.entered(tuning.set(&change(GAIN, "12")).unwrap());
     assert_eq!(tuning.can_undo(), (true, false));
     tuning.entered(tuning.reset().unwrap());
     assert_eq!((gain(&tuning), tuning.differences().len(), tuning.can_undo()), (before, 0, (true, false)));
-    // The same once more is no step.
+    // A reset without a difference is not a step.
     tuning.entered(tuning.reset().unwrap());
     tuning.entered(tuning.undo().unwrap());
     assert_eq!(gain(&tuning), 12.0);
@@ -76,7 +76,7 @@ fn values_that_belong_together_enter_together_or_not_at_all() {
 }
 
 #[test]
-fn what_a_running_bench_cannot_change_is_refused_with_the_way_to_do_it() {
+fn a_fixed_parameter_of_a_running_bench_is_refused_with_a_remedy() {
     let tuning = tuning();
     for (path, value) in
         [("plant.drive.load_inertia", "1e-3"), ("bench.tick_rate", "2000"), ("bench.plant_step", "2e-5")]
@@ -86,19 +86,19 @@ fn what_a_running_bench_cannot_change_is_refused_with_the_way_to_do_it() {
             matches!(&refused.of(), Some(BenchError::NotWhileRunning { path: named, .. }) if named == path),
             "{refused}"
         );
-        assert!(refused.to_string().contains("anew"), "{refused}");
+        assert!(refused.to_string().contains("Restart the bench"), "{refused}");
     }
 }
 
 #[test]
-fn another_desired_friction_brings_its_margin_and_one_that_cannot_be_is_refused() {
+fn another_desired_friction_has_its_margin_and_an_impossible_one_is_refused() {
     let tuning = tuning();
     let proposal = tuning.set(&change("bench.law.kind", "bristle")).unwrap();
     assert!(proposal.margin.is_some());
     assert!(matches!(proposal.parameters(Correction::Nothing).unwrap().tick.law, Law::Bristle(_)));
     let refused = tuning.set(&change("bench.desired.breakaway_torque", "90")).unwrap_err();
     assert!(matches!(refused.of(), Some(DesignError::NotRenderable(_))), "{refused}");
-    // Where nothing can be rendered anyway, as at 1 kHz, there must be a way back.
+    // If the active set cannot be rendered, as at 1 kHz, a change is permitted.
     let mut source = presets::find("clm-bench").unwrap();
     source.text = parameters::set::<Preset<f64>>(&source.text, "t", "bench.tick_rate", "1000").unwrap();
     let slow = Tuning::new(source).unwrap();
@@ -116,7 +116,7 @@ fn sets_are_saved_under_names_that_stay_in_their_folder() {
     let mut tuning = tuning();
     assert!(sets.names().is_empty());
     let missing = sets.find("stiff").unwrap_err().to_string();
-    assert!(missing.contains("None is saved"), "{missing}");
+    assert!(missing.contains("No set is saved"), "{missing}");
     tuning.entered(tuning.set(&change(GAIN, "11.5")).unwrap());
     sets.save("stiff", tuning.text()).unwrap();
     tuning.entered(tuning.reset().unwrap());

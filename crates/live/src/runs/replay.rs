@@ -13,7 +13,7 @@ use super::Runs;
 use crate::protocol::{Alignment, Answer, Changed, OverlaidRun};
 use crate::{LiveError, lock};
 use stickslip_base::{Error, Watch};
-use stickslip_bench::run::{self, Stored, Wanted, course, story};
+use stickslip_bench::run::{self, SimulationRequest, Stored, course, story};
 
 /// Largest record that is read by a running bench, whose memory is locked [bytes].
 const LARGEST: u64 = 500_000_000;
@@ -152,7 +152,7 @@ impl Runs {
         }
         let stored = self.opened(number)?;
         let values: Vec<_> = values.into_iter().collect();
-        let request = Wanted { values: &values, signals, length, parts: parts as usize };
+        let request = SimulationRequest { values: &values, signals, length, parts: parts as usize };
         let (simulated, differences) = stored.simulate(&request, &Watch::silent())?;
         Ok(Answer::Simulated { simulated: Box::new(simulated), differences: Changed::all(&differences) })
     }

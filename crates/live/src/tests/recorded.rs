@@ -105,7 +105,7 @@ fn a_recording_starts_and_ends_on_a_running_bench_and_replays_bit_for_bit() {
     assert!(other.traces.iter().all(|trace| trace.rms > Some(1e-6) && trace.peak > trace.rms), "{other:?}");
     let values = BTreeMap::from([("bench.tick_rate".to_owned(), "500".to_owned())]);
     let refused = Call::Simulate { number: run.number, values, signals: vec!["angle".into()], length: 1.0, parts: 9 };
-    assert!(live.call("looks", refused).unwrap_err().to_string().contains("counted by it"));
+    assert!(live.call("looks", refused).unwrap_err().to_string().contains("depend on it"));
 
     // A second one, ended by the end of the bench.
     live.call(ANN, Call::Record { name: "second".into() }).unwrap();

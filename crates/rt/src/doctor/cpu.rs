@@ -1,9 +1,9 @@
-//! The CPU that the executive gets: its speed, its sleep, its clock, and who else uses it.
+//! CPU of the executive: speed, idle states, clock source, other users.
 
 use super::{Files, Finding};
 use crate::setup::{ISOLATE, ThreadSetting};
 
-/// States that are left faster than this are no deep sleep [µs].
+/// Maximum exit latency of a shallow idle state [µs].
 const SHALLOW: u64 = 10;
 
 pub(super) fn findings(files: &Files) -> Vec<Finding> {
@@ -11,7 +11,7 @@ pub(super) fn findings(files: &Files) -> Vec<Finding> {
 }
 
 fn count(files: &Files) -> Finding {
-    let (what, costs) = ("CPUs", "Everything else shares the one CPU, and stands still while a cycle spins.");
+    let (what, costs) = ("CPUs", "All other programs share the only CPU and stop while a cycle spins.");
     let Some(online) = files.read("sys/devices/system/cpu/online") else { return Finding::unknown(what, costs) };
     if online == "0" { Finding::costs(what, "one", costs, None) } else { Finding::good(what, online, costs) }
 }
@@ -26,7 +26,7 @@ fn isolation(files: &Files) -> Finding {
 }
 
 fn tick(files: &Files) -> Finding {
-    let (what, costs) = ("timer tick", "The tick interrupts each cycle that it meets, for some microseconds.");
+    let (what, costs) = ("timer tick", "The tick interrupts a cycle for some microseconds.");
     let list = files.read("sys/devices/system/cpu/nohz_full").unwrap_or_default();
     if list.is_empty() || list == "(null)" {
         return Finding::costs(what, "on every CPU (no nohz_full)", costs, Some(ISOLATE.into()));
@@ -35,19 +35,20 @@ fn tick(files: &Files) -> Finding {
 }
 
 fn governor(files: &Files) -> Finding {
-    let (what, costs) = ("CPU governor", "The clock slows down between two cycles, and the next one takes longer.");
+    let (what, costs) =
+        ("CPU governor", "The CPU clock slows down between two cycles, and the next cycle takes longer.");
     match files.read_of_cpu("cpufreq/scaling_governor") {
         None => Finding::unknown(what, costs),
         Some(name) if name == "performance" => Finding::good(what, name, costs),
         Some(name) => {
-            let mend = "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor";
-            Finding::costs(what, name, costs, Some(mend.into()))
+            let remedy = "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor";
+            Finding::costs(what, name, costs, Some(remedy.into()))
         }
     }
 }
 
 fn idle(files: &Files) -> Finding {
-    let (what, costs) = ("idle states", "To wake from its deepest sleep the CPU takes this time.");
+    let (what, costs) = ("idle states", "The CPU takes this time to wake from its deepest idle state.");
     let state = |index: usize| {
         let read = |file: &str| files.read_of_cpu(&format!("cpuidle/state{index}/{file}"));
         let latency: u64 = read("latency")?.parse().ok()?;
@@ -60,33 +61,33 @@ fn idle(files: &Files) -> Finding {
     }
     let deepest = states.into_iter().filter(|(_, _, latency, disabled)| !disabled && *latency > SHALLOW);
     match deepest.max_by_key(|(_, _, latency, _)| *latency) {
-        None => Finding::good(what, "shallow ones alone", costs),
+        None => Finding::good(what, "shallow states only", costs),
         Some((_, name, latency, _)) => {
             let folder = format!("/sys/devices/system/cpu/cpu{}/cpuidle", files.cpu);
-            let mend = format!(
+            let remedy = format!(
                 "for s in {folder}/state*; do [ $(cat $s/latency) -gt {SHALLOW} ] && echo 1 | sudo tee $s/disable; done"
             );
-            Finding::costs(what, format!("down to {name}, {latency} µs"), costs, Some(mend))
+            Finding::costs(what, format!("down to {name}, {latency} µs"), costs, Some(remedy))
         }
     }
 }
 
 fn clock(files: &Files) -> Finding {
     const FOLDER: &str = "sys/devices/system/clocksource/clocksource0";
-    let (what, costs) = ("clock", "Each look at this clock is a system call that takes about a microsecond.");
+    let (what, costs) = ("clock", "Each read of this clock is a system call of about a microsecond.");
     let Some(name) = files.read(&format!("{FOLDER}/current_clocksource")) else { return Finding::unknown(what, costs) };
     if !["hpet", "acpi_pm", "pit", "jiffies", "refined-jiffies"].contains(&name.as_str()) {
         return Finding::good(what, name, costs);
     }
     let available = files.read(&format!("{FOLDER}/available_clocksource")).unwrap_or_default();
     let better = available.split_whitespace().find(|name| ["tsc", "kvm-clock", "arch_sys_counter"].contains(name));
-    let mend = better.map(|name| format!("echo {name} | sudo tee /{FOLDER}/current_clocksource"));
-    Finding::costs(what, name, costs, mend)
+    let remedy = better.map(|name| format!("echo {name} | sudo tee /{FOLDER}/current_clocksource"));
+    Finding::costs(what, name, costs, remedy)
 }
 
-/// Of devices; those of timers and between CPUs are the kernel's own.
+/// Interrupts of devices; timer and inter-processor interrupts belong to the kernel.
 fn interrupts(files: &Files) -> Finding {
-    let (what, costs) = ("interrupts", "Each takes its microseconds whenever it comes.");
+    let (what, costs) = ("interrupts", "Each interrupt takes some microseconds at an arbitrary time.");
     let Some(table) = files.read("proc/interrupts") else { return Finding::unknown(what, costs) };
     let column = table
         .lines()
@@ -107,8 +108,8 @@ fn interrupts(files: &Files) -> Finding {
         return Finding::good(what, format!("no device on CPU {}", files.cpu), costs);
     };
     let worst: Vec<_> = devices.iter().take(3).map(|(count, _, name)| format!("{name} {count}")).collect();
-    let found = format!("{} devices on CPU {}, most often {}", devices.len(), files.cpu, worst.join(", "));
-    // Where there is no other CPU, nothing can be moved.
+    let summary = format!("{} devices on CPU {}, most often {}", devices.len(), files.cpu, worst.join(", "));
+    // An interrupt can be moved only if there is another CPU.
     let other = (files.cpu > 0).then(|| format!("echo 0 | sudo tee /proc/irq/{number}/smp_affinity_list"));
-    Finding::costs(what, found, costs, other)
+    Finding::costs(what, summary, costs, other)
 }

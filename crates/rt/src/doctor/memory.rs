@@ -1,4 +1,4 @@
-//! Memory: whether it stays, and in which pieces it comes.
+//! Memory: locking, swap and huge pages.
 
 use super::scheduler::lockable;
 use super::{Files, Finding};
@@ -9,16 +9,18 @@ pub(super) fn findings(files: &Files) -> Vec<Finding> {
 }
 
 fn locking(files: &Files) -> Finding {
-    let (what, wish) = ("locked memory", ThreadSetting::LockedMemory);
+    let (what, setting) = ("locked memory", ThreadSetting::LockedMemory);
     match lockable(files) {
-        Ok(None) => Finding::good(what, "permitted", wish.costs()),
-        Ok(Some(bytes)) => Finding::costs(what, format!("{} MiB permitted", bytes >> 20), wish.costs(), wish.mend()),
-        Err(()) => Finding::unknown(what, wish.costs()),
+        Ok(None) => Finding::good(what, "permitted", setting.costs()),
+        Ok(Some(bytes)) => {
+            Finding::costs(what, format!("{} MiB permitted", bytes >> 20), setting.costs(), setting.mend())
+        }
+        Err(()) => Finding::unknown(what, setting.costs()),
     }
 }
 
 fn swap(files: &Files) -> Finding {
-    let (what, costs) = ("swap", "Memory that is not locked may be on a disk when a cycle needs it.");
+    let (what, costs) = ("swap", "Memory that is not locked may be on disk when a cycle needs it.");
     let Some(table) = files.read("proc/swaps") else { return Finding::unknown(what, costs) };
     let places = table.lines().count().saturating_sub(1);
     match (places, lockable(files)) {
@@ -31,14 +33,14 @@ fn swap(files: &Files) -> Finding {
 fn huge_pages(files: &Files) -> Finding {
     let (what, costs) = (
         "huge pages",
-        "The kernel gathers memory into large pages when it likes; a fault clears 2 MiB instead of 4 KiB.",
+        "The kernel may merge memory into large pages at any time; a page fault then clears 2 MiB instead of 4 KiB.",
     );
     match files.read("sys/kernel/mm/transparent_hugepage/enabled") {
         None => Finding::unknown(what, costs),
         Some(choice) if choice.contains("[always]") => {
-            let mend = "echo madvise | sudo tee /sys/kernel/mm/transparent_hugepage/enabled";
-            Finding::costs(what, "unasked", costs, Some(mend.into()))
+            let remedy = "echo madvise | sudo tee /sys/kernel/mm/transparent_hugepage/enabled";
+            Finding::costs(what, "always", costs, Some(remedy.into()))
         }
-        Some(_) => Finding::good(what, "only where asked for", costs),
+        Some(_) => Finding::good(what, "only on request", costs),
     }
 }

@@ -1,7 +1,6 @@
-//! What of a machine's set-up costs determinism, and the command that mends it.
+//! Settings of a computer that cost determinism, each with the command that corrects it.
 //!
-//! Everything is read from files of Linux below a folder, `/` or a made-up one. What a machine then does, only a
-//! measurement tells.
+//! All findings come from Linux files below a folder, `/` or that of a test. The actual timing must be measured.
 
 mod cpu;
 mod memory;
@@ -14,39 +13,39 @@ use std::path::{Path, PathBuf};
 
 use crate::setup::last_of;
 
-/// One look at the machine.
+/// One examined setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What was looked at.
+    /// Name of the setting.
     pub what: &'static str,
-    /// What is there.
+    /// Present value.
     pub found: String,
-    /// Whether that costs anything.
+    /// Whether the value costs determinism.
     pub verdict: Verdict,
-    /// What it costs, or would cost.
+    /// Effect of an unfavourable value.
     pub costs: &'static str,
-    /// The command that mends it, where there is one.
+    /// Command that corrects it, if there is one.
     pub mend: Option<String>,
 }
 
 /// Whether a finding costs determinism.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// As it should be.
+    /// Favourable.
     Good,
-    /// It costs.
+    /// Unfavourable.
     Costs,
-    /// The system does not say.
+    /// Not reported by the system.
     Unknown,
 }
 
-/// All findings of the machine whose files are below `root`.
+/// All findings for the files below `root`.
 pub fn examine(root: &Path) -> Vec<Finding> {
     let files = Files::below(root);
     [scheduler::findings(&files), cpu::findings(&files), memory::findings(&files)].concat()
 }
 
-/// How much memory this process may lock [bytes], where that is limited as far as the files below `root` tell.
+/// Limit of the memory that this process may lock [bytes], if the files below `root` state one.
 pub(crate) fn lockable(root: &Path) -> Option<u64> {
     scheduler::lockable(&Files::below(root)).unwrap_or(None)
 }
@@ -61,14 +60,14 @@ impl Finding {
     }
 
     fn unknown(what: &'static str, costs: &'static str) -> Self {
-        Finding { what, found: "the system does not say".into(), verdict: Verdict::Unknown, costs, mend: None }
+        Finding { what, found: "not reported by the system".into(), verdict: Verdict::Unknown, costs, mend: None }
     }
 }
 
-/// The files of a machine.
+/// The files of a computer.
 struct Files {
     root: PathBuf,
-    /// The CPU that the executive gets: the last isolated one, else the last.
+    /// CPU of the executive: the last isolated one, else the last.
     cpu: usize,
 }
 
@@ -81,7 +80,7 @@ impl Files {
         files
     }
 
-    /// A text without the space around it; `None` where there is none.
+    /// Trimmed text of a file; `None` without one.
     fn read(&self, path: &str) -> Option<String> {
         fs::read_to_string(self.root.join(path)).ok().map(|text| text.trim().to_string())
     }

@@ -1,4 +1,4 @@
-//! Who may run when: the kernel's preemption, permissions, and the machine below.
+//! Scheduling: preemption of the kernel, permissions, hypervisor.
 
 use super::{Files, Finding};
 use crate::setup::ThreadSetting;
@@ -13,21 +13,22 @@ pub(super) fn findings(files: &Files) -> Vec<Finding> {
 
 fn kernel(files: &Files) -> Finding {
     let (what, costs) =
-        ("kernel", "Parts of the kernel that nothing interrupts delay a wake-up, rarely, by up to milliseconds.");
+        ("kernel", "Parts of the kernel that cannot be preempted delay a wake-up, rarely, by up to some milliseconds.");
     let Some(version) = files.read("proc/version") else { return Finding::unknown(what, costs) };
     if files.read("sys/kernel/realtime").as_deref() == Some("1") || version.contains("PREEMPT_RT") {
         return Finding::good(what, "real-time preemption (PREEMPT_RT)", costs);
     }
     let model = version.split_whitespace().find(|word| word.starts_with("PREEMPT")).unwrap_or("no preemption");
     let package = if cfg!(target_arch = "aarch64") { "linux-image-rt-arm64" } else { "linux-image-rt-amd64" };
-    let mend = format!("sudo apt install {package} && sudo reboot");
-    Finding::costs(what, format!("{model}, not PREEMPT_RT"), costs, Some(mend))
+    let remedy = format!("sudo apt install {package} && sudo reboot");
+    Finding::costs(what, format!("{model}, not PREEMPT_RT"), costs, Some(remedy))
 }
 
 fn hypervisor(files: &Files) -> Finding {
     let (what, costs) = (
         "machine",
-        "It may stand still for milliseconds, unseen by its own system: no maximum holds that is measured here.",
+        "A virtual machine may pause for milliseconds without notice to its own system: maxima measured here are not \
+         reliable.",
     );
     let named = files.read("sys/hypervisor/type").filter(|name| !name.is_empty());
     let cpuinfo = files.read("proc/cpuinfo").unwrap_or_default();
@@ -37,26 +38,26 @@ fn hypervisor(files: &Files) -> Finding {
         return Finding::costs(what, format!("virtual{kind}"), costs, None);
     }
     if flags.next().is_some() {
-        Finding::good(what, "no hypervisor shows", costs)
+        Finding::good(what, "no hypervisor detected", costs)
     } else {
         Finding::unknown(what, costs)
     }
 }
 
 fn priority(files: &Files) -> Finding {
-    let (what, wish) = ("real-time priority", ThreadSetting::Priority(80));
+    let (what, setting) = ("real-time priority", ThreadSetting::Priority(80));
     match (capability(files, SYS_NICE), limit(files, "Max realtime priority")) {
-        (Some(true), _) => Finding::good(what, "permitted", wish.costs()),
-        (_, Some(limit)) if limit != "0" => Finding::good(what, format!("permitted up to {limit}"), wish.costs()),
-        (None, None) => Finding::unknown(what, wish.costs()),
-        _ => Finding::costs(what, "not permitted", wish.costs(), wish.mend()),
+        (Some(true), _) => Finding::good(what, "permitted", setting.costs()),
+        (_, Some(limit)) if limit != "0" => Finding::good(what, format!("permitted up to {limit}"), setting.costs()),
+        (None, None) => Finding::unknown(what, setting.costs()),
+        _ => Finding::costs(what, "not permitted", setting.costs(), setting.mend()),
     }
 }
 
 fn throttling(files: &Files) -> Finding {
     let (what, costs) = (
         "real-time throttling",
-        "A real-time thread that spins or computes for more of each period is stopped until the next.",
+        "A real-time thread that runs for a larger share of each period is suspended until the next one.",
     );
     let number = |name: &str| files.read(&format!("proc/sys/kernel/{name}"))?.parse::<f64>().ok();
     let Some(runtime) = number("sched_rt_runtime_us") else { return Finding::unknown(what, costs) };
@@ -64,30 +65,30 @@ fn throttling(files: &Files) -> Finding {
     if runtime < 0.0 {
         return Finding::good(what, "off", costs);
     }
-    let found = format!("beyond {:.0} % of the time", 100.0 * part);
-    // The usual 95 % keep a machine alive whose real-time thread does not end.
+    let threshold = format!("beyond {:.0} % of the time", 100.0 * part);
+    // The default of 95 % keeps a computer usable while a real-time thread never sleeps.
     if part >= 0.95 {
-        Finding::good(what, found, costs)
+        Finding::good(what, threshold, costs)
     } else {
-        Finding::costs(what, found, costs, Some("sudo sysctl kernel.sched_rt_runtime_us=950000".into()))
+        Finding::costs(what, threshold, costs, Some("sudo sysctl kernel.sched_rt_runtime_us=950000".into()))
     }
 }
 
-/// Whether the process has it.
+/// Whether the process has a capability.
 fn capability(files: &Files, bit: u32) -> Option<bool> {
     let status = files.read("proc/self/status")?;
     let set = status.lines().find_map(|line| line.strip_prefix("CapEff:"))?;
     Some(u64::from_str_radix(set.trim(), 16).ok()? >> bit & 1 == 1)
 }
 
-/// The soft limit in force.
+/// The active soft limit.
 fn limit(files: &Files, name: &str) -> Option<String> {
     let limits = files.read("proc/self/limits")?;
     let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next().map(String::from)
 }
 
-/// How much memory may be locked: `None` is all of it. `Err` where the system does not say.
+/// Limit of locked memory: `None` for unlimited, `Err` if the system does not report it.
 pub(super) fn lockable(files: &Files) -> Result<Option<u64>, ()> {
     if capability(files, IPC_LOCK) == Some(true) {
         return Ok(None);

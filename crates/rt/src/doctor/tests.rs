@@ -1,13 +1,13 @@
-//! Each finding, on a made-up machine, in every way.
+//! Each finding, on simulated computers, with every verdict.
 
 use super::*;
 
-/// A machine that has these files.
+/// A computer with these files.
 fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
     let root = tempfile::tempdir().expect("a temporary folder");
     for (path, text) in files {
         let path = root.path().join(path);
-        fs::create_dir_all(path.parent().expect("a file lies in a folder")).expect("the folder takes folders");
+        fs::create_dir_all(path.parent().expect("a file is in a folder")).expect("the folder takes folders");
         fs::write(path, text).expect("the folder takes files");
     }
     root
@@ -15,12 +15,12 @@ fn machine(files: &[(&str, &str)]) -> tempfile::TempDir {
 
 fn finding(what: &str, files: &[(&str, &str)]) -> Finding {
     let root = machine(files);
-    let found = examine(root.path()).into_iter().filter(|finding| finding.what == what).collect::<Vec<_>>();
-    let [found] = &found[..] else { panic!("{} findings are called {what}", found.len()) };
-    found.clone()
+    let findings = examine(root.path()).into_iter().filter(|finding| finding.what == what).collect::<Vec<_>>();
+    let [only] = &findings[..] else { panic!("{} findings are called {what}", findings.len()) };
+    only.clone()
 }
 
-/// What is found, and whether it costs; where it does, the remedy must contain this.
+/// Checks verdict, part of the value and part of the remedy.
 fn check(what: &str, files: &[(&str, &str)], verdict: Verdict, found: &str, mend: &str) {
     let finding = finding(what, files);
     assert_eq!(finding.verdict, verdict, "{finding:?}");
@@ -33,7 +33,7 @@ fn check(what: &str, files: &[(&str, &str)], verdict: Verdict, found: &str, mend
 use Verdict::{Costs, Good, Unknown};
 
 #[test]
-fn a_machine_that_says_nothing_is_not_judged_but_for_its_tick() {
+fn without_files_only_the_timer_tick_is_judged() {
     let root = machine(&[]);
     let judged: Vec<_> = examine(root.path()).into_iter().filter(|finding| finding.verdict != Unknown).collect();
     assert_eq!(judged.iter().map(|finding| finding.what).collect::<Vec<_>>(), ["timer tick"]);
@@ -80,7 +80,7 @@ fn permission_for_a_priority_comes_by_limit_or_capability() {
 }
 
 #[test]
-fn throttling_is_named_where_it_bites_early() {
+fn throttling_is_reported_where_it_starts_early() {
     let runtime =
         |text| [("proc/sys/kernel/sched_rt_runtime_us", text), ("proc/sys/kernel/sched_rt_period_us", "1000000")];
     check("real-time throttling", &runtime("950000\n"), Good, "95 %", "");
@@ -89,7 +89,7 @@ fn throttling_is_named_where_it_bites_early() {
 }
 
 #[test]
-fn one_cpu_is_not_enough_and_one_of_several_should_be_isolated() {
+fn a_single_cpu_and_a_missing_isolation_are_reported() {
     let online = |text| [("sys/devices/system/cpu/online", text)];
     check("CPUs", &online("0\n"), Costs, "one", "");
     check("CPUs", &online("0-3\n"), Good, "0-3", "");
@@ -102,7 +102,7 @@ fn one_cpu_is_not_enough_and_one_of_several_should_be_isolated() {
 }
 
 #[test]
-fn the_speed_and_the_sleep_of_the_executives_cpu_are_looked_at() {
+fn speed_and_idle_states_of_the_executives_cpu_are_examined() {
     let cpu = |file: &str| format!("sys/devices/system/cpu/cpu2/{file}");
     let (online, governor) = (("sys/devices/system/cpu/online", "0-2"), cpu("cpufreq/scaling_governor"));
     check("CPU governor", &[online, (&governor, "powersave\n")], Costs, "powersave", "echo performance");
@@ -167,6 +167,6 @@ fn memory_is_lockable_swapped_and_huge_or_not() {
     check("swap", &[all, some], Good, "can be locked", "");
 
     let huge = |text| [("sys/kernel/mm/transparent_hugepage/enabled", text)];
-    check("huge pages", &huge("[always] madvise never\n"), Costs, "unasked", "echo madvise");
-    check("huge pages", &huge("always [madvise] never\n"), Good, "asked for", "");
+    check("huge pages", &huge("[always] madvise never\n"), Costs, "always", "echo madvise");
+    check("huge pages", &huge("always [madvise] never\n"), Good, "on request", "");
 }

@@ -1,4 +1,4 @@
-//! Policy and accounting, on a clock that goes when it is told.
+//! Policy and accounting, on a simulated clock.
 
 use super::*;
 use crate::clock::SimulatedClock;
@@ -7,7 +7,7 @@ use crate::cycle::Block;
 const PERIOD: u64 = 1000;
 const BLOCKS: [Block; 2] = [Block::io("read"), Block::new("law")];
 
-/// What a cycle does, for all that it is asked.
+/// Calls of a cycle.
 #[derive(Default)]
 struct Log {
     ran: Vec<u64>,
@@ -15,7 +15,7 @@ struct Log {
     ended: u32,
 }
 
-/// Takes 100 ns to read, and for its law what it is told.
+/// Takes 100 ns to read, and a given time for its law.
 struct Script<F> {
     clock: SimulatedClock,
     law: F,
@@ -49,17 +49,17 @@ fn plan(cycles: u64) -> Plan {
     Plan { warm_up: 0, cycles: Some(cycles), ..Plan::new(Duration::from_nanos(PERIOD)) }
 }
 
-/// A clock that wakes late, and says nothing of it.
-struct Drowsy<F>(SimulatedClock, F);
+/// A clock with late wake-ups.
+struct LateClock<F>(SimulatedClock, F);
 
-impl<F: Fn(u64) -> u64> Clock for Drowsy<F> {
+impl<F: Fn(u64) -> u64> Clock for LateClock<F> {
     fn now(&self) -> u64 {
         self.0.now()
     }
 
     fn wait_until(&self, deadline: u64) -> u64 {
         self.0.wait_until(deadline);
-        // The first deadline is one period after the beginning, at 0.
+        // The first deadline is one period after the start at 0.
         self.0.advance((self.1)(deadline / PERIOD - 1));
         self.0.now()
     }
@@ -73,13 +73,13 @@ fn run(
     let (clock, log) = (SimulatedClock::default(), Arc::default());
     let script = Script { clock: clock.clone(), law, log: Arc::clone(&log) };
     let (executive, timings) = Executive::new(plan, script).unwrap();
-    let summary = executive.run(&Drowsy(clock, late));
+    let summary = executive.run(&LateClock(clock, late));
     let log = std::mem::take(&mut *log.lock().unwrap());
     (summary, timings.collect(), log)
 }
 
 #[test]
-fn cycles_begin_on_their_deadlines_and_lateness_is_not_handed_on() {
+fn cycles_begin_on_their_deadlines_and_lateness_does_not_accumulate() {
     let (summary, timings, log) = run(plan(6), |cycle| 10 * cycle, |_| (200, Next::Continue));
     assert_eq!(timings.iter().map(|timing| timing.lateness).collect::<Vec<_>>(), [0, 10, 20, 30, 40, 50]);
     assert!(timings.iter().all(|timing| timing.total == 300 && timing.blocks[..2] == [100, 200]));
@@ -108,7 +108,7 @@ fn work_that_ends_on_the_next_deadline_is_in_time_and_a_nanosecond_later_it_is_n
 }
 
 #[test]
-fn a_cycle_that_is_woken_too_late_is_held_and_its_cause_named() {
+fn a_cycle_that_wakes_too_late_is_held_with_its_cause() {
     let (summary, timings, log) = run(plan(9), |cycle| if cycle == 3 { 3600 } else { 0 }, |_| (0, Next::Continue));
     assert_eq!((log.ran, log.held), (vec![0, 1, 2, 7, 8], vec![3, 4, 5, 6]));
     let overrun = timings[3].overrun.unwrap();
@@ -131,7 +131,7 @@ fn a_late_wake_up_is_the_cause_of_an_overrun_that_follows_from_it() {
 }
 
 #[test]
-fn so_many_overruns_in_a_row_are_the_end_and_a_good_cycle_between_them_is_not() {
+fn only_consecutive_overruns_end_the_run() {
     let overrun = OverrunPolicy { stop_after: Some(3), ..OverrunPolicy::default() };
     let plan = Plan { overrun, ..plan(100) };
     let (summary, _, log) = run(plan, |_| 0, |_| (1000, Next::Continue));
@@ -151,16 +151,16 @@ fn the_warm_up_runs_but_is_not_counted() {
 }
 
 #[test]
-fn a_cycle_can_be_the_last_and_somebody_else_can_stop_it() {
+fn the_run_ends_by_the_cycle_or_by_the_stop_flag() {
     let last = |cycle| (0, if cycle == 4 { Next::Stop } else { Next::Continue });
     let (summary, _, log) = run(plan(100), |_| 0, last);
     assert_eq!((summary.ending, summary.cycles, log.ended), (Ending::Finished, 5, 1));
 
     let (clock, log) = (SimulatedClock::default(), Arc::default());
     let stop: Arc<std::sync::OnceLock<Arc<AtomicBool>>> = Arc::default();
-    let asks = stop.clone();
+    let flag = stop.clone();
     let law = move |cycle| {
-        asks.get().unwrap().store(cycle == 7, Ordering::Relaxed);
+        flag.get().unwrap().store(cycle == 7, Ordering::Relaxed);
         (0, Next::Continue)
     };
     let script = Script { clock: clock.clone(), law, log: Arc::clone(&log) };
@@ -171,7 +171,7 @@ fn a_cycle_can_be_the_last_and_somebody_else_can_stop_it() {
 }
 
 #[test]
-fn a_cycle_that_panics_leaves_its_outputs_safe_and_its_words_in_the_summary() {
+fn a_cycle_that_panics_leaves_safe_outputs_and_its_message() {
     let (summary, _, log) = run(
         plan(9),
         |_| 0,
@@ -185,13 +185,13 @@ fn a_cycle_that_panics_leaves_its_outputs_safe_and_its_words_in_the_summary() {
 }
 
 #[test]
-fn what_finds_no_room_in_the_ring_is_counted() {
+fn records_lost_in_a_full_ring_are_counted() {
     let (summary, timings, _) = run(Plan { records: 4, ..plan(10) }, |_| 0, |_| (0, Next::Continue));
     assert_eq!((timings.len(), summary.lost, summary.cycles), (4, 6, 10));
 }
 
 #[test]
-fn a_plan_that_cannot_be_is_refused() {
+fn an_invalid_plan_is_refused() {
     struct Many;
     impl Cycle for Many {
         fn blocks(&self) -> &[Block] {

@@ -1,4 +1,4 @@
-//! The functions of FMI 2.0.4 and 3.0.1 that a simulation by steps calls, with the types of their headers.
+//! The functions of FMI 2.0.4 and 3.0.1 for co-simulation, with the types of their headers.
 
 use std::ffi::{c_char, c_int, c_void};
 
@@ -21,16 +21,16 @@ pub(super) const CO_SIMULATION: c_int = 1;
 /// `fmi2CallbackFunctions`.
 #[repr(C)]
 pub(super) struct Callbacks {
-    /// It takes any number of arguments more.
+    /// Variadic function.
     pub(super) logger: unsafe extern "C" fn(),
     pub(super) allocate_memory: unsafe extern "C" fn(usize, usize) -> *mut c_void,
     pub(super) free_memory: unsafe extern "C" fn(*mut c_void),
-    /// Steps end before their function returns.
+    /// Not used: steps are synchronous.
     pub(super) step_finished: *const c_void,
     pub(super) environment: *const c_void,
 }
 
-// SAFETY: nobody writes to it; its environment is a log, which takes messages from any thread.
+// SAFETY: it is never written to; its environment is a log, which accepts messages from any thread.
 unsafe impl Send for Callbacks {}
 // SAFETY: as before.
 unsafe impl Sync for Callbacks {}
@@ -44,12 +44,12 @@ macro_rules! functions {
         }
 
         impl $Table {
-            /// Those of a library.
+            /// The functions of a library.
             ///
             /// # Safety
             /// Its functions of these names must be those of the standard.
             pub(super) unsafe fn of(library: &Library) -> Result<Self, FmuError> {
-                // SAFETY: the caller's promise.
+                // SAFETY: guaranteed by the caller.
                 Ok($Table { $($field: unsafe { function(library, $symbol)? },)+ })
             }
         }
@@ -57,7 +57,7 @@ macro_rules! functions {
 }
 
 functions! {
-    /// Of FMI 2.0.
+    /// Functions of FMI 2.0.
     Two {
         instantiate: "fmi2Instantiate", fn(Text, c_int, Text, Text, *const Callbacks, Boolean, Boolean) -> Instance;
         free: "fmi2FreeInstance", fn(Instance);
@@ -72,7 +72,7 @@ functions! {
 }
 
 functions! {
-    /// Of FMI 3.0. What it writes as `bool` is read as a byte: not every tool writes 0 or 1.
+    /// Functions of FMI 3.0. A `bool` output is read as a byte, since some tools write values other than 0 and 1.
     Three {
         instantiate: "fmi3InstantiateCoSimulation", fn(
             Text, Text, Text, bool, bool, bool, bool, *const u32, usize, *const c_void, LogThree, *const c_void
@@ -87,13 +87,13 @@ functions! {
     }
 }
 
-/// Those of the version of an FMU.
+/// The functions for the version of an FMU.
 pub(super) enum Functions {
     Two(Two),
     Three(Three),
 }
 
-/// What an instance is made of.
+/// Arguments of an instantiation.
 pub(super) struct Identity<'a> {
     pub(super) token: Text,
     pub(super) resources: Text,
@@ -102,10 +102,10 @@ pub(super) struct Identity<'a> {
 }
 
 impl Functions {
-    /// A new instance, null where the FMU refuses.
+    /// A new instance; null if the FMU refuses.
     ///
     /// # Safety
-    /// What it is made of outlives it.
+    /// The arguments outlive the instance.
     pub(super) unsafe fn instantiate(&self, of: &Identity<'_>) -> Instance {
         let name = c"controller".as_ptr();
         let log = std::ptr::from_ref(of.log).cast();
@@ -140,7 +140,7 @@ impl Functions {
     /// The instance lives.
     pub(super) unsafe fn set(&self, instance: Instance, references: &[u32], values: &[f64]) -> Status {
         let count = references.len().min(values.len());
-        // SAFETY: as many references and values as it is told.
+        // SAFETY: `count` references and values.
         unsafe {
             match self {
                 Functions::Two(two) => (two.set)(instance, references.as_ptr(), count, values.as_ptr()),
@@ -155,7 +155,7 @@ impl Functions {
     /// The instance lives.
     pub(super) unsafe fn get(&self, instance: Instance, references: &[u32], values: &mut [f64]) -> Status {
         let count = references.len().min(values.len());
-        // SAFETY: as many references and values as it is told.
+        // SAFETY: `count` references and values.
         unsafe {
             match self {
                 Functions::Two(two) => (two.get)(instance, references.as_ptr(), count, values.as_mut_ptr()),
@@ -166,12 +166,12 @@ impl Functions {
         }
     }
 
-    /// From its begin into initialization, at time 0.
+    /// Enters initialization mode, at time 0.
     ///
     /// # Safety
     /// The instance lives.
     pub(super) unsafe fn enter(&self, instance: Instance) -> Status {
-        // SAFETY: the caller's promise.
+        // SAFETY: guaranteed by the caller.
         unsafe {
             match self {
                 Functions::Two(two) => (two.enter)(instance),
@@ -186,6 +186,6 @@ impl Functions {
 /// # Safety
 /// It must be of this type.
 unsafe fn function<F: Copy>(library: &Library, name: &'static str) -> Result<F, FmuError> {
-    // SAFETY: the caller's promise.
+    // SAFETY: guaranteed by the caller.
     unsafe { library.get::<F>(name.as_bytes()) }.map(|function| *function).map_err(|_| FmuError::Function(name))
 }

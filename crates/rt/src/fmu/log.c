@@ -1,10 +1,10 @@
-/* The logger of FMI 2.0 takes any number of arguments, which only C can read. What it is given becomes a text here. */
+/* The logger of FMI 2.0 is variadic, which only C can implement. Its arguments are formatted as a text here. */
 #include <stdarg.h>
 #include <stdio.h>
 
 typedef void (*stickslip_take)(const void *log, int status, const char *text);
 
-/* A log begins with the function that takes its texts. */
+/* The first field of a log is the function that takes its texts. */
 void stickslip_fmu_log(void *log, const char *instance, int status, const char *category, const char *format, ...) {
     char text[2048];
     va_list arguments;

@@ -1,10 +1,10 @@
-//! The library of an FMU for co-simulation, FMI 2.0 and 3.0, <https://fmi-standard.org>: one instance at a time, called by
-//! whoever owns it.
+//! The library of an FMU for co-simulation, FMI 2.0 and 3.0, <https://fmi-standard.org>: one instance at a time, called
+//! by its owner only.
 //!
-//! As with a [`Module`](crate::Module), it is somebody's code and does what it likes in the process that opens it. Its
-//! description is read elsewhere: here are value references and numbers.
+//! As with a [`Module`](crate::Module), the library is unchecked code inside the process that opens it. Its description
+//! is read elsewhere; this module handles value references and numbers.
 
-#![expect(unsafe_code, reason = "functions of a library are called by their addresses, and hand out pointers")]
+#![expect(unsafe_code, reason = "functions of a library are called by address and return pointers")]
 
 mod functions;
 mod log;
@@ -34,7 +34,7 @@ pub enum FmiVersion {
     Three,
 }
 
-/// What is opened.
+/// Library, token and folders of an FMU.
 #[derive(Clone, Debug)]
 pub struct FmuLibrary {
     /// Version of its functions.
@@ -45,35 +45,35 @@ pub struct FmuLibrary {
     pub token: String,
     /// The folder of its resources.
     pub resources: PathBuf,
-    /// Where what it says is written, besides: one message, which outlives a crash.
+    /// File for a copy of its message, which outlives a crash.
     pub messages: Option<PathBuf>,
 }
 
-/// Why a library is not that of an FMU.
+/// Error of the library of an FMU.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
     /// The system cannot open it.
     #[error("its library cannot be opened ({0})")]
     Open(String),
-    /// A function is not in it.
-    #[error("its library has no function {0}, which the standard demands")]
+    /// A function is missing.
+    #[error("its library has no function {0}, which the standard requires")]
     Function(&'static str),
-    /// Token or path have a zero within.
+    /// Token or path contain the character 0.
     #[error("its token or its folder contains the character 0")]
     Text,
 }
 
-/// Where an instance is in its life.
+/// Phase of an instance.
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
     Instantiated,
     Stepping,
-    /// It said that it failed, and can only be freed; or not even that.
+    /// Failed: it can only be freed. Fatal: not even that.
     Failed,
     Fatal,
 }
 
-/// A library that is open, with one instance at most.
+/// An open library with at most one instance.
 pub struct Fmu {
     functions: Functions,
     token: CString,
@@ -82,12 +82,12 @@ pub struct Fmu {
     callbacks: Arc<Callbacks>,
     instance: Instance,
     phase: Phase,
-    /// Open as long as its functions can be called.
+    /// Kept open while its functions can be called.
     _library: Library,
 }
 
-// SAFETY: the standard admits any thread, one at a time; whoever owns the FMU is the only one that calls. Its log takes
-// messages from any thread.
+// SAFETY: the standard permits any thread, one at a time; only the owner of the FMU calls it. Its log accepts messages
+// from any thread.
 unsafe impl Send for Fmu {}
 
 impl Fmu {
@@ -95,24 +95,24 @@ impl Fmu {
     ///
     /// # Errors
     /// [`FmuError`].
-    pub fn open(what: &FmuLibrary) -> Result<Self, FmuError> {
+    pub fn open(files: &FmuLibrary) -> Result<Self, FmuError> {
         let text = |text: String| CString::new(text).map_err(|_| FmuError::Text);
-        // SAFETY: what the library does when it is opened is its own: the caller was told.
-        let library = unsafe { Library::new(&what.library) }.map_err(|error| FmuError::Open(error.to_string()))?;
-        // SAFETY: the types are those of the standard, which is what a library with these names promises.
+        // SAFETY: opening runs code of the library, which the documentation states.
+        let library = unsafe { Library::new(&files.library) }.map_err(|error| FmuError::Open(error.to_string()))?;
+        // SAFETY: functions with these names have the types of the standard.
         let functions = unsafe {
-            match what.version {
+            match files.version {
                 FmiVersion::Two => Functions::Two(Two::of(&library)?),
                 FmiVersion::Three => Functions::Three(Three::of(&library)?),
             }
         };
-        let resources = match what.version {
-            FmiVersion::Two => Some(text(uri(&what.resources))?),
-            // A path that ends as one of a folder; null where there is none.
-            FmiVersion::Three if !what.resources.is_dir() => None,
-            FmiVersion::Three => Some(text(format!("{}{}", what.resources.display(), std::path::MAIN_SEPARATOR))?),
+        let resources = match files.version {
+            FmiVersion::Two => Some(text(uri(&files.resources))?),
+            // A path with a final separator; null without a folder.
+            FmiVersion::Three if !files.resources.is_dir() => None,
+            FmiVersion::Three => Some(text(format!("{}{}", files.resources.display(), std::path::MAIN_SEPARATOR))?),
         };
-        let log = Arc::new(Log::new(what.messages.as_deref()));
+        let log = Arc::new(Log::new(files.messages.as_deref()));
         let callbacks = Arc::new(Callbacks {
             logger: log::stickslip_fmu_log,
             allocate_memory: log::calloc,
@@ -120,12 +120,12 @@ impl Fmu {
             step_finished: null(),
             environment: Arc::as_ptr(&log).cast(),
         });
-        let token = text(what.token.clone())?;
+        let token = text(files.token.clone())?;
         let (instance, phase) = (null_mut(), Phase::Instantiated);
         Ok(Fmu { functions, token, resources, log, callbacks, instance, phase, _library: library })
     }
 
-    /// Makes an instance, and ends the one before; whether the library does.
+    /// Ends the present instance and creates a new one. Returns whether the library did.
     pub fn instantiate(&mut self) -> bool {
         self.end();
         self.log.clear();
@@ -141,32 +141,32 @@ impl Fmu {
         !self.instance.is_null()
     }
 
-    /// Begins the initialization of the new instance at time 0, with these values of its parameters.
+    /// Starts the initialization of the new instance at time 0, with these values of its parameters.
     ///
     /// # Errors
     /// The status, if worse than a warning; -1 without an instance.
     pub fn initialize(&mut self, references: &[u32], values: &[f64]) -> Result<(), i32> {
         self.set(references, values)?;
         if let Functions::Two(Two { setup, .. }) = self.functions {
-            // SAFETY: an instance that lives, which `set` has seen to.
+            // SAFETY: a live instance, checked by `set`.
             let status = unsafe { setup(self.instance, 0, 0.0, 0.0, 0, 0.0) };
-            self.took(status)?;
+            self.check(status)?;
         }
         // SAFETY: as before.
         let status = unsafe { self.functions.enter(self.instance) };
-        self.took(status)
+        self.check(status)
     }
 
-    /// Ends the initialization: from now on it takes steps.
+    /// Ends the initialization; steps follow.
     ///
     /// # Errors
     /// As [`Fmu::initialize`].
     pub fn start(&mut self) -> Result<(), i32> {
         self.live()?;
         let (Functions::Two(Two { exit, .. }) | Functions::Three(Three { exit, .. })) = self.functions;
-        // SAFETY: an instance that lives.
+        // SAFETY: a live instance.
         let status = unsafe { exit(self.instance) };
-        self.took(status)?;
+        self.check(status)?;
         self.phase = Phase::Stepping;
         Ok(())
     }
@@ -181,9 +181,9 @@ impl Fmu {
         if references.is_empty() {
             return Ok(());
         }
-        // SAFETY: an instance that lives.
+        // SAFETY: a live instance.
         let status = unsafe { self.functions.set(self.instance, references, values) };
-        self.took(status)
+        self.check(status)
     }
 
     /// Reads numbers by their value references.
@@ -193,19 +193,19 @@ impl Fmu {
     pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), i32> {
         assert_eq!(references.len(), values.len(), "a value for each reference");
         self.live()?;
-        // SAFETY: an instance that lives.
+        // SAFETY: a live instance.
         let status = unsafe { self.functions.get(self.instance, references, values) };
-        self.took(status)
+        self.check(status)
     }
 
-    /// A step from a point of time on [s], of this length [s].
+    /// One step from time `point` [s] of this length [s].
     ///
     /// # Errors
-    /// As [`Fmu::initialize`]; a step that it ends early, or with which it wants to end, is discarded.
+    /// As [`Fmu::initialize`]; a step that it ends early, or after which it requests the end, counts as discarded.
     pub fn step(&mut self, point: f64, length: f64) -> Result<(), i32> {
         self.live()?;
         let (mut event, mut terminate, mut early, mut reached) = (0u8, 0u8, 0u8, point);
-        // SAFETY: an instance that lives; what it writes to is of this frame.
+        // SAFETY: a live instance; it writes to local variables.
         let status = unsafe {
             match &self.functions {
                 Functions::Two(two) => (two.step)(self.instance, point, length, 1),
@@ -221,18 +221,18 @@ impl Fmu {
                 ),
             }
         };
-        self.took(status)?;
+        self.check(status)?;
         if terminate != 0 || early != 0 {
-            // What it says of it itself is graver.
-            self.log.add(WARNING, "The FMU asks for the end of the simulation, or ends a step early.");
+            // Its own message has a higher severity.
+            self.log.add(WARNING, "The FMU requests the end of the simulation or ends a step early.");
             return Err(DISCARD);
         }
         Ok(())
     }
 
-    /// What its instance has said: the last of its gravest messages, and how many there were.
-    pub fn said(&self) -> Option<(String, u64)> {
-        self.log.said()
+    /// The last of the most severe messages of its instance, and the number of messages.
+    pub fn message(&self) -> Option<(String, u64)> {
+        self.log.message()
     }
 
     fn live(&self) -> Result<(), i32> {
@@ -240,8 +240,8 @@ impl Fmu {
         if dead { Err(-1) } else { Ok(()) }
     }
 
-    /// What a status means for what may be called from now on.
-    fn took(&mut self, status: c_int) -> Result<(), i32> {
+    /// Sets the phase from a status; an error if the call failed.
+    fn check(&mut self, status: c_int) -> Result<(), i32> {
         match status {
             0 | WARNING => return Ok(()),
             DISCARD => {}
@@ -258,8 +258,8 @@ impl Fmu {
         }
         let (Functions::Two(Two { terminate, free, .. }) | Functions::Three(Three { terminate, free, .. })) =
             self.functions;
-        // SAFETY: an instance that lives, and nobody has its address any more. It is terminated only where the standard
-        // admits it.
+        // SAFETY: a live instance whose address is not used afterwards. It is terminated only where the standard
+        // permits it.
         unsafe {
             if self.phase == Phase::Stepping {
                 terminate(instance);

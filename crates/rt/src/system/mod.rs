@@ -1,4 +1,4 @@
-//! What is asked of the operating system, each as one safe function.
+//! Calls of the operating system as safe functions.
 
 #[cfg(target_os = "linux")]
 mod linux;
@@ -10,26 +10,26 @@ mod other;
 #[cfg(not(target_os = "linux"))]
 pub(crate) use other::*;
 
-/// What the system has counted of a thread since its birth.
+/// Counters of a thread since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Counters {
     /// Time on a CPU [ns].
     pub(crate) cpu: u64,
-    /// Pages that had to be found, without and with reading from a disk.
+    /// Page faults without and with disk access.
     pub(crate) minor_faults: u64,
     pub(crate) major_faults: u64,
-    /// How often it gave the CPU away: to wait, or because another took it.
+    /// Voluntary and involuntary context switches.
     pub(crate) waits: u64,
     pub(crate) preemptions: u64,
 }
 
-/// So much of the stack is touched before the first cycle [bytes].
+/// Size of the stack that is touched before the first cycle [bytes].
 pub(crate) const STACK: usize = 256 * 1024;
 
-/// Makes the system give the pages of the stack now.
+/// Makes the pages of the stack resident.
 #[inline(never)]
 pub(crate) fn touch_stack() {
     let mut pages = [1u8; STACK];
-    // Not left out: somebody might look.
+    // Prevents the compiler from removing the writes.
     std::hint::black_box(&mut pages);
 }

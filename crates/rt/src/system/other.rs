@@ -1,5 +1,4 @@
-//! Systems without a real-time scheduler that this program knows: a plain thread and an ordinary sleep. Each wish is
-//! refused in so many words.
+//! Systems without a supported real-time scheduler: an ordinary thread and sleep. Every setting is refused.
 
 use std::convert::Infallible;
 use std::io;
@@ -12,16 +11,16 @@ use crate::clock::Nanoseconds;
 /// Whether [`own_counters`] counts.
 pub(crate) const COUNTS: bool = false;
 
-/// A thread of this process, for the others.
+/// Identifier of a thread of this process.
 pub(crate) type ThreadId = ();
 
 fn refused() -> io::Error {
-    io::Error::new(io::ErrorKind::Unsupported, "this program knows no way on this system")
+    io::Error::new(io::ErrorKind::Unsupported, "not supported on this system")
 }
 
 pub(crate) fn now() -> Nanoseconds {
     static FIRST: OnceLock<Instant> = OnceLock::new();
-    // One nanosecond more, so that no time is 0.
+    // Plus 1 ns, so that no time is 0.
     FIRST.get_or_init(Instant::now).elapsed().as_nanos() as Nanoseconds + 1
 }
 
@@ -31,12 +30,12 @@ pub(crate) fn sleep_until(deadline: Nanoseconds) {
 
 pub(crate) fn this_thread() -> ThreadId {}
 
-/// Nothing is counted, and nobody asks: there is no [`OtherThread`].
+/// No counters; not called, since there is no [`OtherThread`].
 pub(crate) fn own_counters() -> Counters {
     Counters::default()
 }
 
-/// Cannot be looked at.
+/// Counters of another thread are not available.
 pub(crate) struct OtherThread(Infallible);
 
 impl OtherThread {
@@ -79,7 +78,7 @@ pub(crate) fn open_serial(_: &std::path::Path) -> io::Result<std::fs::File> {
     Err(refused())
 }
 
-/// Nobody wakes: it looks again soon.
+/// Without a wake-up call: polls at short intervals.
 pub(crate) fn wait_for_word(_: &std::sync::atomic::AtomicU64, _: u32, within: Duration) {
     std::thread::sleep(within.min(Duration::from_micros(50)));
 }

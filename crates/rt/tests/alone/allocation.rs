@@ -1,7 +1,7 @@
-//! The first paragraph of the crate: from the first cycle to the last, the thread allocates and frees nothing.
+//! From the first cycle to the last, the thread neither allocates nor frees memory.
 //!
-//! An allocator that counts, on the thread that has been told so: the executive's own code between two cycles is
-//! watched as well as the cycle.
+//! A counting allocator is enabled on the executive's thread: it covers the cycle and the code of the executive between
+//! two cycles.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +13,7 @@ use stickslip_rt::{
     Block, Cycle, Ending, Lap, MonotonicClock, Next, OverrunPolicy, Plan, Running, Summary, ThreadSettings,
 };
 
-/// Watches its thread from its first cycle to its end.
+/// Counts allocations of its thread from the first cycle to the end.
 struct Watched {
     pages: Reader<Vec<f64>>,
     allocates: bool,
@@ -30,7 +30,7 @@ impl Cycle for Watched {
         WATCHED.set(true);
         self.pages.take(cycle);
         self.sum += self.pages.page().iter().sum::<f64>();
-        // The first one from 50 on that runs: on a busy machine the fiftieth may be missed.
+        // The first cycle that runs from 50 on: on a busy computer the fiftieth may be missed.
         if cycle >= 50 && std::mem::take(&mut self.allocates) {
             self.sum += *std::hint::black_box(Box::new(1.0));
         }
@@ -48,7 +48,7 @@ impl Cycle for Watched {
     }
 }
 
-/// Calls of the allocator within the cycles, while somebody else hands in pages and takes records.
+/// Calls of the allocator within the cycles, while another thread publishes pages and takes records.
 fn calls(allocates: bool, slow: bool) -> (u64, Summary) {
     static ALONE: Mutex<()> = Mutex::new(());
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -58,11 +58,11 @@ fn calls(allocates: bool, slow: bool) -> (u64, Summary) {
     let plan = Plan { warm_up: 10, cycles: Some(300), overrun, records: 8, ..Plan::new(Duration::from_millis(1)) };
     let cycle = Watched { pages, allocates, slow, sum: 0.0 };
     let (running, mut timings) =
-        Running::start(plan, ThreadSettings::PLAIN, MonotonicClock::default(), cycle).expect("the plan can be");
+        Running::start(plan, ThreadSettings::PLAIN, MonotonicClock::default(), cycle).expect("the plan is valid");
     let mut records = 0;
     while !running.has_ended() {
         writer.publish(vec![1.0; 1000]);
-        // So slowly that the ring of eight runs over.
+        // So slowly that the ring of eight records overflows.
         std::thread::sleep(Duration::from_millis(50));
         records += timings.by_ref().count();
     }
@@ -85,7 +85,7 @@ fn the_search_for_the_cause_of_an_overrun_allocates_nothing_either() {
 }
 
 #[test]
-fn a_block_that_allocates_is_noticed() {
+fn an_allocation_in_a_block_is_counted() {
     let (calls, _) = calls(true, false);
     assert_eq!(calls, 2, "one allocation, freed at once");
 }

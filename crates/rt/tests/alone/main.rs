@@ -1,5 +1,5 @@
-//! What watches a thread of the executive: run without other work beside it.
-#![allow(unsafe_code, reason = "an allocator that counts, and pages that are taken back")]
+//! Tests that measure a thread of the executive; run them without other load.
+#![allow(unsafe_code, reason = "a counting allocator, and pages returned to the system")]
 
 mod allocation;
 #[cfg(target_os = "linux")]

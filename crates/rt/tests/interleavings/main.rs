@@ -1,5 +1,5 @@
-//! Every interleaving of the lock-free exchanges, by loom.
-#![expect(unsafe_code, reason = "a design that must fail under loom")]
+//! Loom tests of the lock-free exchanges.
+#![expect(unsafe_code, reason = "a wrong design that must fail under loom")]
 
 #[expect(clippy::module_inception, reason = "the source of the crate within the file of its tests")]
 mod pages;

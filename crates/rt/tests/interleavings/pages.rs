@@ -1,13 +1,13 @@
-//! Every interleaving of a writer and a reader, by loom: on its atomics and cells in place of those of std.
+//! Every interleaving of a writer and a reader, with the atomics and cells of loom.
 
 #[path = "../../src/pages.rs"]
-#[expect(unreachable_pub, reason = "they are public in the crate")]
+#[expect(unreachable_pub, reason = "public items of the crate")]
 mod pages;
 
 use loom::thread;
 use pages::exchange;
 
-/// A page whose halves belong together. On the heap: freed twice or too early would be noticed.
+/// A page of two equal halves, on the heap, so that a wrong release is detected.
 type Page = Box<[u64; 2]>;
 
 fn page(number: u64) -> Page {
@@ -35,24 +35,24 @@ fn a_reader_has_whole_pages_in_their_order_and_the_writer_knows_their_first_cycl
         }
         let mut reader = reads.join().unwrap();
         // The newest page is never lost.
-        let waited = writer.entered().is_none();
-        assert_eq!(reader.take(99), waited);
+        let pending = writer.entered().is_none();
+        assert_eq!(reader.take(99), pending);
         assert_eq!(**reader.page(), [2, 2]);
-        assert_eq!(waited, writer.entered() == Some(99));
+        assert_eq!(pending, writer.entered() == Some(99));
     });
 }
 
-/// What the third slot is for: with two, writer and reader meet in one.
+/// Reason for the third slot: with two slots, writer and reader access the same one.
 #[test]
 #[should_panic(expected = "Causality violation")]
-fn with_two_slots_a_page_would_be_torn_and_this_test_would_see_it() {
+fn a_design_with_two_slots_fails_under_loom() {
     use crate::sync::{Arc, AtomicU8, Ordering, UnsafeCell};
     loom::model(|| {
         let shared = Arc::new(([UnsafeCell::new(0), UnsafeCell::new(0)], AtomicU8::new(0)));
         let of_reader = shared.clone();
         let reads = thread::spawn(move || {
             let newest = of_reader.1.load(Ordering::Acquire);
-            // SAFETY: loom panics before two sides meet.
+            // SAFETY: loom panics before two sides access one slot.
             of_reader.0[usize::from(newest)].with(|page| unsafe { *page })
         });
         for number in 1..=2u8 {

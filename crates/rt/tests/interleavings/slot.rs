@@ -1,4 +1,4 @@
-//! Every interleaving of a question, its answer and the next question, by loom: on its atomics in place of those of std.
+//! Every interleaving of a question, its answer and the next question, with the atomics of loom.
 
 #[path = "../../src/slot.rs"]
 mod slot;
@@ -18,40 +18,40 @@ fn place() -> [AtomicU64; WORDS] {
 fn a_question_and_an_answer_are_whole_or_not_there() {
     loom::model(|| {
         let shared = Arc::new([place(), place()]);
-        let answerer = shared.clone();
+        let responder = shared.clone();
         let answers = thread::spawn(move || {
             let mut last = 0;
             for _ in 0..2 {
-                let asked = number(&answerer[0]);
-                if asked != last {
+                let question = number(&responder[0]);
+                if question != last {
                     let mut words = [0; 2];
-                    assert_eq!(take(&answerer[0], &mut words), 2);
-                    assert_eq!(words, [asked, 10 * asked], "half a question");
-                    put(&answerer[1], asked, [2 * asked, 20 * asked]);
-                    last = asked;
+                    assert_eq!(take(&responder[0], &mut words), 2);
+                    assert_eq!(words, [question, 10 * question], "half a question");
+                    put(&responder[1], question, [2 * question, 20 * question]);
+                    last = question;
                 }
             }
         });
-        let mut asked = 1;
-        put(&shared[0], asked, [asked, 10 * asked]);
+        let mut question = 1;
+        put(&shared[0], question, [question, 10 * question]);
         for _ in 0..2 {
-            if number(&shared[1]) == asked {
+            if number(&shared[1]) == question {
                 let mut words = [0; 2];
                 assert_eq!(take(&shared[1], &mut words), 2);
-                assert_eq!(words, [2 * asked, 20 * asked], "half an answer");
-                // The other side has taken the question: the place is free.
-                asked += 1;
-                put(&shared[0], asked, [asked, 10 * asked]);
+                assert_eq!(words, [2 * question, 20 * question], "half an answer");
+                // The other side has taken the question: the slot is free.
+                question += 1;
+                put(&shared[0], question, [question, 10 * question]);
             }
         }
         answers.join().unwrap();
     });
 }
 
-/// What the order is for: with the number first, a message would be seen before it is whole.
+/// Reason for the order: with the number first, an incomplete message would be read.
 #[test]
 #[should_panic(expected = "half a question")]
-fn with_the_number_first_a_message_would_be_torn_and_this_test_would_see_it() {
+fn writing_the_number_first_fails_under_loom() {
     loom::model(|| {
         let shared = Arc::new(place());
         let reader = shared.clone();

@@ -1,4 +1,4 @@
-//! The archive of an FMU, which anybody may have made: only what is needed is unpacked, and only so much.
+//! The archive of an FMU. It is untrusted: only the required files are unpacked, up to a size limit.
 
 use std::fs::{self, File};
 use std::io::{self, BufReader, Read as _};
@@ -8,19 +8,19 @@ use tempfile::TempDir;
 use zip::ZipArchive;
 use zip::result::ZipError;
 
-/// What describes the model.
+/// The model description.
 const DESCRIPTION: &str = "modelDescription.xml";
 
-/// How large an FMU may be.
+/// Size limits of an FMU.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Its file [bytes].
+    /// Archive file [bytes].
     pub(super) archive: u64,
-    /// Files within.
+    /// Number of files.
     pub(super) files: usize,
-    /// What is unpacked of them [bytes].
+    /// Unpacked files [bytes].
     pub(super) unpacked: u64,
-    /// Its description [bytes].
+    /// Model description [bytes].
     pub(super) description: u64,
 }
 
@@ -34,30 +34,28 @@ impl Default for Limits {
 pub(super) struct Archive {
     zip: ZipArchive<BufReader<File>>,
     limits: Limits,
-    /// In its order, with `/` between folders.
+    /// Names of the files in order, with `/` between folders.
     names: Vec<String>,
 }
 
 impl Archive {
-    /// Opens it and looks at the names of its files.
+    /// Opens the archive and checks the names of its files.
     pub(super) fn open(path: &Path, limits: Limits) -> Result<Self, String> {
-        let broken = |error: ZipError| format!("it is no FMU: no zip archive, or a broken one ({error})");
+        let broken = |error: ZipError| format!("not an FMU: invalid zip archive ({error})");
         let file = File::open(path).map_err(|error| format!("it cannot be read ({error})"))?;
         let size = file.metadata().map_or(0, |about| about.len());
         if size > limits.archive {
-            return Err(format!("it has {size} bytes, and {} are read at most", limits.archive));
+            return Err(format!("it has {size} bytes; the maximum is {}", limits.archive));
         }
         let zip = ZipArchive::new(BufReader::new(file)).map_err(broken)?;
         if zip.len() > limits.files {
-            return Err(format!("it has {} files, and {} are read at most", zip.len(), limits.files));
+            return Err(format!("it has {} files; the maximum is {}", zip.len(), limits.files));
         }
         let names: Result<Vec<String>, _> =
             zip.file_names().map(|name| name.map(|name| name.replace('\\', "/"))).collect();
         let names = names.map_err(broken)?;
         if let Some(name) = names.iter().find(|name| inside(name).is_none()) {
-            return Err(format!(
-                "its file {name:?} would lie outside the folder that it is unpacked to. Do not trust it"
-            ));
+            return Err(format!("its file {name:?} would be written outside the target folder. Do not trust it"));
         }
         Ok(Archive { zip, limits, names })
     }
@@ -67,11 +65,11 @@ impl Archive {
         &self.names
     }
 
-    /// What describes the model.
+    /// The model description.
     pub(super) fn description(&mut self) -> Result<String, String> {
         let most = self.limits.description;
         let Ok(entry) = self.zip.by_name(DESCRIPTION) else {
-            return Err(format!("it is no FMU: its archive has no {DESCRIPTION} that can be unpacked"));
+            return Err(format!("not an FMU: its archive has no {DESCRIPTION} that can be unpacked"));
         };
         let mut text = Vec::new();
         let read = entry.take(most + 1).read_to_end(&mut text);
@@ -79,17 +77,17 @@ impl Archive {
         if text.len() as u64 > most {
             return Err(format!("its {DESCRIPTION} is longer than {most} bytes"));
         }
-        String::from_utf8(text).map_err(|_| format!("its {DESCRIPTION} is not UTF-8, as the standard demands"))
+        String::from_utf8(text).map_err(|_| format!("its {DESCRIPTION} is not UTF-8, which the standard requires"))
     }
 
-    /// Unpacks what begins with one of these into a folder that is deleted with its owner.
-    pub(super) fn unpack(&mut self, wanted: &[String]) -> Result<TempDir, String> {
+    /// Unpacks the files with these prefixes into a temporary folder.
+    pub(super) fn unpack(&mut self, prefixes: &[String]) -> Result<TempDir, String> {
         let refused = |error: io::Error| format!("it cannot be unpacked ({error})");
         let folder = tempfile::tempdir().map_err(refused)?;
         let mut rest = self.limits.unpacked;
         for index in 0..self.zip.len() {
             let name = &self.names[index];
-            if name != DESCRIPTION && !wanted.iter().any(|folder| name.starts_with(folder)) {
+            if name != DESCRIPTION && !prefixes.iter().any(|folder| name.starts_with(folder)) {
                 continue;
             }
             let Some(inside) = inside(name) else { continue };
@@ -119,7 +117,7 @@ impl Archive {
     }
 }
 
-/// A tool of an FMU that it starts itself.
+/// Makes a file executable.
 #[cfg(unix)]
 fn allow(file: &File) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
@@ -131,14 +129,14 @@ fn allow(_: &File) -> io::Result<()> {
     Ok(())
 }
 
-/// The path of a name, if it stays within a folder.
+/// The path of a name, if it stays inside the folder.
 fn inside(name: &str) -> Option<PathBuf> {
     let path = Path::new(name);
     let stays = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     (stays && !name.is_empty() && !name.contains([':', '\0'])).then(|| path.into())
 }
 
-/// Whether a file is an FMU, or is called so: the archive tells, whatever the file is called.
+/// Whether a file is an FMU, by its first bytes or by its extension.
 pub(in crate::external) fn is_fmu(path: &Path) -> bool {
     let mut begin = [0; 4];
     let archive = File::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()

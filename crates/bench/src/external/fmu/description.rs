@@ -1,4 +1,4 @@
-//! What an FMU says of itself: `modelDescription.xml` of FMI 2.0.4 and 3.0.1, as far as a controller needs it.
+//! The description of an FMU: the parts of `modelDescription.xml` (FMI 2.0.4 and 3.0.1) that a controller requires.
 
 use std::collections::BTreeMap;
 
@@ -7,11 +7,11 @@ use stickslip_rt::FmiVersion;
 
 use super::units::{BASES, Unit};
 
-/// Elements, attributes apart, and pieces of text that are read.
+/// Maximum number of elements and texts, without attributes.
 const NODES: u32 = 1_000_000;
-/// Characters of a name: what is longer is no name.
+/// Maximum length of a name [characters].
 const LONGEST_NAME: usize = 500;
-/// Characters of an explanation that are kept.
+/// Maximum length of a stored explanation [characters].
 const LONGEST_TEXT: usize = 300;
 
 /// An FMU for co-simulation.
@@ -19,13 +19,13 @@ const LONGEST_TEXT: usize = 300;
 pub(super) struct Model {
     pub(super) version: FmiVersion,
     pub(super) name: String,
-    /// What its library is called.
+    /// Name of its library.
     pub(super) identifier: String,
     /// Its GUID, or instantiation token.
     pub(super) token: String,
-    /// The tool that wrote it, if it says so.
+    /// Tool that generated it, if stated.
     pub(super) tool: Option<String>,
-    /// Step that it takes by itself, or is made for [s].
+    /// Internal or default step [s].
     pub(super) step: Option<f64>,
     pub(super) variables: Vec<Variable>,
     pub(super) units: BTreeMap<String, Option<Unit>>,
@@ -55,38 +55,41 @@ impl Variable {
     }
 }
 
-/// Reads it; what the FMU is not is refused with what to do.
+/// Reads a description; an unsupported FMU is refused with a remedy.
 pub(super) fn read(text: &str) -> Result<Model, String> {
     let options = ParsingOptions { nodes_limit: NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
         .map_err(|error| format!("its modelDescription.xml cannot be read ({error}). Export it again"))?;
     let root = document.root_element();
     if root.tag_name().name() != "fmiModelDescription" {
-        return Err(format!("its modelDescription.xml begins with {}, no model of FMI", root.tag_name().name()));
+        return Err(format!(
+            "its modelDescription.xml begins with {} instead of fmiModelDescription",
+            root.tag_name().name()
+        ));
     }
     let version = match required(root, "fmiVersion")? {
         "2.0" => FmiVersion::Two,
         version if version.starts_with("3.") => FmiVersion::Three,
-        other => return Err(format!("it is of FMI {other}; 2.0 and 3.0 are known. Export it as one of them")),
+        other => {
+            return Err(format!("it has FMI version {other}; 2.0 and 3.0 are supported. Export it with one of them"));
+        }
     };
     let Some(simulation) = child(root, "CoSimulation") else {
         let has: Vec<&str> =
             ["ModelExchange", "ScheduledExecution"].into_iter().filter(|name| child(root, name).is_some()).collect();
-        let has = if has.is_empty() { "nothing of it".into() } else { format!("{} alone", has.join(" and ")) };
+        let has = if has.is_empty() { "no other interface".into() } else { format!("{} only", has.join(" and ")) };
         return Err(format!(
-            "it is not for co-simulation: it has {has}. Export it for co-simulation (CS), with its solver in it"
+            "it does not support co-simulation: it has {has}. Export it for co-simulation (CS), including a solver"
         ));
     };
     if simulation.attribute("needsExecutionTool").is_some_and(|needs| ["true", "1"].contains(&needs)) {
-        return Err(
-            "it needs the tool that wrote it while it runs (needsExecutionTool). Export it to stand alone".into()
-        );
+        return Err("it requires its tool while it runs (needsExecutionTool). Export it as a stand-alone FMU".into());
     }
     let types = types(root, version);
     let identifier = required(simulation, "modelIdentifier")?;
     // It names a file.
     if identifier.is_empty() || identifier.contains(['/', '\\', '\0']) || identifier.len() > LONGEST_NAME {
-        return Err(format!("its modelIdentifier is {identifier:?}, no name of a library"));
+        return Err(format!("its modelIdentifier {identifier:?} is not a valid library name"));
     }
     let token = required(root, if version == FmiVersion::Two { "guid" } else { "instantiationToken" })?;
     let step = number(simulation, "fixedInternalStepSize")
@@ -122,20 +125,21 @@ fn one(variable: Node<'_, '_>, version: FmiVersion, types: &BTreeMap<&str, Node<
     }
     let reference = required(variable, "valueReference")?;
     let reference = reference.parse().map_err(|_| {
-        format!("its variable {name} has the value reference {reference:?}, no whole number of 32 bits")
+        format!("its variable {name} has the value reference {reference:?}, which is not an unsigned 32-bit integer")
     })?;
-    // In FMI 2.0 what depends on the type is an element of its own.
+    // In FMI 2.0 the attributes of the type are in a separate element.
     let typed = match version {
         FmiVersion::Two => variable.children().find(Node::is_element),
         FmiVersion::Three => Some(variable),
     };
     let kind = typed.map_or("nothing", |typed| typed.tag_name().name());
     let declared = typed.and_then(|typed| types.get(typed.attribute("declaredType")?));
-    let said = |what: &str| {
+    let attribute = |what: &str| {
         typed.and_then(|typed| typed.attribute(what)).or_else(|| declared.and_then(|declared| declared.attribute(what)))
     };
-    let finite =
-        |what: &str| said(what).and_then(|text| text.trim().parse().ok()).filter(|number: &f64| number.is_finite());
+    let finite = |what: &str| {
+        attribute(what).and_then(|text| text.trim().parse().ok()).filter(|number: &f64| number.is_finite())
+    };
     Ok(Variable {
         name: name.into(),
         reference,
@@ -143,7 +147,7 @@ fn one(variable: Node<'_, '_>, version: FmiVersion, types: &BTreeMap<&str, Node<
         causality: variable.attribute("causality").unwrap_or("local").into(),
         variability: variable.attribute("variability").unwrap_or("continuous").into(),
         scalar: child(variable, "Dimension").is_none(),
-        unit: said("unit").map(cut).filter(|unit| !unit.is_empty()),
+        unit: attribute("unit").map(cut).filter(|unit| !unit.is_empty()),
         minimum: finite("min"),
         maximum: finite("max"),
         start: finite("start"),
@@ -151,7 +155,7 @@ fn one(variable: Node<'_, '_>, version: FmiVersion, types: &BTreeMap<&str, Node<
     })
 }
 
-/// Types of numbers by their names: they say what a variable does not say itself.
+/// Type definitions by their names, for attributes that a variable does not state itself.
 fn types<'a, 'b>(root: Node<'a, 'b>, version: FmiVersion) -> BTreeMap<&'a str, Node<'a, 'b>> {
     let all = child(root, "TypeDefinitions").into_iter().flat_map(|all| all.children());
     let named = |definition: Node<'a, 'b>| {
@@ -164,7 +168,7 @@ fn types<'a, 'b>(root: Node<'a, 'b>, version: FmiVersion) -> BTreeMap<&'a str, N
     all.filter(Node::is_element).filter_map(named).collect()
 }
 
-/// Units by their names; `None` for one that is named and not defined.
+/// Units by their names; `None` for a unit without definition.
 fn units(root: Node<'_, '_>) -> BTreeMap<String, Option<Unit>> {
     let all = child(root, "UnitDefinitions").into_iter().flat_map(|all| all.children());
     let unit = |unit: Node<'_, '_>| {
@@ -192,7 +196,7 @@ fn number(node: Node<'_, '_>, name: &str) -> Option<f64> {
     node.attribute(name)?.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// A text of bounded length, in one line.
+/// A text of limited length, in one line.
 fn cut(text: &str) -> String {
     text.trim().chars().take(LONGEST_TEXT).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

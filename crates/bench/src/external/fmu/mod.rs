@@ -1,4 +1,4 @@
-//! A controller, friction or law that is an FMU: its archive, its description, its variables, and the calls of a sample.
+//! A controller, friction or law as an FMU: archive, description, variables, and the calls of a sample.
 
 mod archive;
 mod description;
@@ -21,28 +21,28 @@ use tempfile::TempDir;
 
 use super::{Answer, Caller, Description, ModuleParameter, ModuleSample};
 
-/// An FMU that is open, with its folder.
+/// An open FMU with its folder.
 pub(super) struct Controller {
     fmu: Fmu,
     description: Description,
     mapped: Mapped,
-    /// Value references of the parameters, the values that they have, and those that become others.
+    /// Value references of the parameters, their values, and buffers for the changed ones.
     parameters: Vec<u32>,
     values: Vec<f64>,
     changed: (Vec<u32>, Vec<f64>),
-    /// Of the inputs in this sample, in their units.
+    /// Inputs of this sample, in their units.
     inputs: Vec<f64>,
     period: f64,
     torque_limit: f64,
     samples: u64,
-    /// There is an instance that nothing was done to.
+    /// The instance is unused.
     fresh: bool,
-    /// What it was unpacked to; behind the library, which is closed before.
+    /// Folder of the unpacked files; declared after the library, which is closed first.
     _folder: TempDir,
 }
 
 impl Controller {
-    /// Opens it; `map` are signals and variables, `messages` the file that its messages go to besides.
+    /// Opens an FMU; `map` assigns variables to signals, `messages` is a file for a copy of its messages.
     pub(super) fn open(
         path: &Path,
         role: Role,
@@ -64,24 +64,25 @@ impl Controller {
         let mapped = mapped(&model, role, map)?;
         let settable = settable(&model, &mapped);
         if settable.len() > MOST_PARAMETERS {
-            return Err(format!("it has {} parameters, and {MOST_PARAMETERS} are read at most", settable.len()));
+            return Err(format!("it has {} parameters; the maximum is {MOST_PARAMETERS}", settable.len()));
         }
         let library = library(&model, archive.names())?;
         let (platform, _) = library.rsplit_once('/').unwrap_or_default();
         let folder = archive.unpack(&[format!("{platform}/"), "resources/".into(), "extra/".into()])?;
-        let what = FmuLibrary {
+        let files = FmuLibrary {
             version: model.version,
             library: folder.path().join(&library),
             token: model.token.clone(),
             resources: folder.path().join("resources"),
             messages,
         };
-        let mut fmu = Fmu::open(&what).map_err(|error| error.to_string())?;
+        let mut fmu = Fmu::open(&files).map_err(|error| error.to_string())?;
         if !fmu.instantiate() {
-            let said = fmu.said().map_or_else(|| "It does not say why".into(), |(said, _)| format!("It says: {said}"));
-            return Err(format!("it makes no instance of itself. {}", said.trim_end_matches('.')));
+            let reason =
+                fmu.message().map_or_else(|| "No message".into(), |(message, _)| format!("Message: {message}"));
+            return Err(format!("it cannot be instantiated. {}", reason.trim_end_matches('.')));
         }
-        let description = described(&model, role, &mapped, &settable);
+        let description = describe(&model, role, &mapped, &settable);
         let parameters: Vec<u32> = settable.iter().map(|variable| variable.reference).collect();
         let values = vec![f64::NAN; parameters.len()];
         let changed = (Vec::with_capacity(parameters.len()), Vec::with_capacity(parameters.len()));
@@ -112,7 +113,7 @@ impl Controller {
             return Err(-1);
         }
         self.values.copy_from_slice(values);
-        // What has its start value is not touched: not every tool likes to be told what it knows.
+        // Only changed values are set, since some tools reject setting a start value again.
         let changed = self.description.parameters.iter().zip(&self.parameters).zip(values);
         let changed = changed.filter(|((parameter, _), value)| parameter.initial.to_bits() != value.to_bits());
         let (references, values): (Vec<u32>, Vec<f64>) =
@@ -120,15 +121,15 @@ impl Controller {
         self.fmu.initialize(&references, &values)
     }
 
-    /// Other values between two steps, of what can be told then.
-    fn tell(&mut self, values: &[f64]) -> Result<(), i32> {
+    /// Sets new values of tunable parameters between two steps.
+    fn set_values(&mut self, values: &[f64]) -> Result<(), i32> {
         let (references, numbers) = &mut self.changed;
         references.clear();
         numbers.clear();
-        let known = self.description.parameters.iter().zip(&self.parameters).zip(self.values.iter_mut().zip(values));
-        for ((parameter, reference), (known, value)) in known {
-            if !parameter.fixed && known.to_bits() != value.to_bits() {
-                *known = *value;
+        let entries = self.description.parameters.iter().zip(&self.parameters).zip(self.values.iter_mut().zip(values));
+        for ((parameter, reference), (present, value)) in entries {
+            if !parameter.fixed && present.to_bits() != value.to_bits() {
+                *present = *value;
                 references.push(*reference);
                 numbers.push(*value);
             }
@@ -141,11 +142,11 @@ impl Controller {
         self.inputs.clear();
         self.inputs.extend(inputs.iter().map(|input| input.value(sample, self.torque_limit)));
         if self.samples == 0 {
-            // It begins with what is measured, not with the start values of its inputs.
+            // It starts with the measured values, not with the start values of its inputs.
             self.fmu.set(references, &self.inputs)?;
             self.fmu.start()?;
         }
-        values.map_or(Ok(()), |values| self.tell(values))?;
+        values.map_or(Ok(()), |values| self.set_values(values))?;
         let Mapped { references, torque: (torque, factor, offset), .. } = &self.mapped;
         let mut computed = [f64::NAN];
         let begin = Instant::now();
@@ -162,28 +163,28 @@ impl Caller for Controller {
     fn begin(&mut self, sample_time: f64, torque_limit: f64, values: &[f64]) -> Result<(), ExternalFault> {
         (self.period, self.torque_limit, self.samples) = (sample_time, torque_limit, 0);
         let done = self.initialize(values);
-        watched(done)
+        checked(done)
     }
 
     fn step(&mut self, sample: &ModuleSample, values: Option<&[f64]>) -> Result<Answer, ExternalFault> {
         let answer = self.compute(sample, values);
-        watched(answer)
+        checked(answer)
     }
 
-    fn said(&self) -> Option<String> {
-        self.fmu.said().map(|said| said.0)
+    fn message(&self) -> Option<String> {
+        self.fmu.message().map(|message| message.0)
     }
 }
 
-/// What came of calls, unless they changed the arithmetic.
-fn watched<T>(done: Result<T, i32>) -> Result<T, ExternalFault> {
-    if !FloatingPoint::mend() {
+/// The result of calls, unless they changed the floating-point mode.
+fn checked<T>(done: Result<T, i32>) -> Result<T, ExternalFault> {
+    if !FloatingPoint::set_standard() {
         return Err(ExternalFault::FloatingPoint);
     }
     done.map_err(|code| ExternalFault::Failed { code })
 }
 
-/// What may be set before it begins: parameters, and inputs that are no signal.
+/// Variables that can be set before the start: parameters, and inputs that are not signals.
 fn settable<'a>(model: &'a Model, mapped: &Mapped) -> Vec<&'a Variable> {
     let settable = |variable: &&Variable| {
         let parameter =
@@ -194,14 +195,14 @@ fn settable<'a>(model: &'a Model, mapped: &Mapped) -> Vec<&'a Variable> {
     model.variables.iter().filter(settable).collect()
 }
 
-/// The library of this machine in its archive.
+/// The library for this computer in its archive.
 fn library(model: &Model, names: &[String]) -> Result<String, String> {
     let (version, number) = match model.version {
         FmiVersion::Two => (Version::Two, "2.0"),
         FmiVersion::Three => (Version::Three, "3.0"),
     };
     let Some((platform, ending)) = version.platform() else {
-        return Err(format!("FMI {number} has no name for the libraries of this machine"));
+        return Err(format!("FMI {number} has no platform name for this computer"));
     };
     let library = format!("binaries/{platform}/{}.{ending}", model.identifier);
     if names.contains(&library) {
@@ -217,22 +218,22 @@ fn library(model: &Model, names: &[String]) -> Result<String, String> {
     let sources = names.iter().any(|name| name.starts_with("sources/") && name.ends_with(".c"));
     Err(match (has.is_empty(), sources) {
         (true, true) => format!(
-            "it has C sources and no library, and this machine needs {library}. Compile it: pip install fmpy; python -m \
-             fmpy compile FILE.fmu"
+            "it has C sources and no library; this computer requires {library}. Compile it: pip install fmpy; python \
+             -m fmpy compile FILE.fmu"
         ),
-        (true, false) => format!("it has no library; this machine needs {library}. Export it with a binary"),
+        (true, false) => format!("it has no library; this computer requires {library}. Export it with a binary"),
         (false, sources) => {
             let compile = if sources { ", or compile its sources: python -m fmpy compile FILE.fmu" } else { "" };
             format!(
-                "it has libraries for {}, and this machine needs {library}. Export it here{compile}",
+                "it has libraries for {}; this computer requires {library}. Export it on this computer{compile}",
                 has.join(", ")
             )
         }
     })
 }
 
-/// For a reader.
-fn described(model: &Model, role: Role, mapped: &Mapped, settable: &[&Variable]) -> Description {
+/// Description for the user.
+fn describe(model: &Model, role: Role, mapped: &Mapped, settable: &[&Variable]) -> Description {
     let parameter = |variable: &&Variable| ModuleParameter {
         name: variable.name.clone(),
         unit: variable.unit.clone().unwrap_or_else(|| "1".into()),
@@ -243,19 +244,19 @@ fn described(model: &Model, role: Role, mapped: &Mapped, settable: &[&Variable])
         fixed: variable.causality == "parameter" && variable.variability == "fixed",
     };
     let mut notes = Vec::new();
-    let silent: Vec<&str> =
+    let without_unit: Vec<&str> =
         mapped.signals.iter().filter(|signal| signal.unit.is_empty()).map(|signal| signal.variable.as_str()).collect();
-    if !silent.is_empty() {
-        notes.push(format!("No unit is stated for {}: SI is assumed.", silent.join(", ")));
+    if !without_unit.is_empty() {
+        notes.push(format!("No unit is stated for {}: SI is assumed.", without_unit.join(", ")));
     }
-    let kept = settable.iter().filter(|variable| variable.causality == "input");
-    let kept: Vec<String> =
-        kept.map(|input| format!("{} = {:?}", input.name, input.start.unwrap_or_default())).collect();
-    if !kept.is_empty() {
-        notes.push(format!("Inputs that are no signal keep their start values: {}.", listed(kept.into_iter())));
+    let inputs = settable.iter().filter(|variable| variable.causality == "input");
+    let inputs: Vec<String> =
+        inputs.map(|input| format!("{} = {:?}", input.name, input.start.unwrap_or_default())).collect();
+    if !inputs.is_empty() {
+        notes.push(format!("Inputs without a signal keep their start values: {}.", listed(inputs.into_iter())));
     }
     if role == Role::Controller && !mapped.signals.iter().any(|signal| signal.name.starts_with("reference_")) {
-        notes.push("No set-point reaches it: none of its inputs is one.".into());
+        notes.push("None of its inputs is a set-point.".into());
     }
     Description {
         name: model.name.clone(),

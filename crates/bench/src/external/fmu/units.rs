@@ -1,4 +1,4 @@
-//! Units of the variables of an FMU, as factors to the SI.
+//! Units of the variables of an FMU, as factors to SI units.
 
 /// Base units in the order of the exponents, as the attributes of `BaseUnit` are called.
 pub(super) const BASES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
@@ -12,7 +12,7 @@ pub(super) struct Unit {
     pub(super) offset: f64,
 }
 
-/// What a signal is.
+/// Physical quantity of a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     Time,
@@ -23,7 +23,7 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    /// Its SI unit, and what it is in words.
+    /// SI unit, and name of the quantity.
     pub(super) fn words(self) -> (&'static str, &'static str) {
         match self {
             Quantity::Time => ("s", "a time"),
@@ -34,7 +34,7 @@ impl Quantity {
         }
     }
 
-    /// Exponents of its SI unit over [`BASES`], and whether it is counted in radians, which many tools leave out.
+    /// Exponents of its SI unit over [`BASES`], and whether it contains radians, which many tools omit.
     fn exponents(self) -> ([i32; 8], bool) {
         match self {
             Quantity::Time => ([0, 0, 1, 0, 0, 0, 0, 0], false),
@@ -45,21 +45,21 @@ impl Quantity {
         }
     }
 
-    /// Factor and offset of a unit that is called so and has this definition, if it is one of this quantity.
+    /// Factor and offset of a unit with this name and definition, if it is a unit of this quantity.
     pub(super) fn convert(self, name: &str, defined: Option<Unit>) -> Option<(f64, f64)> {
-        let Unit { exponents, factor, offset } = defined.or_else(|| known(name))?;
-        let (wanted, radians) = self.exponents();
-        let mut without = wanted;
+        let Unit { exponents, factor, offset } = defined.or_else(|| by_name(name))?;
+        let (expected, radians) = self.exponents();
+        let mut without = expected;
         without[7] = 0;
-        // Cycles per second or radians per second: nobody knows.
-        let told = !(name == "Hz" && exponents[7] == 0);
-        let fits = exponents == wanted || (radians && told && exponents == without);
+        // Ambiguous: cycles per second or radians per second.
+        let unambiguous = !(name == "Hz" && exponents[7] == 0);
+        let fits = exponents == expected || (radians && unambiguous && exponents == without);
         (fits && factor.is_finite() && factor != 0.0 && offset.is_finite()).then_some((factor, offset))
     }
 }
 
-/// Units by their names, for tools that do not define what they name.
-fn known(name: &str) -> Option<Unit> {
+/// Units by their names, for tools that do not define them.
+fn by_name(name: &str) -> Option<Unit> {
     use std::f64::consts::{PI, TAU};
     let of = |quantity: Quantity, factor| Some(Unit { exponents: quantity.exponents().0, factor, offset: 0.0 });
     match name {
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_definition_counts_before_a_name_and_exponents_tell_what_fits() {
+    fn a_definition_precedes_a_name_and_exponents_must_fit() {
         let unit = |exponents, factor| Some(Unit { exponents, factor, offset: 0.0 });
         let per_second = [0, 0, -1, 0, 0, 0, 0, 0];
         assert_eq!(Quantity::Velocity.convert("rpm", unit(per_second, 0.5)), Some((0.5, 0.0)));

@@ -2,7 +2,7 @@ use super::*;
 
 fn readings() -> Measurement<f64> {
     let mut next = 0.0;
-    made_of((0..6).map(|_| {
+    from_numbers((0..6).map(|_| {
         next += 0.1;
         next
     }))
@@ -20,12 +20,12 @@ fn all() -> Vec<Message> {
         Message::Pressed(preload),
         Reason::TickTime.message(1.0, 2.0),
         Message::End,
-        Message::TimingReport(Begin { tick_time: 1e-3 }),
+        Message::BeginRealTime(Begin { tick_time: 1e-3 }),
     ]
 }
 
 #[test]
-fn every_message_comes_back_to_its_bits() {
+fn every_message_is_read_back_bit_by_bit() {
     for (k, message) in all().into_iter().enumerate() {
         let datagram = message.datagram(u64::MAX - k as u64);
         let (sequence, back) = Message::read(&datagram).unwrap();
@@ -38,7 +38,7 @@ fn every_message_comes_back_to_its_bits() {
 }
 
 #[test]
-fn every_flipped_bit_and_every_other_length_is_found() {
+fn every_flipped_bit_and_every_wrong_length_is_detected() {
     for message in all() {
         let datagram = message.datagram(7);
         for bit in 0..8 * datagram.len() {
@@ -52,7 +52,7 @@ fn every_flipped_bit_and_every_other_length_is_found() {
     }
 }
 
-/// A frame whose checksum is right and whose content is not.
+/// A frame with a correct checksum and wrong content.
 fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), FrameError> {
     let mut bytes = Message::Voltages(Voltages::default()).datagram(1).to_vec();
     bytes.truncate(bytes.len() - TAIL);
@@ -63,7 +63,7 @@ fn sealed(change: impl FnOnce(&mut Vec<u8>)) -> Result<(u64, Message), FrameErro
 }
 
 #[test]
-fn what_is_sealed_but_none_of_ours_is_named() {
+fn a_wrong_frame_with_a_correct_checksum_is_refused() {
     assert!(sealed(|_| ()).is_ok());
     assert_eq!(sealed(|bytes| bytes[0] = b'X'), Err(FrameError::Mark));
     assert_eq!(sealed(|bytes| bytes[2] = 1), Err(FrameError::Version(1)));

@@ -3,17 +3,17 @@ use crate::remote::Counts;
 use crate::remote::frame::Begun;
 use crate::remote::line::Peer;
 
-/// Nobody has to be quick here.
+/// A slow tick for busy computers.
 const TICK: f64 = 4e-3;
 
-/// A machine that answers as a test tells it to.
+/// A machine controlled by a test.
 struct Scripted {
     line: Line,
     bench: Peer,
 }
 
 impl Scripted {
-    /// The frame of the bench that came next.
+    /// The next frame of the bench.
     fn next(&mut self) -> Option<(u64, Message)> {
         let mut bytes = [0; LONGEST];
         let (length, bench) = self.line.look(&mut bytes).ok()?;
@@ -53,7 +53,7 @@ fn over_both(test: impl Fn(&mut Paced, &mut Scripted)) {
                 }
                 std::thread::yield_now();
             };
-            assert_eq!((number, message), (0, Message::TimingReport(Begin { tick_time: TICK })));
+            assert_eq!((number, message), (0, Message::BeginRealTime(Begin { tick_time: TICK })));
             machine.send(begun(1.0), 0);
             machine
         });
@@ -63,7 +63,7 @@ fn over_both(test: impl Fn(&mut Paced, &mut Scripted)) {
     }
 }
 
-/// A tick whose voltages the machine gets: what it does with them, and what came of it.
+/// One tick: the machine receives the voltages and runs `act`. Returns the result of the bench.
 fn tick(bench: &mut Paced, machine: &mut Scripted, tick: u64, act: impl FnOnce(&mut Scripted, u64)) -> Arrival {
     let voltages = Voltages { servo_voltage: tick as f64, amplifier_voltage: 0.0 };
     assert_eq!(bench.start(tick, voltages).unwrap(), None);
@@ -88,7 +88,7 @@ fn each_tick_has_its_own_readings() {
 }
 
 #[test]
-fn what_is_lost_late_doubled_or_out_of_order_is_counted_and_never_taken_for_another_tick() {
+fn lost_late_duplicated_and_reordered_answers_are_counted_and_never_assigned_to_another_tick() {
     over_both(|bench, machine| {
         assert_eq!(tick(bench, machine, 0, |_, _| ()), Arrival::Missing, "lost");
         // The answer to the first one comes with the second's: it is late.
@@ -109,7 +109,7 @@ fn what_is_lost_late_doubled_or_out_of_order_is_counted_and_never_taken_for_anot
 }
 
 #[test]
-fn a_wrong_check_sum_loses_its_frame_alone() {
+fn a_wrong_checksum_loses_only_its_frame() {
     over_both(|bench, machine| {
         let garbled = |machine: &mut Scripted, number: u64| {
             let mut frame = Message::Readings(readings(number)).datagram(number);
@@ -118,7 +118,7 @@ fn a_wrong_check_sum_loses_its_frame_alone() {
             machine.line.send(b"something else", machine.bench).unwrap();
         };
         assert_eq!(tick(bench, machine, 0, garbled), Arrival::Missing);
-        // The machine says that it got one which it could not read: it has held what it had.
+        // The machine reports an unreadable frame: it has held its voltages.
         let there = |machine: &mut Scripted, _: u64| machine.send(Reason::FrameError.message(0.0, 0.0), 0);
         assert_eq!(tick(bench, machine, 1, there), Arrival::Missing);
         assert_eq!(tick(bench, machine, 2, Scripted::answer), Arrival::Readings(readings(3)));
@@ -141,12 +141,12 @@ fn until(bench: &mut Paced, machine: &mut Scripted, from: u64, kind: u8) -> u64 
 }
 
 #[test]
-fn a_machine_that_was_started_anew_is_begun_with_again() {
+fn a_restarted_machine_is_started_again_by_the_bench() {
     over_both(|bench, machine| {
         let stranger = |machine: &mut Scripted, number| machine.send(Reason::Stranger.message(0.0, 0.0), number);
         assert_eq!(tick(bench, machine, 100, stranger), Arrival::Restarted);
         let number = until(bench, machine, 101, 9);
-        // Of a frame from before nothing follows any more.
+        // Answers to earlier frames are ignored.
         machine.send(Reason::Stranger.message(0.0, 0.0), 101);
         machine.send(begun(0.5), number);
         assert_eq!(bench.finish(), Arrival::Missing, "the old refusal is passed over");
@@ -157,13 +157,13 @@ fn a_machine_that_was_started_anew_is_begun_with_again() {
 }
 
 #[test]
-fn a_machine_that_another_bench_has_is_left_to_it_until_it_is_free() {
+fn a_machine_used_by_another_bench_is_started_once_it_is_free() {
     over_both(|bench, machine| {
         let taken = |machine: &mut Scripted, number| machine.send(Reason::Stranger.message(1.0, 0.0), number);
         assert_eq!(tick(bench, machine, 0, taken), Arrival::Restarted);
         let retry = bench.retry;
         let number = until(bench, machine, 1, 3);
-        assert!(number >= retry, "it asks now and then: {number}");
+        assert!(number >= retry, "requests are rare: {number}");
         taken(machine, number);
         assert_eq!(bench.finish(), Arrival::Missing);
         let number = until(bench, machine, number, 3);
@@ -174,12 +174,12 @@ fn a_machine_that_another_bench_has_is_left_to_it_until_it_is_free() {
 }
 
 #[test]
-fn a_preload_is_asked_for_until_it_is_confirmed() {
+fn a_preload_is_sent_until_it_is_confirmed() {
     over_both(|bench, machine| {
         assert!(matches!(bench.set_preload(1.5), Err(Error::OutOfRange { .. })));
         bench.set_preload(0.25).unwrap();
-        let asked = Message::Preload(Preload { preload: 0.25 });
-        assert_eq!(machine.next(), Some((1, asked)), "before the voltages of its tick");
+        let request = Message::Preload(Preload { preload: 0.25 });
+        assert_eq!(machine.next(), Some((1, request)), "before the voltages of its tick");
         let number = until(bench, machine, 0, 5);
         machine.send(Message::Pressed(Preload { preload: 0.25 }), number);
         assert_eq!(bench.finish(), Arrival::Missing);

@@ -1,6 +1,6 @@
 use super::*;
 
-/// Both ends of a shared memory in a folder of its own.
+/// Both ends of a shared memory in a separate folder.
 fn ends() -> (tempfile::TempDir, String, Mailbox, Mailbox) {
     let folder = tempfile::tempdir().unwrap();
     let name = folder.path().join("axis").display().to_string();
@@ -28,7 +28,7 @@ fn frames_come_whole_once_and_in_order_in_both_directions() {
 }
 
 #[test]
-fn where_a_ring_is_full_the_next_frame_is_lost_and_no_other() {
+fn a_full_ring_loses_only_the_next_frame() {
     let (_folder, _, mut machine, mut software) = ends();
     let sent = (0..20).map(|k| software.send(&[k])).filter(Result::is_ok).count();
     assert_eq!(sent, FRAMES as usize);
@@ -39,38 +39,38 @@ fn where_a_ring_is_full_the_next_frame_is_lost_and_no_other() {
 }
 
 #[test]
-fn a_side_that_is_taken_is_refused_by_name() {
+fn a_side_in_use_is_refused() {
     let (_folder, name, machine, software) = ends();
     let refused = |side| Mailbox::open(&name, side).unwrap_err().to_string();
-    assert!(refused(Side::Machine).contains("another process serves a machine there"));
-    assert!(refused(Side::Software).contains("another bench has the machine"));
+    assert!(refused(Side::Machine).contains("another process serves a machine at this address"));
+    assert!(refused(Side::Software).contains("another bench uses the machine"));
     drop(software);
     drop(Mailbox::open(&name, Side::Software).unwrap());
     drop(machine);
     assert_eq!(Mailbox::open(&name, Side::Software).unwrap_err().kind(), ErrorKind::NotFound);
 }
 
-/// As a process that was killed leaves it: the files are there, their locks are not.
+/// Files of a killed process, without locks.
 fn abandoned(name: &str, content: &[u8]) {
     let path = Address::file(name);
-    for path in [beside(&path), path] {
-        opened(&path, true).unwrap();
+    for path in [bench_file(&path), path] {
+        open_private(&path, true).unwrap();
         std::fs::write(&path, content).unwrap();
     }
 }
 
 #[test]
-fn what_a_killed_process_left_is_recognised_and_mended() {
+fn files_of_a_killed_process_are_detected_and_reset() {
     let folder = tempfile::tempdir().unwrap();
     let name = folder.path().join("axis").display().to_string();
-    // Nothing, nonsense, and a ring that claims more than there is room for.
+    // Empty, random, and a ring with invalid counts.
     let mut words = [0u64; WORDS];
     (words[0], words[COUNTS[0][0]], words[COUNTS[1][1]]) = (MARK, 1000, 3);
     let claims: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     for content in [vec![], vec![0xA5; 8 * WORDS], claims] {
         abandoned(&name, &content);
-        let gone = Mailbox::open(&name, Side::Software).unwrap_err();
-        assert!(gone.to_string().contains("the machine that served there has ended"), "{gone}");
+        let ended = Mailbox::open(&name, Side::Software).unwrap_err();
+        assert!(ended.to_string().contains("the machine at this address has ended"), "{ended}");
         let mut machine = Mailbox::open(&name, Side::Machine).unwrap();
         let mut software = Mailbox::open(&name, Side::Software).unwrap();
         assert_eq!((received(&mut machine), received(&mut software)), (None, None));
@@ -81,34 +81,34 @@ fn what_a_killed_process_left_is_recognised_and_mended() {
 }
 
 #[test]
-fn a_machine_that_comes_anew_finds_the_bench_that_waits_for_it() {
+fn a_restarted_machine_finds_the_waiting_bench() {
     let (_folder, name, machine, mut software) = ends();
     drop(machine);
-    // It fills the ring meanwhile.
+    // The bench fills the ring meanwhile.
     (0..20).for_each(|_| drop(software.send(b"old")));
     let mut machine = Mailbox::open(&name, Side::Machine).unwrap();
-    assert_eq!(received(&mut machine), None, "what was meant for the one before is passed over");
+    assert_eq!(received(&mut machine), None, "frames for its predecessor are skipped");
     software.send(b"new").unwrap();
     assert_eq!(received(&mut machine), Some(b"new".into()));
 }
 
 #[cfg(unix)]
 #[test]
-fn the_memory_belongs_to_its_user_alone() {
+fn the_memory_is_accessible_only_for_its_user() {
     use std::os::unix::fs::PermissionsExt as _;
     let (_folder, name, machine, software) = ends();
-    for path in [Address::file(&name), beside(&Address::file(&name))] {
+    for path in [Address::file(&name), bench_file(&Address::file(&name))] {
         assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, 0o600, "{}", path.display());
     }
     drop(software);
     std::fs::set_permissions(Address::file(&name), std::fs::Permissions::from_mode(0o660)).unwrap();
     let refused = Mailbox::open(&name, Side::Software).unwrap_err().to_string();
-    assert!(refused.contains("others may open") && refused.contains("chmod 600"), "{refused}");
+    assert!(refused.contains("other users have access") && refused.contains("chmod 600"), "{refused}");
     drop(machine);
 }
 
 #[test]
-fn a_memory_that_is_none_of_ours_is_refused() {
+fn an_unknown_memory_is_refused() {
     let (_folder, name, _machine, software) = ends();
     software.word(0).store(MARK + 1, Ordering::Release);
     drop(software);

@@ -200,7 +200,7 @@ fn each_fault_of_an_fmu_is_named_with_its_last_message() {
         &["says that it failed (code 2)"],
         &["says that it failed (code 4)", "It said: Step 300"],
         &[],
-        &["makes no instance of itself. It says: No licence for servo."],
+        &["cannot be instantiated. Message: No licence for servo."],
         &["signal 6", "It said: Step 300"],
         &["says that it failed (code 2)", "Step 300"],
         &["says that it failed (code 3)"],

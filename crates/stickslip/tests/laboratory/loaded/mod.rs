@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use stickslip_rt::FloatingPoint;
 
-use stickslip::bench::external::process::{Host, host};
+use stickslip::bench::external::process::{HostProcess, host};
 use stickslip::bench::external::*;
 use stickslip::bench::{Bench as _, Command as Order, VirtualBench};
 use stickslip::load::{self, load};
@@ -28,14 +28,14 @@ const MAPPED: &str = "STICKSLIP_TEST_MAP";
 const AS: &str = "STICKSLIP_TEST_ROLE";
 
 /// This very program, as a host: it runs [`hosts`] alone.
-pub(super) fn here() -> Host {
+pub(super) fn here() -> HostProcess {
     let program = std::env::current_exe().expect("a program has a path");
     let test = "loaded::hosts";
     let call = format!("exec '{}' --exact {test} --nocapture", program.display());
     let words = "for last; do role=\"$word\"; word=\"$last\"; done";
     let script = format!("{words}; {HOSTED}=\"$last\" {AS}=\"$role\" {MAPPED}=\"$2\" {call}");
     let arguments = ["-c".into(), script.into()];
-    Host { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
+    HostProcess { program: "sh".into(), arguments: arguments.into_iter().chain(["host".into()]).collect() }
 }
 
 /// Of a process of another test this is all that runs.
@@ -200,7 +200,7 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
     }
     let library = compiled(folder.path(), "tests/laboratory/loaded/faults.c", &["-DFAULT=9", "-Dstickslip_end=other"]);
     assert!(refused(External::trusted(&library, Role::Controller)).contains("no function stickslip_end"));
-    let nobody = Host { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
+    let nobody = HostProcess { program: "/nowhere/stickslip".into(), arguments: Vec::new() };
     assert!(refused(External::in_own_process(&text, Role::Controller, &nobody)).contains("/nowhere/stickslip"));
 }
 
@@ -208,7 +208,7 @@ fn what_is_no_controller_is_refused_with_what_to_do() {
 fn a_description_that_is_wrong_is_refused_with_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();
     let said = [
-        "its functions are of version 2, version 1 is known",
+        "its functions have version 2, and version 1 is required",
         "stickslip_describe returns NULL",
         "parameters is NULL or too many",
         "name is NULL",

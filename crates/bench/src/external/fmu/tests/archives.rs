@@ -1,4 +1,4 @@
-//! Archives that nobody should trust.
+//! Untrustworthy archives.
 
 use std::io::{Cursor, Write as _};
 
@@ -6,48 +6,48 @@ use zip::write::{SimpleFileOptions, ZipWriter};
 
 use super::*;
 
-/// What is wrong with it.
+/// Its refusal.
 fn refused(path: &Path, limits: Limits) -> String {
-    Controller::open_within(path, Role::Controller, &[], None, limits).map(drop).expect_err("nobody should trust it")
+    Controller::open_within(path, Role::Controller, &[], None, limits).map(drop).expect_err("it is refused")
 }
 
 #[test]
-fn what_is_no_archive_or_no_fmu_is_refused() {
+fn a_file_that_is_not_an_fmu_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let of = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
         fs::write(&path, bytes).unwrap();
         refused(&path, Limits::default())
     };
-    assert!(of("text.fmu", b"no archive").contains("no zip archive, or a broken one"));
-    assert!(of("empty.fmu", b"").contains("no zip archive, or a broken one"));
+    assert!(of("text.fmu", b"no archive").contains("invalid zip archive"));
+    assert!(of("empty.fmu", b"").contains("invalid zip archive"));
     let whole = fs::read(servo(folder.path(), 2, 0)).unwrap();
-    assert!(of("half.fmu", &whole[..whole.len() / 2]).contains("no zip archive, or a broken one"));
-    // What it has is told by its first bytes, not by its name.
+    assert!(of("half.fmu", &whole[..whole.len() / 2]).contains("invalid zip archive"));
+    // The kind is detected by the first bytes, not by the name.
     let renamed = folder.path().join("servo.so.zip");
     fs::write(&renamed, &whole).unwrap();
     assert!(External::trusted_as(&renamed, Role::Controller, &map(&MAP)).is_ok());
-    // A byte of the compressed library is another.
+    // A changed byte in the compressed library.
     let mut flipped = whole.clone();
     let middle = whole.len() / 2;
     flipped[middle] ^= 0x55;
     let path = folder.path().join("flipped.fmu");
     fs::write(&path, flipped).unwrap();
-    let told =
+    let message =
         Controller::open(&path, Role::Controller, &map(&MAP), None).map(drop).expect_err("its checksum is another");
-    assert!(told.contains("cannot be unpacked"), "{told}");
+    assert!(message.contains("cannot be unpacked"), "{message}");
     let other = packed(folder.path(), "other.fmu", &[("readme.txt", b"hello")]);
     assert!(refused(&other, Limits::default()).contains("has no modelDescription.xml"));
 }
 
 #[test]
-fn names_that_lead_out_of_the_folder_are_refused() {
+fn names_outside_the_folder_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let described = description(2, SIMULATION);
     for name in ["../evil.so", "resources/../../evil", "/etc/evil", "resources\\..\\..\\evil", "C:\\evil"] {
         let path = packed(folder.path(), "out.fmu", &[("modelDescription.xml", described.as_bytes()), (name, b"x")]);
-        let told = refused(&path, Limits::default());
-        assert!(told.contains("would lie outside the folder"), "{name}: {told}");
+        let message = refused(&path, Limits::default());
+        assert!(message.contains("would be written outside the target folder"), "{name}: {message}");
     }
     assert!(!folder.path().join("evil.so").exists());
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
@@ -57,29 +57,29 @@ fn names_that_lead_out_of_the_folder_are_refused() {
     zip.add_symlink("resources/link", "/etc/passwd", SimpleFileOptions::default()).unwrap();
     let path = folder.path().join("link.fmu");
     fs::write(&path, zip.finish().unwrap().into_inner()).unwrap();
-    let told = Controller::open(&path, Role::Controller, &map(&MAP), None).map(drop).expect_err("a link");
-    assert!(told.contains("resources/link is a link"), "{told}");
+    let message = Controller::open(&path, Role::Controller, &map(&MAP), None).map(drop).expect_err("a link");
+    assert!(message.contains("resources/link is a link"), "{message}");
 }
 
 #[test]
-fn what_is_too_large_is_refused_in_bounded_memory() {
+fn an_archive_that_is_too_large_is_refused_in_bounded_memory() {
     let folder = tempfile::tempdir().unwrap();
     let (described, library) = (description(2, SIMULATION), library_path(2));
     let zeros = vec![0; 1 << 20];
     let files: [(&str, &[u8]); 3] =
         [("modelDescription.xml", described.as_bytes()), (&library, &zeros), ("resources/zeros", &zeros)];
     let path = packed(folder.path(), "bomb.fmu", &files);
-    // A million zeros are a thousand bytes.
+    // A million zeros compress to a thousand bytes.
     assert!(fs::metadata(&path).unwrap().len() < 20_000);
     let opened = |limits| {
         Controller::open_within(&path, Role::Controller, &map(&MAP), None, limits).map(drop).expect_err("no library")
     };
     let few = Limits { unpacked: 1 << 20, ..Limits::default() };
     assert!(opened(few).contains("unpacked it is larger than 1048576 bytes"));
-    assert!(opened(Limits { archive: 100, ..Limits::default() }).contains("and 100 are read at most"));
-    assert!(opened(Limits { files: 2, ..Limits::default() }).contains("has 3 files, and 2 are read at most"));
+    assert!(opened(Limits { archive: 100, ..Limits::default() }).contains("the maximum is 100"));
+    assert!(opened(Limits { files: 2, ..Limits::default() }).contains("has 3 files; the maximum is 2"));
     assert!(opened(Limits { description: 50, ..Limits::default() }).contains("is longer than 50 bytes"));
-    // Within them it is unpacked, and zeros are no library.
+    // Within the limits it is unpacked, and zeros are not a library.
     assert!(opened(Limits::default()).contains("its library cannot be opened"));
 }
 

@@ -1,12 +1,12 @@
-//! Descriptions that are wrong, or of what is no controller.
+//! Invalid descriptions, and FMUs that are not a controller.
 
 use super::*;
 
-fn told(text: &str) -> String {
+fn refusal(text: &str) -> String {
     description::read(text).map(drop).expect_err("it is refused")
 }
 
-/// Why these variables cannot be the signals.
+/// The refusal of a mapping.
 fn unmapped(version: u32, pairs: &[(&str, &str)]) -> String {
     let model = description::read(&description(version, SIMULATION)).expect("it is right");
     mapped(&model, Role::Controller, &map(pairs)).map(drop).expect_err("it is refused")
@@ -16,44 +16,52 @@ fn unmapped(version: u32, pairs: &[(&str, &str)]) -> String {
 fn broken_xml_is_refused() {
     let right = description(2, SIMULATION);
     for broken in ["", "<", "<a>", "not XML", &right[..right.len() - 30], &"<a>".repeat(100_000)] {
-        assert!(told(broken).contains("cannot be read"), "{}", &broken[..broken.len().min(20)]);
+        assert!(refusal(broken).contains("cannot be read"), "{}", &broken[..broken.len().min(20)]);
     }
-    assert!(told("<html/>").contains("begins with html"));
+    assert!(refusal("<html/>").contains("begins with html"));
     // Entities that would grow a thousandfold.
     let entities = "<!DOCTYPE a [<!ENTITY b \"bbbbbbbbbb\"><!ENTITY c \"&b;&b;&b;&b;\">]><a>&c;</a>";
-    assert!(told(entities).contains("cannot be read"));
-    assert!(told(&format!("<a>{}</a>", "<b/>".repeat(1_000_001))).contains("cannot be read"));
+    assert!(refusal(entities).contains("cannot be read"));
+    assert!(refusal(&format!("<a>{}</a>", "<b/>".repeat(1_000_001))).contains("cannot be read"));
     for (attribute, there) in
         [("guid", "guid"), ("modelIdentifier", "modelIdentifier"), ("valueReference", "valueReference")]
     {
         let without = right.replace(attribute, "other");
-        assert!(told(&without).contains(&format!("has no {there}")), "{attribute}");
+        assert!(refusal(&without).contains(&format!("has no {there}")), "{attribute}");
     }
-    assert!(told(&right.replace("valueReference=\"3\"", "valueReference=\"-3\"")).contains("no whole number"));
-    assert!(told(&right.replace("valueReference=\"3\"", "valueReference=\"99999999999\"")).contains("no whole number"));
-    assert!(told(&right.replace("name=\"bias\"", &format!("name=\"{}\"", "b".repeat(600)))).contains("600 characters"));
-    assert!(told(&right.replace("\"servo\"", "\"../servo\"")).contains("no name of a library"));
+    assert!(
+        refusal(&right.replace("valueReference=\"3\"", "valueReference=\"-3\""))
+            .contains("not an unsigned 32-bit integer")
+    );
+    assert!(
+        refusal(&right.replace("valueReference=\"3\"", "valueReference=\"99999999999\""))
+            .contains("not an unsigned 32-bit integer")
+    );
+    assert!(
+        refusal(&right.replace("name=\"bias\"", &format!("name=\"{}\"", "b".repeat(600)))).contains("600 characters")
+    );
+    assert!(refusal(&right.replace("\"servo\"", "\"../servo\"")).contains("is not a valid library name"));
 }
 
 #[test]
-fn what_no_bench_can_run_is_refused_with_what_to_export() {
+fn an_unsupported_fmu_is_refused_with_the_required_export() {
     let exchange = description(2, "<ModelExchange modelIdentifier=\"servo\"/>");
-    assert!(told(&exchange).contains("ModelExchange alone. Export it for co-simulation"));
+    assert!(refusal(&exchange).contains("ModelExchange only. Export it for co-simulation"));
     let scheduled = description(3, "<ScheduledExecution modelIdentifier=\"servo\"/>");
-    assert!(told(&scheduled).contains("ScheduledExecution alone"));
+    assert!(refusal(&scheduled).contains("ScheduledExecution only"));
     for needs in ["true", "1"] {
         let tool = format!("<CoSimulation modelIdentifier=\"servo\" needsExecutionTool=\"{needs}\"/>");
-        assert!(told(&description(2, &tool)).contains("needs the tool that wrote it"));
+        assert!(refusal(&description(2, &tool)).contains("requires its tool while it runs"));
     }
     let right = description(2, SIMULATION);
     for version in ["1.0", "4.0"] {
-        let told = told(&right.replace("fmiVersion=\"2.0\"", &format!("fmiVersion=\"{version}\"")));
-        assert!(told.contains(&format!("of FMI {version}; 2.0 and 3.0 are known")), "{told}");
+        let message = refusal(&right.replace("fmiVersion=\"2.0\"", &format!("fmiVersion=\"{version}\"")));
+        assert!(message.contains(&format!("has FMI version {version}; 2.0 and 3.0 are supported")), "{message}");
     }
 }
 
 #[test]
-fn an_fmu_without_a_library_for_this_machine_says_what_it_has() {
+fn an_fmu_without_a_library_for_this_computer_is_refused() {
     let model = description::read(&description(2, SIMULATION)).unwrap();
     let refused = |names: &[&str]| {
         let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
@@ -64,7 +72,7 @@ fn an_fmu_without_a_library_for_this_machine_says_what_it_has() {
     assert!(refused(&["modelDescription.xml"]).contains("Export it with a binary"));
     let others = refused(&["binaries/win32/servo.dll", "binaries/amiga/servo.lib", "binaries/amiga/", "sources/a.c"]);
     assert!(
-        others.contains("libraries for amiga, win32, and this machine needs") && others.contains("compile"),
+        others.contains("libraries for amiga, win32; this computer requires") && others.contains("compile"),
         "{others}"
     );
     assert!(library(&model, &[library_path(2)]).is_ok());
@@ -78,7 +86,7 @@ fn signals_are_mapped_to_numbers_of_the_right_causality_and_unit() {
         inputs.ends_with("--map measured_angle=NAME. Its inputs: Encoder.phi, Command.phi[1], Command.w, bias"),
         "{inputs}"
     );
-    assert!(unmapped(2, &[("mesured_angle", "x")]).contains("Did you mean measured_angle? There are: time, "));
+    assert!(unmapped(2, &[("mesured_angle", "x")]).contains("Did you mean measured_angle? Available: time, "));
     assert!(unmapped(2, &[("torque", "Motor.'tau (ot)'")]).contains("Did you mean Motor.'tau (out)'?"));
     assert!(unmapped(2, &[("torque", "Encoder.phi")]).contains("has the causality input"));
     assert!(unmapped(2, &[("measured_angle", "PI.k")]).contains("has the causality parameter"));
@@ -86,51 +94,51 @@ fn signals_are_mapped_to_numbers_of_the_right_causality_and_unit() {
     assert!(unmapped(3, &[("measured_angle", "mode")]).contains("mode has the type Int32"));
     assert!(unmapped(3, &[("measured_angle", "table")]).contains("table has the type array"));
     let unit = unmapped(2, &[("measured_angle", "Command.w")]);
-    assert!(unit.contains("unit rpm, which is not that of an angle") && unit.contains("given in rad"), "{unit}");
+    assert!(unit.contains("unit rpm, which is not a unit of an angle") && unit.contains("has the unit rad"), "{unit}");
     let twice = [("measured_angle", "Encoder.phi"), ("reference_position", "Encoder.phi")];
-    assert!(unmapped(2, &twice).contains("would be two signals"));
+    assert!(unmapped(2, &twice).contains("is mapped to two signals"));
     assert!(unmapped(2, &[MAP[0], MAP[0]]).contains("mapped twice"));
 }
 
 #[test]
-fn what_is_not_stated_is_said() {
+fn missing_units_and_signals_are_noted() {
     let text = ["unit=\"rpm\" ", "unit=\"mN.m\"", " unit=\"deg\""]
         .iter()
         .fold(description(2, SIMULATION), |text, unit| text.replace(unit, ""));
     let model = description::read(&text).unwrap();
     let mapped = mapped(&model, Role::Controller, &map(&[MAP[0], MAP[3]])).unwrap();
-    let notes = described(&model, Role::Controller, &mapped, &settable(&model, &mapped)).notes;
+    let notes = describe(&model, Role::Controller, &mapped, &settable(&model, &mapped)).notes;
     assert_eq!(notes[0], "No unit is stated for Encoder.phi, Motor.'tau (out)': SI is assumed.");
-    assert!(notes[1].contains("Command.phi[1] = 0.0") && notes[2].contains("No set-point reaches it"), "{notes:?}");
+    assert!(
+        notes[1].contains("Command.phi[1] = 0.0") && notes[2].contains("None of its inputs is a set-point"),
+        "{notes:?}"
+    );
     let undefined = description(2, SIMULATION).replace("<Unit name=\"rpm\">", "<Unit name=\"rp\">");
     let undefined = undefined.replace("unit=\"rpm\"", "unit=\"furlong/s\"");
     let model = description::read(&undefined).unwrap();
-    let refused = super::mapped(&model, Role::Controller, &map(&MAP)).map(drop).expect_err("nobody knows it");
-    assert!(
-        refused.contains("furlong/s, which is not that of an angular velocity, or is defined nowhere"),
-        "{refused}"
-    );
+    let refused = super::mapped(&model, Role::Controller, &map(&MAP)).map(drop).expect_err("an unknown unit");
+    assert!(refused.contains("furlong/s, which is not a unit of an angular velocity or is not defined"), "{refused}");
 }
 
 #[test]
-fn a_friction_has_signals_of_its_own_and_no_set_point() {
+fn a_friction_has_its_own_signals_and_no_set_point() {
     let model = description::read(&description(2, SIMULATION)).expect("it is right");
     let refused =
         |role, pairs: &[(&str, &str)]| mapped(&model, role, &map(pairs)).map(drop).expect_err("it is refused");
-    let told = refused(Role::Friction, &[("reference_position", "Command.phi[1]"), MAP[3]]);
+    let message = refused(Role::Friction, &[("reference_position", "Command.phi[1]"), MAP[3]]);
     assert!(
-        told.contains("a friction has no signal reference_position") && told.contains("estimated_velocity"),
-        "{told}"
+        message.contains("a friction has no signal reference_position") && message.contains("estimated_velocity"),
+        "{message}"
     );
-    let told = refused(Role::Friction, &[MAP[0], MAP[3]]);
+    let message = refused(Role::Friction, &[MAP[0], MAP[3]]);
     assert!(
-        told.contains("the estimated or measured velocity. Say which one is: --map estimated_velocity=NAME"),
-        "{told}"
+        message.contains("the estimated or measured velocity. Map it by --map estimated_velocity=NAME"),
+        "{message}"
     );
-    let told = refused(Role::Law, &[MAP[3]]);
-    assert!(told.contains("the velocity or the angle"), "{told}");
-    let told = refused(Role::Controller, &[("estimated_velocity", "Command.w"), MAP[0], MAP[3]]);
-    assert!(told.contains("a controller has no signal estimated_velocity"), "{told}");
+    let message = refused(Role::Law, &[MAP[3]]);
+    assert!(message.contains("the velocity or the angle"), "{message}");
+    let message = refused(Role::Controller, &[("estimated_velocity", "Command.w"), MAP[0], MAP[3]]);
+    assert!(message.contains("a controller has no signal estimated_velocity"), "{message}");
     let pairs = [("estimated_velocity", "Command.w"), MAP[3]];
     let mapped = mapped(&model, Role::Friction, &map(&pairs)).expect("it has a velocity");
     let names: Vec<&str> = mapped.signals.iter().map(|signal| signal.name.as_str()).collect();
@@ -138,10 +146,10 @@ fn a_friction_has_signals_of_its_own_and_no_set_point() {
 }
 
 #[test]
-fn what_is_fixed_cannot_be_changed_while_it_runs() {
+fn a_fixed_parameter_is_marked() {
     let fixed = description(2, SIMULATION).replace("\"tunable\"", "\"fixed\"");
     let model = description::read(&fixed).unwrap();
     let mapped = super::mapped(&model, Role::Controller, &map(&MAP)).unwrap();
-    let described = described(&model, Role::Controller, &mapped, &settable(&model, &mapped));
-    assert_eq!(described.parameters.iter().map(|it| it.fixed).collect::<Vec<_>>(), [true, false], "{described:?}");
+    let description = describe(&model, Role::Controller, &mapped, &settable(&model, &mapped));
+    assert_eq!(description.parameters.iter().map(|it| it.fixed).collect::<Vec<_>>(), [true, false], "{description:?}");
 }

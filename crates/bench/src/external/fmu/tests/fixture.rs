@@ -1,4 +1,4 @@
-//! An FMU of another tool's manner: its description, its library compiled here, and their archive.
+//! An FMU in the style of another tool: its description, its compiled library, and their archive.
 
 use std::fs;
 use std::io::Write as _;
@@ -31,7 +31,7 @@ pub(crate) fn packed(folder: &Path, name: &str, files: &[(&str, &[u8])]) -> Path
     path
 }
 
-/// The description of a servo, with this in place of its co-simulation.
+/// The description of a servo with this co-simulation element.
 pub(crate) fn description(version: u32, simulation: &str) -> String {
     let text = if version == 2 { include_str!("servo-2.xml") } else { include_str!("servo-3.xml") };
     text.replace("{simulation}", simulation)
@@ -39,7 +39,7 @@ pub(crate) fn description(version: u32, simulation: &str) -> String {
 
 pub(crate) const SIMULATION: &str = "<CoSimulation modelIdentifier=\"servo\"/>";
 
-/// Where the library of this machine lies.
+/// Path of the library of this computer in the archive.
 pub(crate) fn library_path(version: u32) -> String {
     let version = if version == 2 { Version::Two } else { Version::Three };
     let (platform, ending) = version.platform().expect("a machine that the standard knows");

@@ -1,4 +1,4 @@
-//! Descriptions and archives of FMUs that no bench can run.
+//! Invalid descriptions and archives of FMUs.
 
 mod archives;
 mod descriptions;

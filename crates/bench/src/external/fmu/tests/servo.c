@@ -1,5 +1,5 @@
-/* An FMU as another tool would write it: degrees, revolutions per minute, millinewtonmetres, names of its own, an input
- * that is no signal. FMI says the version, FAULT what it does wrong in its step 300. */
+/* An FMU in the style of another tool: degrees, revolutions per minute, millinewtonmetres, own names, an input
+ * that is not a signal. FMI selects the version, FAULT its fault in step 300. */
 #include <fenv.h>
 #include <math.h>
 #include <stdbool.h>
