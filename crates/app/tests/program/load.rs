@@ -35,7 +35,7 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
         text(&ranked.stdout)
     };
     let said = ranked();
-    assert!(said.contains("./p_pi.so") && !said.contains("would have stopped") && !said.contains("failed"), "{said}");
+    assert!(said.contains("./p_pi.so") && !said.contains("stopped by the supervision") && !said.contains("failed"), "{said}");
     let alone = run(env!("CARGO_BIN_EXE_stickslip"), &["serve", "--trust"], folder);
     assert!(!alone.status.success() && text(&alone.stderr).contains("--controller FILE"), "{}", text(&alone.stderr));
     let cells = || std::fs::read_dir(folder.join("out/cells")).expect("it wrote some");
