@@ -130,7 +130,7 @@ def test_what_fails_is_missing_and_says_why():
     found = stickslip.study(PLAN | {"axis": axes})
     assert np.isnan(found["sine_2hz_rms"]).tolist() == [True, False, True, True]
     assert set(found.failures) == {1, 3, 4}
-    assert found.failures[1] == "sine_2hz: it did not follow, the supervision stopped it"
+    assert found.failures[1] == "sine_2hz: the supervision stopped it, since it did not follow the set-point"
     assert "plant.tick_jitter" in found.failures[3] and "case 3" in found.failures[3]
     assert found.to_xarray().failure.sel(jitter=0.0, limit=1e-3) == found.failures[1]
     assert "3 cases failed" in repr(found)

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::cases::none_ends_others;
+use super::cases::isolate_panics;
 use super::*;
 use stickslip_base::{Error, Watch};
 
@@ -467,7 +467,7 @@ fn a_case_that_panics_reports_it_and_the_others_are_unchanged() {
             work.rows(cases, &silent)
         };
         let lost = |case, words: String| work.lost(case, &words);
-        parts.run_by(threads, &silent, |cases| none_ends_others(cases, run, lost)).unwrap();
+        parts.run_by(threads, &silent, |cases| isolate_panics(cases, run, lost)).unwrap();
         for (row, right) in rows(&parts.finish().unwrap()).iter().zip(&right) {
             if [5, 14].contains(&row.case) {
                 let failure = row.failure.as_deref().unwrap();

@@ -88,7 +88,7 @@ fn the_example_is_ranked_among_the_controllers_of_the_house() {
     std::fs::write(folder.join("fails.c"), fails).expect("the folder takes files");
     assert!(run("cc", &["-O2", "-shared", "-fPIC", "-I.", "-o", "p_pi.so", "fails.c"], folder).status.success());
     let said = ranked();
-    assert!(said.contains("./p_pi.so failed, at first of this: ") && said.contains("(code 7)"), "{said}");
+    assert!(said.contains("./p_pi.so failed; first fault: ") && said.contains("(code 7)"), "{said}");
     assert_ne!(std::fs::read_to_string(&cell).expect("text"), before, "what was kept is of another file");
 }
 
