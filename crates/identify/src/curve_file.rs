@@ -127,7 +127,7 @@ fn starts_with_word(column: &Column, words: &[&str]) -> bool {
 /// Kind of axis by the units or, without any, by the names of the columns; and SI units in one of the velocity's.
 fn speed(velocity: &Column, torque: &Column, table: &Recording) -> Result<(Axis, f64), Error> {
     let force = torque.unit.as_deref().and_then(measure).is_some_and(|(d, _)| d == Dimension::Force);
-    let force = force || torque.unit.is_none() && found_as(torque, FORCE);
+    let force = force || torque.unit.is_none() && starts_with_word(torque, FORCE);
     let Some(unit) = velocity.unit.as_deref() else {
         return Ok((if force { Axis::Linear } else { Axis::Rotary }, 1.0));
     };

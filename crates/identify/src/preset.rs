@@ -37,7 +37,7 @@ pub(super) fn preset(result: &Identification, machine: &Machine) -> Preset<f64> 
     preset.model.drive = preset.plant.drive;
 
     let (own, asymmetry) = friction(&mut preset, model, metres);
-    servo(&mut preset, found, machine, metres);
+    servo(&mut preset, result, machine, metres);
     let strongest = own.breakaway_torque.max(own.kinetic_torque) * (1.0 + asymmetry.abs());
     let torque_limit = preset.plant.servo.torque_limit.max(strongest);
     let (position_gain, velocity_gain, integral_gain, feedforward) = match machine.controller {

@@ -259,10 +259,10 @@ mod tests {
                 written.value, written.unit
             );
             assert!(page.contains(&cells), "{name}: {cells}");
-            seen += 1;
+            count += 1;
         }
         // 9 of the least squares, 12 of the closed loop, 3 of the prediction.
-        assert_eq!(seen, 24);
+        assert_eq!(count, 24);
     }
 
     #[test]

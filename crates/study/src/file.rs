@@ -187,7 +187,7 @@ fn plan(stated: &Stated, source: &Text<'_>, machine: Option<presets::Source>) ->
     let preset: Preset<f64> = preset.read()?;
     let mut plan = Plan {
         title: stated.title.clone().unwrap_or_else(|| stem(source.path)),
-        machine: named,
+        machine: name,
         preset,
         entrant,
         manoeuvres,
@@ -294,7 +294,7 @@ pub(super) struct Text<'a> {
     path: &'a Path,
     text: &'a str,
     /// Whether messages have line numbers.
-    tells_lines: bool,
+    has_lines: bool,
 }
 
 /// The name of a file without its ending.
@@ -313,7 +313,7 @@ impl Text<'_> {
         let before = self.text.get(..offset).unwrap_or(self.text);
         let line = before.bytes().filter(|byte| *byte == b'\n').count();
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count();
-        self.tells_lines.then_some([line + 1, column + 1])
+        self.has_lines.then_some([line + 1, column + 1])
     }
 
     /// Place of a key of the file, as `seeds`, `design` or `axis.0`.

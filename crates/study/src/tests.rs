@@ -530,9 +530,9 @@ fn a_work_is_the_same_on_another_machine_without_the_files_of_this_one() {
         assert_eq!(std::fs::remove_file(folder.path().join("tuned-cascade.toml")).is_ok(), tuned);
         let sent = work.to_json();
         let moved = file.with_extension("away");
-        std::fs::rename(&own, &moved).unwrap();
+        std::fs::rename(&file, &moved).unwrap();
         let there = Work::from_json(&sent).unwrap();
-        std::fs::rename(&moved, &own).unwrap();
+        std::fs::rename(&moved, &file).unwrap();
         assert_eq!(there.follows_from, work.follows_from);
         for case in [0, 7, 19] {
             let preset = |work: &Work| work.preset(case, &work.plan.values(case)).unwrap();

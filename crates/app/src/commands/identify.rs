@@ -61,7 +61,7 @@ fn show(found: &Identification, summary: &Summary, machine: &Machine, out: &mut 
             writeln!(out, "  {name:36} {identified}{published}")?;
         }
     }
-    writeln!(out, "What this recording cannot tell:")?;
+    writeln!(out, "Not identifiable from this recording:")?;
     for limit in found.limits() {
         writeln!(out, "  {limit}")?;
     }
@@ -87,7 +87,7 @@ fn show_servo(
         let Some(estimate) = summary.estimate(&servo::result_name(field)) else { continue };
         writeln!(out, "  {:28} {estimate}", field.name.replace('_', " "))?;
     }
-    writeln!(out, "What these runs cannot tell:")?;
+    writeln!(out, "Not identifiable from these runs:")?;
     for limit in found.limits(machine) {
         writeln!(out, "  {limit}")?;
     }

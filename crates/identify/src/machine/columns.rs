@@ -108,11 +108,11 @@ fn score(column: &Column, role: Role) -> i32 {
     match role {
         Role::Time if !rises => score -= 20,
         Role::Time => score += 2,
-        _ if constant || (rises && named(Role::Time)) => score -= 20,
-        Role::Position if named(Role::Reference) => score -= 5,
-        Role::Position if self::named(&column.name, MEASURED) => score += 1,
+        _ if constant || (rises && is_named(Role::Time)) => score -= 20,
+        Role::Position if is_named(Role::Reference) => score -= 5,
+        Role::Position if has_word(&column.name, MEASURED) => score += 1,
         // A second position may be another encoder: only its name makes it a reference.
-        Role::Reference if !named(Role::Reference) => score -= 20,
+        Role::Reference if !is_named(Role::Reference) => score -= 20,
         _ => {}
     }
     score

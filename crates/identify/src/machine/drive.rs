@@ -100,7 +100,7 @@ impl Chain {
         let allowed = [Voltage, Current, Share, Force, Torque];
         if let Some(unit) = stated_unit {
             let measured = measure(unit).map(|(dimension, _)| dimension).filter(|d| allowed.contains(d));
-            return measured.ok_or_else(|| unfit(unit, &known, place));
+            return measured.ok_or_else(|| unfit(unit, &allowed, place));
         }
         if table.rated.is_some() {
             return Ok(Share);

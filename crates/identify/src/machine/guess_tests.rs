@@ -131,5 +131,5 @@ fn the_screw_lead_is_requested_where_an_angle_must_become_a_distance() {
         ],
     );
     assert_eq!((guessed.name.as_str(), guessed.screw_lead), ("axis \"7\" = #1", Some(2.5e-3)));
-    assert!((found.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
+    assert!((guessed.gain / (2.4 * 0.05 * std::f64::consts::TAU / 2.5e-3) - 1.0).abs() < 1e-12);
 }

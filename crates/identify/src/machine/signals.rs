@@ -186,7 +186,7 @@ impl Machine {
         }
         let percent = number(100.0 * share, 0);
         let has_limit = self.drive.limit.is_some() || matches!(self.controller, Controller::Cascade(_));
-        if share > SATURATED[1] && !known {
+        if share > SATURATED[1] && !has_limit {
             let fault = format!("is at its largest or smallest value in {percent} % of the samples");
             let remedy = "The drive may have been saturated. Move more slowly, or, if the drive follows up to this value, \
                           state it as drive.limit.";

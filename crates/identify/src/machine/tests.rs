@@ -273,5 +273,5 @@ fn two_encoders_show_twist_and_backlash() {
     let columns = format!("motor_position = {{ name = \"m\", unit = \"mm\" }}\n{PLAIN}");
     let noted = signals("axis = \"linear\"", &columns, GAIN, &recording).unwrap();
     assert!(noted.notes[0].contains("a span of 0.2000 mm"), "{:?}", noted.notes);
-    assert_eq!(found.position[7], sine(7) * 1e-3);
+    assert_eq!(noted.position[7], sine(7) * 1e-3);
 }

@@ -82,7 +82,7 @@ fn starts(kind: Kind, simpler: &[&Fitted]) -> Vec<[f64; PARAMETERS]> {
                 (false, _) => 0.0,
                 (true, false) => defaults[i],
                 // A parameter that vanished starts again from its default.
-                (true, true) => found[i].max(if signed(field).is_some() { 0.0 } else { 0.1 * defaults[i] }),
+                (true, true) => searched_values[i].max(if signed(field).is_some() { 0.0 } else { 0.1 * defaults[i] }),
             }
         })
     };

@@ -68,8 +68,8 @@ fn identify_runs(
         let published =
             published(kind, machine).map(|servo| Ok::<_, Error>((servo, rms(kind, &servo, &held_out, watch)?)));
         candidates.push(Candidate {
-            fit_rms: rms(kind, &fitted.servo, &seen, watch)?,
-            held_out_rms: rms(kind, &fitted.servo, &unseen, watch)?,
+            fit_rms: rms(kind, &fitted.servo, &fitted_runs, watch)?,
+            held_out_rms: rms(kind, &fitted.servo, &held_out, watch)?,
             published: published.transpose()?,
             fitted,
         });
